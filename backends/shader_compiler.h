@@ -1,0 +1,23 @@
+#pragma once
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "backends/backend.h"
+
+namespace reliefbench {
+
+using Spirv = std::vector<std::uint32_t>;
+
+/// The last stage of a fragment shader: `shade.frag` or `score.frag` include the technique's trace.
+/// technique: a shader file's name without `.glsl`, included by the stage as "technique.glsl"
+/// throws: Error(environment) with the file, line and message of glslang
+[[nodiscard]] Spirv compile_fragment(std::string_view technique, Target target, Dialect dialect);
+
+/// The full-screen triangle.
+[[nodiscard]] Spirv compile_vertex(Dialect dialect);
+
+/// The audit's and the control case's load: `load.frag`, an arithmetic loop whose length is constant 0. Target::color
+[[nodiscard]] Spirv compile_load(Dialect dialect);
+
+}  // namespace reliefbench

@@ -1,0 +1,26 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "backends/backend.h"
+
+namespace reliefbench {
+
+/// What the audit found for one timer of one device.
+struct TimerAudit {
+  Timer timer = Timer::fenced_wall;
+  bool valid = false;
+  double wall_ratio = 0;  ///< device time / fenced wall time, at work 2N
+  double doubling = 0;    ///< time of work 2N / time of work N
+  std::string reason;     ///< why it was rejected, or ""
+};
+
+/// Known work N and 2N: a timer is believed if it agrees with the fenced wall clock within 5 % and doubles with the
+/// work within 10 %. The wall clock itself must double. Medians of several interleaved batches. [FACTS 2]
+[[nodiscard]] std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect);
+
+/// The timer to measure with: the first valid device timer, else the fenced wall clock.
+/// throws: Error(environment) when not even the wall clock is valid
+[[nodiscard]] Timer choose_timer(const std::vector<TimerAudit>& audit);
+
+}  // namespace reliefbench

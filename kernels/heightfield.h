@@ -1,0 +1,29 @@
+#pragma once
+#include <cstddef>
+#include <vector>
+
+namespace reliefbench {
+
+/// How texel indices and uv outside the map are answered. Bake and trace agree on it, always.
+enum class Wrap { repeat, clamp };
+
+/// A heightmap: width x height floats in [0,1], 1 = the top plate, row-major, texel centres at ((x+0.5)/width,
+/// (y+0.5)/height) in uv. The surface is the bilinear interpolation of the texels.
+struct Heightfield {
+  int width = 0;
+  int height = 0;
+  std::vector<float> texels;
+
+  [[nodiscard]] float at(int x, int y) const {
+    return texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
+};
+
+/// Texel index `i` (any integer) brought into [0, n).
+[[nodiscard]] constexpr int wrapped(int i, int n, Wrap wrap) {
+  if (wrap == Wrap::clamp) return i < 0 ? 0 : (i >= n ? n - 1 : i);
+  const int r = i % n;
+  return r < 0 ? r + n : r;
+}
+
+}  // namespace reliefbench

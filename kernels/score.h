@@ -1,0 +1,77 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "kernels/reference.h"
+
+namespace reliefbench {
+
+/// What a traced pixel says of itself; the numbers are the shaders' (common.glsl).
+enum class PixelStatus { no_ray = 0, hit = 1, step_cap = 2 };
+
+/// One pixel of a score frame: the ray that was traced and the hit that was found. Layout = two RGBA32F targets.
+struct ScorePixel {
+  TextureRay ray;
+  float t = 0;       ///< found hit, ray parameter
+  float status = 0;  ///< PixelStatus
+  float taps = 0;    ///< texture instructions used by the trace
+  float steps = 0;   ///< iterations used, all loops
+};
+static_assert(sizeof(ScorePixel) == 32);
+
+/// How a pixel ended, judged against the reference. [FACTS 8]
+enum class Verdict : std::uint8_t { no_ray, good, missed, inside, unconverged };
+
+struct PixelScore {
+  float e_xy = 0;  ///< texels, along the ray's horizontal travel
+  float e_z = 0;   ///< height
+  Verdict verdict = Verdict::no_ray;
+};
+
+/// Distribution of an error over the pixels that have a ray.
+struct Distribution {
+  double mean = 0, p50 = 0, p95 = 0, p99 = 0, max = 0;
+};
+
+struct FrameScore {
+  std::int64_t pixels = 0;  ///< pixels with a ray
+  Distribution e_xy;
+  Distribution e_z;
+  double missed_rate = 0;
+  double inside_rate = 0;
+  double unconverged_rate = 0;
+  double mean_taps = 0;
+  double max_taps = 0;
+  std::optional<double> psnr;  ///< dB; none where the pictures are identical
+};
+
+struct JudgedFrame {
+  FrameScore score;                ///< without psnr
+  std::vector<PixelScore> pixels;  ///< frame size, row-major
+};
+
+/// Judges a score frame against the reference of the very same rays.
+/// pixels, reference: frame size; map_width, map_height: texels, for e_xy; non-finite t counts as missed with the
+/// ray's whole travel as error
+[[nodiscard]] JudgedFrame judge_frame(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
+                                      int map_width, int map_height);
+
+/// Peak signal-to-noise ratio of two RGBA8 pictures, alpha ignored, over the pixels where `mask` is not no_ray.
+[[nodiscard]] std::optional<double> psnr_rgba8(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
+                                               std::span<const PixelScore> mask);
+
+/// A metric: id as used in budgets and reports. e.g. "e_xy.p99", "missed_rate", "psnr".
+struct MetricRow {
+  std::string_view id;
+  std::string_view unit;
+  bool lower_is_better;
+  std::string_view description;
+  std::optional<double> (*value)(const FrameScore&);  ///< none: not defined for this frame (psnr of equal pictures)
+};
+[[nodiscard]] std::span<const MetricRow> metrics();
+[[nodiscard]] const MetricRow& find_metric(std::string_view id);  ///< throws: Error(bad_input) listing the choices
+
+}  // namespace reliefbench

@@ -1,0 +1,96 @@
+#include "platform.glsl"
+
+// What every technique's trace and both last stages share. Domain: uv in tiles, height in [0,1] with 1 on top.
+// The C++ twins: FrameUniforms (view.h), PixelStatus (score.h), slots (backend.h), constants (technique.cpp).
+
+layout(BINDING(0), std140) uniform Frame {
+  vec4 position;  // camera, xyz; w = relief depth in sides of one tile
+  vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
+  vec4 up;        // xyz scaled by tan(fov/2)
+  vec4 forward;   // xyz
+  vec4 light;     // xyz, unit, towards the light
+  ivec4 sizes;    // frame width, height in pixels; map width, height in texels
+} frame;
+
+layout(BINDING(1)) uniform sampler2D relief_map;     // r = height, g = stored cone ratio
+layout(BINDING(2)) uniform sampler2D normal_map;     // xyz * 0.5 + 0.5
+layout(BINDING(3)) uniform sampler2D reference_map;  // r = exact t of this pixel
+
+const int WRAP_REPEAT = 0;
+const int WRAP_CLAMP = 1;
+const int FILTER_HARDWARE = 0;
+const int FILTER_MANUAL = 1;
+const int ENCODING_RATIO = 0;
+const int ENCODING_SQRT = 1;
+const int LOOP_FIXED = 0;
+const int LOOP_EARLY_EXIT = 1;
+
+layout(constant_id = 0) const int WRAP = WRAP_REPEAT;
+layout(constant_id = 1) const int FILTER = FILTER_HARDWARE;
+layout(constant_id = 2) const int ENCODING = ENCODING_RATIO;
+layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;
+
+const int STATUS_NO_RAY = 0;
+const int STATUS_HIT = 1;
+const int STATUS_STEP_CAP = 2;
+
+// A ray is above the surface by this much height or less: it has arrived. 2^-14 moves a hit by 0.016 texel of a 256
+// map for each unit of slope.
+const float ARRIVED = 6.103515625e-5;
+
+// The ray in texture space: p(t) = (uv + slope t, 1 - t), t in [0, 1].
+struct Ray {
+  vec2 uv;
+  vec2 slope;    // uv per unit of height
+  float cosine;  // of the angle between the view and the plane's normal, > 0
+};
+
+struct Hit {
+  float t;
+  int status;
+  int taps;   // texture instructions
+  int steps;  // iterations of all loops
+};
+
+int wrapped(int i, int n) { return WRAP == WRAP_CLAMP ? clamp(i, 0, n - 1) : int(mod(float(i), float(n))); }
+
+// Height and decoded cone ratio at uv, bilinear.
+vec2 decoded(vec2 texel) { return vec2(texel.x, ENCODING == ENCODING_SQRT ? texel.y * texel.y : texel.y); }
+
+vec2 fetch(ivec2 texel) {
+  return texelFetch(relief_map, ivec2(wrapped(texel.x, frame.sizes.z), wrapped(texel.y, frame.sizes.w)), 0).xy;
+}
+
+vec2 sample_relief(vec2 uv, inout int taps) {
+  if (FILTER == FILTER_HARDWARE) {
+    taps += 1;
+    return decoded(textureLod(relief_map, uv, 0.0).xy);
+  }
+  // Full-precision weights, unlike the 8 bits of most samplers.
+  taps += 4;
+  vec2 x = uv * vec2(frame.sizes.zw) - 0.5;
+  vec2 cell = floor(x);
+  vec2 f = x - cell;
+  ivec2 i = ivec2(cell);
+  vec2 bottom = mix(fetch(i), fetch(i + ivec2(1, 0)), f.x);
+  vec2 top = mix(fetch(i + ivec2(0, 1)), fetch(i + ivec2(1, 1)), f.x);
+  return decoded(mix(bottom, top, f.y));
+}
+
+float sample_height(vec2 uv, inout int taps) { return sample_relief(uv, taps).x; }
+
+// The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square.
+bool make_ray(vec2 pixel, out Ray ray) {
+  vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
+  vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
+  if (direction.z >= 0.0) return false;
+  vec2 per_height = direction.xy / -direction.z;
+  vec2 plane = frame.position.xy + per_height * frame.position.z;
+  if (WRAP == WRAP_CLAMP && (any(lessThan(plane, vec2(0.0))) || any(greaterThan(plane, vec2(1.0))))) return false;
+  vec2 uv = plane * frame.right.w;
+  // With repeat, whole tiles are dropped here, where it is exact: small uv keep their precision far away.
+  ray.uv = WRAP == WRAP_REPEAT ? uv - floor(uv) : uv;
+  ray.slope = per_height * frame.position.w;
+  ray.cosine = -direction.z * inversesqrt(dot(direction, direction));
+  return true;
+}

@@ -1,0 +1,25 @@
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "common.glsl"
+#include "technique.glsl"
+
+// The timed frame: the same trace, shaded. One normal fetch and a smooth albedo, so that the trace is what differs.
+layout(location = 0) out vec4 out_color;
+
+const vec3 SKY = vec3(0.55, 0.65, 0.80);
+
+void main() {
+  Ray ray;
+  if (!make_ray(gl_FragCoord.xy, ray)) {
+    out_color = vec4(SKY, 1.0);
+    return;
+  }
+  Hit hit = trace(ray);
+  vec2 uv = ray.uv + ray.slope * hit.t;
+  vec3 normal = normalize(textureLod(normal_map, uv, 0.0).xyz * 2.0 - 1.0);
+  // Four waves a tile show where the texture was looked up, and a hit's depth darkens it.
+  vec2 wave = sin(uv * (4.0 * 6.283185307));
+  vec3 albedo = vec3(0.62, 0.55, 0.48) + 0.12 * wave.x * wave.y;
+  float diffuse = max(dot(normal, frame.light.xyz), 0.0);
+  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t), 1.0);
+}
