@@ -102,7 +102,7 @@ bool doubles(const TimerAudit& audit) { return std::abs(audit.doubling / 2 - 1) 
 
 TimerAudit judge(Timer timer, const std::vector<Round>& rounds) {
   const auto read = [timer](const BatchTime& batch) { return reading_ns(batch, timer); };
-  TimerAudit audit{.timer = timer};
+  TimerAudit audit{.timer = timer, .reason = {}};
   audit.wall_ratio = median_of(rounds, [&](const Round& r) { return ratio(read(r.twice), r.twice.wall_ns); });
   audit.doubling = median_of(rounds, [&](const Round& r) { return ratio(read(r.twice), read(r.single)); });
   audit.valid = agrees(audit) && doubles(audit);

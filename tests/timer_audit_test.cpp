@@ -137,9 +137,9 @@ TEST(TimerAudit, MeasuresAgainAfterADisturbance) {
 }
 
 TEST(TimerAudit, ChoosesTheFirstValidDeviceTimer) {
-  const TimerAudit wall{.timer = Timer::fenced_wall, .valid = true};
+  const TimerAudit wall{.timer = Timer::fenced_wall, .valid = true, .reason = {}};
   const TimerAudit bad{.timer = Timer::gl_time_elapsed, .valid = false, .reason = "says 0 ms"};
-  const TimerAudit good{.timer = Timer::gl_timestamp, .valid = true};
+  const TimerAudit good{.timer = Timer::gl_timestamp, .valid = true, .reason = {}};
   EXPECT_EQ(choose_timer({wall, bad, good}), Timer::gl_timestamp);
   EXPECT_EQ(choose_timer({wall, bad}), Timer::fenced_wall);
   EXPECT_THROW(static_cast<void>(choose_timer({})), Error);
