@@ -132,6 +132,7 @@ class ReferenceTracer::Walk {
   template <bool kSolid>
   [[nodiscard]] Root solve();
   void advance();
+  void step(Axis& crossed, Axis& other);
   [[nodiscard]] double exit_in_hit_cell() const;
 
   const ReferenceTracer& map_;
@@ -205,7 +206,7 @@ bool ReferenceTracer::Walk::can_skip(const Bounds& bounds) const {
 
 /// Where the ray enters (kSolid: leaves) the solid in this cell.
 template <bool kSolid>
-Root ReferenceTracer::Walk::solve() {
+[[gnu::always_inline]] inline Root ReferenceTracer::Walk::solve() {
   const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
   const float* row = &map_.corners_[static_cast<std::size_t>(y_.cell) * stride + static_cast<std::size_t>(x_.cell)];
   const Bounds low{std::min(row[0], row[1]), std::max(row[0], row[1])};
@@ -234,11 +235,7 @@ Root ReferenceTracer::Walk::solve() {
   return kSolid ? first_root(cell_.negated(), cell_.f1 > 0) : first_root(cell_, cell_.f1 <= 0);
 }
 
-void ReferenceTracer::Walk::advance() {
-  t_ = t_next_;
-  Axis& crossed = leaves_by_x_ ? x_ : y_;
-  Axis& other = leaves_by_x_ ? y_ : x_;
-  entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
+[[gnu::always_inline]] inline void ReferenceTracer::Walk::step(Axis& crossed, Axis& other) {
   const int node = crossed.cell >> level_;
   crossed.cross(level_);
   if (level_ > 0) other.locate(level_, t_);
@@ -246,9 +243,19 @@ void ReferenceTracer::Walk::advance() {
   if ((node & 1) == crossed.forward && level_ < top_level_) ++level_;
 }
 
+[[gnu::always_inline]] inline void ReferenceTracer::Walk::advance() {
+  t_ = t_next_;
+  entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
+  if (leaves_by_x_) {
+    step(x_, y_);
+  } else {
+    step(y_, x_);
+  }
+}
+
 /// t of the next crossing of the surface, kNever if there is none down to the lowest texel.
 template <bool kSolid>
-double ReferenceTracer::Walk::find() {
+[[gnu::always_inline]] inline double ReferenceTracer::Walk::find() {
   for (;;) {
     const double tx = x_.exit(level_);
     const double ty = y_.exit(level_);
@@ -257,7 +264,14 @@ double ReferenceTracer::Walk::find() {
     if (level_ > 0) {
       const Level& level = map_.levels_[static_cast<std::size_t>(level_)];
       const std::size_t row = static_cast<std::size_t>(y_.cell >> level_) * static_cast<std::size_t>(level.width);
-      if (!can_skip<kSolid>(level.nodes[row + static_cast<std::size_t>(x_.cell >> level_)])) {
+      const Bounds& bounds = level.nodes[row + static_cast<std::size_t>(x_.cell >> level_)];
+      if (!can_skip<kSolid>(bounds)) {
+        if (!kSolid && 1.0 - bounds.max > t_) {
+          t_ = 1.0 - bounds.max;
+          x_.locate(level_, t_);
+          y_.locate(level_, t_);
+          entered_ = Entered::inside;
+        }
         --level_;
         continue;
       }
@@ -279,7 +293,7 @@ double ReferenceTracer::Walk::exit_in_hit_cell() const {
   return s < cell_.length ? t_ + s : kNever;
 }
 
-ReferenceHit ReferenceTracer::Walk::run() {
+[[gnu::always_inline]] inline ReferenceHit ReferenceTracer::Walk::run() {
   t_ = std::clamp(1.0 - map_.bounds_.max, 0.0, 1.0);
   t_end_ = std::clamp(1.0 - map_.bounds_.min, t_, 1.0);
   const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
@@ -288,7 +302,8 @@ ReferenceHit ReferenceTracer::Walk::run() {
   x_.seek(t_, map_.wrap_);
   y_.seek(t_, map_.wrap_);
   top_level_ = static_cast<int>(map_.levels_.size()) - 1;
-  level_ = top_level_;
+  // A node as wide as the whole travel is hardly ever skipped.
+  level_ = std::min(top_level_, std::ilogb(std::max((t_end_ - t_) * travel, 1.0)));
   const double t_enter = find<false>();
   if (t_enter == kNever) return {t_end_, kNever};  // at the lowest texel, up to rounding
   const double t_exit = exit_in_hit_cell();
