@@ -133,7 +133,7 @@ std::vector<Answer> recommend(std::span<const Record> records, const Question& q
   return answers;
 }
 
-Exit exit_code(std::span<const Answer> answers) {
+Exit exit_of(std::span<const Answer> answers) {
   const auto is_measured = [](const Answer& answer) { return answer.pick != nullptr || answer.nearest != nullptr; };
   const auto is_answered = [](const Answer& answer) { return answer.pick != nullptr; };
   if (std::none_of(answers.begin(), answers.end(), is_measured)) return Exit::nothing_measured;
