@@ -28,7 +28,7 @@ struct Answer {
       nullptr;                   ///< best of the simplest technique (registry order: flat, parallax, ...) that meets it
   const Record* flat = nullptr;  ///< the floor of frame time, whatever its error
   const Record* nearest = nullptr;  ///< where pick is null: the one that comes nearest; null: nothing was measured
-  std::string miss{};                 ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
+  std::string miss{};               ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
 };
 
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
