@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <numeric>
+#include <optional>
 
 #include "backends/shader_compiler.h"
 #include "backends/vulkan_device.h"
@@ -226,6 +228,35 @@ TEST_F(VulkanTest, MisuseIsAnErrorNotACrash) {
   EXPECT_THAT(message_of([&] { static_cast<void>(rig.backend->upload({.width = 3, .height = 3, .texels = texels})); }),
               HasSubstr("3x3"));
   EXPECT_THAT(rig.backend->debug_messages(), IsEmpty());
+}
+
+/// A variable of the environment, put back at the end of the scope.
+class ScopedVariable {
+ public:
+  ScopedVariable(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    setenv(name, value, 1);
+  }
+  ~ScopedVariable() { before_ ? setenv(name_, before_->c_str(), 1) : unsetenv(name_); }
+  ScopedVariable(const ScopedVariable&) = delete;
+  ScopedVariable& operator=(const ScopedVariable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+TEST_F(VulkanTest, MissingValidationLayerIsAnEnvironmentError) {
+  const ScopedVariable no_layers("VK_LAYER_PATH", "/nonexistent");
+  EXPECT_THAT(message_of([] { static_cast<void>(open_vulkan(0, {.debug = true})); }),
+              HasSubstr("VK_LAYER_KHRONOS_validation"));
+  EXPECT_NO_THROW(static_cast<void>(open_vulkan(0, {.debug = false})));
+}
+
+TEST(Vulkan, WithoutADriverThereAreNoDevices) {
+  const ScopedVariable no_drivers("VK_ICD_FILENAMES", "/nonexistent.json");
+  EXPECT_THAT(vulkan_devices(), IsEmpty());
+  EXPECT_THAT(message_of([] { static_cast<void>(open_vulkan(0, {})); }), HasSubstr("vulkan"));
 }
 
 TEST_F(VulkanTest, UnknownDeviceNamesHowManyThereAre) {
