@@ -162,8 +162,9 @@ TEST_F(VulkanTest, ScoreFrameKeepsRowsAndBothAttachments) {
     EXPECT_EQ(pixels[i].status, static_cast<float>(PixelStatus::hit));
     EXPECT_EQ(pixels[i].taps, 1);
     // Straight down from the middle: a picture 1.2 tiles wide, u grows with x, v falls with y.
+    const std::size_t row = i / kWidth;
     const float u = 0.5F + 0.6F * ((static_cast<float>(i % kWidth) + 0.5F) / kWidth * 2 - 1);
-    const float v = 0.5F - 0.6F * ((static_cast<float>(i / kWidth) + 0.5F) / kHeight * 2 - 1);
+    const float v = 0.5F - 0.6F * ((static_cast<float>(row) + 0.5F) / kHeight * 2 - 1);
     EXPECT_NEAR(pixels[i].ray.u, u - std::floor(u), 1e-5);
     EXPECT_NEAR(pixels[i].ray.v, v - std::floor(v), 1e-5);
   }
@@ -179,7 +180,8 @@ TEST_F(VulkanTest, SpecializationConstantSetsTheLoad) {
     const std::vector<std::uint8_t> color = rig.backend->read_color();
     ASSERT_EQ(color.size(), 3U * 2U * 4U);
     for (int i = 0; i < 6; ++i) {
-      const double start = (0.0137 * (i % 3 + 0.5) + 0.0071 * (i / 3 + 0.5)) * 0.8 + 0.1;
+      const int row = i / 3;
+      const double start = (0.0137 * (i % 3 + 0.5) + 0.0071 * (row + 0.5)) * 0.8 + 0.1;
       const double value = steps == 0 ? start : 3.9 * start * (1 - start);
       EXPECT_NEAR(color[static_cast<std::size_t>(4 * i)], 255 * value, 1) << i;
       EXPECT_EQ(color[static_cast<std::size_t>(4 * i + 3)], 255);
