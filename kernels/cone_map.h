@@ -32,9 +32,9 @@ struct MapRow {
   std::string_view id;
   std::string_view description;
   std::string_view source;
-  std::string_view guarantee;                 ///< what holds at texel centres, in words
-  int channels;                               ///< 1: heights only
-  std::span<const Correction> corrections;    ///< those that make sense; the first is the default
+  std::string_view guarantee;               ///< what holds at texel centres, in words
+  int channels;                             ///< 1: heights only
+  std::span<const Correction> corrections;  ///< those that make sense; the first is the default
   bool has_search_steps;
   /// returns: width x height ratios, row-major; empty for `height`
   std::vector<float> (*bake)(const BakeRequest&);

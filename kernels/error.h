@@ -10,9 +10,9 @@ namespace reliefbench {
 /// What the process returns; the numbers are part of the command line's contract.
 enum class Exit {
   done = 0,
-  answer_is_no = 1,      ///< a regression was found, or nothing meets the budget
-  bad_input = 2,         ///< usage, configuration or file at fault
-  environment = 3,       ///< no such device, no valid timer, driver failure
+  answer_is_no = 1,  ///< a regression was found, or nothing meets the budget
+  bad_input = 2,     ///< usage, configuration or file at fault
+  environment = 3,   ///< no such device, no valid timer, driver failure
   inconclusive = 4,
   nothing_measured = 5,
 };

@@ -18,10 +18,10 @@ struct Param {
   Stage stage = Stage::run;
   int min = 0;
   int max = 0;
-  int fallback = 0;                          ///< the default
-  std::vector<std::string_view> choices{};   ///< empty for a range
-  std::string_view active_if{};              ///< "" or "param=choice": otherwise the parameter means nothing and is left out
-  int constant_id = -1;                      ///< specialization constant; -1: none (bake parameters, format)
+  int fallback = 0;                         ///< the default
+  std::vector<std::string_view> choices{};  ///< empty for a range
+  std::string_view active_if{};  ///< "" or "param=choice": otherwise the parameter means nothing and is left out
+  int constant_id = -1;          ///< specialization constant; -1: none (bake parameters, format)
 
   [[nodiscard]] std::string text(int value) const;
 };
@@ -34,7 +34,8 @@ struct Technique {
   std::string_view id;
   std::string_view description;
   MapKind map;
-  std::vector<Param> params;  ///< every axis of this technique, those it shares with others included, in id order of use
+  std::vector<Param>
+      params;  ///< every axis of this technique, those it shares with others included, in id order of use
   Guarantee guarantee;
   std::string_view guarantee_note;  ///< when it holds, or what may go wrong
   std::string_view source;
@@ -48,7 +49,7 @@ struct Technique {
 /// settings: there are no duplicates in the space.
 class Settings {
  public:
-  explicit Settings(const Technique& technique);  ///< the defaults
+  explicit Settings(const Technique& technique);   ///< the defaults
   void set(std::string_view param_id, int value);  ///< throws: Error(bad_input): no such parameter, out of range
   void set(std::string_view param_id, std::string_view text);  ///< "12" or a choice's name
   [[nodiscard]] int get(std::string_view param_id) const;      ///< value, the default where inactive

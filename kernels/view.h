@@ -32,11 +32,11 @@ struct Scene {
 
 /// The uniform block `Frame` of common.glsl, std140.
 struct FrameUniforms {
-  std::array<float, 4> position;  ///< xyz, w = relief depth
-  std::array<float, 4> right;     ///< xyz scaled by aspect * tan(fov/2), w = tiling
-  std::array<float, 4> up;        ///< xyz scaled by tan(fov/2)
-  std::array<float, 4> forward;   ///< xyz
-  std::array<float, 4> light;     ///< xyz, towards the light
+  std::array<float, 4> position;      ///< xyz, w = relief depth
+  std::array<float, 4> right;         ///< xyz scaled by aspect * tan(fov/2), w = tiling
+  std::array<float, 4> up;            ///< xyz scaled by tan(fov/2)
+  std::array<float, 4> forward;       ///< xyz
+  std::array<float, 4> light;         ///< xyz, towards the light
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
 };
 static_assert(sizeof(FrameUniforms) == 96);

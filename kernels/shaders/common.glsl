@@ -79,18 +79,20 @@ vec2 sample_relief(vec2 uv, inout int taps) {
 
 float sample_height(vec2 uv, inout int taps) { return sample_relief(uv, taps).x; }
 
-// The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square.
+// The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
+// technique's frame has the same rays to the bit, so that one reference serves them all.
 bool make_ray(vec2 pixel, out Ray ray) {
-  vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
-  vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
+  precise vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
+  precise vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
   if (direction.z >= 0.0) return false;
-  vec2 per_height = direction.xy / -direction.z;
-  vec2 plane = frame.position.xy + per_height * frame.position.z;
+  precise vec2 per_height = direction.xy / -direction.z;
+  precise vec2 plane = frame.position.xy + per_height * frame.position.z;
   if (WRAP == WRAP_CLAMP && (any(lessThan(plane, vec2(0.0))) || any(greaterThan(plane, vec2(1.0))))) return false;
-  vec2 uv = plane * frame.right.w;
+  precise vec2 uv = plane * frame.right.w;
   // With repeat, whole tiles are dropped here, where it is exact: small uv keep their precision far away.
   ray.uv = WRAP == WRAP_REPEAT ? uv - floor(uv) : uv;
-  ray.slope = per_height * frame.position.w;
+  precise vec2 slope = per_height * frame.position.w;
+  ray.slope = slope;
   ray.cosine = -direction.z * inversesqrt(dot(direction, direction));
   return true;
 }

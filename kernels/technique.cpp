@@ -1,0 +1,241 @@
+#include "kernels/technique.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "kernels/error.h"
+#include "kernels/texel.h"
+
+namespace reliefbench {
+namespace {
+
+// Specialization constants of common.glsl; a technique's own begin at kFirstOwnConstant, in the order of its row.
+constexpr int kFilterConstant = 1;
+constexpr int kEncodingConstant = 2;
+constexpr int kLoopConstant = 3;
+constexpr int kFirstOwnConstant = 16;
+
+Param range(std::string_view id, std::string_view description, int min, int max, int fallback,
+            std::string_view active_if = {}) {
+  return {.id = id, .description = description, .min = min, .max = max, .fallback = fallback, .active_if = active_if};
+}
+
+Param choice(std::string_view id, std::string_view description, std::vector<std::string_view> choices,
+             std::string_view fallback) {
+  const auto found = std::find(choices.begin(), choices.end(), fallback);
+  return {.id = id,
+          .description = description,
+          .max = static_cast<int>(choices.size()) - 1,
+          .fallback = static_cast<int>(found - choices.begin()),
+          .choices = std::move(choices)};
+}
+
+Param linear_steps() {
+  return range("linear_steps", "equal steps down the ray until it is under the relief", 1, 4096, 16);
+}
+Param cone_steps(int fallback) { return range("cone_steps", "most cone steps a ray", 0, 4096, fallback); }
+Param binary_steps(int fallback) {
+  return range("binary_steps", "halvings of the bracket", 0, 32, fallback, "refinement=binary");
+}
+Param secant_steps() {
+  return range("secant_steps", "probes of the secant search before its last interpolation", 0, 32, 1,
+               "refinement=secant");
+}
+Param refinement(std::vector<std::string_view> choices, std::string_view fallback) {
+  return choice("refinement", "how the bracket round the hit is narrowed", std::move(choices), fallback);
+}
+
+Param shared(Param param, int constant_id) {
+  param.constant_id = constant_id;
+  return param;
+}
+Param loop() {
+  return shared(
+      choice("loop", "run all steps, or leave when the ray has arrived", {"fixed", "early_exit"}, "early_exit"),
+      kLoopConstant);
+}
+Param filter() {
+  return shared(choice("filter", "the sampler's bilinear filter, or four fetches with full-precision weights",
+                       {"hardware", "manual"}, "hardware"),
+                kFilterConstant);
+}
+Param encoding() {
+  std::vector<std::string_view> ids;
+  for (const Encoding& row : encodings()) ids.push_back(row.id);
+  return shared(choice("encoding", "how the cone ratio is stored", std::move(ids), "sqrt"), kEncodingConstant);
+}
+Param format(std::string_view fallback) {
+  std::vector<std::string_view> ids;
+  for (const Format& row : formats()) ids.push_back(row.id);
+  Param param = choice("format", "texture format of the relief map", std::move(ids), fallback);
+  param.stage = Stage::bake;  // cones are built from the heights as this format rounds them
+  return param;
+}
+Param correction(MapKind map, std::string_view fallback) {
+  std::vector<std::string_view> ids;
+  for (const Correction value : find_map(map).corrections) ids.push_back(correction_id(value));
+  Param param = choice("correction", "what makes interpolated cones safe", std::move(ids), fallback);
+  param.stage = Stage::bake;
+  return param;
+}
+Param search_steps() {
+  Param param = range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128);
+  param.stage = Stage::bake;
+  return param;
+}
+
+/// Gives a technique's own run-time parameters their specialization constants.
+Technique numbered(Technique technique) {
+  int next = kFirstOwnConstant;
+  for (Param& param : technique.params)
+    if (param.stage == Stage::run && param.constant_id < 0) param.constant_id = next++;
+  return technique;
+}
+
+std::vector<Technique> rows() {
+  return {
+      {.id = "flat",
+       .description = "no relief: the floor of frame time",
+       .map = MapKind::height,
+       .params = {},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "",
+       .source = "-"},
+      {.id = "parallax",
+       .description = "one lookup, shifted by its height",
+       .map = MapKind::height,
+       .params = {choice("variant", "full shift, or limited by the view's angle", {"plain", "offset_limited"},
+                         "offset_limited"),
+                  format("r8"), filter()},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "right only where the relief is flat",
+       .source = "[KAN01]; offset limit: Welsh 2004"},
+      {.id = "relief",
+       .description = "linear search, then refinement",
+       .map = MapKind::height,
+       .params = {linear_steps(), refinement({"none", "secant", "binary"}, "binary"), binary_steps(5), secant_steps(),
+                  loop(), format("r8"), filter()},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "may step over features thinner than one linear step",
+       .source = "[RTM] listing 5.3"},
+      {.id = "cone",
+       .description = "conservative cone stepping",
+       .map = MapKind::conservative,
+       .params = {cone_steps(32),
+                  choice("step",
+                         "the cone alone, or at least to the cell's border: untested "
+                         "(cell_max), or with the cell's surface solved (cell_quad)",
+                         {"plain", "cell_max", "cell_quad"}, "cell_quad"),
+                  refinement({"none", "secant", "binary"}, "none"), binary_steps(6), secant_steps(), loop(),
+                  correction(MapKind::conservative, "safe"), format("rg16"), encoding(), filter()},
+       .guarantee = Guarantee::never_skips,
+       .guarantee_note = "with correction=safe and step plain or cell_quad, on the heights as stored; cell_max skips "
+                         "the rest of a cell untested",
+       .source = "[DUM06]; cell steps [BVBV24]"},
+      {.id = "relaxed_cone",
+       .description = "relaxed cone stepping, then refinement",
+       .map = MapKind::relaxed_po07,
+       .params = {cone_steps(15), refinement({"secant", "binary"}, "binary"), binary_steps(6), secant_steps(), loop(),
+                  search_steps(), correction(MapKind::relaxed_po07, "none"), format("rg16"), encoding(), filter()},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]",
+       .source = "[PO07] listing 18-3"},
+  };
+}
+
+}  // namespace
+
+std::string Param::text(int value) const {
+  return choices.empty() ? fmt::format("{}", value) : std::string(choices.at(static_cast<std::size_t>(value)));
+}
+
+const Param* Technique::find(std::string_view param_id) const {
+  const auto found = std::find_if(params.begin(), params.end(), [&](const Param& p) { return p.id == param_id; });
+  return found == params.end() ? nullptr : &*found;
+}
+
+const std::vector<Technique>& techniques() {
+  static const std::vector<Technique> table = [] {
+    std::vector<Technique> list = rows();
+    std::transform(list.begin(), list.end(), list.begin(), numbered);
+    return list;
+  }();
+  return table;
+}
+
+const Technique& find_technique(std::string_view id) {
+  std::string choices;
+  for (const Technique& row : techniques()) {
+    if (row.id == id) return row;
+    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", row.id);
+  }
+  fail_input("unknown technique '{}' (expected one of {})", id, choices);
+}
+
+Settings::Settings(const Technique& technique) : technique_(&technique) {
+  for (const Param& param : technique.params) values_.push_back(param.fallback);
+}
+
+void Settings::set(std::string_view param_id, int value) {
+  const Param* param = technique_->find(param_id);
+  if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
+  if (value < param->min || value > param->max)
+    fail_input("{}={} is out of range (expected {} to {})", param_id, value, param->min, param->max);
+  values_[static_cast<std::size_t>(param - technique_->params.data())] = value;
+}
+
+void Settings::set(std::string_view param_id, std::string_view text) {
+  const Param* param = technique_->find(param_id);
+  if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
+  if (param->choices.empty()) {
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size())
+      fail_input("{}='{}' is not an integer", param_id, text);
+    set(param_id, value);
+    return;
+  }
+  const auto found = std::find(param->choices.begin(), param->choices.end(), text);
+  if (found == param->choices.end())
+    fail_input("{}='{}' is unknown (expected one of {})", param_id, text, fmt::join(param->choices, ", "));
+  set(param_id, static_cast<int>(found - param->choices.begin()));
+}
+
+int Settings::get(std::string_view param_id) const {
+  const Param* param = technique_->find(param_id);
+  if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
+  return is_active(*param) ? values_[static_cast<std::size_t>(param - technique_->params.data())] : param->fallback;
+}
+
+std::string_view Settings::choice(std::string_view param_id) const {
+  const int value = get(param_id);
+  return technique_->find(param_id)->choices.at(static_cast<std::size_t>(value));
+}
+
+bool Settings::is_active(const Param& param) const {
+  if (param.active_if.empty()) return true;
+  const std::size_t split = param.active_if.find('=');
+  return choice(param.active_if.substr(0, split)) == param.active_if.substr(split + 1);
+}
+
+std::string Settings::text() const {
+  std::string out;
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    const Param& param = technique_->params[i];
+    if (is_active(param)) out += fmt::format("{}{}={}", out.empty() ? "" : "&", param.id, param.text(values_[i]));
+  }
+  return out;
+}
+
+std::string conflict(const Settings& settings) {
+  const Technique& technique = settings.technique();
+  if (technique.find("format") == nullptr) return "";
+  const Format& format = find_format(settings.choice("format"));
+  const int needed = find_map(technique.map).channels;
+  if (format.channels < needed)
+    return fmt::format("format {} has {} channel, a {} map needs {}", format.id, format.channels,
+                       find_map(technique.map).id, needed);
+  return "";
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,32 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "kernels/heightmap.h"
+#include "kernels/technique.h"
+#include "kernels/view.h"
+
+namespace reliefbench {
+
+/// A scene of a config: a heightmap seen from one view.
+struct SceneSpec {
+  std::string id;  ///< "<heightmap>/<view>", e.g. rocks/grazing
+  HeightmapSpec heightmap;
+  Scene scene;
+};
+
+/// One point of the space: what is drawn, where, with which settings.
+struct Case {
+  Settings settings;
+  std::string scene_id;
+  std::string backend;
+
+  /// Canonical, defaults spelt out: `relief@rocks/grazing?linear_steps=16&...&backend=vulkan`. Filter, log key, link.
+  [[nodiscard]] std::string id() const;
+};
+
+/// What identifies a bake: all cases with the same text share one map.
+/// "<heightmap id>|<map>|correction=..|search_steps=..|heights=unorm8|wrap=repeat"
+[[nodiscard]] std::string bake_text(const Case& c, const SceneSpec& scene);
+
+}  // namespace reliefbench

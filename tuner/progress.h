@@ -1,0 +1,31 @@
+#pragma once
+#include <chrono>
+#include <string>
+#include <string_view>
+
+namespace reliefbench {
+
+/// Progress of long work on stderr: a bar with the time left on a terminal, a plain line every ten seconds elsewhere.
+class Progress {
+ public:
+  explicit Progress(bool quiet);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// fraction: of the whole work, 0 to 1; label: what is being done
+  void update(double fraction, std::string_view label);
+  /// A line that stays, above the bar.
+  void note(std::string_view line);
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool quiet_;
+  bool terminal_;
+  bool drawn_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_{};
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace reliefbench {
+
+// Names of a run folder's files, in one place.
+inline constexpr std::string_view kRunFile = "run.json";
+inline constexpr std::string_view kResultsFile = "results.jsonl";
+inline constexpr std::string_view kSamplesFile = "samples.jsonl";
+inline constexpr std::string_view kBenchmarkFile = "benchmark.json";
+inline constexpr std::string_view kFrontFile = "front.json";
+inline constexpr std::string_view kReportFile = "report.html";
+
+/// The picture of a case (relative to the run folder): images/<hash of key>-<kind>.png
+/// key: a case id, or reference_key(); kind: "frame" (the shaded frame) or "error" (heat map of e_xy)
+[[nodiscard]] std::filesystem::path image_path(std::string_view key, std::string_view kind);
+
+/// The key of the shaded exact reference of a scene on a backend.
+[[nodiscard]] std::string reference_image_key(std::string_view scene, std::string_view backend);
+
+}  // namespace reliefbench
