@@ -1,0 +1,259 @@
+#include "tuner/compare.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "tests/hand_made.h"
+#include "tuner/relative_time.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+using StoredRun = reliefbench::Run;  // in a test body, Run is testing::Test::Run
+
+constexpr int kCases = 40;
+
+struct Synthetic {
+  unsigned seed = 1;
+  int samples = 12;
+  int slow_cases = 0;  ///< the first so many cases take longer
+  double slowdown = 1.2;
+  double device_speed = 1;  ///< what everything, the control case too, takes
+  bool with_control = true;
+};
+
+std::string case_name(int i) { return "relief@rocks/top?linear_steps=" + std::to_string(i); }
+
+/// Rounds over all cases with control samples between, on a machine whose speed drifts by a quarter either way: far
+/// more than the threshold.
+StoredRun synthetic_run(const Synthetic& made) {
+  std::mt19937 random(made.seed);
+  std::normal_distribution<double> noise(1, 0.01);
+  const double phase = std::uniform_real_distribution<double>(0, 6.28)(random);
+  StoredRun run;
+  run.folder = "run" + std::to_string(made.seed);
+  run.info = {
+      {"identity", {{"devices", {{{"backend", "null"}, {"name", "fake"}, {"driver", "1.0"}}}}}},
+      {"host", {{"cpu", "some"}, {"os", "some"}}},
+  };
+  double at_ns = 0;
+  const auto sample = [&](const std::string& id, int round, double frame_time_ns) {
+    at_ns += 5e6;
+    const double drift = 1 + 0.25 * std::sin(phase + at_ns / 5e8);
+    run.samples.push_back({.case_id = id,
+                           .round = round,
+                           .frames = 1,
+                           .frame_time_ns = frame_time_ns * made.device_speed * drift * noise(random),
+                           .at_ns = at_ns});
+  };
+  for (int round = 0; round < made.samples; ++round) {
+    for (int i = 0; i < kCases; ++i) {
+      if (i % 4 == 0 && made.with_control) sample("control@null", round, 500);
+      sample(case_name(i), round, (1000 + 100 * i) * (i < made.slow_cases ? made.slowdown : 1));
+    }
+  }
+  for (int i = 0; i < kCases; ++i) run.records.push_back(make_record({.case_id = case_name(i)}));
+  return run;
+}
+
+int count(const Comparison& comparison, Change change) {
+  int result = 0;
+  for (const CaseChange& c : comparison.cases) result += c.change == change ? 1 : 0;
+  return result;
+}
+
+class CompareSeeds : public ::testing::TestWithParam<unsigned> {};
+
+TEST_P(CompareSeeds, finds_nothing_between_equal_runs_however_the_machine_drifts) {
+  const Comparison comparison =
+      compare_runs(synthetic_run({.seed = GetParam()}), synthetic_run({.seed = GetParam() + 1000}), {});
+  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kCases));
+  EXPECT_EQ(count(comparison, Change::slower), 0);
+  EXPECT_EQ(count(comparison, Change::faster), 0);
+  EXPECT_GT(count(comparison, Change::same), kCases / 2);
+  EXPECT_NEAR(comparison.geometric_mean, 1, 0.02);
+  EXPECT_EQ(exit_of(comparison), Exit::done);
+}
+
+TEST_P(CompareSeeds, finds_the_slowed_cases_and_no_other) {
+  const StoredRun base = synthetic_run({.seed = GetParam()});
+  const StoredRun now = synthetic_run({.seed = GetParam() + 1000, .slow_cases = 5});
+  const Comparison comparison = compare_runs(base, now, {});
+  EXPECT_EQ(count(comparison, Change::slower), 5);
+  EXPECT_EQ(count(comparison, Change::faster), 0);
+  for (std::size_t i = 0; i < comparison.cases.size(); ++i) {
+    const CaseChange& c = comparison.cases[i];
+    EXPECT_EQ(c.change == Change::slower, i < 5) << "worst first: " << c.case_id;
+    if (i < 5) {
+      EXPECT_NEAR(c.ratio.ratio, 1.2, 0.05);
+      EXPECT_LE(c.p, 0.05);
+    }
+  }
+  EXPECT_EQ(exit_of(comparison), Exit::answer_is_no);
+
+  const Comparison reverse = compare_runs(now, base, {});
+  EXPECT_EQ(count(reverse, Change::faster), 5);
+  EXPECT_EQ(count(reverse, Change::slower), 0);
+  EXPECT_EQ(exit_of(reverse), Exit::done);
+}
+
+INSTANTIATE_TEST_SUITE_P(Many, CompareSeeds, ::testing::Range(1U, 9U));
+
+TEST(Compare, shows_a_change_of_the_whole_device_in_the_control_case_only) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  const StoredRun now = synthetic_run({.seed = 1, .device_speed = 2});
+  const Comparison relative = compare_runs(base, now, {});
+  EXPECT_EQ(count(relative, Change::slower), 0);
+  ASSERT_THAT(relative.control_ratio, SizeIs(1));
+  EXPECT_EQ(relative.control_ratio[0].first, "null");
+  EXPECT_NEAR(relative.control_ratio[0].second, 2, 1e-9);
+
+  const Comparison raw = compare_runs(base, now, {.metric = "frame_time_raw"});
+  EXPECT_NEAR(raw.geometric_mean, 2, 1e-9);
+  EXPECT_EQ(count(raw, Change::slower), kCases);
+}
+
+TEST(Compare, warns_where_there_is_no_control_case) {
+  const StoredRun base = synthetic_run({.seed = 1, .with_control = false});
+  const Comparison comparison = compare_runs(base, base, {});
+  EXPECT_THAT(comparison.control_ratio, IsEmpty());
+  EXPECT_THAT(comparison.warnings, ElementsAre(HasSubstr("no control samples of null")));
+  EXPECT_EQ(comparison.geometric_mean, 1);
+}
+
+// 40 cases at 5 %: p must reach 0.00125, and 2 / (5+5 choose 5) is 0.0079.
+TEST(Compare, is_inconclusive_with_too_few_samples) {
+  const Comparison comparison = compare_runs(synthetic_run({.seed = 1, .samples = 5}),
+                                             synthetic_run({.seed = 2, .samples = 5, .slow_cases = 5}), {});
+  EXPECT_FALSE(comparison.has_power);
+  EXPECT_THAT(comparison.warnings, ElementsAre(HasSubstr("7 would do")));
+  EXPECT_EQ(count(comparison, Change::slower), 0);
+  EXPECT_EQ(exit_of(comparison), Exit::inconclusive);
+}
+
+TEST(Compare, lists_errors_that_changed_and_judges_their_direction) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = base;
+  now.records[3].error->e_xy.p99 = 0.25;
+  const Comparison worse = compare_runs(base, now, {});
+  ASSERT_THAT(worse.errors, SizeIs(1));
+  EXPECT_EQ(worse.errors[0].case_id, case_name(3));
+  EXPECT_EQ(worse.errors[0].metric, "e_xy.p99");
+  EXPECT_EQ(worse.errors[0].base, 0.0);
+  EXPECT_EQ(worse.errors[0].now, 0.25);
+  EXPECT_TRUE(worse.errors[0].worse);
+  EXPECT_EQ(exit_of(worse), Exit::answer_is_no);
+
+  const Comparison better = compare_runs(now, base, {});
+  EXPECT_FALSE(better.errors.at(0).worse);
+  EXPECT_EQ(exit_of(better), Exit::done);
+}
+
+TEST(Compare, takes_identical_pictures_for_the_best_psnr) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = base;
+  now.records[0].error->psnr = 60;
+  EXPECT_TRUE(compare_runs(base, now, {}).errors.at(0).worse);
+  EXPECT_FALSE(compare_runs(now, base, {}).errors.at(0).worse);
+}
+
+TEST(Compare, looks_at_one_error_metric_when_asked) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = base;
+  now.records[0].error->e_xy.p99 = 1;
+  now.records[1].error->missed_rate = 0.5;
+  const Comparison comparison = compare_runs(base, now, {.metric = "missed_rate"});
+  EXPECT_THAT(comparison.cases, IsEmpty());
+  ASSERT_THAT(comparison.errors, SizeIs(1));
+  EXPECT_EQ(comparison.errors[0].case_id, case_name(1));
+  EXPECT_EQ(exit_of(comparison), Exit::answer_is_no);
+  EXPECT_THROW((void)compare_runs(base, now, {.metric = "no_such"}), Error);
+}
+
+TEST(Compare, lists_cases_of_one_run_only_and_cases_that_were_lost) {
+  StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = base;
+  base.records[0].case_id = "old";
+  now.records[0].case_id = "new";
+  now.records[1].status = Status::compile_error;
+  now.records[1].reason = "why";
+  const Comparison comparison = compare_runs(base, now, {});
+  EXPECT_THAT(comparison.only_base, ElementsAre("old"));
+  EXPECT_THAT(comparison.only_new, ElementsAre("new"));
+  EXPECT_THAT(comparison.lost, ElementsAre(case_name(1) + ": compile_error why"));
+  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kCases - 2));
+  EXPECT_EQ(exit_of(comparison), Exit::answer_is_no);
+}
+
+TEST(Compare, measures_nothing_where_nothing_matches) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = base;
+  for (Record& record : now.records) record.case_id += "&more";
+  const Comparison comparison = compare_runs(base, now, {});
+  EXPECT_EQ(comparison.matched, 0U);
+  EXPECT_THAT(comparison.only_base, SizeIs(kCases));
+  EXPECT_EQ(exit_of(comparison), Exit::nothing_measured);
+}
+
+TEST(Compare, refuses_other_devices_and_drivers_but_only_warns_of_another_host) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun other_driver = base;
+  other_driver.info["identity"]["devices"][0]["driver"] = "2.0";
+  try {
+    (void)compare_runs(base, other_driver, {});
+    FAIL() << "another driver was accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::bad_input);
+    EXPECT_THAT(error.what(), HasSubstr("fake, 1.0"));
+    EXPECT_THAT(error.what(), HasSubstr("fake, 2.0"));
+  }
+  StoredRun other_host = base;
+  other_host.info["host"]["cpu"] = "other";
+  EXPECT_THAT(compare_runs(base, other_host, {}).warnings, ElementsAre("the host's cpu differs: some, now other"));
+  StoredRun broken = base;
+  broken.info = nlohmann::json::object();
+  EXPECT_THROW((void)compare_runs(base, broken, {}), Error);
+}
+
+TEST(Compare, refuses_a_measured_case_without_samples) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = base;
+  std::erase_if(now.samples, [](const Sample& sample) { return sample.case_id == case_name(7); });
+  EXPECT_THROW((void)compare_runs(base, now, {}), Error);
+}
+
+TEST(Compare, is_written_whole) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  const nlohmann::json json = comparison_json(compare_runs(base, synthetic_run({.seed = 2, .slow_cases = 1}), {}));
+  EXPECT_EQ(json.at("matched"), kCases);
+  EXPECT_EQ(json.at("cases").at(0).at("change"), "slower");
+  EXPECT_EQ(json.at("cases").at(0).at("ci").size(), 2U);
+  EXPECT_TRUE(json.at("control_ratio").contains("null"));
+}
+
+Sample sample_at(double at_ns, double frame_time_ns) {
+  return {.case_id = "a", .round = 0, .frames = 1, .frame_time_ns = frame_time_ns, .at_ns = at_ns};
+}
+
+TEST(RelativeTimes, divide_by_the_median_of_the_three_nearest) {
+  const std::vector<Sample> control = {sample_at(0, 1), sample_at(10, 2), sample_at(20, 4), sample_at(30, 100)};
+  const std::vector<Sample> samples = {sample_at(-5, 8), sample_at(9, 8), sample_at(19, 8), sample_at(99, 8)};
+  // Nearest: {1, 2, 4} twice, {2, 4, 100} twice.
+  EXPECT_THAT(relative_times(samples, control), ElementsAre(4, 4, 2, 2));
+}
+
+TEST(RelativeTimes, make_do_with_fewer_control_samples) {
+  EXPECT_THAT(relative_times(std::vector{sample_at(5, 8)}, std::vector{sample_at(0, 2)}), ElementsAre(4));
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,138 @@
+#include "tuner/recommend.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/hand_made.h"
+
+namespace reliefbench {
+namespace {
+
+std::string id(const Record* record) { return record == nullptr ? "none" : record->case_id; }
+
+Answer only_answer(const std::vector<Record>& records, const Question& question) {
+  std::vector<Answer> answers = recommend(records, question);
+  EXPECT_EQ(answers.size(), 1U);
+  return answers.at(0);
+}
+
+std::vector<Record> some_records() {
+  return {
+      make_record({.case_id = "flat", .time_ns = 100, .e_xy_p99 = 20, .technique = "flat"}),
+      make_record({.case_id = "parallax", .time_ns = 400, .e_xy_p99 = 0.4, .technique = "parallax"}),
+      make_record({.case_id = "relief 8", .time_ns = 200, .e_xy_p99 = 0.9}),
+      make_record({.case_id = "relief 16", .time_ns = 300, .e_xy_p99 = 0.3}),
+      make_record({.case_id = "relief 32", .time_ns = 500, .e_xy_p99 = 0}),
+  };
+}
+
+TEST(Recommend, picks_the_fastest_within_the_budget) {
+  const std::vector<Record> records = some_records();
+  const Answer answer = only_answer(records, {.budgets = {{"e_xy.p99", 0.5}}});
+  EXPECT_EQ(id(answer.pick), "relief 16");
+  EXPECT_EQ(id(answer.runner_up), "parallax");
+  EXPECT_EQ(id(answer.simplest), "parallax");
+  EXPECT_EQ(id(answer.flat), "flat");
+  EXPECT_EQ(id(answer.nearest), "none");
+}
+
+TEST(Recommend, picks_the_most_accurate_within_a_time) {
+  const std::vector<Record> records = some_records();
+  const Answer answer = only_answer(records, {.budgets = {}, .max_time_ms = 0.00042});
+  EXPECT_EQ(id(answer.pick), "relief 16");
+  EXPECT_EQ(id(answer.runner_up), "parallax");
+  EXPECT_EQ(id(answer.simplest), "flat");
+}
+
+TEST(Recommend, lets_flat_win_a_loose_budget) {
+  const std::vector<Record> records = some_records();
+  const Answer answer = only_answer(records, {.budgets = {{"e_xy.p99", 100}}});
+  EXPECT_EQ(id(answer.pick), "flat");
+  EXPECT_EQ(id(answer.simplest), "flat");
+}
+
+TEST(Recommend, judges_by_the_upper_end_of_the_interval) {
+  std::vector<Record> records = {make_record({.case_id = "lucky", .time_ns = 100}),
+                                 make_record({.case_id = "steady", .time_ns = 110})};
+  records[0].frame_time->summary.ci_high = 150;
+  EXPECT_EQ(id(only_answer(records, {}).pick), "steady");
+  EXPECT_EQ(id(only_answer(records, {.budgets = {}, .max_time_ms = 0.00012}).pick), "steady");
+}
+
+TEST(Recommend, breaks_ties_by_error_then_by_case_id) {
+  const std::vector<Record> records = {make_record({.case_id = "c", .e_xy_p99 = 0.1}),
+                                       make_record({.case_id = "b", .e_xy_p99 = 0}),
+                                       make_record({.case_id = "a", .e_xy_p99 = 0})};
+  const Answer answer = only_answer(records, {});
+  EXPECT_EQ(id(answer.pick), "a");
+  EXPECT_EQ(id(answer.runner_up), "b");
+}
+
+TEST(Recommend, says_how_near_the_nearest_came) {
+  const std::vector<Record> records = {
+      make_record({.case_id = "far in one", .time_ns = 900, .e_xy_p99 = 2, .missed_rate = 0}),
+      make_record({.case_id = "near in both", .time_ns = 900, .e_xy_p99 = 0.61, .missed_rate = 0.0012})};
+  const Question question{.budgets = {{"e_xy.p99", 0.5}, {"missed_rate", 0.001}}};
+  const Answer answer = only_answer(records, question);
+  EXPECT_EQ(answer.pick, nullptr);
+  EXPECT_EQ(id(answer.nearest), "near in both");
+  EXPECT_EQ(answer.miss, "e_xy.p99 is 0.61 where 0.5 is asked, missed_rate is 0.0012 where 0.001 is asked");
+  EXPECT_EQ(exit_of(std::vector<Answer>{answer}), Exit::answer_is_no);
+}
+
+TEST(Recommend, says_how_near_the_nearest_came_to_a_limit_of_zero_and_a_time) {
+  const std::vector<Record> records = {make_record({.case_id = "a", .time_ns = 3e6, .e_xy_p99 = 0.1}),
+                                       make_record({.case_id = "b", .time_ns = 2e6, .e_xy_p99 = 0.3})};
+  const Question question{.budgets = {{"e_xy.p99", 0}}, .max_time_ms = 1};
+  const Answer answer = only_answer(records, question);
+  EXPECT_EQ(id(answer.nearest), "b");
+  EXPECT_EQ(answer.miss, "e_xy.p99 is 0.3 where 0 is asked, frame time is up to 2.02 ms where 1 ms is asked");
+}
+
+TEST(Recommend, answers_each_device_and_scene) {
+  std::vector<Record> records = {make_record({.case_id = "a", .scene = "rocks/top"}),
+                                 make_record({.case_id = "b", .scene = "rocks/grazing"}),
+                                 make_record({.case_id = "c", .scene = "rocks/grazing", .backend = "opengl"})};
+  records[1].status = Status::unsupported;
+  records[1].reason = "no rg16";
+  const std::vector<Answer> answers = recommend(records, {});
+  ASSERT_EQ(answers.size(), 3U);
+  EXPECT_EQ(id(answers[0].pick), "none");
+  EXPECT_EQ(id(answers[0].nearest), "none");
+  EXPECT_EQ(answers[0].miss, "none of its 1 cases was measured; the first is unsupported: no rg16");
+  EXPECT_EQ(id(answers[1].pick), "a");
+  EXPECT_EQ(id(answers[2].pick), "c");
+  EXPECT_EQ(exit_of(answers), Exit::answer_is_no);
+  EXPECT_EQ(exit_of(std::vector<Answer>{answers[0]}), Exit::nothing_measured);
+  EXPECT_EQ(exit_of(std::vector<Answer>{answers[1], answers[2]}), Exit::done);
+  EXPECT_EQ(exit_of(std::vector<Answer>{}), Exit::nothing_measured);
+}
+
+TEST(Recommend, takes_a_metric_where_higher_is_better) {
+  std::vector<Record> records = {make_record({.case_id = "identical"}), make_record({.case_id = "good"}),
+                                 make_record({.case_id = "poor"})};
+  records[1].error->psnr = 50;
+  records[2].error->psnr = 20;
+  const Answer answer = only_answer(records, {.budgets = {{"psnr", 30}}, .max_time_ms = 1, .error_metric = "psnr"});
+  EXPECT_EQ(id(answer.pick), "identical");
+  EXPECT_EQ(id(answer.runner_up), "good");
+}
+
+TEST(Recommend, refuses_an_unknown_metric) {
+  EXPECT_THROW((void)recommend({}, {.budgets = {{"no_such", 1}}}), Error);
+  EXPECT_THROW((void)recommend({}, {.budgets = {}, .error_metric = "no_such"}), Error);
+}
+
+TEST(Recommend, is_written_with_the_question_and_whole_records) {
+  const std::vector<Record> records = some_records();
+  const Question question{.budgets = {{"e_xy.p99", 0.5}}};
+  const nlohmann::json json = answers_json(recommend(records, question), question);
+  EXPECT_EQ(json.at("question").at("budgets"), nlohmann::json({"e_xy.p99<=0.5"}));
+  EXPECT_TRUE(json.at("question").at("max_time_ms").is_null());
+  EXPECT_EQ(json.at("answers").at(0).at("pick").at("case"), "relief 16");
+  EXPECT_TRUE(json.at("answers").at(0).at("nearest").is_null());
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,19 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace reliefbench {
+
+// One function a subcommand, one file each. It adds the subcommand to `app`; when that one is chosen, its callback runs
+// the command and sets `exit_code` (kernels/error.h, Exit). Errors are thrown as Error and caught in main. Both
+// arguments must outlive the parse.
+void add_devices_command(CLI::App& app, int& exit_code);
+void add_list_command(CLI::App& app, int& exit_code);
+void add_sweep_command(CLI::App& app, int& exit_code);
+void add_recommend_command(CLI::App& app, int& exit_code);
+void add_compare_command(CLI::App& app, int& exit_code);
+void add_report_command(CLI::App& app, int& exit_code);
+
+}  // namespace reliefbench
