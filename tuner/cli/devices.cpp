@@ -97,7 +97,10 @@ nlohmann::json devices_json(const std::vector<Found>& devices, bool audited) {
 
 Exit run(const Arguments& arguments) {
   std::vector<Found> devices = find_devices(arguments);
-  if (devices.empty()) fail_environment("no such device: neither OpenGL (EGL) nor Vulkan offers one");
+  if (devices.empty()) {
+    fail_environment("no device{} on {}", arguments.device ? fmt::format(" {}", *arguments.device) : "",
+                     arguments.backend.empty() ? "OpenGL (EGL) or Vulkan" : arguments.backend);
+  }
   bool all_usable = true;
   if (arguments.audit) {
     for (Found& found : devices) {
