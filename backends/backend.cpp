@@ -8,10 +8,14 @@ namespace reliefbench {
 
 std::string_view timer_id(Timer timer) {
   switch (timer) {
-    case Timer::fenced_wall: return "fenced_wall";
-    case Timer::gl_time_elapsed: return "gl_time_elapsed";
-    case Timer::gl_timestamp: return "gl_timestamp";
-    case Timer::vk_timestamp: return "vk_timestamp";
+    case Timer::fenced_wall:
+      return "fenced_wall";
+    case Timer::gl_time_elapsed:
+      return "gl_time_elapsed";
+    case Timer::gl_timestamp:
+      return "gl_timestamp";
+    case Timer::vk_timestamp:
+      return "vk_timestamp";
   }
   return "?";
 }

@@ -20,9 +20,9 @@ enum class Dialect { vulkan, opengl };
 /// there. The others are the device's own and are audited before they are believed (timer_audit.h). [FACTS 2]
 enum class Timer {
   fenced_wall,
-  gl_time_elapsed,   ///< GL_TIME_ELAPSED round the draws
-  gl_timestamp,      ///< GL_TIMESTAMP pairs with a flush on both sides
-  vk_timestamp,      ///< vkCmdWriteTimestamp outside the rendering, full barriers on both sides
+  gl_time_elapsed,  ///< GL_TIME_ELAPSED round the draws
+  gl_timestamp,     ///< GL_TIMESTAMP pairs with a flush on both sides
+  vk_timestamp,     ///< vkCmdWriteTimestamp outside the rendering, full barriers on both sides
 };
 [[nodiscard]] std::string_view timer_id(Timer timer);
 
@@ -31,12 +31,12 @@ struct DeviceInfo {
   int index = 0;        ///< within the backend, as --device takes it
   std::string name;
   std::string vendor;
-  std::string type;     ///< cpu | integrated | discrete | virtual | other
-  std::string driver;   ///< name and version
+  std::string type;    ///< cpu | integrated | discrete | virtual | other
+  std::string driver;  ///< name and version
   std::string api_version;
-  bool software = false;             ///< a CPU rasteriser
-  std::vector<Timer> timers;         ///< that the driver offers; fenced_wall first
-  int subtexel_bits = 0;             ///< linear filter's weight precision; 0: not reported by the API
+  bool software = false;      ///< a CPU rasteriser
+  std::vector<Timer> timers;  ///< that the driver offers; fenced_wall first
+  int subtexel_bits = 0;      ///< linear filter's weight precision; 0: not reported by the API
 };
 
 struct SpecConstant {
@@ -50,10 +50,10 @@ enum class Target {
 };
 
 struct PipelineDesc {
-  std::string label;  ///< for debuggers and the null backend: the technique's id
-  std::span<const std::uint32_t> vertex;    ///< SPIR-V in the backend's dialect
+  std::string label;                      ///< for debuggers and the null backend: the technique's id
+  std::span<const std::uint32_t> vertex;  ///< SPIR-V in the backend's dialect
   std::span<const std::uint32_t> fragment;
-  std::vector<SpecConstant> constants;      ///< ids that a module does not declare are ignored
+  std::vector<SpecConstant> constants;  ///< ids that a module does not declare are ignored
   Target target = Target::color;
 };
 
@@ -128,7 +128,7 @@ struct BackendRow {
   std::string_view id;  ///< opengl | vulkan | null
   std::string_view description;
   Dialect dialect;
-  bool real;  ///< false: left out of `--backend all`
+  bool real;                             ///< false: left out of `--backend all`
   std::vector<DeviceInfo> (*devices)();  ///< empty where the API is missing; never throws for that
   /// throws: Error(environment): no device with this index
   std::unique_ptr<Backend> (*open)(int device_index, const BackendOptions& options);

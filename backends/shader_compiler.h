@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -13,6 +14,13 @@ using Spirv = std::vector<std::uint32_t>;
 /// technique: a shader file's name without `.glsl`, included by the stage as "technique.glsl"
 /// throws: Error(environment) with the file, line and message of glslang
 [[nodiscard]] Spirv compile_fragment(std::string_view technique, Target target, Dialect dialect);
+
+/// A trace's text that is not one of the binary's own (a user's technique, a test's probe).
+struct TechniqueSource {
+  std::string name;       ///< as errors show it
+  std::string_view text;  ///< GLSL that defines `Hit trace(Ray)`
+};
+[[nodiscard]] Spirv compile_fragment(const TechniqueSource& technique, Target target, Dialect dialect);
 
 /// The full-screen triangle.
 [[nodiscard]] Spirv compile_vertex(Dialect dialect);

@@ -1,9 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <functional>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "kernels/heightfield.h"
 
@@ -11,10 +12,10 @@ namespace reliefbench {
 
 /// Where a heightmap comes from and how it is read.
 struct HeightmapSpec {
-  std::string source;            ///< known name (`rocks`), procedural name (`fbm`), or an image file's path
-  std::string channel = "auto";  ///< auto | r | g | b | a | luminance; auto: see load_image
-  bool invert = false;           ///< h -> 1 - h (for depth maps)
-  bool normalise = false;        ///< stretch to the full [0,1]
+  std::string source;  ///< procedural name (`fbm`), known name (`rocks`), or an image file's path, in this order
+  std::string channel = "auto";  ///< auto | r | g | b | a | luminance; images only
+  bool invert = false;           ///< h -> 1 - h (for depth maps), last
+  bool normalise = false;        ///< stretch to the full [0,1]; a constant map becomes 0
   int width = 256;               ///< texels; procedural sources only
   int height = 256;              ///< texels; procedural sources only
   std::uint32_t seed = 1;        ///< procedural sources only
@@ -38,9 +39,15 @@ struct KnownHeightmapRow {
 };
 [[nodiscard]] std::span<const KnownHeightmapRow> known_heightmaps();
 
-/// Resolves, reads and checks a heightmap.
+/// Where known heightmaps are looked for, in this order: $RELIEFBENCH_HEIGHTMAPS, ./build/heightmaps, and
+/// ../heightmaps beside the folder of the executable.
+[[nodiscard]] std::vector<std::filesystem::path> heightmap_folders();
+
+/// Resolves, reads and checks a heightmap. Channel `auto` is alpha if the image has one that is not constant, else
+/// luminance (Rec. 709 weights on the stored values) if R, G and B differ anywhere, else the first channel.
 /// throws: Error(bad_input) naming the file and what was expected: missing, truncated or unreadable file, unknown
-///         channel, a side under 2 texels, NaN or infinite pixels; denormals are kept
+///         channel, a side under 2 texels or over kMaxSide (image.h), NaN or infinite pixels, heights outside [0,1]
+///         unless normalised; denormals are kept
 [[nodiscard]] Heightfield load_heightmap(const HeightmapSpec& spec);
 
 /// Tangent-space normals of a heightfield for a relief that is `relief_depth` tiles deep, width x height RGBA8

@@ -34,8 +34,9 @@ struct Encoding {
 /// built from these, never from the unquantised heights.
 [[nodiscard]] Heightfield quantise_heights(const Heightfield& heights, TexelType type);
 
-/// The largest value storable in `type` whose decoded ratio, with one ulp of guard, is <= ratio. [FACTS 7.1]
-/// ratio in [0,1]; returns the decoded ratio that the shader will see.
+/// The largest value storable in `type` whose decoded ratio, with one ulp of guard, is <= ratio; 0 if none is.
+/// The guard is for samplers whose unorm conversion is an ulp off. Not idempotent: floor a baked ratio once.
+/// ratio in [0,1]; returns the decoded ratio that the shader will see. [FACTS 7.1]
 [[nodiscard]] float floor_ratio(float ratio, TexelType type, const Encoding& encoding);
 
 /// A texture ready for upload.
@@ -46,8 +47,9 @@ struct TextureImage {
   std::vector<std::byte> texels;  ///< tightly packed rows
 };
 
-/// Packs quantised heights and (for two channels) floored ratios; `ratios` may be empty: the channel is then 0.
+/// Packs quantised heights and (for two channels) ratios; `ratios` may be empty: the channel is then 0.
 /// heights: already quantised by quantise_heights for format.type
+/// ratios: as baked; they are floored here (floor_ratio)
 [[nodiscard]] TextureImage pack_texture(const Heightfield& heights, std::span<const float> ratios, const Format& format,
                                         const Encoding& encoding);
 

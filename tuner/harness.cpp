@@ -11,20 +11,24 @@
 namespace reliefbench {
 namespace {
 
-/// Keeps what Google Benchmark reports and prints nothing.
-class CollectingReporter : public benchmark::BenchmarkReporter {
+/// Hands on what Google Benchmark reports, as soon as it does, and prints nothing.
+class ForwardingReporter : public benchmark::BenchmarkReporter {
  public:
+  explicit ForwardingReporter(const std::function<void(std::size_t, double)>& on_time) : on_time_(on_time) {}
   bool ReportContext(const Context&) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs)
-      if (run.run_type == Run::RT_Iteration) frame_time_ns.push_back(run.GetAdjustedRealTime());
+      if (run.run_type == Run::RT_Iteration && !run.error_occurred) on_time_(next_++, run.GetAdjustedRealTime());
   }
-  std::vector<double> frame_time_ns;
+
+ private:
+  const std::function<void(std::size_t, double)>& on_time_;
+  std::size_t next_ = 0;
 };
 
 }  // namespace
 
-std::vector<double> run_round(std::span<const TimedBatch> batches) {
+void run_round(std::span<const TimedBatch> batches, const std::function<void(std::size_t, double)>& on_time) {
   std::exception_ptr failure;
   benchmark::ClearRegisteredBenchmarks();
   for (const TimedBatch& batch : batches) {
@@ -48,13 +52,10 @@ std::vector<double> run_round(std::span<const TimedBatch> batches) {
         ->UseManualTime()
         ->Unit(benchmark::kNanosecond);
   }
-  CollectingReporter reporter;
+  ForwardingReporter reporter(on_time);
   benchmark::RunSpecifiedBenchmarks(&reporter, nullptr, ".*");
   benchmark::ClearRegisteredBenchmarks();
   if (failure) std::rethrow_exception(failure);
-  if (reporter.frame_time_ns.size() != batches.size())
-    fail_environment("Google Benchmark reported {} of {} batches", reporter.frame_time_ns.size(), batches.size());
-  return reporter.frame_time_ns;
 }
 
 std::string benchmark_json(std::span<const Sample> samples) {

@@ -16,9 +16,9 @@ struct TimedBatch {
 };
 
 /// Runs the batches once each, in order, as Google Benchmark benchmarks with manual time and explicit iterations
-/// (one iteration a frame). returns: ns a frame, as Google Benchmark reports them, parallel to `batches`
-/// throws: whatever a batch throws
-[[nodiscard]] std::vector<double> run_round(std::span<const TimedBatch> batches);
+/// (one iteration a frame). on_time: called after each batch with its index and ns a frame, as Google Benchmark reports
+/// it. throws: whatever a batch throws; the batches after it are not run
+void run_round(std::span<const TimedBatch> batches, const std::function<void(std::size_t, double)>& on_time);
 
 /// Every raw sample as one repetition, in Google Benchmark's own JSON, written by its own reporter.
 [[nodiscard]] std::string benchmark_json(std::span<const Sample> samples);

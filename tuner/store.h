@@ -1,16 +1,18 @@
 #pragma once
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tuner/append_file.h"
 #include "tuner/record.h"
 
 namespace reliefbench {
 
 /// A run's folder as read back. A torn last line of a .jsonl is ignored; any other broken line is an error with its
-/// file and line.
+/// file and line. Of two records of a case (measured again after a failure) the later one counts.
 struct Run {
   std::filesystem::path folder;
   nlohmann::json info;  ///< run.json
@@ -22,16 +24,14 @@ struct Run {
 /// Writes a file whole or not at all: temporary file beside it, fsync, rename. throws: Error(bad_input): unwritable
 void write_atomically(const std::filesystem::path& path, std::string_view text);
 
-/// An append-only run folder: every line is flushed when append() returns.
+/// An append-only run folder: a line is with the kernel when append() returns, so it survives this process. One
+/// process at a time holds a folder.
 class RunStore {
  public:
   /// Opens or makes the folder. `identity` is what must not change between start and resume (schema, config hash,
   /// devices with drivers); it is kept as run.json's "identity".
   /// throws: Error(bad_input): unwritable; a run of something else lies there (names the first differing key)
   RunStore(std::filesystem::path folder, const nlohmann::json& identity);
-  ~RunStore();
-  RunStore(const RunStore&) = delete;
-  RunStore& operator=(const RunStore&) = delete;
 
   /// What an earlier, interrupted start left: finished records and all samples.
   [[nodiscard]] const Run& earlier() const { return earlier_; }
@@ -45,8 +45,8 @@ class RunStore {
   std::filesystem::path folder_;
   nlohmann::json identity_;
   Run earlier_;
-  int results_fd_ = -1;
-  int samples_fd_ = -1;
+  std::optional<AppendFile> results_;
+  std::optional<AppendFile> samples_;
 };
 
 }  // namespace reliefbench

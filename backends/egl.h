@@ -1,0 +1,31 @@
+#pragma once
+#include <epoxy/egl.h>
+
+#include <vector>
+
+namespace reliefbench {
+
+/// The displays of this machine that may offer OpenGL without a window system, each device once: EGL's device
+/// enumeration, then Mesa's surfaceless platform where it adds a device. Displays stay initialised for the life of the
+/// process: EGL hands the same one to every caller and does not count its users. Prints nothing, never throws for a
+/// missing library or a device that cannot be opened.
+[[nodiscard]] std::vector<EGLDisplay> egl_displays();
+
+/// A headless OpenGL 4.5 core context with GL_ARB_gl_spirv.
+class EglContext {
+ public:
+  /// throws: Error(environment) naming the EGL call or the extension that is missing
+  EglContext(EGLDisplay display, bool debug);
+  ~EglContext();
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+
+  /// Every public call of the backend starts with this, so several contexts can take turns in one thread.
+  void make_current() const;
+
+ private:
+  EGLDisplay display_;
+  EGLContext context_;
+};
+
+}  // namespace reliefbench

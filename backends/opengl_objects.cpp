@@ -1,0 +1,177 @@
+#include "backends/opengl_objects.h"
+
+#include <algorithm>
+
+#include "backends/spirv.h"
+#include "kernels/error.h"
+
+namespace reliefbench {
+namespace {
+
+struct GlFormat {
+  GLenum internal;
+  GLenum layout;
+  GLenum type;
+  int bytes_per_texel;
+};
+
+GlFormat gl_format(const Format* format) {
+  if (format == nullptr)
+    return {.internal = GL_RGBA8, .layout = GL_RGBA, .type = GL_UNSIGNED_BYTE, .bytes_per_texel = 4};
+  const bool two = format->channels == 2;
+  const GLenum layout = two ? GL_RG : GL_RED;
+  const int channels = format->channels;
+  switch (format->type) {
+    case TexelType::unorm8:
+      return {two ? GLenum{GL_RG8} : GLenum{GL_R8}, layout, GL_UNSIGNED_BYTE, channels};
+    case TexelType::unorm16:
+      return {two ? GLenum{GL_RG16} : GLenum{GL_R16}, layout, GL_UNSIGNED_SHORT, 2 * channels};
+    case TexelType::float16:
+      return {two ? GLenum{GL_RG16F} : GLenum{GL_R16F}, layout, GL_HALF_FLOAT, 2 * channels};
+    case TexelType::float32:
+      return {two ? GLenum{GL_RG32F} : GLenum{GL_R32F}, layout, GL_FLOAT, 4 * channels};
+  }
+  fail_environment("OpenGL: no such texel type");
+}
+
+std::string error_name(GLenum error) {
+  switch (error) {
+    case GL_INVALID_ENUM:
+      return "GL_INVALID_ENUM";
+    case GL_INVALID_VALUE:
+      return "GL_INVALID_VALUE";
+    case GL_INVALID_OPERATION:
+      return "GL_INVALID_OPERATION";
+    case GL_INVALID_FRAMEBUFFER_OPERATION:
+      return "GL_INVALID_FRAMEBUFFER_OPERATION";
+    case GL_OUT_OF_MEMORY:
+      return "GL_OUT_OF_MEMORY";
+    case GL_CONTEXT_LOST:
+      return "GL_CONTEXT_LOST";
+    default:
+      return fmt::format("0x{:04x}", error);
+  }
+}
+
+/// The first error since the last call, and the others forgotten.
+GLenum take_error() {
+  const GLenum first = glGetError();
+  // There may be a flag for each distributed part; a lost context would report for ever.
+  for (int i = 0; i < 8 && glGetError() != GL_NO_ERROR; ++i) continue;
+  return first;
+}
+
+/// The driver's log of a shader or a program as one line.
+template <typename Get>
+std::string info_log(GLuint object, const Get& get) {
+  std::array<char, 1024> log{};
+  get(object, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  std::string text = log.data();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+void check_gl(std::string_view what) {
+  if (const GLenum error = take_error(); error != GL_NO_ERROR)
+    fail_environment("OpenGL: {} while trying to {}", error_name(error), what);
+}
+
+OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc) : context_(context) {
+  const GlFormat format = gl_format(desc.format);
+  const std::size_t expected = static_cast<std::size_t>(desc.width) * static_cast<std::size_t>(desc.height) *
+                               static_cast<std::size_t>(format.bytes_per_texel);
+  if (desc.width < 1 || desc.height < 1 || desc.texels.size() != expected)
+    fail_input("texture of {}x{} texels: {} bytes given, {} expected", desc.width, desc.height, desc.texels.size(),
+               expected);
+  glCreateTextures(GL_TEXTURE_2D, 1, &id_);
+  glTextureStorage2D(id_, 1, format.internal, desc.width, desc.height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(id_, 0, 0, 0, desc.width, desc.height, format.layout, format.type, desc.texels.data());
+  const GLint filter = desc.filter == Filter::linear ? GL_LINEAR : GL_NEAREST;
+  const GLint wrap = desc.wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+  glTextureParameteri(id_, GL_TEXTURE_MIN_FILTER, filter);
+  glTextureParameteri(id_, GL_TEXTURE_MAG_FILTER, filter);
+  glTextureParameteri(id_, GL_TEXTURE_WRAP_S, wrap);
+  glTextureParameteri(id_, GL_TEXTURE_WRAP_T, wrap);
+  glTextureParameteri(id_, GL_TEXTURE_MAX_LEVEL, 0);
+  glFinish();
+}
+
+OpenglTexture::~OpenglTexture() {
+  context_.make_current();
+  glDeleteTextures(1, &id_);
+}
+
+OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
+    : context_(context), target_(desc.target), program_(glCreateProgram()) {
+  try {
+    attach(GL_VERTEX_SHADER, desc.vertex, desc);
+    attach(GL_FRAGMENT_SHADER, desc.fragment, desc);
+    glLinkProgram(program_);
+    GLint linked = GL_FALSE;
+    glGetProgramiv(program_, GL_LINK_STATUS, &linked);
+    if (linked != GL_TRUE)
+      fail_environment("OpenGL: {} does not link: {}", desc.label, info_log(program_, glGetProgramInfoLog));
+    const auto length = static_cast<GLsizei>(std::min<std::size_t>(desc.label.size(), 255));
+    glObjectLabel(GL_PROGRAM, program_, length, desc.label.data());
+    check_gl(fmt::format("compile {}", desc.label));
+  } catch (const Error&) {
+    glDeleteProgram(program_);
+    throw;
+  }
+}
+
+OpenglPipeline::~OpenglPipeline() {
+  context_.make_current();
+  glDeleteProgram(program_);
+}
+
+void OpenglPipeline::attach(GLenum stage, std::span<const std::uint32_t> spirv, const PipelineDesc& desc) const {
+  // OpenGL refuses ids that the module does not declare.
+  const std::vector<DeclaredConstant> declared = declared_constants(spirv);
+  std::vector<GLuint> ids;
+  std::vector<GLuint> values;
+  for (const SpecConstant& constant : desc.constants)
+    if (std::any_of(declared.begin(), declared.end(), [&](const auto& known) { return known.id == constant.id; })) {
+      ids.push_back(constant.id);
+      values.push_back(static_cast<GLuint>(constant.value));
+    }
+
+  const GLuint shader = glCreateShader(stage);
+  glAttachShader(program_, shader);
+  glDeleteShader(shader);  // the program keeps it
+  glShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V_ARB, spirv.data(),
+                 static_cast<GLsizei>(spirv.size_bytes()));
+  glSpecializeShaderARB(shader, "main", static_cast<GLuint>(ids.size()), ids.data(), values.data());
+  GLint compiled = GL_FALSE;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+  const GLenum error = take_error();
+  if (compiled != GL_TRUE || error != GL_NO_ERROR)
+    fail_environment("OpenGL: {} does not specialise ({}): {}", desc.label, error_name(error),
+                     info_log(shader, glGetShaderInfoLog));
+}
+
+void FrameTarget::resize(int new_width, int new_height) {
+  if (new_width == width && new_height == height) return;
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteTextures(attachments, textures.data());
+  width = height = 0;
+
+  constexpr std::array<GLenum, 2> kSlots = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glCreateFramebuffers(1, &framebuffer);
+  glCreateTextures(GL_TEXTURE_2D, attachments, textures.data());
+  for (std::size_t i = 0; i < static_cast<std::size_t>(attachments); ++i) {
+    glTextureStorage2D(textures[i], 1, format, new_width, new_height);
+    glNamedFramebufferTexture(framebuffer, kSlots[i], textures[i], 0);
+  }
+  glNamedFramebufferDrawBuffers(framebuffer, attachments, kSlots.data());
+  check_gl(fmt::format("make a frame of {}x{} px", new_width, new_height));
+  if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    fail_environment("OpenGL: the device cannot draw into a frame of {}x{} px", new_width, new_height);
+  width = new_width;
+  height = new_height;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,123 @@
+#include "backends/shader_compiler.h"
+
+#include <glslang/Public/ResourceLimits.h>
+#include <glslang/Public/ShaderLang.h>
+#include <glslang/SPIRV/GlslangToSpv.h>
+
+#include "kernels/embedded.h"
+#include "kernels/error.h"
+
+namespace reliefbench {
+namespace {
+
+struct Source {
+  std::string_view stage_file;
+  EShLanguage stage;
+  TechniqueSource technique{};
+  Dialect dialect;
+};
+
+/// Resolves #include from the binary's own shaders.
+class EmbeddedIncluder final : public glslang::TShader::Includer {
+ public:
+  explicit EmbeddedIncluder(const TechniqueSource& technique) : technique_(technique) {}
+
+  IncludeResult* includeLocal(const char* name, const char* /*includer*/, std::size_t /*depth*/) override {
+    if (std::string_view(name) == "technique.glsl") return result(technique_.name, technique_.text);
+    for (const EmbeddedFile& file : embedded_shaders())
+      if (file.name == name) return result(std::string(name), file.text);
+    return nullptr;  // glslang then reports the #include line
+  }
+  void releaseInclude(IncludeResult* included) override { delete included; }
+
+ private:
+  static IncludeResult* result(const std::string& name, std::string_view text) {
+    return new IncludeResult(name, text.data(), text.size(), nullptr);
+  }
+  const TechniqueSource& technique_;
+};
+
+/// glslang's process-wide tables, held from the first compilation to the end of the process.
+class GlslangProcess {
+ public:
+  GlslangProcess() { glslang::InitializeProcess(); }
+  ~GlslangProcess() { glslang::FinalizeProcess(); }
+  GlslangProcess(const GlslangProcess&) = delete;
+  GlslangProcess& operator=(const GlslangProcess&) = delete;
+};
+
+/// The first error of glslang's log: "flat.glsl:2: 'x' : undeclared identifier".
+std::string first_error(std::string_view log) {
+  constexpr std::string_view kPrefix = "ERROR: ";
+  const std::size_t start = log.find(kPrefix);
+  if (start == std::string_view::npos) return std::string(log.substr(0, log.find('\n')));
+  log.remove_prefix(start + kPrefix.size());
+  std::string line(log.substr(0, log.find('\n')));
+  while (!line.empty() && line.back() == ' ') line.pop_back();
+  return line;
+}
+
+Spirv compile(const Source& source) {
+  static const GlslangProcess process;
+
+  const std::string file(source.stage_file);
+  const std::string_view text = embedded_text(embedded_shaders(), source.stage_file);
+  const char* const text_data = text.data();
+  const char* const name = file.c_str();
+  const int length = static_cast<int>(text.size());
+
+  glslang::TShader shader(source.stage);
+  shader.setStringsWithLengthsAndNames(&text_data, &length, &name, 1);
+  EShMessages rules = EShMsgSpvRules;
+  if (source.dialect == Dialect::vulkan) {
+    rules = static_cast<EShMessages>(rules | EShMsgVulkanRules);
+    shader.setEnvInput(glslang::EShSourceGlsl, source.stage, glslang::EShClientVulkan, 100);
+    shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_1);
+    shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_3);
+  } else {
+    shader.setEnvInput(glslang::EShSourceGlsl, source.stage, glslang::EShClientOpenGL, 100);
+    shader.setEnvClient(glslang::EShClientOpenGL, glslang::EShTargetOpenGL_450);
+    shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_0);  // all that GL_ARB_gl_spirv promises
+  }
+
+  EmbeddedIncluder includer(source.technique);
+  if (!shader.parse(GetDefaultResources(), 450, ENoProfile, false, false, rules, includer))
+    fail_environment("{}", first_error(shader.getInfoLog()));
+  glslang::TProgram program;
+  program.addShader(&shader);
+  if (!program.link(rules)) fail_environment("{}: {}", file, first_error(program.getInfoLog()));
+
+  // Names stay for debuggers. The optimiser stays off: the drivers have their own, and every version of it would
+  // change the hash that timings are stored under.
+  glslang::SpvOptions options;
+  options.disableOptimizer = true;
+  options.validate = false;
+  Spirv spirv;
+  glslang::GlslangToSpv(*program.getIntermediate(source.stage), spirv, &options);
+  return spirv;
+}
+
+}  // namespace
+
+Spirv compile_fragment(std::string_view technique, Target target, Dialect dialect) {
+  std::string file = fmt::format("{}.glsl", technique);
+  const std::string_view text = embedded_text(embedded_shaders(), file);
+  return compile_fragment({.name = std::move(file), .text = text}, target, dialect);
+}
+
+Spirv compile_fragment(const TechniqueSource& technique, Target target, Dialect dialect) {
+  return compile({.stage_file = target == Target::score ? "score.frag" : "shade.frag",
+                  .stage = EShLangFragment,
+                  .technique = technique,
+                  .dialect = dialect});
+}
+
+Spirv compile_vertex(Dialect dialect) {
+  return compile({.stage_file = "fullscreen.vert", .stage = EShLangVertex, .dialect = dialect});
+}
+
+Spirv compile_load(Dialect dialect) {
+  return compile({.stage_file = "load.frag", .stage = EShLangFragment, .dialect = dialect});
+}
+
+}  // namespace reliefbench

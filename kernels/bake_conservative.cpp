@@ -1,0 +1,18 @@
+#include "kernels/cone_map.h"
+#include "kernels/cone_search.h"
+
+namespace reliefbench {
+
+std::vector<float> bake_conservative(const BakeRequest& request) {
+  const Heightfield& heights = request.heights;
+  check_bakeable(heights);
+  std::vector<float> ratios = search_cones({.heights = heights,
+                                            .wrap = request.wrap,
+                                            .metric = cone_metric(heights.width, heights.height, request.correction),
+                                            .pair_key = nullptr,
+                                            .threads = request.threads});
+  if (request.correction == Correction::none) return ratios;
+  return min3x3(ratios, heights.width, heights.height, request.wrap);
+}
+
+}  // namespace reliefbench

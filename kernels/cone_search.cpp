@@ -1,0 +1,279 @@
+#include "kernels/cone_search.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "kernels/max_pyramid.h"
+#include "kernels/parallel.h"
+
+// The traversal is compiled once for every x86 level; the best that the machine has is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/cone_search.cpp"  // NOLINT(bugprone-macro-parentheses)
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace reliefbench {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr int kSide = 4;  // texels along a packet
+constexpr std::size_t kLanes = std::size_t{kSide} * kSide;
+constexpr int kBand = 32;             // rows of texels a task: long enough to pass best targets down
+constexpr float kMargin = 1 + 4e-6F;  // over the rounding of a bound in float
+
+/// 4 x 4 texels that share one traversal.
+template <bool kRepeat>
+class Packet {
+  // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): filled by start()
+ public:
+  explicit Packet(const ConeSearch& search, const MaxPyramid& pyramid)
+      : search_(search), pyramid_(pyramid), width_(search.heights.width), height_(search.heights.height) {
+    const ConeMetric& metric = search.metric;
+    aspect_ = static_cast<float>(metric.weight_x / metric.weight_y);
+    slack_ = static_cast<float>(metric.slack / metric.weight_y);
+  }
+
+  void start(int x, int y) {
+    for (int i = 0; i < kSide * kSide; ++i) {
+      // Lanes outside the map repeat its last row and column.
+      const int px = std::min(x + i % kSide, width_ - 1);
+      const int py = std::min(y + i / kSide, height_ - 1);
+      x_[i] = static_cast<float>(px);
+      y_[i] = static_cast<float>(py);
+      height_f_[i] = search_.heights.at(px, py);
+      x_d_[i] = px;
+      y_d_[i] = py;
+      height_d_[i] = height_f_[i];
+      key_[i] = search_.metric.side * search_.metric.side;  // ratio 1
+      target_[i] = py * static_cast<double>(width_) + px;
+    }
+    lowest_ = *std::min_element(height_f_, height_f_ + kLanes);
+    centre_x_ = static_cast<float>(x) + 0.5F * (kSide - 1);
+    centre_y_ = static_cast<float>(y) + 0.5F * (kSide - 1);
+    update_limits();
+  }
+
+  /// The texel that gave lane `i` its key; the lane itself where none did.
+  [[nodiscard]] int target(int i) const { return static_cast<int>(target_[i]); }
+
+  [[nodiscard]] float ratio(int i) const {
+    const double exact = std::sqrt(key_[i]) / search_.metric.side;
+    const auto nearest = static_cast<float>(exact);
+    return static_cast<double>(nearest) > exact ? std::nextafter(nearest, 0.0F) : nearest;
+  }
+
+  void try_texel(int x, int y) {
+    const float top = search_.heights.at(x, y);
+    if (may_improve(static_cast<float>(x), static_cast<float>(y), 0, top)) evaluate(x, y, top);
+  }
+
+  void search_all() {
+    struct Node {
+      std::uint16_t x, y;
+      int level;
+    };
+    const auto& levels = pyramid_.levels();
+    std::array<Node, 64> stack;  // at most three nodes wait on each of 17 levels, and one is open
+    std::size_t count = 0;
+    stack[count++] = {0, 0, static_cast<int>(levels.size()) - 1};
+    while (count > 0) {
+      const Node node = stack[--count];
+      const MaxPyramid::Level& level = levels[static_cast<std::size_t>(node.level)];
+      const float top = level.at(node.x, node.y);
+      if (top <= lowest_) continue;  // padding too: it has no children
+      const auto size = static_cast<float>(1 << node.level);
+      const float middle_x = (static_cast<float>(node.x) + 0.5F) * size - 0.5F;
+      const float middle_y = (static_cast<float>(node.y) + 0.5F) * size - 0.5F;
+      if (!may_improve(middle_x, middle_y, 0.5F * (size - 1), top)) continue;
+      if (node.level == 0) {
+        evaluate(node.x, node.y, top);
+        continue;
+      }
+      const int near_x = is_right_nearer(centre_x_ - middle_x, static_cast<float>(width_));
+      const int near_y = is_right_nearer(centre_y_ - middle_y, static_cast<float>(height_));
+      for (const int child : {3, 2, 1, 0}) {  // the near child is on top of the stack
+        stack[count++] = {static_cast<std::uint16_t>(2 * node.x + (near_x ^ (child & 1))),
+                          static_cast<std::uint16_t>(2 * node.y + (near_y ^ (child >> 1))), node.level - 1};
+      }
+    }
+  }
+
+ private:
+  using F = HWY_CAPPED(float, kLanes);
+  using D = HWY_CAPPED(double, kLanes / 2);
+
+  static int is_right_nearer(float offset, float side) {
+    if (kRepeat && std::abs(offset) > 0.5F * side) offset = -offset;
+    return offset > 0 ? 1 : 0;
+  }
+
+  template <class T>
+  static hn::Vec<T> distance(T tag, hn::Vec<T> a, hn::Vec<T> b, int side) {
+    const auto d = hn::Abs(hn::Sub(a, b));
+    if constexpr (!kRepeat) return d;
+    return hn::Min(d, hn::Sub(hn::Set(tag, static_cast<hn::TFromD<T>>(side)), d));
+  }
+
+  /// Whether a texel in a box of half side `reach` texels, none higher than `top`, may lower any lane's key.
+  HWY_INLINE bool may_improve(float x, float y, float reach, float top) const {
+    const F f;
+    const auto zero = hn::Zero(f);
+    bool any = false;
+    for (std::size_t i = 0; i < kLanes; i += hn::Lanes(f)) {
+      const auto half = hn::Set(f, reach);
+      const auto dx = hn::Max(hn::Sub(distance(f, hn::Load(f, x_ + i), hn::Set(f, x), width_), half), zero);
+      const auto dy = hn::Max(hn::Sub(distance(f, hn::Load(f, y_ + i), hn::Set(f, y), height_), half), zero);
+      const auto distance2 = hn::MulAdd(hn::Mul(dx, hn::Set(f, aspect_)), dx, hn::Mul(dy, dy));
+      const auto rise = hn::Max(hn::Sub(hn::Set(f, top), hn::Load(f, height_f_ + i)), zero);
+      const auto bound = hn::MulAdd(hn::Mul(hn::Load(f, limit_ + i), rise), rise, hn::Set(f, slack_));
+      any = any || !hn::AllFalse(f, hn::Lt(distance2, bound));
+    }
+    return any;
+  }
+
+  void evaluate(int x, int y, float top) {
+    if (search_.pair_key != nullptr) {
+      evaluate_pairs(x, y, top);
+    } else {
+      evaluate_texel(x, y, top);
+    }
+  }
+
+  /// Lowers the lanes' keys by one texel, in double precision: the expression that a loop over all pairs has.
+  HWY_NOINLINE void evaluate_texel(int x, int y, float top) {
+    const D d;
+    const ConeMetric& metric = search_.metric;
+    const auto index = hn::Set(d, y * static_cast<double>(width_) + x);
+    bool improved = false;
+    for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d)) {
+      const auto dx = distance(d, hn::Load(d, x_d_ + i), hn::Set(d, x), width_);
+      const auto dy = distance(d, hn::Load(d, y_d_ + i), hn::Set(d, y), height_);
+      const auto distance2 = hn::Sub(hn::Add(hn::Mul(hn::Mul(dx, dx), hn::Set(d, metric.weight_x)),
+                                             hn::Mul(hn::Mul(dy, dy), hn::Set(d, metric.weight_y))),
+                                     hn::Set(d, metric.slack));
+      const auto rise = hn::Sub(hn::Set(d, static_cast<double>(top)), hn::Load(d, height_d_ + i));
+      const auto key = hn::Load(d, key_ + i);
+      const auto found = hn::Div(distance2, hn::Mul(rise, rise));
+      const auto better = hn::And(hn::Lt(found, key), hn::Gt(rise, hn::Zero(d)));
+      if (hn::AllFalse(d, better)) continue;
+      improved = true;
+      hn::Store(hn::IfThenElse(better, found, key), d, key_ + i);
+      hn::Store(hn::IfThenElse(better, index, hn::Load(d, target_ + i)), d, target_ + i);
+    }
+    if (improved) update_limits();
+  }
+
+  /// The same where a pair's key is more than its distance and heights.
+  HWY_NOINLINE void evaluate_pairs(int x, int y, float top) {
+    const ConeMetric& metric = search_.metric;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const double rise = static_cast<double>(top) - height_d_[i];
+      if (rise <= 0) continue;
+      const double dx = offset(x - x_d_[i], width_);
+      const double dy = offset(y - y_d_[i], height_);
+      const double distance2 = dx * dx * metric.weight_x + dy * dy * metric.weight_y - metric.slack;
+      if (distance2 / (rise * rise) >= key_[i]) continue;
+      const double found = (*search_.pair_key)({.x = x_d_[i],
+                                                .y = y_d_[i],
+                                                .dx = dx,
+                                                .dy = dy,
+                                                .distance2 = distance2,
+                                                .height = height_d_[i],
+                                                .target_height = static_cast<double>(top),
+                                                .best = key_[i]});
+      if (found >= key_[i]) continue;
+      key_[i] = found;
+      target_[i] = y * static_cast<double>(width_) + x;
+      limit_[i] = static_cast<float>(found / metric.weight_y) * kMargin;
+    }
+  }
+
+  /// Under repeat, the offset to the nearest image, in (-side/2, side/2].
+  static double offset(double d, int side) {
+    if constexpr (!kRepeat) return d;
+    if (2 * d > side) return d - side;
+    return 2 * d <= -side ? d + side : d;
+  }
+
+  void update_limits() {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      limit_[i] = static_cast<float>(key_[i] / search_.metric.weight_y) * kMargin;
+    }
+  }
+
+  const ConeSearch& search_;
+  const MaxPyramid& pyramid_;
+  int width_, height_;
+  float aspect_, slack_;  // metric in units of weight_y
+  float centre_x_, centre_y_;
+  float lowest_;  // of the lanes' heights
+  HWY_ALIGN float x_[kLanes], y_[kLanes], height_f_[kLanes];
+  HWY_ALIGN float limit_[kLanes];  // key in units of weight_y, rounded up
+  HWY_ALIGN double x_d_[kLanes], y_d_[kLanes], height_d_[kLanes], key_[kLanes], target_[kLanes];
+  // NOLINTEND(cppcoreguidelines-pro-type-member-init)
+};
+
+template <bool kRepeat>
+void search_band(const ConeSearch& search, const MaxPyramid& pyramid, int first_row, float* ratios) {
+  const int width = search.heights.width;
+  const int height = search.heights.height;
+  const Wrap wrap = search.wrap;
+  const int packets = (width + kSide - 1) / kSide;
+  std::vector<std::array<int, kSide>> above(static_cast<std::size_t>(packets));  // targets of the packets above
+  Packet<kRepeat> packet(search, pyramid);
+  for (int y = first_row; y < std::min(first_row + kBand, height); y += kSide) {
+    for (int p = 0; p < packets; ++p) {
+      const int x = p * kSide;
+      // The best targets of neighbours are good first guesses.
+      std::array<int, kSide> left{};
+      for (int i = 0; p > 0 && i < kSide; ++i) left[i] = packet.target(i * kSide + kSide - 1);
+      packet.start(x, y);
+      for (int j = -1; j <= kSide; ++j) {
+        for (int i = -1; i <= kSide; ++i) packet.try_texel(wrapped(x + i, width, wrap), wrapped(y + j, height, wrap));
+      }
+      auto& upper = above[static_cast<std::size_t>(p)];
+      for (int i = 0; i < kSide; ++i) {
+        if (p > 0) packet.try_texel(left[i] % width, left[i] / width);
+        if (y > first_row) packet.try_texel(upper[i] % width, upper[i] / width);
+      }
+      packet.search_all();
+      for (int i = 0; i < kSide; ++i) upper[i] = packet.target(kSide * (kSide - 1) + i);
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const int px = x + i % kSide;
+        const int py = y + i / kSide;
+        if (px < width && py < height) ratios[static_cast<std::size_t>(py) * width + px] = packet.ratio(i);
+      }
+    }
+  }
+}
+
+void search_all_bands(const ConeSearch& search, const MaxPyramid& pyramid, float* ratios) {
+  const int bands = (search.heights.height + kBand - 1) / kBand;
+  parallel_for(bands, search.threads, [&](int band) {
+    if (search.wrap == Wrap::repeat) {
+      search_band<true>(search, pyramid, band * kBand, ratios);
+    } else {
+      search_band<false>(search, pyramid, band * kBand, ratios);
+    }
+  });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace reliefbench
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace reliefbench {
+HWY_EXPORT(search_all_bands);
+
+std::vector<float> search_cones(const ConeSearch& search) {
+  const MaxPyramid pyramid(search.heights);
+  std::vector<float> ratios(search.heights.texels.size());
+  HWY_DYNAMIC_DISPATCH(search_all_bands)(search, pyramid, ratios.data());
+  return ratios;
+}
+
+}  // namespace reliefbench
+#endif

@@ -1,0 +1,55 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "kernels/cone_map.h"
+
+namespace reliefbench {
+
+/// How far two texels are apart: distance2 = dx^2 weight_x + dy^2 weight_y - slack, dx and dy in texels. The unit is
+/// chosen so that every distance2 is exact in a double: on a square map it is one texel.
+struct ConeMetric {
+  double weight_x = 1;
+  double weight_y = 1;
+  double slack = 0;  ///< what [FACTS 6] takes off d^2 for bilinear-safe cones; under the smallest distance2
+  double side = 1;   ///< length of one uv in the same unit: ratio = sqrt(distance2) / (side * height difference)
+};
+[[nodiscard]] ConeMetric cone_metric(int width, int height, Correction correction);
+
+/// Two texels whose bound distance2 / (target_height - height)^2 is under `best`.
+struct ConePair {
+  double x, y;           ///< texel that owns the cone
+  double dx, dy;         ///< texels from it to the target; under repeat to the nearest image, in (-side/2, side/2]
+  double distance2;      ///< in the unit of ConeMetric
+  double height;         ///< of the owner
+  double target_height;  ///< greater than height
+  double best;           ///< least key found yet
+};
+
+/// What a pair allows, where that is more than the target texel itself does (relaxed cones).
+class PairKey {
+ public:
+  virtual ~PairKey() = default;
+  /// returns: the pair's key, >= distance2 / (target_height - height)^2; anything >= best where it is not under best
+  [[nodiscard]] virtual double operator()(const ConePair& pair) const = 0;
+};
+
+struct ConeSearch {
+  const Heightfield& heights;
+  Wrap wrap;
+  ConeMetric metric;
+  const PairKey* pair_key;  ///< null: distance2 / (target_height - height)^2, the conservative cone
+  int threads;
+};
+
+/// For every texel the ratio sqrt(min key) / side over all texels that are higher, at most 1, rounded down to float:
+/// never above the double-precision value. Branch and bound on a max pyramid, 4 x 4 texels a traversal. [FACTS 4]
+/// The result has the bits of a loop over all pairs: bounds are pruned with a margin over float's rounding, the keys
+/// that remain are evaluated in double, and a minimum does not depend on the order.
+[[nodiscard]] std::vector<float> search_cones(const ConeSearch& search);
+
+/// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
+void check_bakeable(const Heightfield& heights);
+
+}  // namespace reliefbench

@@ -1,0 +1,126 @@
+#include "kernels/image.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "kernels/error.h"
+#include "kernels/png_chunks.h"
+
+namespace reliefbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string first_line(std::string text) {
+  text.resize(std::min(text.size(), text.find_first_of("\r\n")));
+  return text;
+}
+
+std::vector<std::uint8_t> read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) fail_input("{}: cannot be opened for reading", path.string());
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+bool is_png(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, 8> start{};
+  in.read(start.data(), start.size());
+  return has_png_signature({reinterpret_cast<const std::uint8_t*>(start.data()), start.size()});
+}
+
+/// Codes again, and one correctly rounded division: OpenImageIO multiplies by 1/max, which can be an ulp off.
+void round_codes(std::vector<float>& pixels, float max_code) {
+  for (float& pixel : pixels) pixel = std::round(pixel * max_code) / max_code;
+}
+
+void check_shape(const OIIO::ImageSpec& spec, const std::string& name) {
+  if (spec.depth > 1 || spec.deep) fail_input("{}: is a volume or a deep image; a flat one is needed", name);
+  if (spec.width < 2 || spec.height < 2)
+    fail_input("{}: is {}x{} texels; at least 2x2 is needed", name, spec.width, spec.height);
+  if (spec.width > kMaxSide || spec.height > kMaxSide)
+    fail_input("{}: is {}x{} texels; at most {} a side is possible", name, spec.width, spec.height, kMaxSide);
+}
+
+}  // namespace
+
+Image load_image(const fs::path& path) {
+  const std::string name = path.string();
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) fail_input("{}: no such file", name);
+  if (!fs::is_regular_file(path, ignored)) fail_input("{}: is not a file", name);
+
+  OIIO::ImageSpec config;
+  config["oiio:UnassociatedAlpha"] = 1;
+  std::vector<std::uint8_t> png;
+  std::optional<OIIO::Filesystem::IOMemReader> memory;  // outlives the input that reads from it
+  std::unique_ptr<OIIO::ImageInput> input;
+  if (is_png(path)) {
+    png = checked_png(read_file(path), path);
+    memory.emplace(png.data(), png.size());
+    // Named by content, so that a PNG called .tga is read too.
+    input = OIIO::ImageInput::open("memory.png", &config, &*memory);
+  } else {
+    input = OIIO::ImageInput::open(name, &config);
+  }
+  // The library prints a pending message at exit unless it is fetched here.
+  const std::string open_error = first_line(OIIO::geterror());
+  if (!input) fail_input("{}: not a readable image: {}", name, open_error);
+
+  const OIIO::ImageSpec& spec = input->spec();
+  check_shape(spec, name);
+  Image image{.width = spec.width,
+              .height = spec.height,
+              .channels = spec.channelnames,
+              .alpha = spec.alpha_channel,
+              .pixels = std::vector<float>(spec.image_pixels() * static_cast<std::size_t>(spec.nchannels))};
+  const bool complete = input->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data());
+  const std::string read_error = first_line(input->geterror());
+  if (!complete || !read_error.empty()) fail_input("{}: truncated or corrupt: {}", name, read_error);
+  if (spec.format == OIIO::TypeDesc::UINT8) round_codes(image.pixels, 255.0F);
+  if (spec.format == OIIO::TypeDesc::UINT16) round_codes(image.pixels, 65535.0F);
+  return image;
+}
+
+std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8) {
+  assert(rgba8.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
+  OIIO::ImageSpec spec(width, height, 4, OIIO::TypeDesc::UINT8);
+  spec["oiio:UnassociatedAlpha"] = 1;
+  std::vector<std::uint8_t> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("memory.png", &memory);
+  if (!output) fail_environment("OpenImageIO cannot write PNG: {}", first_line(OIIO::geterror()));
+  if (!output->open("memory.png", spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgba8.data()) ||
+      !output->close())
+    fail_environment("a PNG of {}x{} could not be encoded: {}", width, height, first_line(output->geterror()));
+  return bytes;
+}
+
+void write_png(const fs::path& path, int width, int height, std::span<const std::uint8_t> rgba8) {
+  const std::vector<std::uint8_t> bytes = encode_png(width, height, rgba8);
+  // In the same folder, since a rename is atomic within one file system only.
+  const fs::path part = fmt::format("{}.{}.part", path.string(), ::getpid());
+  std::ofstream out(part, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  std::error_code error;
+  if (out) fs::rename(part, path, error);
+  if (!out || error) {
+    fs::remove(part, error);
+    fail_environment("{}: cannot be written", path.string());
+  }
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,19 @@
+#pragma once
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "tuner/store.h"
+
+namespace reliefbench {
+
+/// One HTML file that needs nothing else: styles, scripts, data and pictures are in it, and its content security
+/// policy forbids the browser to load anything. Several runs are laid over one another by device.
+/// throws: Error(nothing_measured): the runs have no records; Error(bad_input): a metric or budget that is unknown
+[[nodiscard]] std::string make_report(std::span<const Run> runs);
+
+/// Reads run folders and writes their report, whole or not at all.
+/// throws: Error(bad_input): not a run, unwritable
+void write_report(std::span<const std::filesystem::path> folders, const std::filesystem::path& output);
+
+}  // namespace reliefbench

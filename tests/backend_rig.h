@@ -1,0 +1,90 @@
+#pragma once
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "backends/backend.h"
+#include "backends/shader_compiler.h"
+#include "kernels/error.h"
+
+namespace reliefbench {
+
+inline constexpr Scene kScene{
+    .view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35}, .width_px = 40, .height_px = 24};
+
+/// One open device with what a draw needs.
+struct Rig {
+  Rig(const BackendRow& backend_row, int index)
+      : row(backend_row), backend(row.open(index, {.debug = true})), vertex(compile_vertex(row.dialect)) {
+    constexpr std::array<std::byte, 4> kWhite = {std::byte{255}, std::byte{255}, std::byte{255}, std::byte{255}};
+    plain = backend->upload({.width = 1, .height = 1, .texels = kWhite});
+  }
+
+  [[nodiscard]] std::unique_ptr<Pipeline> pipeline(const Spirv& fragment, Target target,
+                                                   std::vector<SpecConstant> constants = {},
+                                                   std::string label = "test") const {
+    return backend->compile({.label = std::move(label),
+                             .vertex = vertex,
+                             .fragment = fragment,
+                             .constants = std::move(constants),
+                             .target = target});
+  }
+  [[nodiscard]] std::unique_ptr<Pipeline> technique(std::string_view id, Target target) const {
+    return pipeline(compile_fragment(id, target, row.dialect), target, {}, std::string(id));
+  }
+  void draw(const Pipeline& pipeline, const Scene& scene, const Texture* relief = nullptr) const {
+    const Draw draw{.pipeline = &pipeline,
+                    .relief = relief != nullptr ? relief : plain.get(),
+                    .normals = plain.get(),
+                    .reference = plain.get(),
+                    .frame = frame_uniforms(scene, 8, 8)};
+    const BatchTime time = backend->render(draw, 1, Timer::fenced_wall);
+    EXPECT_GT(time.wall_ns, 0);
+    EXPECT_FALSE(time.device_ns);
+  }
+
+  const BackendRow& row;
+  std::unique_ptr<Backend> backend;
+  Spirv vertex;
+  std::unique_ptr<Texture> plain;
+};
+
+/// The words of the Error(environment) that `action` throws.
+inline std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::environment) << error.what();
+    return error.what();
+  }
+  return "no error";
+}
+
+/// Every test runs on every device of one backend.
+class BackendTest : public ::testing::TestWithParam<std::string_view> {
+ protected:
+  void SetUp() override {
+    if (row().devices().empty()) GTEST_SKIP() << "this machine has no device for " << row().id;
+  }
+  [[nodiscard]] static const BackendRow& row() { return find_backend(GetParam()); }
+
+  template <typename Body>
+  static void on_every_device(const Body& body) {
+    for (const DeviceInfo& device : row().devices()) {
+      SCOPED_TRACE(device.name);
+      Rig rig(row(), device.index);
+      body(rig);
+      EXPECT_THAT(rig.backend->debug_messages(), ::testing::IsEmpty());
+    }
+  }
+};
+
+inline std::string backend_name(const ::testing::TestParamInfo<std::string_view>& param) {
+  return std::string(param.param);
+}
+
+}  // namespace reliefbench

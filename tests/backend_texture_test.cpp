@@ -1,0 +1,176 @@
+#include <cmath>
+
+#include "tests/backend_rig.h"
+
+namespace reliefbench {
+namespace {
+
+class TextureTest : public BackendTest {};
+
+/// Returns what a sampler gives at the pixel's own place: pixel x looks at u = (x + OFFSET/8) / 8, v likewise, so a
+/// frame of 8x8 px walks over an 8-texel map and beyond. The first channel is t, the second is written as taps.
+constexpr std::string_view kProbe = R"(
+layout(constant_id = 20) const int OFFSET = 4;
+layout(constant_id = 21) const int FETCH = 0;
+Hit trace(Ray ray) {
+  vec2 pixel = floor(gl_FragCoord.xy);
+  vec2 value = FETCH != 0 ? texelFetch(relief_map, ivec2(pixel), 0).xy
+                          : textureLod(relief_map, (pixel + float(OFFSET) / 8.0 - 4.0) / 8.0, 0.0).xy;
+  return Hit(value.x, STATUS_HIT, int(round(value.y * 4096.0)), OFFSET);
+}
+)";
+
+/// An 8x8 map whose texel (x, y) holds the code (x + 8 y) / 64 in its first channel and 1 - that in its second.
+struct Map {
+  std::vector<std::byte> texels;
+  std::vector<float> first;   ///< as the shader should read them
+  std::vector<float> second;  ///< 0 where there is one channel
+};
+
+std::uint16_t half_bits(float value) {
+  // Multiples of 1/64 in [0,1] are exact in binary16.
+  if (value == 0) return 0;
+  const int exponent = std::ilogb(value);
+  const float mantissa = std::ldexp(value, -exponent) - 1;
+  return static_cast<std::uint16_t>(((exponent + 15) << 10) | static_cast<int>(std::lround(mantissa * 1024)));
+}
+
+template <typename T>
+void append(std::vector<std::byte>& bytes, T value) {
+  const auto* begin = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), begin, begin + sizeof value);
+}
+
+float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
+  switch (type) {
+    case TexelType::unorm8:
+      append(bytes, static_cast<std::uint8_t>(std::lround(value * 255)));
+      break;
+    case TexelType::unorm16:
+      append(bytes, static_cast<std::uint16_t>(std::lround(value * 65535)));
+      break;
+    case TexelType::float16:
+      append(bytes, half_bits(value));
+      break;
+    case TexelType::float32:
+      append(bytes, value);
+      break;
+  }
+  const float codes = type == TexelType::unorm8 ? 255.0F : 65535.0F;
+  const bool is_float = type == TexelType::float16 || type == TexelType::float32;
+  return is_float ? value : std::round(value * codes) / codes;
+}
+
+Map make_map(const Format& format) {
+  Map map;
+  for (int i = 0; i < 64; ++i) {
+    const float value = static_cast<float>(i) / 64;
+    map.first.push_back(append_texel(map.texels, format.type, value));
+    map.second.push_back(format.channels == 2 ? append_texel(map.texels, format.type, 1 - value) : 0.0F);
+  }
+  return map;
+}
+
+constexpr Format kFloat{.id = "r32f", .type = TexelType::float32, .channels = 1};
+
+/// The probe's frame of `size` px square.
+std::vector<ScorePixel> probe(const Rig& rig, const TextureDesc& desc, int offset, bool fetch, int size = 8) {
+  const auto texture = rig.backend->upload(desc);
+  const auto pipeline =
+      rig.pipeline(compile_fragment({.name = "probe.glsl", .text = kProbe}, Target::score, rig.row.dialect),
+                   Target::score, {{.id = 20, .value = offset}, {.id = 21, .value = fetch ? 1 : 0}});
+  Scene scene{.view = {.id = "top", .elevation_deg = 90, .distance = 1.2, .fov_deg = 45}};
+  scene.width_px = scene.height_px = size;
+  rig.draw(*pipeline, scene, texture.get());
+  return rig.backend->read_score();
+}
+
+TEST_P(TextureTest, every_format_is_read_back_as_uploaded) {
+  on_every_device([](Rig& rig) {
+    for (const Format& format : formats())
+      for (const bool fetch : {true, false}) {
+        const Map map = make_map(format);
+        const std::vector<ScorePixel> seen = probe(rig,
+                                                   {.width = 8,
+                                                    .height = 8,
+                                                    .format = &format,
+                                                    .texels = map.texels,
+                                                    .filter = fetch ? Filter::linear : Filter::nearest},
+                                                   4, fetch);
+        for (int y = 0; y < 8; ++y)
+          for (int x = 0; x < 8; ++x) {
+            // The probe's textureLod starts half a map early; repeat brings it back.
+            const int shift = fetch ? 0 : 4;
+            const auto at = static_cast<std::size_t>((x + shift) % 8 + 8 * ((y + shift) % 8));
+            const ScorePixel& pixel = seen[static_cast<std::size_t>(x + 8 * y)];
+            EXPECT_NEAR(pixel.t, map.first[at], 1e-6) << format.id << " at " << x << "," << y;
+            EXPECT_NEAR(pixel.taps, map.second[at] * 4096, 1) << format.id << " at " << x << "," << y;
+          }
+      }
+  });
+}
+
+TEST_P(TextureTest, a_texture_without_format_is_rgba8) {
+  on_every_device([](Rig& rig) {
+    std::vector<std::byte> texels;
+    for (int i = 0; i < 64; ++i)
+      for (const int value : {4 * i, 255 - i, 7, 255}) texels.push_back(static_cast<std::byte>(value));
+    const std::vector<ScorePixel> seen = probe(rig, {.width = 8, .height = 8, .texels = texels}, 4, true);
+    for (int i = 0; i < 64; ++i) {
+      EXPECT_NEAR(seen[static_cast<std::size_t>(i)].t, 4.0 * i / 255, 1e-6);
+      EXPECT_NEAR(seen[static_cast<std::size_t>(i)].taps, (255.0 - i) / 255 * 4096, 1);
+    }
+  });
+}
+
+TEST_P(TextureTest, wrap_modes_and_filters_answer_for_every_place) {
+  on_every_device([](Rig& rig) {
+    const Map map = make_map(kFloat);
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
+      for (const Filter filter : {Filter::nearest, Filter::linear})
+        for (const int offset : {4, 6}) {  // at texel centres, and a quarter texel beyond
+          // 16 px: 4 texels before the map, the map, 4 texels after it.
+          const std::vector<ScorePixel> seen = probe(
+              rig, {.width = 8, .height = 8, .format = &kFloat, .texels = map.texels, .wrap = wrap, .filter = filter},
+              offset, false, 16);
+          const float f = filter == Filter::linear && offset == 6 ? 0.25F : 0.0F;
+          const auto texel = [&](int x, int y) {
+            return map.first[static_cast<std::size_t>(wrapped(x, 8, wrap) + 8 * wrapped(y, 8, wrap))];
+          };
+          for (int y = 0; y < 16; ++y)
+            for (int x = 0; x < 16; ++x) {
+              const int i = x - 4;
+              const int j = y - 4;
+              const float expected = (1 - f) * ((1 - f) * texel(i, j) + f * texel(i + 1, j)) +
+                                     f * ((1 - f) * texel(i, j + 1) + f * texel(i + 1, j + 1));
+              // Half a step of an 8-bit filter weight, over the map's whole range.
+              EXPECT_NEAR(seen[static_cast<std::size_t>(x + 16 * y)].t, expected, f > 0 ? 1.0 / 256 : 1e-6)
+                  << "wrap " << static_cast<int>(wrap) << " filter " << static_cast<int>(filter) << " at " << i << ","
+                  << j;
+            }
+        }
+  });
+}
+
+TEST_P(TextureTest, specialization_constants_reach_the_shader) {
+  on_every_device([](Rig& rig) {
+    const Map map = make_map(kFloat);
+    const TextureDesc desc{.width = 8, .height = 8, .format = &kFloat, .texels = map.texels, .filter = Filter::nearest};
+    EXPECT_EQ(probe(rig, desc, 4, false)[0].steps, 4);
+    EXPECT_EQ(probe(rig, desc, -3, false)[0].steps, -3);
+    EXPECT_NE(probe(rig, desc, 12, false)[0].t, probe(rig, desc, 4, false)[0].t);
+  });
+}
+
+TEST_P(TextureTest, a_texture_of_the_wrong_size_is_refused) {
+  on_every_device([](Rig& rig) {
+    const std::vector<std::byte> texels(64);
+    EXPECT_THROW((void)rig.backend->upload({.width = 9, .height = 8, .format = &kFloat, .texels = texels}), Error);
+    EXPECT_THROW((void)rig.backend->upload({.width = 0, .height = 8, .format = &kFloat, .texels = {}}), Error);
+  });
+}
+
+INSTANTIATE_TEST_SUITE_P(backends, TextureTest, ::testing::Values("opengl", "vulkan"), backend_name);
+
+}  // namespace
+}  // namespace reliefbench

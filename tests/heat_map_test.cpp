@@ -1,0 +1,76 @@
+#include "kernels/heat_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/error.h"
+
+namespace reliefbench {
+namespace {
+
+Rgb color_of(PixelScore pixel) {
+  const std::vector<std::uint8_t> rgba = heat_map(std::span(&pixel, 1), 1, 1);
+  EXPECT_EQ(rgba.size(), 4u);
+  EXPECT_EQ(rgba[3], 255);
+  return {rgba[0], rgba[1], rgba[2]};
+}
+
+Rgb color_of_error(double e_xy) {
+  return color_of({.e_xy = static_cast<float>(e_xy), .e_z = 0, .verdict = Verdict::good});
+}
+
+double luminance(Rgb c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
+TEST(HeatMap, PicturesShowWhatTheLegendSays) {
+  for (const HeatMapStop& stop : heat_map_legend().stops) EXPECT_EQ(color_of_error(stop.e_xy), stop.color);
+  for (const HeatMapMark& mark : heat_map_legend().marks)
+    EXPECT_EQ(color_of({.e_xy = 3, .e_z = 0, .verdict = mark.verdict}), mark.color);
+}
+
+TEST(HeatMap, StopsAreOneAnOctaveAsTheGradientOfTheLegendAssumes) {
+  const std::span<const HeatMapStop> stops = heat_map_legend().stops;
+  EXPECT_EQ(stops.front().e_xy, 1.0 / 64);
+  EXPECT_EQ(stops.back().e_xy, 16);
+  for (std::size_t i = 1; i < stops.size(); ++i) EXPECT_EQ(stops[i].e_xy, 2 * stops[i - 1].e_xy);
+}
+
+TEST(HeatMap, GrowsLighterWithTheError) {
+  double last = -1;
+  for (double octave = -6; octave <= 4; octave += 0.25) {
+    const double now = luminance(color_of_error(std::exp2(octave)));
+    EXPECT_GT(now, last) << "at 2^" << octave << " texels";
+    last = now;
+  }
+}
+
+TEST(HeatMap, ErrorsOutsideTheScaleTakeItsEnds) {
+  EXPECT_EQ(color_of_error(0), heat_map_legend().stops.front().color);
+  EXPECT_EQ(color_of_error(NAN), heat_map_legend().stops.front().color);
+  EXPECT_EQ(color_of_error(1e30), heat_map_legend().stops.back().color);
+  EXPECT_EQ(color_of_error(INFINITY), heat_map_legend().stops.back().color);
+}
+
+TEST(HeatMap, MarksAreNotColoursOfTheRamp) {
+  for (const HeatMapMark& mark : heat_map_legend().marks)
+    for (double octave = -6; octave <= 4; octave += 0.05) {
+      const Rgb ramp = color_of_error(std::exp2(octave));
+      const double distance = std::hypot(mark.color[0] - ramp[0], mark.color[1] - ramp[1], mark.color[2] - ramp[2]);
+      EXPECT_GT(distance, 60) << mark.description << " at 2^" << octave;
+    }
+}
+
+TEST(HeatMap, KeepsTheRowOrderAndRefusesAnotherSize) {
+  std::vector<PixelScore> pixels(6, PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::good});
+  pixels[4].verdict = Verdict::missed;
+  const std::vector<std::uint8_t> rgba = heat_map(pixels, 3, 2);
+  ASSERT_EQ(rgba.size(), 24u);
+  EXPECT_EQ(rgba[4 * 4], 255);
+  EXPECT_EQ(rgba[3 * 4], 0);
+  EXPECT_TRUE(heat_map({}, 0, 0).empty());
+  EXPECT_THROW((void)heat_map(pixels, 2, 2), Error);
+  EXPECT_THROW((void)heat_map(pixels, -3, -2), Error);
+}
+
+}  // namespace
+}  // namespace reliefbench

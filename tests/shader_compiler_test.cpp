@@ -1,0 +1,109 @@
+#include "backends/shader_compiler.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "kernels/error.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr std::uint32_t kMagic = 0x07230203;
+
+class ShaderCompiler : public ::testing::TestWithParam<Dialect> {};
+
+/// The stored strings of a module, as a debugger shows them (OpName and OpEntryPoint literals).
+bool contains_text(const Spirv& spirv, std::string_view text) {
+  const std::string_view bytes(reinterpret_cast<const char*>(spirv.data()), spirv.size() * sizeof(std::uint32_t));
+  return bytes.find(text) != std::string_view::npos;
+}
+
+std::string error_of(std::string_view text, Dialect dialect) {
+  try {
+    (void)compile_fragment({.name = "probe.glsl", .text = text}, Target::score, dialect);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::environment);
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST_P(ShaderCompiler, every_stage_becomes_a_module_of_the_dialects_version) {
+  const std::uint32_t version = GetParam() == Dialect::opengl ? 0x00010000 : 0x00010300;
+  for (const Spirv& spirv :
+       {compile_vertex(GetParam()), compile_load(GetParam()), compile_fragment("flat", Target::color, GetParam()),
+        compile_fragment("reference", Target::score, GetParam())}) {
+    ASSERT_GT(spirv.size(), 5u);
+    EXPECT_EQ(spirv[0], kMagic);
+    EXPECT_EQ(spirv[1], version);
+    EXPECT_TRUE(contains_text(spirv, "main"));
+  }
+}
+
+TEST_P(ShaderCompiler, the_module_is_the_same_every_time) {
+  EXPECT_EQ(compile_fragment("flat", Target::color, GetParam()), compile_fragment("flat", Target::color, GetParam()));
+  EXPECT_EQ(compile_vertex(GetParam()), compile_vertex(GetParam()));
+}
+
+TEST_P(ShaderCompiler, names_are_kept_for_debuggers) {
+  EXPECT_TRUE(contains_text(compile_fragment("flat", Target::score, GetParam()), "out_ray"));
+  EXPECT_TRUE(contains_text(compile_load(GetParam()), "LOAD_STEPS"));
+}
+
+TEST_P(ShaderCompiler, targets_and_techniques_differ) {
+  const Spirv flat = compile_fragment("flat", Target::color, GetParam());
+  EXPECT_NE(flat, compile_fragment("flat", Target::score, GetParam()));
+  EXPECT_NE(flat, compile_fragment("reference", Target::color, GetParam()));
+}
+
+TEST_P(ShaderCompiler, a_given_source_equals_the_embedded_one) {
+  const std::string_view text = "Hit trace(Ray ray) { return Hit(0.0, STATUS_HIT, 0, 0); }\n";
+  EXPECT_EQ(compile_fragment({.name = "other.glsl", .text = text}, Target::color, GetParam()),
+            compile_fragment("flat", Target::color, GetParam()));
+}
+
+TEST_P(ShaderCompiler, an_error_names_file_line_and_cause) {
+  EXPECT_THAT(error_of("Hit trace(Ray ray) {\n  return nonsense;\n}\n", GetParam()),
+              AllOf(StartsWith("probe.glsl:2: "), HasSubstr("nonsense"), HasSubstr("undeclared")));
+}
+
+TEST_P(ShaderCompiler, an_error_is_one_line) {
+  const std::string message = error_of("Hit trace(Ray ray) {\n  a = 1; b = 2;\n  return 3\n}\n", GetParam());
+  EXPECT_THAT(message, StartsWith("probe.glsl:2: "));
+  EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 0);
+}
+
+TEST_P(ShaderCompiler, a_missing_include_is_named) {
+  EXPECT_THAT(error_of("#include \"nowhere.glsl\"\n", GetParam()),
+              AllOf(StartsWith("probe.glsl:1: "), HasSubstr("nowhere.glsl")));
+}
+
+TEST_P(ShaderCompiler, a_technique_without_a_trace_is_refused) {
+  EXPECT_THAT(error_of("float unused() { return 0.0; }\n", GetParam()), HasSubstr("trace"));
+}
+
+TEST_P(ShaderCompiler, an_unknown_technique_is_named) {
+  try {
+    (void)compile_fragment("nowhere", Target::color, GetParam());
+    FAIL() << "compiled";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("nowhere.glsl"));
+  }
+}
+
+TEST_P(ShaderCompiler, it_works_again_after_an_error) {
+  (void)error_of("syntax error", GetParam());
+  EXPECT_EQ(compile_vertex(GetParam())[0], kMagic);
+}
+
+INSTANTIATE_TEST_SUITE_P(dialects, ShaderCompiler, ::testing::Values(Dialect::vulkan, Dialect::opengl),
+                         [](const auto& param) { return param.param == Dialect::vulkan ? "vulkan" : "opengl"; });
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,96 @@
+#include <CLI/CLI.hpp>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "kernels/error.h"
+#include "tuner/cli/commands.h"
+#include "tuner/plan.h"
+#include "tuner/run_files.h"
+#include "tuner/sweep.h"
+
+namespace reliefbench {
+namespace {
+
+struct Arguments {
+  std::string config;
+  std::string output;
+  std::string backend = "all";
+  int device = 0;
+  std::string filter;
+  bool dry_run = false;
+  bool quiet = false;
+};
+
+// For the plan's estimate: what a case costs beside its batches, on a software rasteriser (llvmpipe, 2 cores).
+constexpr double kPrepareCase_s = 0.25;
+constexpr double kBatchesAsLongAsAsked = 2.0;  // warm-up, control and batches that overshoot
+
+void print_plan(const Config& config, const std::vector<std::string>& backend_ids, const std::string& filter) {
+  const Plan plan = make_plan(config, backend_ids, filter);
+  std::map<std::string, int> groups;
+  for (const Case& c : plan.cases)
+    groups[fmt::format("{:<8} {:<22} {}", c.backend, c.scene_id, c.settings.technique().id)] += 1;
+  for (const Case& c : plan.cases) fmt::print("{}\n", c.id());
+  fmt::print("\n{:<8} {:<22} {:<14} cases\n", "backend", "scene", "technique");
+  for (const auto& [group, count] : groups) fmt::print("{:<46} {:5}\n", group, count);
+  const double batch_s = config.measure.samples * config.measure.batch_ms * 1e-3 * kBatchesAsLongAsAsked;
+  const double total_s = static_cast<double>(plan.cases.size()) * (kPrepareCase_s + batch_s);
+  fmt::print("\n{} cases, {} bakes, about {:.1f} minutes on a software rasteriser\n", plan.cases.size(),
+             plan.bakes.size(), total_s / 60);
+  if (!plan.conflicts.empty())
+    fmt::print("{} combinations left out, e.g. {}\n", plan.conflicts.size(), plan.conflicts.front());
+}
+
+void print_summary(const SweepSummary& summary) {
+  fmt::print("{} cases ({} from an earlier start):", summary.cases, summary.resumed);
+  for (const auto& [status, count] : summary.statuses) fmt::print(" {} {}", count, status);
+  fmt::print("\n{} maps baked ({} from cache), {} references traced ({} from cache), {} shaders compiled\n",
+             summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
+  fmt::print("wall time {:.1f} s:", summary.total_s);
+  for (std::size_t i = 0; i < kPartIds.size(); ++i)
+    fmt::print(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
+  fmt::print(" other {:.1f} s ({:.1f} %)\n", summary.other_s, 100 * summary.other_s / summary.total_s);
+  fmt::print("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
+}
+
+void run(const Arguments& arguments, int& exit_code) {
+  const Config config = load_config(arguments.config);
+  const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
+  if (arguments.dry_run) {
+    print_plan(config, backend_ids, arguments.filter);
+    return;
+  }
+  if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
+  const SweepSummary summary = run_sweep(config, {.output = arguments.output,
+                                                  .backends = backend_ids,
+                                                  .device = arguments.device,
+                                                  .filter = arguments.filter,
+                                                  .quiet = arguments.quiet});
+  print_summary(summary);
+  if (!summary.statuses.contains("ok")) {
+    fmt::print(stderr, "reliefbench: no case could be measured; the reasons are in {}\n",
+               (summary.folder / kResultsFile).string());
+    exit_code = static_cast<int>(Exit::nothing_measured);
+  }
+}
+
+}  // namespace
+
+void add_sweep_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("sweep", "measure every case of a config: frame time and error");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("CONFIG", arguments->config, "what to measure, JSON (configs/)")->required();
+  command->add_option("-o,--output", arguments->output, "folder of the run; an interrupted run there is continued");
+  command->add_option("--backend", arguments->backend, "opengl | vulkan | null | all")->capture_default_str();
+  command->add_option("--device", arguments->device, "index on the backend, see `reliefbench devices`")
+      ->capture_default_str();
+  command->add_option("--filter", arguments->filter, "only cases whose id matches this glob, e.g. 'cone@*/grazing*'");
+  command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
+  command->add_flag("--quiet", arguments->quiet, "no progress");
+  command->footer("Example:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all");
+  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+}
+
+}  // namespace reliefbench

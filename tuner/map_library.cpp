@@ -1,0 +1,89 @@
+#include "tuner/map_library.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstring>
+
+#include "kernels/sha256.h"
+#include "kernels/texel.h"
+
+namespace reliefbench {
+namespace {
+
+std::string heightmap_key(const HeightmapSpec& spec) {
+  return fmt::format("{}|{}|{}|{}|{}x{}|{}", spec.source, spec.channel, spec.invert, spec.normalise, spec.width,
+                     spec.height, spec.seed);
+}
+
+// A cached bake: the time it took, then the ratios.
+std::vector<std::byte> packed(const BakedMap& map) {
+  std::vector<std::byte> bytes(sizeof(double) + map.ratios.size() * sizeof(float));
+  std::memcpy(bytes.data(), &map.bake_time_ns, sizeof(double));
+  std::memcpy(bytes.data() + sizeof(double), map.ratios.data(), map.ratios.size() * sizeof(float));
+  return bytes;
+}
+
+bool unpack(const std::vector<std::byte>& bytes, BakedMap& map) {
+  if (bytes.size() != sizeof(double) + map.heights.texels.size() * sizeof(float)) return false;
+  map.ratios.resize(map.heights.texels.size());
+  std::memcpy(&map.bake_time_ns, bytes.data(), sizeof(double));
+  std::memcpy(map.ratios.data(), bytes.data() + sizeof(double), map.ratios.size() * sizeof(float));
+  return true;
+}
+
+BakeRequest bake_request(const Settings& settings, const MapRow& row, const Heightfield& heights, Wrap wrap) {
+  BakeRequest request{.heights = heights, .wrap = wrap};
+  if (settings.technique().find("correction") != nullptr)
+    request.correction = row.corrections[static_cast<std::size_t>(settings.get("correction"))];
+  if (row.has_search_steps) request.search_steps = settings.get("search_steps");
+  return request;
+}
+
+}  // namespace
+
+const Heightfield& MapLibrary::heights(const SceneSpec& scene) {
+  const std::string key = heightmap_key(scene.heightmap);
+  auto found = heightmaps_.find(key);
+  if (found == heightmaps_.end()) found = heightmaps_.emplace(key, load_heightmap(scene.heightmap)).first;
+  return found->second;
+}
+
+const BakedMap& MapLibrary::map(const Case& c, const SceneSpec& scene) {
+  const std::string text = bake_text(c, scene);
+  for (auto it = recent_.begin(); it != recent_.end(); ++it) {
+    if (it->first != text) continue;
+    recent_.splice(recent_.begin(), recent_, it);
+    return it->second;
+  }
+  recent_.emplace_front(text, load_or_bake(c, scene));
+  if (recent_.size() > kRecentMaps) recent_.pop_back();
+  return recent_.front().second;
+}
+
+BakedMap MapLibrary::load_or_bake(const Case& c, const SceneSpec& scene) {
+  const Heightfield& source = heights(scene);
+  const MapRow& row = find_map(c.settings.technique().map);
+  return split_.book(Part::bake, [&] {
+    const TexelType type = find_format(c.settings.choice("format")).type;
+    BakedMap map{.heights = quantise_heights(source, type)};
+    const BakeRequest request = bake_request(c.settings, row, map.heights, scene.scene.wrap);
+    map.key = sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version, correction_id(request.correction),
+                                 row.has_search_steps ? request.search_steps : 0, static_cast<int>(request.wrap),
+                                 map.heights.width, map.heights.height,
+                                 sha256(std::as_bytes(std::span(map.heights.texels)))));
+    if (row.channels == 1) return map;  // heights alone: nothing to bake
+    if (const auto bytes = cache_.get(map.key); bytes && unpack(*bytes, map)) {
+      ++from_cache_;
+      return map;
+    }
+    const auto start = std::chrono::steady_clock::now();
+    map.ratios = row.bake(request);
+    map.bake_time_ns = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+    ++baked_;
+    cache_.put(map.key, packed(map));
+    return map;
+  });
+}
+
+}  // namespace reliefbench

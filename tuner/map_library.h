@@ -1,0 +1,45 @@
+#pragma once
+#include <list>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tuner/cache.h"
+#include "tuner/case.h"
+#include "tuner/wall_split.h"
+
+namespace reliefbench {
+
+/// A baked map: heights as the texture's format rounds them, and the cone ratios built from those.
+struct BakedMap {
+  Heightfield heights{};
+  std::vector<float> ratios{};  ///< empty for a height map
+  double bake_time_ns = 0;      ///< when it was baked; kept through the cache
+  std::string key{};            ///< SHA-256 of heights, bake parameters, baker version
+};
+
+/// Heightmaps and baked maps, each made once: in memory while it is in use, on disk for good.
+class MapLibrary {
+ public:
+  MapLibrary(const Cache& cache, WallSplit& split) : cache_(cache), split_(split) {}
+
+  [[nodiscard]] const Heightfield& heights(const SceneSpec& scene);  ///< as loaded; valid while the library lives
+  /// The map of a case that has a `format`; valid until another kRecentMaps maps were asked for.
+  [[nodiscard]] const BakedMap& map(const Case& c, const SceneSpec& scene);
+
+  [[nodiscard]] int baked() const { return baked_; }
+  [[nodiscard]] int from_cache() const { return from_cache_; }
+
+ private:
+  static constexpr std::size_t kRecentMaps = 4;
+  [[nodiscard]] BakedMap load_or_bake(const Case& c, const SceneSpec& scene);
+
+  const Cache& cache_;
+  WallSplit& split_;
+  std::map<std::string, Heightfield> heightmaps_;       // by heightmap_key()
+  std::list<std::pair<std::string, BakedMap>> recent_;  // by bake_text(), latest first
+  int baked_ = 0;
+  int from_cache_ = 0;
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,207 @@
+#include "tuner/prepare.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstring>
+
+#include "kernels/error.h"
+#include "kernels/heat_map.h"
+#include "kernels/image.h"
+#include "kernels/sha256.h"
+#include "tuner/run_files.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr int kHarnessVersion = 1;  // part of the timing key; raised when what is timed changes
+
+template <typename T>
+std::string hash_of(const std::vector<T>& values) {
+  return sha256(std::as_bytes(std::span(values)));
+}
+
+std::vector<TextureRay> rays_of(const std::vector<ScorePixel>& pixels) {
+  std::vector<TextureRay> rays;
+  rays.reserve(pixels.size());
+  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
+  return rays;
+}
+
+Record blank_record(const Case& c, const DeviceInfo& device) {
+  Record record;
+  record.case_id = c.id();
+  record.technique = c.settings.technique().id;
+  for (const Param& param : c.settings.technique().params)
+    if (c.settings.is_active(param)) record.params.emplace_back(param.id, param.text(c.settings.get(param.id)));
+  record.map = find_map(c.settings.technique().map).id;
+  record.scene = c.scene_id;
+  record.backend = c.backend;
+  record.device = device.name;
+  return record;
+}
+
+}  // namespace
+
+Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
+  const auto found = scenes_.find(scene.id);
+  if (found != scenes_.end()) return found->second;
+  const Heightfield& heights = context_.library.heights(scene);
+  const std::vector<std::uint8_t> normals = normal_map(heights, scene.scene.wrap, scene.scene.relief_depth);
+  SceneState state;
+  state.frame = frame_uniforms(scene.scene, heights.width, heights.height);
+  state.normals = context_.session.backend().upload({.width = heights.width,
+                                                     .height = heights.height,
+                                                     .texels = std::as_bytes(std::span(normals)),
+                                                     .wrap = scene.scene.wrap});
+  return scenes_.emplace(scene.id, std::move(state)).first->second;
+}
+
+PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
+  PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  Status on_failure = Status::unsupported;
+  try {
+    SceneState& state = state_of(scene);
+    upload_and_draw(prepared, scene, state, on_failure);
+    if (prepared.record.status == Status::ok) score(prepared, scene, state);
+  } catch (const Error& error) {
+    const std::string reason = error.what();
+    prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
+    prepared.record.reason = reason;
+  }
+  return prepared;
+}
+
+void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
+                               Status& on_failure) {
+  Session& session = context_.session;
+  const Settings& settings = prepared.spec->settings;
+  prepared.draw = {.relief = state.normals.get(),
+                   .normals = state.normals.get(),
+                   .reference = state.normals.get(),
+                   .frame = state.frame};
+  if (settings.technique().find("format") != nullptr) {
+    const BakedMap& map = context_.library.map(*prepared.spec, scene);
+    const bool encoded = settings.technique().find("encoding") != nullptr;
+    const TextureImage image = pack_texture(map.heights, map.ratios, find_format(settings.choice("format")),
+                                            find_encoding(encoded ? settings.choice("encoding") : "ratio"));
+    prepared.relief = session.backend().upload({.width = image.width,
+                                                .height = image.height,
+                                                .format = image.format,
+                                                .texels = image.texels,
+                                                .wrap = scene.scene.wrap});
+    prepared.draw.relief = prepared.relief.get();
+    prepared.record.memory_bytes = static_cast<std::int64_t>(image.texels.size());
+    prepared.record.bake_time_ns = map.bake_time_ns;
+    prepared.record.bake_key = map.key;
+  }
+
+  on_failure = Status::compile_error;
+  Session::Compiled& shade = session.pipeline(settings.technique().id, &settings, Target::color, scene.scene.wrap);
+  prepared.draw.pipeline = shade.pipeline.get();
+  // Drivers compile as late as the first draw, once more for each texture format.
+  const double draw_ns = context_.split.book(
+      Part::compile, [&] { return session.backend().render(prepared.draw, 1, Timer::fenced_wall).wall_ns; });
+  if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
+  prepared.record.first_draw_ns = shade.first_draw_ns;
+  const DeviceInfo& device = session.device();
+  prepared.record.timing_key = sha256(fmt::format("timing|{}|{}|{}|{}|{}", prepared.record.case_id, shade.spirv_sha256,
+                                                  device.name, device.driver, kHarnessVersion));
+  if (draw_ns > context_.timeout_s * 1e9) {
+    prepared.record.status = Status::timeout;
+    prepared.record.reason =
+        fmt::format("the first frame took {:.1f} s, more than timeout_s = {}", draw_ns * 1e-9, context_.timeout_s);
+  }
+}
+
+void Preparer::score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
+  Session& session = context_.session;
+  WallSplit& split = context_.split;
+  const Settings& settings = prepared.spec->settings;
+  const auto [width, height] = std::pair(scene.scene.width_px, scene.scene.height_px);
+
+  const std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return session.backend().read_color(); });
+  Draw draw = prepared.draw;
+  draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
+  const std::vector<ScorePixel> pixels = split.book(Part::score, [&] {
+    session.backend().render(draw, 1, Timer::fenced_wall);
+    return session.backend().read_score();
+  });
+  const Reference& reference = reference_of(pixels, scene, state);
+  split.book(Part::score, [&] {
+    JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
+    judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
+    prepared.record.error = judged.score;
+    prepared.record.reference_key = reference.key;
+    const std::string& id = prepared.record.case_id;
+    write_png(context_.folder / image_path(id, "frame"), width, height, frame);
+    write_png(context_.folder / image_path(id, "error"), width, height, heat_map(judged.pixels, width, height));
+  });
+}
+
+const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                                  SceneState& state) {
+  const std::string rays_hash = context_.split.book(Part::reference, [&] { return hash_of(rays_of(pixels)); });
+  if (const auto found = state.references.find(rays_hash); found != state.references.end()) return found->second;
+  Reference reference;
+  reference.key = sha256(fmt::format("reference|{}|{}|{}|{}", hash_of(context_.library.heights(scene).texels),
+                                     rays_hash, static_cast<int>(scene.scene.wrap), ReferenceTracer::kVersion));
+  reference.hits = trace(pixels, scene, reference.key);
+  reference.frame = shade_reference(reference, scene, state);
+  context_.split.book(Part::score, [&] {
+    write_png(context_.folder / image_path(reference_image_key(scene.id, context_.session.device().backend), "frame"),
+              scene.scene.width_px, scene.scene.height_px, reference.frame);
+  });
+  return state.references.emplace(rays_hash, std::move(reference)).first->second;
+}
+
+std::vector<ReferenceHit> Preparer::trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                          const std::string& key) {
+  return context_.split.book(Part::reference, [&] {
+    std::vector<ReferenceHit> hits(pixels.size());
+    if (const auto bytes = context_.cache.get(key); bytes && bytes->size() == hits.size() * sizeof(ReferenceHit)) {
+      std::memcpy(hits.data(), bytes->data(), bytes->size());
+      ++references_from_cache_;
+      return hits;
+    }
+    std::vector<TextureRay> rays;
+    std::vector<std::size_t> where;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (static_cast<PixelStatus>(pixels[i].status) == PixelStatus::no_ray) continue;
+      rays.push_back(pixels[i].ray);
+      where.push_back(i);
+    }
+    const ReferenceTracer tracer(context_.library.heights(scene), scene.scene.wrap);
+    const std::vector<ReferenceHit> traced = tracer.trace(rays);
+    for (std::size_t i = 0; i < traced.size(); ++i) hits[where[i]] = traced[i];
+    ++references_traced_;
+    context_.cache.put(key, std::as_bytes(std::span(hits)));
+    return hits;
+  });
+}
+
+std::vector<std::uint8_t> Preparer::shade_reference(const Reference& reference, const SceneSpec& scene,
+                                                    const SceneState& state) {
+  Session& session = context_.session;
+  std::vector<float> t;
+  t.reserve(reference.hits.size());
+  for (const ReferenceHit& hit : reference.hits) t.push_back(static_cast<float>(hit.t_enter));
+  const Pipeline* pipeline = session.pipeline("reference", nullptr, Target::color, scene.scene.wrap).pipeline.get();
+  return context_.split.book(Part::score, [&] {
+    const std::unique_ptr<Texture> texture = session.backend().upload({.width = scene.scene.width_px,
+                                                                       .height = scene.scene.height_px,
+                                                                       .format = &find_format("r32f"),
+                                                                       .texels = std::as_bytes(std::span(t)),
+                                                                       .wrap = Wrap::clamp,
+                                                                       .filter = Filter::nearest});
+    const Draw draw{.pipeline = pipeline,
+                    .relief = state.normals.get(),
+                    .normals = state.normals.get(),
+                    .reference = texture.get(),
+                    .frame = state.frame};
+    session.backend().render(draw, 1, Timer::fenced_wall);
+    return session.backend().read_color();
+  });
+}
+
+}  // namespace reliefbench

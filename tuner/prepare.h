@@ -1,0 +1,70 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tuner/map_library.h"
+#include "tuner/record.h"
+#include "tuner/session.h"
+
+namespace reliefbench {
+
+/// A case that was compiled, drawn once and scored. Where record.status is not ok, there is nothing to time.
+struct PreparedCase {
+  const Case* spec = nullptr;
+  Record record{};
+  std::unique_ptr<Texture> relief{};
+  Draw draw{};
+};
+
+/// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
+/// Must not outlive session and library.
+class Preparer {
+ public:
+  struct Context {
+    Session& session;
+    MapLibrary& library;
+    const Cache& cache;
+    WallSplit& split;
+    std::filesystem::path folder;  ///< of the run
+    double timeout_s;
+  };
+  explicit Preparer(Context context) : context_(std::move(context)) {}
+
+  /// Never throws for a case's own failure: that becomes its record's status and reason.
+  [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
+
+  [[nodiscard]] int references_traced() const { return references_traced_; }
+  [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
+
+ private:
+  /// The exact hits of one scene's rays, and their picture.
+  struct Reference {
+    std::string key;
+    std::vector<ReferenceHit> hits;
+    std::vector<std::uint8_t> frame;  ///< shaded, RGBA8
+  };
+  struct SceneState {
+    FrameUniforms frame{};
+    std::unique_ptr<Texture> normals;
+    std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
+  };
+  [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
+  [[nodiscard]] const Reference& reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                              SceneState& state);
+  [[nodiscard]] std::vector<ReferenceHit> trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                                const std::string& key);
+  [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Reference& reference, const SceneSpec& scene,
+                                                          const SceneState& state);
+  void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
+  void score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
+
+  Context context_;
+  std::map<std::string, SceneState> scenes_;
+  int references_traced_ = 0;
+  int references_from_cache_ = 0;
+};
+
+}  // namespace reliefbench

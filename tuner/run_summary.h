@@ -1,0 +1,27 @@
+#pragma once
+#include <nlohmann/json.hpp>
+
+#include "tuner/config.h"
+#include "tuner/session.h"
+#include "tuner/store.h"
+#include "tuner/sweep.h"
+
+namespace reliefbench {
+
+/// A device of a run as run.json keeps it, with its audit, timer and control case.
+[[nodiscard]] nlohmann::json device_json(const Session& session);
+/// The control case of a device in an earlier start's run.json; nothing where there is none.
+[[nodiscard]] std::optional<Control> known_control(const nlohmann::json& info, const DeviceInfo& device);
+
+/// run.json without its identity.
+[[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,
+                                      const SweepSummary& summary, double started_ns, bool finished);
+
+/// "2026-11-22T12:00:00Z" of ns since 1970.
+[[nodiscard]] std::string utc_text(double unix_ns);
+
+/// Writes front.json and benchmark.json of a complete run, and removes the pictures of cases that are neither on a
+/// front nor recommended.
+void write_results(const Config& config, const Run& run);
+
+}  // namespace reliefbench

@@ -1,0 +1,29 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tuner/config.h"
+#include "tuner/prepare.h"
+
+namespace reliefbench {
+
+/// What timing a block needs besides its cases.
+struct TimingContext {
+  Session& session;
+  const MeasureSpec& measure;
+  WallSplit& split;
+  std::uint64_t seed;                                ///< of this block's shuffles
+  const std::map<std::string, int>& samples_so_far;  ///< by case id, of an earlier, interrupted start
+  std::function<double()> clock_ns;                  ///< Sample::at_ns
+  std::function<void(const Sample&)> on_sample;      ///< called, and safe on disk, before the next batch is drawn
+  std::function<void(double fraction)> on_progress;  ///< of the block
+};
+
+/// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
+/// shuffled anew, with the control case first, last and between. [ARCHITECTURE "Time"; FACTS 2]
+void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context);
+
+}  // namespace reliefbench
