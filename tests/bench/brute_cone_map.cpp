@@ -1,5 +1,6 @@
 #include "tests/bench/brute_cone_map.h"
 
+#include <algorithm>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
