@@ -188,7 +188,8 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
 
   RunStore store(options.output, identity_of(config, options, sessions));
   const Run& earlier = store.earlier();
-  const double started_ns = earlier.info.value("started_unix_ns", unix_ns());
+  const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
+  const double started_ns = info.value("started_unix_ns", unix_ns());
   Samples samples;
   for (const Sample& sample : earlier.samples) samples.add(sample);
   std::set<std::string> finished;
@@ -200,7 +201,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
 
   std::vector<nlohmann::json> devices;
   for (const auto& session : sessions) {
-    const std::optional<Control> known = known_control(earlier.info, session->device());
+    const std::optional<Control> known = known_control(info, session->device());
     split.book(Part::audit, [&] { session->calibrate_control(config.measure.batch_ms, known ? &*known : nullptr); });
     devices.push_back(device_json(*session));
   }
