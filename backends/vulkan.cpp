@@ -109,7 +109,7 @@ const FrameTarget& VulkanBackend::prepare_target(Target kind, const FrameUniform
 }
 
 const FrameTarget& VulkanBackend::drawn_target(Target kind) {
-  if (!slot(kind)) fail_environment("vulkan: nothing to read, no such frame was drawn");
+  if (!slot(kind)) fail_environment("vulkan: no {} frame was drawn", kind == Target::score ? "score" : "color");
   return *slot(kind);
 }
 

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstddef>
 
+#include "backends/spirv.h"
+
 namespace reliefbench {
 namespace {
 
@@ -70,6 +72,7 @@ VkRenderPass make_render_pass(const VulkanDevice& device, Target target) {
 }
 
 ShaderModule make_module(const VulkanDevice& device, std::span<const std::uint32_t> spirv) {
+  static_cast<void>(declared_constants(spirv));  // refuses a broken module; drivers may crash on one
   const VkShaderModuleCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = spirv.size_bytes(), .pCode = spirv.data()};
   VkShaderModule module = VK_NULL_HANDLE;
