@@ -119,6 +119,7 @@ TEST(Score, FrameWithoutRaysIsZero) {
 TEST(Score, PercentilesAreByNearestRank) {
   // Errors 1/1024 .. 200/1024 in height, in a shuffled order: 200 values, so the ranks are 100, 190 and 198.
   std::vector<ScorePixel> pixels;
+  pixels.reserve(200);
   for (int i = 0; i < 200; ++i) pixels.push_back(pixel(static_cast<float>((i * 7) % 200 + 1) / 1024));
   const std::vector<ReferenceHit> reference(pixels.size(), ReferenceHit{.t_enter = 0, .t_exit = kNever});
   const Distribution e_z = judge_frame(pixels, reference, kSide, kSide).score.e_z;

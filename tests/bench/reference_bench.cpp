@@ -1,8 +1,10 @@
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <numbers>
 #include <vector>
@@ -133,7 +135,7 @@ class EmbreeMap {
   }
 
   [[nodiscard]] float trace(const TextureRay& ray) const {
-    RTCIntersectContext context;
+    RTCIntersectContext context{};
     rtcInitIntersectContext(&context);
     RTCRayHit query{};
     query.ray = {.org_x = ray.u,
