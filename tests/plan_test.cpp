@@ -191,8 +191,9 @@ TEST(Glob, ByHand) {
 }
 
 RC_GTEST_PROP(Glob, AgreesWithTheRegularExpression, ()) {
-  const auto pattern = *rc::gen::container<std::string>(rc::gen::element('a', 'b', '*', '?'));
-  const auto text = *rc::gen::container<std::string>(rc::gen::element('a', 'b'));
+  // Short patterns: the expression backtracks exponentially in the number of stars.
+  const auto pattern = *rc::gen::resize(7, rc::gen::container<std::string>(rc::gen::element('a', 'b', '*', '?')));
+  const auto text = *rc::gen::resize(12, rc::gen::container<std::string>(rc::gen::element('a', 'b')));
   std::string expression;
   for (const char c : pattern) expression += c == '*' ? ".*" : c == '?' ? "." : std::string(1, c);
   RC_ASSERT(glob_matches(pattern, text) == std::regex_match(text, std::regex(expression)));
