@@ -55,10 +55,11 @@ TEST(Plan, ProductAndZip) {
               ElementsAre("variant=plain&format=r8&filter=hardware", "variant=plain&format=r8&filter=manual",
                           "variant=offset_limited&format=r8&filter=hardware",
                           "variant=offset_limited&format=r8&filter=manual"));
-  EXPECT_THAT(settings_of(R"({"technique": "parallax", "combine": "zip", "axes": {
+  EXPECT_THAT(
+      settings_of(R"({"technique": "parallax", "combine": "zip", "axes": {
                               "variant": ["plain", "offset_limited"], "filter": ["hardware", "manual"],
                               "format": "r16"}})"),
-              ElementsAre("variant=plain&format=r16&filter=hardware", "variant=offset_limited&format=r16&filter=manual"));
+      ElementsAre("variant=plain&format=r16&filter=hardware", "variant=offset_limited&format=r16&filter=manual"));
 }
 
 TEST(Plan, LinkedAxesMoveTogether) {
@@ -75,12 +76,14 @@ TEST(Plan, InactiveParametersMakeNoDuplicates) {
                 .size(),
             4U);
   // The same case from two sweeps, or from a value that stands twice, is one case.
-  EXPECT_EQ(settings_of(R"({"technique": "relief", "axes": {"linear_steps": [16, 16]}}, {"technique": "relief"})").size(),
-            1U);
+  EXPECT_EQ(
+      settings_of(R"({"technique": "relief", "axes": {"linear_steps": [16, 16]}}, {"technique": "relief"})").size(),
+      1U);
 }
 
 TEST(Plan, WhereLeavesOut) {
-  const auto list = settings_of(R"({"technique": "relief", "axes": {"format": ["r8", "r16"], "filter": ["hardware", "manual"]},
+  const auto list =
+      settings_of(R"({"technique": "relief", "axes": {"format": ["r8", "r16"], "filter": ["hardware", "manual"]},
                                     "where": [{"if": {"format": ["r8"]}, "then": {"filter": ["hardware"]}}]})");
   EXPECT_EQ(list.size(), 3U);
   // An inactive parameter never makes an `if` true, and never breaks a `then`.
@@ -102,30 +105,41 @@ TEST(Plan, ConflictsAreCountedOncePerSettings) {
 }
 
 TEST(Plan, ASweepWithNothingLeftIsAnErrorWithItsLine) {
-  EXPECT_THAT([] { return make_plan(config_of("{\"technique\": \"flat\"},\n{\"technique\": \"cone\", \"axes\": {\"format\": \"r8\"}}"),
-                                    kOne, ""); },
-              ThrowsMessage<Error>(AllOf(StartsWith("c.json:3: the sweep of 'cone'"), HasSubstr("format r8 has 1"))));
-  EXPECT_THAT([] { return make_plan(config_of(R"({"technique": "relief", "where": {"if": {}, "then": {"format": "r16"}}})"),
-                                    kOne, ""); },
-              ThrowsMessage<Error>(AllOf(StartsWith("c.json:2: "), HasSubstr("1 by 'where'"))));
+  EXPECT_THAT(
+      [] {
+        return make_plan(
+            config_of("{\"technique\": \"flat\"},\n{\"technique\": \"cone\", \"axes\": {\"format\": \"r8\"}}"), kOne,
+            "");
+      },
+      ThrowsMessage<Error>(AllOf(StartsWith("c.json:3: the sweep of 'cone'"), HasSubstr("format r8 has 1"))));
+  EXPECT_THAT(
+      [] {
+        return make_plan(config_of(R"({"technique": "relief", "where": {"if": {}, "then": {"format": "r16"}}})"), kOne,
+                         "");
+      },
+      ThrowsMessage<Error>(AllOf(StartsWith("c.json:2: "), HasSubstr("1 by 'where'"))));
 }
 
 TEST(Plan, AnEndlessSweepIsAnError) {
-  EXPECT_THAT([] { return make_plan(config_of(R"({"technique": "relief", "axes": {
+  EXPECT_THAT(
+      [] {
+        return make_plan(config_of(R"({"technique": "relief", "axes": {
                      "linear_steps": {"from": 1, "to": 4096, "step": 1}, "binary_steps": {"from": 1, "to": 32, "step": 1},
                      "secant_steps": {"from": 1, "to": 32, "step": 1}}})"),
-                                    kOne, ""); },
-              ThrowsMessage<Error>(HasSubstr("over 1000000 combinations")));
+                         kOne, "");
+      },
+      ThrowsMessage<Error>(HasSubstr("over 1000000 combinations")));
 }
 
 TEST(Plan, FilterSelects) {
-  const Config config = config_of(R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}}, {"technique": "flat"})",
-                                  R"(["top", "oblique"])");
+  const Config config = config_of(
+      R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}}, {"technique": "flat"})", R"(["top", "oblique"])");
   EXPECT_EQ(make_plan(config, kBoth, "").cases.size(), 12U);
   EXPECT_EQ(make_plan(config, kBoth, "relief@*/top?*backend=vulkan").cases.size(), 2U);
   EXPECT_EQ(make_plan(config, kBoth, "*linear_steps=8&*").cases.size(), 4U);
-  EXPECT_THAT([&] { return make_plan(config, kBoth, "reilef*"); },
-              ThrowsMessage<Error>(AllOf(HasSubstr("filter 'reilef*' matches none of the 12 cases"), HasSubstr("relief@"))));
+  EXPECT_THAT(
+      [&] { return make_plan(config, kBoth, "reilef*"); },
+      ThrowsMessage<Error>(AllOf(HasSubstr("filter 'reilef*' matches none of the 12 cases"), HasSubstr("relief@"))));
   EXPECT_THROW((void)make_plan(config, {}, ""), Error);
 }
 
@@ -143,17 +157,17 @@ TEST(Plan, SortedSoThatABakeServesItsCases) {
   for (const Case& c : plan.cases) {
     const auto scene = std::ranges::find(config.scenes, c.scene_id, &SceneSpec::id);
     const std::tuple now{c.backend, c.scene_id, bake_text(c, *scene)};
-    if (now != last) EXPECT_TRUE(seen.insert(now).second);
+    EXPECT_TRUE(now == last || seen.insert(now).second);
     last = now;
   }
   EXPECT_EQ(plan.cases.front().backend, "opengl");
   EXPECT_EQ(plan.cases.front().scene_id, "rocks/top");
   // cone: 2 corrections x 2 height types, encodings share; relief: 1. Views and backends share all.
-  EXPECT_THAT(plan.bakes,
-              testing::UnorderedElementsAre(
-                  HasSubstr("|height|heights=unorm8|wrap=repeat"), HasSubstr("correction=none|heights=unorm8"),
-                  HasSubstr("correction=none|heights=unorm16"), HasSubstr("correction=safe|heights=unorm8"),
-                  HasSubstr("correction=safe|heights=unorm16")));
+  EXPECT_THAT(plan.bakes, testing::UnorderedElementsAre(HasSubstr("|height|heights=unorm8|wrap=repeat"),
+                                                        HasSubstr("correction=none|heights=unorm8"),
+                                                        HasSubstr("correction=none|heights=unorm16"),
+                                                        HasSubstr("correction=safe|heights=unorm8"),
+                                                        HasSubstr("correction=safe|heights=unorm16")));
   EXPECT_TRUE(std::ranges::all_of(plan.bakes, [](const auto& b) { return b.starts_with("rocks|"); }));
 }
 
@@ -177,8 +191,9 @@ TEST(Glob, ByHand) {
 }
 
 RC_GTEST_PROP(Glob, AgreesWithTheRegularExpression, ()) {
-  const auto pattern = *rc::gen::container<std::string>(rc::gen::element('a', 'b', '*', '?'));
-  const auto text = *rc::gen::container<std::string>(rc::gen::element('a', 'b'));
+  // Short patterns: the expression backtracks exponentially in the number of stars.
+  const auto pattern = *rc::gen::resize(7, rc::gen::container<std::string>(rc::gen::element('a', 'b', '*', '?')));
+  const auto text = *rc::gen::resize(12, rc::gen::container<std::string>(rc::gen::element('a', 'b')));
   std::string expression;
   for (const char c : pattern) expression += c == '*' ? ".*" : c == '?' ? "." : std::string(1, c);
   RC_ASSERT(glob_matches(pattern, text) == std::regex_match(text, std::regex(expression)));

@@ -60,8 +60,8 @@ std::span<const ConfigKeys> config_keys() { return kObjects; }
 std::string unknown_text(std::string_view word, const std::vector<std::string_view>& known) {
   const auto distance = [word](std::string_view other) { return edit_distance(word, other); };
   const auto nearest = std::ranges::min_element(known, {}, distance);
-  // A third of the word wrong is still a slip; more is another word.
-  const bool is_slip = nearest != known.end() && distance(*nearest) <= std::max<std::size_t>(1, word.size() / 3);
+  // A third of the word wrong (two swapped letters of four count as two) is still a slip; more is another word.
+  const bool is_slip = nearest != known.end() && distance(*nearest) <= (word.size() + 2) / 3;
   return fmt::format("unknown ({}known: {})", is_slip ? fmt::format("did you mean '{}'?; ", *nearest) : "",
                      fmt::join(known, ", "));
 }

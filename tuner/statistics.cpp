@@ -24,13 +24,14 @@ double median_of(std::vector<double>& values) {
   return std::midpoint(*std::max_element(values.begin(), middle), *middle);
 }
 
-/// How many values to leave out on either side: the largest k with 2 P(Binomial(n, 1/2) < k) <= 1 - confidence.
+/// How many values to leave out on either side: the largest k with 2 P(Binomial(n, 1/2) <= k) <= 1 - confidence, since
+/// the median is under the (k+1)-th value iff at most k values are under it. 0 where there is no such k.
 std::size_t trimmed_each_side(std::size_t n) {
   double log_p = -static_cast<double>(n) * std::log(2.0);
   double tail = 0;
   for (std::size_t k = 0; k < n; ++k) {
     tail += std::exp(log_p);  // P(Binomial <= k)
-    if (2 * tail > 1 - kConfidence) return k;
+    if (2 * tail > 1 - kConfidence) return k == 0 ? 0 : k - 1;
     log_p += std::log(static_cast<double>(n - k) / static_cast<double>(k + 1));
   }
   return 0;

@@ -1,0 +1,137 @@
+#include "tuner/record.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "kernels/error.h"
+#include "tests/full_record.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+TEST(Record, EveryFieldRoundTrips) {
+  const Record record = full_record();
+  const json j = record;
+  const auto back = json::parse(j.dump()).get<Record>();
+  EXPECT_EQ(json(back), j);
+  EXPECT_EQ(back.case_id, record.case_id);
+  EXPECT_EQ(back.params, record.params);  // in the order of the case id, not of the alphabet
+  EXPECT_EQ(back.status, Status::ok);
+  EXPECT_EQ(back.frame_time->summary.ci_high, record.frame_time->summary.ci_high);
+  EXPECT_EQ(back.frame_time->timer, "gl_timestamp");
+  EXPECT_EQ(back.error->e_xy.p99, record.error->e_xy.p99);
+  EXPECT_EQ(back.error->max_taps, record.error->max_taps);
+  EXPECT_EQ(back.memory_bytes, record.memory_bytes);
+  EXPECT_EQ(back.reference_key, record.reference_key);
+}
+
+TEST(Record, LayoutOfTheErrorIsTheDocumentedOne) {
+  const json j = full_record();
+  EXPECT_EQ(j["error"]["e_xy"]["p99"], 0.5);
+  EXPECT_EQ(j["error"]["taps"]["max"], 30);
+  EXPECT_EQ(j["error"]["missed_rate"], 0.001);
+  EXPECT_EQ(j["frame_time_ns"]["n"], 7);
+  EXPECT_EQ(j["params"]["linear_steps"], "16");
+}
+
+TEST(Record, IdenticalPicturesHaveANullPsnr) {
+  Record record = full_record();
+  record.error->psnr = std::nullopt;
+  json j = record;
+  EXPECT_TRUE(j["error"]["psnr"].is_null());
+  EXPECT_FALSE(j.get<Record>().error->psnr.has_value());
+  j["error"].erase("psnr");  // null says something; absence would not
+  EXPECT_THAT([&] { (void)j.get<Record>(); }, ThrowsMessage<Error>(HasSubstr("'psnr' is missing")));
+}
+
+TEST(Record, AFailedCaseHasNoTimesAndMayLackThem) {
+  Record record = full_record();
+  record.status = Status::timeout;
+  record.reason = "a frame took 21 s";
+  record.frame_time.reset();
+  record.error.reset();
+  json j = record;
+  EXPECT_FALSE(j.contains("frame_time_ns"));
+  EXPECT_FALSE(j.contains("error"));
+  EXPECT_EQ(j.get<Record>().reason, "a frame took 21 s");
+  j["frame_time_ns"] = nullptr;
+  EXPECT_FALSE(j.get<Record>().frame_time.has_value());
+  j["status"] = "ok";
+  EXPECT_THAT([&] { (void)j.get<Record>(); }, ThrowsMessage<Error>(HasSubstr("status is ok")));
+}
+
+TEST(Record, NotANumberNeverReachesAFile) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
+    const auto refused = [bad](double& (*field)(Record&)) {
+      Record record = full_record();
+      field(record) = bad;
+      EXPECT_THROW((void)json(record), Error);
+    };
+    refused([](Record& r) -> double& { return r.frame_time->summary.median; });
+    refused([](Record& r) -> double& { return r.frame_time->summary.mad; });
+    refused([](Record& r) -> double& { return r.frame_time->summary.ci_low; });
+    refused([](Record& r) -> double& { return r.frame_time->summary.ci_high; });
+    refused([](Record& r) -> double& { return r.frame_time->raw_median; });
+    refused([](Record& r) -> double& { return r.error->e_xy.mean; });
+    refused([](Record& r) -> double& { return r.error->e_z.max; });
+    refused([](Record& r) -> double& { return r.error->missed_rate; });
+    refused([](Record& r) -> double& { return r.error->inside_rate; });
+    refused([](Record& r) -> double& { return r.error->unconverged_rate; });
+    refused([](Record& r) -> double& { return r.error->mean_taps; });
+    refused([](Record& r) -> double& { return *r.error->psnr; });
+    refused([](Record& r) -> double& { return r.bake_time_ns; });
+    refused([](Record& r) -> double& { return r.first_draw_ns; });
+    EXPECT_THROW((void)json(Sample{.case_id = "c", .frame_time_ns = bad}), Error);
+    EXPECT_THROW((void)json(Sample{.case_id = "c", .at_ns = bad}), Error);
+  }
+}
+
+// Whatever key is missing or of another type: an Error that names it.
+TEST(Record, EveryMissingOrWrongFieldIsNamed) {
+  const json whole = full_record();
+  for (const auto& item : whole.items()) {
+    json without = whole;
+    without.erase(item.key());
+    if (item.key() == "reason") continue;  // absent means none
+    EXPECT_THAT([&] { (void)without.get<Record>(); }, ThrowsMessage<Error>(HasSubstr("'" + item.key() + "'")));
+    json wrong = whole;
+    wrong[item.key()] = json::array({1});
+    EXPECT_THROW((void)wrong.get<Record>(), Error) << item.key();
+  }
+  EXPECT_THROW((void)json(3).get<Record>(), Error);
+  EXPECT_THROW((void)json::object().get<Sample>(), Error);
+}
+
+TEST(Record, StatusIdsRoundTrip) {
+  for (const Status status : {Status::ok, Status::skipped, Status::unsupported, Status::compile_error, Status::timeout,
+                              Status::device_lost, Status::invalid_timer, Status::throttled})
+    EXPECT_EQ(parse_status(status_id(status)), status);
+  EXPECT_EQ(status_id(Status::throttled), "throttled");
+  EXPECT_THROW((void)parse_status("fine"), Error);
+}
+
+RC_GTEST_PROP(Sample, RoundTripsToTheBit, (std::string case_id, int round, int frames)) {
+  const auto number = [] {
+    return *rc::gen::suchThat(rc::gen::arbitrary<double>(), [](double d) { return std::isfinite(d); });
+  };
+  std::erase_if(case_id, [](char c) { return (static_cast<unsigned char>(c) & 0x80U) != 0; });
+  const Sample sample{
+      .case_id = case_id, .round = round, .frames = frames, .frame_time_ns = number(), .at_ns = number()};
+  const auto back = json::parse(json(sample).dump()).get<Sample>();
+  RC_ASSERT(back.case_id == sample.case_id);
+  RC_ASSERT(back.round == sample.round && back.frames == sample.frames);
+  RC_ASSERT(back.frame_time_ns == sample.frame_time_ns && back.at_ns == sample.at_ns);
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,206 @@
+#include "tuner/store.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "kernels/error.h"
+#include "tests/full_record.h"
+#include "tuner/run_files.h"
+
+namespace reliefbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+using ::testing::ThrowsMessage;
+
+const json kIdentity = {{"schema", kSchemaVersion},
+                        {"config_sha256", "ab"},
+                        {"devices", {{{"backend", "opengl"}, {"index", 0}, {"driver", "Mesa 22.3.6"}}}}};
+
+class Store : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    root_ = fs::path(testing::TempDir()) / fmt::format("store_test_{}_{}", info->name(), ::getpid());
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+    folder_ = root_ / "run";
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  static Record record(const std::string& case_id) {
+    Record r = full_record();
+    r.case_id = case_id;
+    return r;
+  }
+  static std::string text_of(const fs::path& path) { return read_file(path); }
+  static void write(const fs::path& path, std::string_view text) { std::ofstream(path, std::ios::binary) << text; }
+  static void write_run(const fs::path& folder) {
+    RunStore store(folder, kIdentity);
+    store.append(record("a"));
+    store.append(record("b"));
+    store.append(Sample{.case_id = "a", .round = 0, .frames = 4, .frame_time_ns = 2.5, .at_ns = 10});
+    store.append(Sample{.case_id = "b", .round = 1, .frames = 4, .frame_time_ns = 3.5, .at_ns = 20});
+  }
+
+  fs::path root_;
+  fs::path folder_;
+};
+
+TEST_F(Store, WhatIsAppendedIsReadBack) {
+  {
+    RunStore store(folder_, kIdentity);
+    EXPECT_TRUE(store.earlier().records.empty());
+    store.append(record("a"));
+    store.append(Sample{.case_id = "a", .round = 2, .frames = 4, .frame_time_ns = 2.5, .at_ns = 10});
+    EXPECT_EQ(load_run(folder_).records.size(), 1U);  // a line is there when append() returns
+    store.write_info({{"name", "nightly"}});
+  }
+  const auto run = load_run(folder_);
+  EXPECT_EQ(run.info["name"], "nightly");
+  EXPECT_EQ(run.info["identity"], kIdentity);
+  ASSERT_EQ(run.records.size(), 1U);
+  EXPECT_EQ(json(run.records[0]), json(record("a")));
+  ASSERT_EQ(run.samples.size(), 1U);
+  EXPECT_EQ(run.samples[0].round, 2);
+}
+
+// A kill at any moment of the last write: whatever of the line is there, the run resumes and the line can be written
+// again.
+TEST_F(Store, ATornLastLineIsCutOff) {
+  write_run(folder_);
+  const std::string whole = text_of(folder_ / kResultsFile);
+  const std::size_t last = whole.rfind('\n', whole.size() - 2) + 1;
+  for (std::size_t size = last; size < whole.size(); ++size) {
+    write(folder_ / kResultsFile, whole.substr(0, size));
+    EXPECT_EQ(load_run(folder_).records.size(), 1U) << size;
+    EXPECT_EQ(text_of(folder_ / kResultsFile).size(), size) << "reading changes nothing";
+    RunStore store(folder_, kIdentity);
+    ASSERT_EQ(store.earlier().records.size(), 1U) << size;
+    EXPECT_EQ(store.earlier().records[0].case_id, "a");
+    EXPECT_EQ(store.earlier().samples.size(), 2U);
+    store.append(record("b"));
+    EXPECT_EQ(text_of(folder_ / kResultsFile), whole) << size;
+  }
+}
+
+TEST_F(Store, ATornSampleIsCutOff) {
+  write_run(folder_);
+  const std::string whole = text_of(folder_ / kSamplesFile);
+  write(folder_ / kSamplesFile, whole.substr(0, whole.size() - 5));
+  EXPECT_EQ(RunStore(folder_, kIdentity).earlier().samples.size(), 1U);
+  EXPECT_EQ(text_of(folder_ / kSamplesFile), whole.substr(0, whole.find('\n') + 1));
+}
+
+TEST_F(Store, AnyOtherBrokenLineIsNamed) {
+  write_run(folder_);
+  const std::string whole = text_of(folder_ / kResultsFile);
+  const std::string file = (folder_ / kResultsFile).string();
+  write(folder_ / kResultsFile, "{\"case\n" + whole);
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(StartsWith(file + ":1: not JSON")));
+  write(folder_ / kResultsFile, whole + "{}\n");
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(StartsWith(file + ":3: 'case' is missing")));
+  write(folder_ / kResultsFile, whole + "\n");
+  EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(StartsWith(file + ":3:")));
+}
+
+TEST_F(Store, OfTwoRecordsOfACaseTheLaterCounts) {
+  {
+    RunStore store(folder_, kIdentity);
+    Record failed = record("a");
+    failed.status = Status::device_lost;
+    store.append(failed);
+    store.append(record("b"));
+    store.append(record("a"));
+  }
+  const auto run = load_run(folder_);
+  ASSERT_EQ(run.records.size(), 2U);
+  EXPECT_EQ(run.records[0].case_id, "a");
+  EXPECT_EQ(run.records[0].status, Status::ok);
+}
+
+TEST_F(Store, AnotherIdentityIsRefusedByItsFirstKey) {
+  write_run(folder_);
+  const std::string before = text_of(folder_ / kResultsFile);
+  const auto refused = [&](const std::string& pointer, const json& value, const std::string& message) {
+    json other = kIdentity;
+    other[json::json_pointer(pointer)] = value;
+    EXPECT_THAT([&] { (void)RunStore(folder_, other); },
+                ThrowsMessage<Error>(AllOf(HasSubstr(message), HasSubstr("choose another folder"))));
+  };
+  refused("/devices/0/driver", "Mesa 23", R"(its 'devices[0].driver' is "Mesa 22.3.6", now it is "Mesa 23")");
+  refused("/config_sha256", "cd", R"('config_sha256' is "ab", now it is "cd")");
+  refused("/schema", 2, "'schema' is 1, now it is 2");
+  refused("/filter", "x", R"('filter' is null, now it is "x")");
+  refused("/devices/1", {{"backend", "vulkan"}}, "its 'devices' is [");
+  EXPECT_EQ(text_of(folder_ / kResultsFile), before);
+}
+
+TEST_F(Store, OneProcessAtATime) {
+  const RunStore first(folder_, kIdentity);
+  EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(HasSubstr("another process")));
+}
+
+TEST_F(Store, NoRunIsSaidSo) {
+  EXPECT_THAT([&] { (void)load_run(root_ / "nothing"); }, ThrowsMessage<Error>(HasSubstr("is not a run folder")));
+  fs::create_directories(folder_);
+  write(folder_ / kRunFile, "{}");
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("'identity' is missing")));
+  write(folder_ / kRunFile, "{\"identity\": {\"schema\": 99}}");
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("is 99, this reliefbench reads 1")));
+  write(folder_ / kRunFile, "{\"identity\": ");
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("not JSON")));
+  fs::remove(folder_ / kRunFile);
+  write(folder_ / kResultsFile, "precious");
+  EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(HasSubstr("but no run.json")));
+  EXPECT_EQ(text_of(folder_ / kResultsFile), "precious");
+}
+
+TEST_F(Store, AFolderThatCannotBeWrittenLeavesNothingBehind) {
+  write(root_ / "file", "");
+  EXPECT_THAT([&] { (void)RunStore(root_ / "file" / "run", kIdentity); }, ThrowsMessage<Error>(HasSubstr("file/run")));
+  EXPECT_THROW((void)RunStore("/proc/no/such/run", kIdentity), Error);
+  // The folders can be made, run.json can't: its temporary file's name is taken by a folder.
+  fs::create_directories(root_ / "c");
+  fs::create_directories(root_ / "c" / fmt::format("{}.tmp{}", kRunFile, ::getpid()));
+  EXPECT_THROW((void)RunStore(root_ / "c", kIdentity), Error);
+  EXPECT_FALSE(fs::exists(root_ / "c" / kResultsFile));
+  EXPECT_TRUE(fs::exists(root_ / "c")) << "it was there before";
+  EXPECT_EQ(std::distance(fs::directory_iterator(root_), fs::directory_iterator()), 2);
+}
+
+TEST_F(Store, NestedFoldersAreMade) {
+  { const RunStore store(root_ / "a" / "b" / "run/", kIdentity); }
+  EXPECT_TRUE(fs::exists(root_ / "a" / "b" / "run" / kRunFile));
+}
+
+TEST_F(Store, WritingIsWholeOrNotAtAll) {
+  write_atomically(root_ / "x", "one");
+  write_atomically(root_ / "x", "two");
+  EXPECT_EQ(text_of(root_ / "x"), "two");
+  fs::create_directories(root_ / "folder" / "full");
+  EXPECT_THROW(write_atomically(root_ / "folder", "three"), Error);
+  EXPECT_THROW(write_atomically(root_ / "none" / "x", "three"), Error);
+  EXPECT_EQ(std::distance(fs::directory_iterator(root_), fs::directory_iterator()), 2) << "no temporary file stays";
+}
+
+TEST_F(Store, BytesThatAreNoTextDoNotStopARun) {
+  {
+    RunStore store(folder_, kIdentity);
+    Record r = record("a");
+    r.device = "GPU \xff\xfe";
+    store.append(r);
+  }
+  EXPECT_THAT(load_run(folder_).records.at(0).device, StartsWith("GPU "));
+}
+
+}  // namespace
+}  // namespace reliefbench
