@@ -7,6 +7,7 @@
 #include <chrono>
 #include <set>
 
+#include "tuner/device_json.h"
 #include "tuner/harness.h"
 #include "tuner/host.h"
 #include "tuner/pareto.h"
@@ -45,31 +46,13 @@ std::string utc_text(double unix_ns) {
 }
 
 nlohmann::json device_json(const Session& session) {
-  const DeviceInfo& device = session.device();
-  nlohmann::json audit = nlohmann::json::array();
-  for (const TimerAudit& row : session.audit())
-    audit.push_back({{"timer", timer_id(row.timer)},
-                     {"valid", row.valid},
-                     {"wall_ratio", row.wall_ratio},
-                     {"doubling", row.doubling},
-                     {"reason", row.reason}});
-  std::vector<std::string_view> timers;
-  for (const Timer timer : device.timers) timers.push_back(timer_id(timer));
-  return {{"backend", device.backend},
-          {"index", device.index},
-          {"name", device.name},
-          {"vendor", device.vendor},
-          {"type", device.type},
-          {"driver", device.driver},
-          {"api_version", device.api_version},
-          {"software", device.software},
-          {"subtexel_bits", device.subtexel_bits},
-          {"timers", timers},
-          {"audit", audit},
-          {"timer", timer_id(session.timer())},
-          {"control_load_steps", session.control().load_steps},
-          {"control_frames", session.control().frames},
-          {"control_reference_ns", session.control().reference_ns}};
+  nlohmann::json device = device_json(session.device());
+  device["audit"] = audit_json(session.audit());
+  device["timer"] = timer_id(session.timer());
+  device["control_load_steps"] = session.control().load_steps;
+  device["control_frames"] = session.control().frames;
+  device["control_reference_ns"] = session.control().reference_ns;
+  return device;
 }
 
 std::optional<Control> known_control(const nlohmann::json& info, const DeviceInfo& device) {
