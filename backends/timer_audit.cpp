@@ -91,6 +91,7 @@ double ratio(double numerator, double denominator) { return denominator > 0 ? nu
 template <typename Value>
 double median_of(const std::vector<Round>& rounds, Value value) {
   std::vector<double> values;
+  values.reserve(rounds.size());
   for (const Round& round : rounds) values.push_back(value(round));
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);

@@ -173,7 +173,7 @@ std::vector<ScorePixel> VulkanBackend::read_score() {
   const HostBuffer second = read_texels(device_, target.images[1], kHalf);
   std::vector<ScorePixel> pixels(first.bytes.size() / kHalf);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    std::array<std::byte, sizeof(ScorePixel)> pixel;
+    std::array<std::byte, sizeof(ScorePixel)> pixel{};
     std::memcpy(pixel.data(), first.bytes.data() + i * kHalf, kHalf);
     std::memcpy(pixel.data() + kHalf, second.bytes.data() + i * kHalf, kHalf);
     std::memcpy(&pixels[i], pixel.data(), pixel.size());

@@ -1,6 +1,7 @@
 #include "backends/vulkan_pipeline.h"
 
-#include <cstring>
+#include <bit>
+#include <cstddef>
 
 namespace reliefbench {
 namespace {
@@ -125,11 +126,10 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, const PipelineLayo
 
 void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string& label) {
   if (device.instance().set_object_name() == nullptr) return;
-  std::uint64_t handle = 0;
-  std::memcpy(&handle, &pipeline, sizeof pipeline);  // a pointer or an integer, as the platform has it
   const VkDebugUtilsObjectNameInfoEXT info{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
                                            .objectType = VK_OBJECT_TYPE_PIPELINE,
-                                           .objectHandle = handle,
+                                           // A pointer or an integer, as the platform has it.
+                                           .objectHandle = std::bit_cast<std::uint64_t>(pipeline),
                                            .pObjectName = label.c_str()};
   vk_check(device.instance().set_object_name()(device.handle(), &info), "vkSetDebugUtilsObjectNameEXT");
 }

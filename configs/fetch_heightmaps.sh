@@ -33,14 +33,14 @@ images=unpacked/usr/share/doc/efl-doc/examples/evas/resources/images
 cp "$images/rocks_NM_height.tga" "$images/four_NM_height.tga" .
 
 # elevation.npy: a header of 80 bytes, then 344 rows of 403 little-endian int16, none of them negative. PGM is big-endian.
-unzip -p unpacked/usr/share/matplotlib/mpl-data/sample_data/jacksboro_fault_dem.npz elevation.npy >elevation.npy
-if ! head -c 80 elevation.npy | grep -aqF "{'descr': '<i2', 'fortran_order': False, 'shape': (344, 403), }"; then
+unzip -p unpacked/usr/share/matplotlib/mpl-data/sample_data/jacksboro_fault_dem.npz elevation.npy >heights.npy
+if ! head -c 80 heights.npy | grep -aqF "{'descr': '<i2', 'fortran_order': False, 'shape': (344, 403), }"; then
   echo "$0: jacksboro_fault_dem.npz does not hold 344x403 int16 heights as expected" >&2
   exit 1
 fi
 {
   printf 'P5\n403 344\n65535\n'
-  tail -c +81 elevation.npy | dd conv=swab status=none
+  tail -c +81 heights.npy | dd conv=swab status=none
 } >jacksboro.pgm
 
 for map in "${maps[@]}"; do

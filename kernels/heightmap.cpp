@@ -164,10 +164,8 @@ Heightfield resolve(const HeightmapSpec& spec) {
 std::span<const KnownHeightmapRow> known_heightmaps() { return kKnown; }
 
 std::vector<fs::path> heightmap_folders() {
-  std::vector<fs::path> folders;
-  if (const char* chosen = std::getenv("RELIEFBENCH_HEIGHTMAPS"); chosen != nullptr && *chosen != '\0')
-    folders.emplace_back(chosen);
-  folders.emplace_back("build/heightmaps");
+  if (const char* chosen = std::getenv("RELIEFBENCH_HEIGHTMAPS"); chosen != nullptr && *chosen != '\0') return {chosen};
+  std::vector<fs::path> folders{"build/heightmaps"};
   std::error_code error;
   const fs::path executable = fs::read_symlink("/proc/self/exe", error);
   if (!error) folders.push_back(executable.parent_path().parent_path() / "heightmaps");

@@ -39,7 +39,7 @@ struct KnownHeightmapRow {
 };
 [[nodiscard]] std::span<const KnownHeightmapRow> known_heightmaps();
 
-/// Where known heightmaps are looked for, in this order: $RELIEFBENCH_HEIGHTMAPS, ./build/heightmaps, and
+/// Where known heightmaps are looked for: $RELIEFBENCH_HEIGHTMAPS alone if it is set, else ./build/heightmaps, then
 /// ../heightmaps beside the folder of the executable.
 [[nodiscard]] std::vector<std::filesystem::path> heightmap_folders();
 

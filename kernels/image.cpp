@@ -5,17 +5,17 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <fstream>
-#include <iterator>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
 #include "kernels/error.h"
+#include "kernels/pgm.h"
 #include "kernels/png_chunks.h"
 
 namespace reliefbench {
@@ -28,17 +28,15 @@ std::string first_line(std::string text) {
   return text;
 }
 
-std::vector<std::uint8_t> read_file(const fs::path& path) {
+/// The whole file, or its first bytes.
+std::vector<std::uint8_t> read_file(const fs::path& path,
+                                    std::size_t at_most = std::numeric_limits<std::size_t>::max()) {
+  std::error_code error;
+  std::vector<std::uint8_t> bytes(std::min<std::size_t>(fs::file_size(path, error), at_most));
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail_input("{}: cannot be opened for reading", path.string());
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-bool is_png(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::array<char, 8> start{};
-  in.read(start.data(), start.size());
-  return has_png_signature({reinterpret_cast<const std::uint8_t*>(start.data()), start.size()});
+  if (error || !in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
+    fail_input("{}: cannot be read", path.string());
+  return bytes;
 }
 
 /// Codes again, and one correctly rounded division: OpenImageIO multiplies by 1/max, which can be an ulp off.
@@ -46,12 +44,27 @@ void round_codes(std::vector<float>& pixels, float max_code) {
   for (float& pixel : pixels) pixel = std::round(pixel * max_code) / max_code;
 }
 
-void check_shape(const OIIO::ImageSpec& spec, const std::string& name) {
+void check_size(int width, int height, const std::string& name) {
+  if (width < 2 || height < 2) fail_input("{}: is {}x{} texels; at least 2x2 is needed", name, width, height);
+  if (width > kMaxSide || height > kMaxSide)
+    fail_input("{}: is {}x{} texels; at most {} a side is possible", name, width, height, kMaxSide);
+}
+
+Image read_pixels(OIIO::ImageInput& input, const std::string& name) {
+  const OIIO::ImageSpec& spec = input.spec();
+  check_size(spec.width, spec.height, name);
   if (spec.depth > 1 || spec.deep) fail_input("{}: is a volume or a deep image; a flat one is needed", name);
-  if (spec.width < 2 || spec.height < 2)
-    fail_input("{}: is {}x{} texels; at least 2x2 is needed", name, spec.width, spec.height);
-  if (spec.width > kMaxSide || spec.height > kMaxSide)
-    fail_input("{}: is {}x{} texels; at most {} a side is possible", name, spec.width, spec.height, kMaxSide);
+  Image image{.width = spec.width,
+              .height = spec.height,
+              .channels = spec.channelnames,
+              .alpha = spec.alpha_channel,
+              .pixels = std::vector<float>(spec.image_pixels() * static_cast<std::size_t>(spec.nchannels))};
+  const bool complete = input.read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data());
+  const std::string error = first_line(input.geterror());
+  if (!complete || !error.empty()) fail_input("{}: truncated or corrupt{}{}", name, error.empty() ? "" : ": ", error);
+  if (spec.format == OIIO::TypeDesc::UINT8) round_codes(image.pixels, 255.0F);
+  if (spec.format == OIIO::TypeDesc::UINT16) round_codes(image.pixels, 65535.0F);
+  return image;
 }
 
 }  // namespace
@@ -62,16 +75,24 @@ Image load_image(const fs::path& path) {
   if (!fs::exists(path, ignored)) fail_input("{}: no such file", name);
   if (!fs::is_regular_file(path, ignored)) fail_input("{}: is not a file", name);
 
+  const std::vector<std::uint8_t> start = read_file(path, 8);
+  if (has_pgm_signature(start)) {
+    Image image = decode_pgm(read_file(path), path);
+    check_size(image.width, image.height, name);
+    return image;
+  }
   OIIO::ImageSpec config;
   config["oiio:UnassociatedAlpha"] = 1;
   std::vector<std::uint8_t> png;
   std::optional<OIIO::Filesystem::IOMemReader> memory;  // outlives the input that reads from it
   std::unique_ptr<OIIO::ImageInput> input;
-  if (is_png(path)) {
+  if (has_png_signature(start)) {
     png = checked_png(read_file(path), path);
     memory.emplace(png.data(), png.size());
+    OIIO::Filesystem::IOProxy* proxy = &*memory;
+    config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     // Named by content, so that a PNG called .tga is read too.
-    input = OIIO::ImageInput::open("memory.png", &config, &*memory);
+    input = OIIO::ImageInput::open("memory.png", &config);
   } else {
     input = OIIO::ImageInput::open(name, &config);
   }
@@ -79,19 +100,7 @@ Image load_image(const fs::path& path) {
   const std::string open_error = first_line(OIIO::geterror());
   if (!input) fail_input("{}: not a readable image: {}", name, open_error);
 
-  const OIIO::ImageSpec& spec = input->spec();
-  check_shape(spec, name);
-  Image image{.width = spec.width,
-              .height = spec.height,
-              .channels = spec.channelnames,
-              .alpha = spec.alpha_channel,
-              .pixels = std::vector<float>(spec.image_pixels() * static_cast<std::size_t>(spec.nchannels))};
-  const bool complete = input->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data());
-  const std::string read_error = first_line(input->geterror());
-  if (!complete || !read_error.empty()) fail_input("{}: truncated or corrupt: {}", name, read_error);
-  if (spec.format == OIIO::TypeDesc::UINT8) round_codes(image.pixels, 255.0F);
-  if (spec.format == OIIO::TypeDesc::UINT16) round_codes(image.pixels, 65535.0F);
-  return image;
+  return read_pixels(*input, name);
 }
 
 std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8) {

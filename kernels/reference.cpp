@@ -48,7 +48,7 @@ Root first_root(const Quadratic& f, bool crossed) {
   return {s < f.length ? s : f.length, -root};
 }
 
-/// One coordinate of a ray, in cells of the padded map.
+/// One coordinate of a ray, in cells of the padded map, and the node of 2^level cells that it is in.
 struct Axis {
   Axis(double start_cell, double cells_per_t, int cell_count, Wrap wrap)
       : start(start_cell), speed(cells_per_t), cells(cell_count), forward(cells_per_t >= 0 ? 1 : 0) {
@@ -62,30 +62,29 @@ struct Axis {
   void seek(double t, Wrap wrap) {
     if (wrap == Wrap::repeat) tile = std::floor((start + speed * t) / cells) * cells;
     origin = start - tile;
-    cell = static_cast<int>(std::clamp(origin + speed * t, 0.0, cells - 1.0));
+    node = static_cast<int>(std::clamp(origin + speed * t, 0.0, cells - 1.0));
   }
-  /// To the cell at t, which is inside the node of 2^level cells.
-  void locate(int level, double t) {
-    const int first = cell >> level << level;
-    const int last = std::min(first + (1 << level), cells) - 1;
-    cell = static_cast<int>(std::clamp(origin + speed * t, static_cast<double>(first), static_cast<double>(last)));
+  /// To the half of the node, of the level above, in which the ray is at t.
+  void descend(int level, double t) {
+    const bool past_middle = t >= (((2 * node + 1) << level) - origin) * inverse;
+    node = std::min(2 * node + (past_middle ? forward : 1 - forward), (cells - 1) >> level);
   }
-  /// Over the exit edge of the node; a new tile begins where the map ends.
+  /// Over the exit edge; a new tile begins where the map ends.
   void cross(int level) {
-    const int node = cell >> level;
-    cell = forward != 0 ? (node + 1) << level : (node << level) - 1;
-    if (cell >= 0 && cell < cells) return;
+    node += 2 * forward - 1;
+    if (node >= 0 && node <= (cells - 1) >> level) return;
     tile += forward != 0 ? cells : -cells;
     origin = start - tile;
-    cell = forward != 0 ? 0 : cells - 1;
+    node = forward != 0 ? 0 : (cells - 1) >> level;
   }
 
   /// t at which the ray leaves its node.
   [[nodiscard]] double exit(int level) const {
-    const int edge = std::min(((cell >> level) + forward) << level, cells);
+    const int edge = std::min((node + forward) << level, cells);
     return ((edge == last_edge ? far_edge : edge) - origin) * inverse;
   }
-  [[nodiscard]] double fraction(double t) const { return std::clamp(origin + speed * t - cell, 0.0, 1.0); }
+  /// Inside the cell (level 0).
+  [[nodiscard]] double fraction(double t) const { return std::clamp(origin + speed * t - node, 0.0, 1.0); }
 
   double start;         ///< at t = 0, in the first tile
   double speed;         ///< cells per t
@@ -95,7 +94,7 @@ struct Axis {
   double far_edge = 0;  ///< where the last cell ends
   int last_edge = 0;
   int cells;
-  int cell = 0;  ///< in the tile
+  int node = 0;  ///< in the tile
   int forward;   ///< 1: towards higher cells, 0: towards lower
 };
 
@@ -131,8 +130,10 @@ class ReferenceTracer::Walk {
   [[nodiscard]] bool can_skip(const Bounds& bounds) const;
   template <bool kSolid>
   [[nodiscard]] Root solve();
+  template <bool kSolid>
   void advance();
-  void step(Axis& crossed, Axis& other);
+  template <bool kSolid>
+  void step(Axis& crossed);
   [[nodiscard]] double exit_in_hit_cell() const;
 
   const ReferenceTracer& map_;
@@ -208,7 +209,7 @@ bool ReferenceTracer::Walk::can_skip(const Bounds& bounds) const {
 template <bool kSolid>
 [[gnu::always_inline]] inline Root ReferenceTracer::Walk::solve() {
   const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
-  const float* row = &map_.corners_[static_cast<std::size_t>(y_.cell) * stride + static_cast<std::size_t>(x_.cell)];
+  const float* row = &map_.corners_[static_cast<std::size_t>(y_.node) * stride + static_cast<std::size_t>(x_.node)];
   const Bounds low{std::min(row[0], row[1]), std::max(row[0], row[1])};
   const Bounds high{std::min(row[stride], row[stride + 1]), std::max(row[stride], row[stride + 1])};
   if (can_skip<kSolid>({std::min(low.min, high.min), std::max(low.max, high.max)})) return {};
@@ -235,21 +236,26 @@ template <bool kSolid>
   return kSolid ? first_root(cell_.negated(), cell_.f1 > 0) : first_root(cell_, cell_.f1 <= 0);
 }
 
-[[gnu::always_inline]] inline void ReferenceTracer::Walk::step(Axis& crossed, Axis& other) {
-  const int node = crossed.cell >> level_;
+template <bool kSolid>
+[[gnu::always_inline]] inline void ReferenceTracer::Walk::step(Axis& crossed) {
+  // Out of the parent too, which may be skipped whole. In the solid it may be even when it was not before.
+  const bool new_parent = (crossed.node & 1) == crossed.forward;
   crossed.cross(level_);
-  if (level_ > 0) other.locate(level_, t_);
-  // Out of the parent too, which may be skipped whole.
-  if ((node & 1) == crossed.forward && level_ < top_level_) ++level_;
+  if ((kSolid || new_parent) && level_ < top_level_) {
+    ++level_;
+    x_.node >>= 1;
+    y_.node >>= 1;
+  }
 }
 
+template <bool kSolid>
 [[gnu::always_inline]] inline void ReferenceTracer::Walk::advance() {
   t_ = t_next_;
   entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
   if (leaves_by_x_) {
-    step(x_, y_);
+    step<kSolid>(x_);
   } else {
-    step(y_, x_);
+    step<kSolid>(y_);
   }
 }
 
@@ -263,16 +269,16 @@ template <bool kSolid>
     t_next_ = std::min(std::max(std::min(tx, ty), t_), t_end_);
     if (level_ > 0) {
       const Level& level = map_.levels_[static_cast<std::size_t>(level_)];
-      const std::size_t row = static_cast<std::size_t>(y_.cell >> level_) * static_cast<std::size_t>(level.width);
-      const Bounds& bounds = level.nodes[row + static_cast<std::size_t>(x_.cell >> level_)];
+      const std::size_t row = static_cast<std::size_t>(y_.node) * static_cast<std::size_t>(level.width);
+      const Bounds& bounds = level.nodes[row + static_cast<std::size_t>(x_.node)];
       if (!can_skip<kSolid>(bounds)) {
         if (!kSolid && 1.0 - bounds.max > t_) {
           t_ = 1.0 - bounds.max;
-          x_.locate(level_, t_);
-          y_.locate(level_, t_);
           entered_ = Entered::inside;
         }
         --level_;
+        x_.descend(level_, t_);
+        y_.descend(level_, t_);
         continue;
       }
     } else {
@@ -280,7 +286,7 @@ template <bool kSolid>
       if (root_.s != kNever) return t_ + root_.s;
     }
     if (t_next_ == t_end_) return kNever;
-    advance();
+    advance<kSolid>();
   }
 }
 
@@ -299,16 +305,19 @@ double ReferenceTracer::Walk::exit_in_hit_cell() const {
   const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
   if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return {t_, kNever};
 
+  // seek() finds the cell; its ancestor is the node to begin with.
   x_.seek(t_, map_.wrap_);
   y_.seek(t_, map_.wrap_);
   top_level_ = static_cast<int>(map_.levels_.size()) - 1;
   // A node as wide as the whole travel is hardly ever skipped.
   level_ = std::min(top_level_, std::ilogb(std::max((t_end_ - t_) * travel, 1.0)));
+  x_.node >>= level_;
+  y_.node >>= level_;
   const double t_enter = find<false>();
   if (t_enter == kNever) return {t_end_, kNever};  // at the lowest texel, up to rounding
   const double t_exit = exit_in_hit_cell();
   if (t_exit != kNever || t_next_ == t_end_) return {t_enter, t_exit};
-  advance();
+  advance<true>();
   return {t_enter, find<true>()};
 }
 

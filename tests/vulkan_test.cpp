@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <numeric>
+#include <optional>
 
 #include "backends/shader_compiler.h"
 #include "backends/vulkan_device.h"
@@ -160,8 +162,9 @@ TEST_F(VulkanTest, ScoreFrameKeepsRowsAndBothAttachments) {
     EXPECT_EQ(pixels[i].status, static_cast<float>(PixelStatus::hit));
     EXPECT_EQ(pixels[i].taps, 1);
     // Straight down from the middle: a picture 1.2 tiles wide, u grows with x, v falls with y.
+    const std::size_t row = i / kWidth;
     const float u = 0.5F + 0.6F * ((static_cast<float>(i % kWidth) + 0.5F) / kWidth * 2 - 1);
-    const float v = 0.5F - 0.6F * ((static_cast<float>(i / kWidth) + 0.5F) / kHeight * 2 - 1);
+    const float v = 0.5F - 0.6F * ((static_cast<float>(row) + 0.5F) / kHeight * 2 - 1);
     EXPECT_NEAR(pixels[i].ray.u, u - std::floor(u), 1e-5);
     EXPECT_NEAR(pixels[i].ray.v, v - std::floor(v), 1e-5);
   }
@@ -177,7 +180,8 @@ TEST_F(VulkanTest, SpecializationConstantSetsTheLoad) {
     const std::vector<std::uint8_t> color = rig.backend->read_color();
     ASSERT_EQ(color.size(), 3U * 2U * 4U);
     for (int i = 0; i < 6; ++i) {
-      const double start = (0.0137 * (i % 3 + 0.5) + 0.0071 * (i / 3 + 0.5)) * 0.8 + 0.1;
+      const int row = i / 3;
+      const double start = (0.0137 * (i % 3 + 0.5) + 0.0071 * (row + 0.5)) * 0.8 + 0.1;
       const double value = steps == 0 ? start : 3.9 * start * (1 - start);
       EXPECT_NEAR(color[static_cast<std::size_t>(4 * i)], 255 * value, 1) << i;
       EXPECT_EQ(color[static_cast<std::size_t>(4 * i + 3)], 255);
@@ -226,6 +230,35 @@ TEST_F(VulkanTest, MisuseIsAnErrorNotACrash) {
   EXPECT_THAT(message_of([&] { static_cast<void>(rig.backend->upload({.width = 3, .height = 3, .texels = texels})); }),
               HasSubstr("3x3"));
   EXPECT_THAT(rig.backend->debug_messages(), IsEmpty());
+}
+
+/// A variable of the environment, put back at the end of the scope.
+class ScopedVariable {
+ public:
+  ScopedVariable(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    setenv(name, value, 1);
+  }
+  ~ScopedVariable() { before_ ? setenv(name_, before_->c_str(), 1) : unsetenv(name_); }
+  ScopedVariable(const ScopedVariable&) = delete;
+  ScopedVariable& operator=(const ScopedVariable&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+TEST_F(VulkanTest, MissingValidationLayerIsAnEnvironmentError) {
+  const ScopedVariable no_layers("VK_LAYER_PATH", "/nonexistent");
+  EXPECT_THAT(message_of([] { static_cast<void>(open_vulkan(0, {.debug = true})); }),
+              HasSubstr("VK_LAYER_KHRONOS_validation"));
+  EXPECT_NO_THROW(static_cast<void>(open_vulkan(0, {.debug = false})));
+}
+
+TEST(Vulkan, WithoutADriverThereAreNoDevices) {
+  const ScopedVariable no_drivers("VK_ICD_FILENAMES", "/nonexistent.json");
+  EXPECT_THAT(vulkan_devices(), IsEmpty());
+  EXPECT_THAT(message_of([] { static_cast<void>(open_vulkan(0, {})); }), HasSubstr("vulkan"));
 }
 
 TEST_F(VulkanTest, UnknownDeviceNamesHowManyThereAre) {

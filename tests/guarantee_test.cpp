@@ -1,0 +1,130 @@
+// What the registry promises, held against the exact reference on the heights as they are stored.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/heightmap.h"
+#include "kernels/score.h"
+#include "tests/technique_rig.h"
+
+namespace reliefbench {
+namespace {
+
+std::vector<ReferenceHit> reference_of(const std::vector<ScorePixel>& pixels, const Heightfield& surface, Wrap wrap) {
+  std::vector<TextureRay> rays;
+  rays.reserve(pixels.size());
+  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
+  return ReferenceTracer(surface, wrap).trace(rays);
+}
+
+Scene scene_of(const View& view, Wrap wrap) {
+  return {.view = view, .tiling = wrap == Wrap::repeat ? 2.0 : 1.0, .wrap = wrap, .width_px = 64, .height_px = 64};
+}
+
+using GuaranteeTest = BackendTest;
+INSTANTIATE_TEST_SUITE_P(AllBackends, GuaranteeTest, ::testing::Values("opengl", "vulkan"),
+                         [](const auto& parameter) { return std::string(parameter.param); });
+
+// cone, correction=safe, step=cell_quad: no first hit is stepped over, and none is left short while the cap is not
+// reached. Manual filter: full-precision weights, so that the sampled surface is the stored one.
+TEST_P(GuaranteeTest, safe_cones_with_solved_cells_never_skip) {
+  on_every_device([](const Rig& rig) {
+    for (const ProceduralRow& row : procedurals()) {
+      const Heightfield heights = row.generate(48, 48, 7);
+      for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+        for (const std::string_view format : {"rg8", "rg16", "rg16f", "rg32f"}) {
+          const Settings settings = settings_of("cone", {{"cone_steps", "2000"},
+                                                         {"correction", "safe"},
+                                                         {"step", "cell_quad"},
+                                                         {"format", format},
+                                                         {"filter", "manual"}});
+          const StoredMap map = store_map(settings, heights, wrap);
+          for (const View& view : view_presets()) {
+            const Scene scene = scene_of(view, wrap);
+            const auto pixels = trace_frame(rig, settings, map, scene);
+            const FrameScore score =
+                judge_frame(pixels, reference_of(pixels, map.surface, wrap), map.image.width, map.image.height).score;
+            EXPECT_EQ(score.missed_rate, 0) << row.id << " " << format << " " << view.id;
+            EXPECT_EQ(score.unconverged_rate, 0) << row.id << " " << format << " " << view.id;
+          }
+        }
+      }
+    }
+  });
+}
+
+// Plain steps with safe cones: slow to arrive, but nothing is stepped over either.
+TEST_P(GuaranteeTest, safe_cones_with_plain_steps_never_skip) {
+  on_every_device([](const Rig& rig) {
+    for (const ProceduralRow& row : procedurals()) {
+      const Settings settings = settings_of("cone", {{"cone_steps", "200"},
+                                                     {"correction", "safe"},
+                                                     {"step", "plain"},
+                                                     {"format", "rg32f"},
+                                                     {"filter", "manual"}});
+      const StoredMap map = store_map(settings, row.generate(48, 48, 7), Wrap::repeat);
+      for (const View& view : view_presets()) {
+        const auto pixels = trace_frame(rig, settings, map, scene_of(view, Wrap::repeat));
+        EXPECT_EQ(judge_frame(pixels, reference_of(pixels, map.surface, Wrap::repeat), 48, 48).score.missed_rate, 0)
+            << row.id << " " << view.id;
+      }
+    }
+  });
+}
+
+// That a test of a guarantee can fail: linear steps do step over spikes.
+TEST_P(GuaranteeTest, linear_steps_do_skip_spikes) {
+  on_every_device([](const Rig& rig) {
+    const Settings settings = settings_of("relief", {{"linear_steps", "16"}, {"format", "r32f"}});
+    const StoredMap map =
+        store_map(settings, load_heightmap({.source = "spikes", .width = 64, .height = 64}), Wrap::repeat);
+    const auto pixels = trace_frame(rig, settings, map, scene_of(view_presets()[2], Wrap::repeat));
+    EXPECT_GT(judge_frame(pixels, reference_of(pixels, map.surface, Wrap::repeat), 64, 64).score.missed_rate, 0);
+  });
+}
+
+// Two software rasterisers of one Mesa run the same arithmetic but for the order of a few operations. Stated tolerance:
+// rays agree to the bit; at most 1 pixel in 500 differs by more than 1e-4 in t (a ray that grazes a crest falls on
+// one side or the other).
+constexpr double kDifferingPixels = 1.0 / 500;
+constexpr float kHitTolerance = 1e-4F;
+
+TEST(BackendsAgreeTest, same_case_same_hits) {
+  if (opengl_devices().empty() || vulkan_devices().empty()) GTEST_SKIP() << "needs a device of both APIs";
+  const auto first_software = [](const std::vector<DeviceInfo>& devices) {
+    for (const DeviceInfo& device : devices)
+      if (device.software) return device.index;
+    return -1;
+  };
+  const int gl_index = first_software(opengl_devices());
+  const int vulkan_index = first_software(vulkan_devices());
+  if (gl_index < 0 || vulkan_index < 0) GTEST_SKIP() << "the stated tolerance is for software rasterisers";
+  const Rig gl(find_backend("opengl"), gl_index);
+  const Rig vulkan(find_backend("vulkan"), vulkan_index);
+  const Heightfield heights = load_heightmap({.source = "bricks", .width = 64, .height = 64});
+  for (const Technique& technique : techniques()) {
+    for (const std::string_view filter : {"hardware", "manual"}) {
+      Settings settings(technique);
+      if (technique.find("filter") != nullptr) settings.set("filter", filter);
+      for (const View& view : view_presets()) {
+        const Scene scene = scene_of(view, Wrap::repeat);
+        const StoredMap map = store_map(settings, heights, Wrap::repeat);
+        const auto a = trace_frame(gl, settings, map, scene);
+        const auto b = trace_frame(vulkan, settings, map, scene);
+        ASSERT_EQ(a.size(), b.size());
+        int differing = 0;
+        for (std::size_t i = 0; i < a.size(); ++i) {
+          ASSERT_EQ(a[i].ray.u, b[i].ray.u);
+          ASSERT_EQ(a[i].ray.v, b[i].ray.v);
+          ASSERT_EQ(a[i].ray.slope_u, b[i].ray.slope_u);
+          ASSERT_EQ(a[i].ray.slope_v, b[i].ray.slope_v);
+          if (std::abs(a[i].t - b[i].t) > kHitTolerance) ++differing;
+        }
+        EXPECT_LE(differing, kDifferingPixels * static_cast<double>(a.size())) << settings.text() << " " << view.id;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace reliefbench

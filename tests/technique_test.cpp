@@ -1,0 +1,216 @@
+#include "kernels/technique.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+
+#include "backends/spirv.h"
+#include "kernels/embedded.h"
+#include "kernels/heightmap.h"
+#include "tests/technique_rig.h"
+
+namespace reliefbench {
+namespace {
+
+const Heightfield& test_map() {
+  static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
+  return map;
+}
+
+std::string upper(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return out;
+}
+
+TEST(TechniqueTest, rows_and_shader_files_are_one_to_one) {
+  std::set<std::string> files;
+  for (const EmbeddedFile& file : embedded_shaders())
+    if (file.text.find("Hit trace(Ray ray)") != std::string_view::npos && file.name != "reference.glsl")
+      files.emplace(file.name.substr(0, file.name.find('.')));
+  std::set<std::string> rows;
+  for (const Technique& technique : techniques()) rows.emplace(technique.id);
+  EXPECT_EQ(files, rows);
+}
+
+TEST(TechniqueTest, every_run_time_parameter_is_a_constant_of_the_module) {
+  for (const Technique& technique : techniques()) {
+    std::map<std::uint32_t, std::string> declared;
+    const Spirv module = compile_fragment(technique.id, Target::score, Dialect::vulkan);
+    for (const DeclaredConstant& constant : declared_constants(module)) declared[constant.id] = constant.name;
+    for (const Param& param : technique.params) {
+      if (param.constant_id < 0) continue;
+      EXPECT_EQ(declared[static_cast<std::uint32_t>(param.constant_id)], upper(param.id))
+          << technique.id << "." << param.id;
+    }
+  }
+}
+
+TEST(TechniqueTest, constants_of_the_module_are_all_parameters) {
+  for (const Technique& technique : techniques()) {
+    for (const DeclaredConstant& constant :
+         declared_constants(compile_fragment(technique.id, Target::score, Dialect::vulkan))) {
+      if (constant.id < 16) continue;  // shared ones, which a technique may ignore
+      const bool known = std::any_of(technique.params.begin(), technique.params.end(), [&](const Param& param) {
+        return param.constant_id == static_cast<int>(constant.id);
+      });
+      EXPECT_TRUE(known) << technique.id << " declares " << constant.name;
+    }
+  }
+}
+
+TEST(TechniqueTest, defaults_are_in_range_and_sensible) {
+  for (const Technique& technique : techniques()) {
+    EXPECT_EQ(conflict(Settings(technique)), "") << technique.id;
+    for (const Param& param : technique.params) {
+      EXPECT_LE(param.min, param.fallback) << technique.id << "." << param.id;
+      EXPECT_GE(param.max, param.fallback) << technique.id << "." << param.id;
+      EXPECT_FALSE(param.description.empty());
+    }
+  }
+}
+
+TEST(SettingsTest, inactive_parameters_vanish) {
+  Settings settings = settings_of("relief", {{"refinement", "none"}});
+  EXPECT_EQ(settings.text(), "linear_steps=16&refinement=none&loop=early_exit&format=r8&filter=hardware");
+  settings.set("binary_steps", 9);
+  EXPECT_EQ(settings.text(), "linear_steps=16&refinement=none&loop=early_exit&format=r8&filter=hardware");
+  settings.set("refinement", "binary");
+  EXPECT_EQ(settings.get("binary_steps"), 9);
+}
+
+TEST(SettingsTest, bad_values_are_refused_with_what_was_expected) {
+  const auto refusal = [](std::string_view id, std::string_view value) -> std::string {
+    try {
+      settings_of("relief", {{id, value}});
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), Exit::bad_input);
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(refusal("linear_steps", "0"), "linear_steps=0 is out of range (expected 1 to 4096)");
+  EXPECT_EQ(refusal("linear_steps", "12x"), "linear_steps='12x' is not an integer");
+  EXPECT_EQ(refusal("refinement", "magic"), "refinement='magic' is unknown (expected one of none, secant, binary)");
+  EXPECT_EQ(refusal("cone_steps", "3"), "technique 'relief' has no parameter 'cone_steps'");
+  EXPECT_THROW(static_cast<void>(find_technique("bump")), Error);
+}
+
+TEST(SettingsTest, a_cone_map_needs_two_channels) {
+  EXPECT_NE(conflict(settings_of("cone", {{"format", "r16"}})), "");
+  EXPECT_EQ(conflict(settings_of("relief", {{"format", "rg16"}})), "");
+}
+
+using TechniqueOnDevices = BackendTest;
+INSTANTIATE_TEST_SUITE_P(AllBackends, TechniqueOnDevices, ::testing::Values("opengl", "vulkan"),
+                         [](const auto& parameter) { return std::string(parameter.param); });
+
+/// Another value of a parameter than its default, near it, so that the frame stays cheap.
+int other_value(const Param& param) { return param.fallback < param.max ? param.fallback + 1 : param.fallback - 1; }
+
+/// Settings in which `param` is active.
+Settings where_active(const Technique& technique, const Param& param) {
+  Settings settings(technique);
+  if (!param.active_if.empty()) {
+    const std::size_t split = param.active_if.find('=');
+    settings.set(param.active_if.substr(0, split), param.active_if.substr(split + 1));
+  }
+  return settings;
+}
+
+// Cones that the map does not keep safe pierce the surface, so that each refinement has something to do; few steps
+// leave some rays short, so that one more step shows.
+void make_sensitive(Settings& settings) {
+  const std::string_view id = settings.technique().id;
+  if (id == "cone") {
+    settings.set("correction", "none");
+    settings.set("step", "cell_max");
+    settings.set("format", "rg32f");
+  }
+  if (id == "cone" || id == "relaxed_cone") settings.set("cone_steps", 8);
+}
+
+TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
+  on_every_device([](const Rig& rig) {
+    const Scene scene{.view = view_presets()[1], .tiling = 2, .width_px = 48, .height_px = 48};
+    for (const Technique& technique : techniques()) {
+      for (const Param& param : technique.params) {
+        Settings before = where_active(technique, param);
+        make_sensitive(before);
+        Settings after = before;
+        after.set(param.id, before.get(param.id) == param.fallback ? other_value(param) : param.fallback);
+        if (!conflict(after).empty()) after.set(param.id, param.id == "format" ? "rg32f" : after.choice(param.id));
+        ASSERT_EQ(conflict(after), "");
+        const StoredMap map_before = store_map(before, test_map(), scene.wrap);
+        const StoredMap map_after = store_map(after, test_map(), scene.wrap);
+        const auto frame_before = trace_frame(rig, before, map_before, scene);
+        const auto frame_after = trace_frame(rig, after, map_after, scene);
+        const bool same =
+            std::equal(frame_before.begin(), frame_before.end(), frame_after.begin(),
+                       [](const ScorePixel& a, const ScorePixel& b) { return a.t == b.t && a.taps == b.taps; });
+        EXPECT_FALSE(same) << before.text() << "  and  " << after.text();
+      }
+    }
+  });
+}
+
+TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
+  on_every_device([](const Rig& rig) {
+    for (const float height : {0.0F, 0.5F, 1.0F}) {
+      const Heightfield map = {.width = 8, .height = 8, .texels = std::vector<float>(64, height)};
+      for (const Technique& technique : techniques()) {
+        if (technique.id == "flat") continue;
+        Settings settings(technique);
+        settings.set("format", technique.map == MapKind::height ? "r32f" : "rg32f");
+        if (technique.id == "parallax") settings.set("variant", "plain");
+        if (technique.id == "relief") settings.set("binary_steps", 16);
+        for (const View& view : view_presets()) {
+          const Scene scene{.view = view, .width_px = 16, .height_px = 16};
+          for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, map, scene.wrap), scene)) {
+            if (static_cast<PixelStatus>(pixel.status) == PixelStatus::no_ray) continue;
+            ASSERT_EQ(static_cast<PixelStatus>(pixel.status), PixelStatus::hit) << settings.text() << " " << view.id;
+            ASSERT_NEAR(pixel.t, 1 - height, 1e-4) << settings.text() << " " << view.id;
+          }
+        }
+      }
+    }
+  });
+}
+
+TEST_P(TechniqueOnDevices, no_cone_steps_leave_every_ray_at_the_top) {
+  on_every_device([](const Rig& rig) {
+    const Settings settings = settings_of("cone", {{"cone_steps", "0"}});
+    const Scene scene{.view = view_presets()[0], .width_px = 16, .height_px = 16};
+    for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, test_map(), scene.wrap), scene)) {
+      EXPECT_EQ(pixel.t, 0);
+      EXPECT_EQ(pixel.taps, 1);
+    }
+  });
+}
+
+TEST_P(TechniqueOnDevices, the_two_loops_find_the_same_hits) {
+  on_every_device([](const Rig& rig) {
+    const Scene scene{.view = view_presets()[2], .tiling = 2, .width_px = 48, .height_px = 48};
+    for (const Technique& technique : techniques()) {
+      if (technique.find("loop") == nullptr) continue;
+      Settings settings(technique);
+      const StoredMap map = store_map(settings, test_map(), scene.wrap);
+      settings.set("loop", "fixed");
+      const auto fixed = trace_frame(rig, settings, map, scene);
+      settings.set("loop", "early_exit");
+      const auto early = trace_frame(rig, settings, map, scene);
+      for (std::size_t i = 0; i < fixed.size(); ++i) {
+        EXPECT_EQ(fixed[i].t, early[i].t) << technique.id;
+        EXPECT_GE(fixed[i].taps, early[i].taps) << technique.id;
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,127 @@
+#include "tuner/compare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+
+namespace reliefbench {
+namespace {
+
+struct Arguments {
+  std::string base;
+  std::string now;
+  CompareOptions options;
+  bool all = false;
+  bool json = false;
+};
+
+constexpr std::size_t kMostErrorRows = 20;  // one screen, unless --all
+
+std::string painted(Change change, const Paint& paint) {
+  const std::string_view id = change_id(change);
+  if (change == Change::slower) return paint.bad(id);
+  return change == Change::faster ? paint.good(id) : paint.dim(id);
+}
+
+void print_times(const Comparison& comparison, bool all, const Paint& paint) {
+  std::vector<std::vector<std::string>> rows = {{"change", "ratio", "95 % interval", "p", "case"}};
+  for (const CaseChange& c : comparison.cases) {
+    if (!all && c.change != Change::slower && c.change != Change::faster) continue;
+    rows.push_back({painted(c.change, paint), fmt::format("{:.3f}", c.ratio.ratio),
+                    fmt::format("[{:.3f}, {:.3f}]", c.ratio.low, c.ratio.high), fmt::format("{:.2g}", c.p), c.case_id});
+  }
+  if (rows.size() > 1) fmt::print("{}\n", columns(rows));
+  const auto count = [&](Change change) {
+    return std::count_if(comparison.cases.begin(), comparison.cases.end(),
+                         [&](const CaseChange& c) { return c.change == change; });
+  };
+  fmt::print("{}: {} slower, {} faster, {} same, {} unclear of {} cases; geometric mean of the ratios {:.4f}\n",
+             comparison.metric, count(Change::slower), count(Change::faster), count(Change::same),
+             count(Change::unclear), comparison.matched, comparison.geometric_mean);
+  for (const auto& [backend, ratio] : comparison.control_ratio) {
+    fmt::print("control case on {}: {:.4f}, raw: what changed for the whole device\n", backend, ratio);
+  }
+}
+
+std::string value_text(std::optional<double> value) { return value ? format_number(*value) : "(identical)"; }
+
+void print_errors(const Comparison& comparison, bool all, const Paint& paint) {
+  if (comparison.errors.empty()) {
+    fmt::print("errors: none changed\n");
+    return;
+  }
+  std::vector<ErrorChange> errors = comparison.errors;
+  std::stable_partition(errors.begin(), errors.end(), [](const ErrorChange& e) { return e.worse; });
+  const std::size_t shown = all ? errors.size() : std::min(errors.size(), kMostErrorRows);
+  std::vector<std::vector<std::string>> rows = {{"change", "metric", "base", "new", "case"}};
+  for (std::size_t i = 0; i < shown; ++i) {
+    const ErrorChange& e = errors[i];
+    rows.push_back({e.worse ? paint.bad("worse") : paint.good("better"), e.metric, value_text(e.base),
+                    value_text(e.now), e.case_id});
+  }
+  fmt::print("\n{}", columns(rows));
+  if (shown < errors.size()) fmt::print("... and {} more (--all)\n", errors.size() - shown);
+}
+
+void print_unmatched(std::string_view what, const std::vector<std::string>& ids, bool all) {
+  if (ids.empty()) return;
+  fmt::print("{} cases {}{}\n", ids.size(), what, all ? ":" : " (--all lists them)");
+  if (!all) return;
+  for (const std::string& id : ids) fmt::print("  {}\n", id);
+}
+
+Exit run(const Arguments& arguments) {
+  if (!std::isfinite(arguments.options.threshold) || arguments.options.threshold <= 0) {
+    fail_input("--threshold {}: expected a share above 0, e.g. 0.05", arguments.options.threshold);
+  }
+  const Comparison comparison = compare_runs(load_run(arguments.base), load_run(arguments.now), arguments.options);
+  const Exit result = exit_of(comparison);
+  for (const std::string& warning : comparison.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (arguments.json) {
+    fmt::print("{}\n", comparison_json(comparison).dump(2));
+    return result;
+  }
+  const Paint paint = paint_for_stdout();
+  if (!comparison.cases.empty()) print_times(comparison, arguments.all, paint);
+  if (comparison.matched > 0) print_errors(comparison, arguments.all, paint);
+  for (const std::string& lost : comparison.lost) fmt::print("{} {}\n", paint.bad("lost"), lost);
+  print_unmatched("only in base", comparison.only_base, arguments.all);
+  print_unmatched("only in new", comparison.only_new, arguments.all);
+  if (comparison.matched == 0) fmt::print(stderr, "reliefbench: no case was measured in both runs\n");
+  return result;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("compare", "what changed between two runs of one device");
+  const CLI::Option* base = command->add_option("BASE", "folder of the earlier run")->required();
+  const CLI::Option* now = command->add_option("NEW", "folder of the later run")->required();
+  const CLI::Option* metric = command->add_option(
+      "--metric", "frame_time (relative to the control case), frame_time_raw, or an error metric's id");
+  const CLI::Option* threshold = command->add_option("--threshold", "change that matters, as a share; 0.05");
+  const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");
+  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  command->footer(
+      "Exit code 1 where a case is slower or lost, or an error is worse; 4 where there are too few samples to tell;\n"
+      "5 where no case matches.\n"
+      "Example:\n  reliefbench compare out/yesterday out/today");
+  command->callback([=, &exit_code] {
+    CompareOptions options;
+    options.metric = value_or(metric, options.metric);
+    options.threshold = value_or(threshold, options.threshold);
+    exit_code = static_cast<int>(run({.base = base->as<std::string>(),
+                                      .now = now->as<std::string>(),
+                                      .options = options,
+                                      .all = is_set(all),
+                                      .json = is_set(json)}));
+  });
+}
+
+}  // namespace reliefbench

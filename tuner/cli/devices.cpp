@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "backends/timer_audit.h"
+#include "kernels/error.h"
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+#include "tuner/device_json.h"
+
+namespace reliefbench {
+namespace {
+
+struct Arguments {
+  std::string backend;  ///< "" = every real one
+  std::optional<int> device;
+  bool audit = false;
+  bool json = false;
+};
+
+struct Found {
+  const BackendRow* backend = nullptr;
+  DeviceInfo info;
+  std::vector<TimerAudit> audit;  ///< empty where none was asked for
+  std::string failure;            ///< why the audit could not be done, or found no timer to measure with
+};
+
+std::vector<Found> find_devices(const Arguments& arguments) {
+  if (!arguments.backend.empty()) (void)find_backend(arguments.backend);
+  std::vector<Found> found;
+  for (const BackendRow& row : backends()) {
+    if (arguments.backend.empty() ? !row.real : row.id != arguments.backend) continue;
+    for (const DeviceInfo& info : row.devices()) {
+      if (arguments.device && info.index != *arguments.device) continue;
+      found.push_back({.backend = &row, .info = info, .audit = {}, .failure = {}});
+    }
+  }
+  return found;
+}
+
+/// One device that cannot be audited does not hide what the others say.
+void audit_device(Found& found) {
+  try {
+    const std::unique_ptr<Backend> backend = found.backend->open(found.info.index, {});
+    found.audit = audit_timers(*backend, found.backend->dialect);
+    (void)choose_timer(found.audit);
+  } catch (const Error& error) {
+    found.failure = error.what();
+  }
+}
+
+void print_devices(const std::vector<Found>& devices, const Paint& paint) {
+  std::vector<std::vector<std::string>> rows = {{"backend", "device", "name", "type", "driver", "api", "filter bits"}};
+  for (const Found& found : devices) {
+    const DeviceInfo& info = found.info;
+    rows.push_back({info.backend, fmt::format("{}", info.index), paint.bold(info.name),
+                    info.software ? info.type + ", software" : info.type, info.driver, info.api_version,
+                    info.subtexel_bits == 0 ? "not reported" : fmt::format("{}", info.subtexel_bits)});
+  }
+  fmt::print("{}", columns(rows));
+}
+
+void print_audits(const std::vector<Found>& devices, const Paint& paint) {
+  for (const Found& found : devices) {
+    fmt::print("\n{}\n", paint.bold(fmt::format("{} {}, {}", found.info.backend, found.info.index, found.info.name)));
+    std::vector<std::vector<std::string>> rows = {{"timer", "verdict", "of wall", "doubling", "reason"}};
+    for (const TimerAudit& timer : found.audit) {
+      rows.push_back({std::string(timer_id(timer.timer)), timer.valid ? paint.good("valid") : paint.bad("rejected"),
+                      fmt::format("{:.3f}", timer.wall_ratio), fmt::format("{:.3f}", timer.doubling), timer.reason});
+    }
+    if (!found.audit.empty()) fmt::print("{}", columns(rows, "  "));
+    if (found.failure.empty()) {
+      fmt::print("  measured with: {}\n", timer_id(choose_timer(found.audit)));
+    } else {
+      fmt::print("  {}\n", paint.bad(found.failure));
+    }
+  }
+}
+
+nlohmann::json devices_json(const std::vector<Found>& devices, bool audited) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Found& found : devices) {
+    nlohmann::json entry = device_json(found.info);
+    if (audited) {
+      entry["audit"] = audit_json(found.audit);
+      entry["failure"] = found.failure;
+      entry["timer"] = found.failure.empty() ? nlohmann::json(timer_id(choose_timer(found.audit))) : nlohmann::json();
+    }
+    list.push_back(std::move(entry));
+  }
+  return {{"devices", std::move(list)}};
+}
+
+Exit run(const Arguments& arguments) {
+  std::vector<Found> devices = find_devices(arguments);
+  if (devices.empty()) {
+    fail_environment("no device{} on {}", arguments.device ? fmt::format(" {}", *arguments.device) : "",
+                     arguments.backend.empty() ? "OpenGL (EGL) or Vulkan" : arguments.backend);
+  }
+  bool all_usable = true;
+  if (arguments.audit) {
+    for (Found& found : devices) {
+      audit_device(found);
+      all_usable = all_usable && found.failure.empty();
+    }
+  }
+  if (arguments.json) {
+    fmt::print("{}\n", devices_json(devices, arguments.audit).dump(2));
+  } else {
+    const Paint paint = paint_for_stdout();
+    print_devices(devices, paint);
+    if (arguments.audit) print_audits(devices, paint);
+  }
+  return all_usable ? Exit::done : Exit::environment;
+}
+
+}  // namespace
+
+void add_devices_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("devices", "OpenGL and Vulkan devices, and which of their timers to believe");
+  const CLI::Option* backend = command->add_option("--backend", "opengl | vulkan | null; every real one");
+  const CLI::Option* device = command->add_option("--device", "index on the backend");
+  const CLI::Option* audit = add_switch(*command, "--audit", "check every timer against known work and the wall clock");
+  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  command->footer(
+      "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles with "
+      "the\n"
+      "work (`doubling` near 2). Exit code 3 where there is no device, or one has no timer to measure with.\n"
+      "Example:\n  reliefbench devices --audit --backend vulkan");
+  command->callback([=, &exit_code] {
+    Arguments arguments{.backend = value_or(backend, std::string()),
+                        .device = std::nullopt,
+                        .audit = is_set(audit),
+                        .json = is_set(json)};
+    if (!device->empty()) arguments.device = device->as<int>();
+    exit_code = static_cast<int>(run(arguments));
+  });
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,110 @@
+#include "tuner/cli/format.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+namespace reliefbench {
+namespace {
+
+struct Unit {
+  std::string_view id;
+  double ns;
+};
+constexpr std::array kTimeUnits = {Unit{"s", 1e9}, Unit{"ms", 1e6}, Unit{"us", 1e3}, Unit{"ns", 1}};
+
+const Unit& unit_of(double time_ns) {
+  const auto* const fits = std::find_if(kTimeUnits.begin(), kTimeUnits.end(),
+                                        [&](const Unit& unit) { return std::abs(time_ns) >= unit.ns; });
+  return fits == kTimeUnits.end() ? kTimeUnits.back() : *fits;
+}
+
+/// Four significant digits, zeros kept, so that columns of one unit read alike.
+std::string in_unit(double time_ns, const Unit& unit) {
+  const double value = time_ns / unit.ns;
+  const double magnitude = std::abs(value);
+  const int decimals = magnitude < 10 ? 3 : (magnitude < 100 ? 2 : (magnitude < 1000 ? 1 : 0));
+  return fmt::format("{:.{}f}", value, decimals);
+}
+
+std::size_t visible_width(std::string_view text) {
+  std::size_t width = 0;
+  bool in_escape = false;
+  for (const char c : text) {
+    if (c == '\x1b') in_escape = true;
+    // Continuation bytes of UTF-8 are no characters of their own.
+    if (!in_escape && (static_cast<unsigned char>(c) & 0xC0U) != 0x80U) ++width;
+    if (c == 'm') in_escape = false;
+  }
+  return width;
+}
+
+}  // namespace
+
+std::string Paint::painted(std::string_view text, std::string_view code) const {
+  return on_ ? fmt::format("\x1b[{}m{}\x1b[0m", code, text) : std::string(text);
+}
+
+Paint paint_for_stdout() {
+  const char* const no_color = std::getenv("NO_COLOR");
+  return Paint(isatty(STDOUT_FILENO) == 1 && (no_color == nullptr || *no_color == '\0'));
+}
+
+std::string format_time_ns(double time_ns) {
+  const Unit& unit = unit_of(time_ns);
+  return fmt::format("{} {}", in_unit(time_ns, unit), unit.id);
+}
+
+std::string format_interval_ns(const Summary& summary) {
+  const Unit& unit = unit_of(summary.median);
+  return fmt::format("{} {} [{}, {}]", in_unit(summary.median, unit), unit.id, in_unit(summary.ci_low, unit),
+                     in_unit(summary.ci_high, unit));
+}
+
+std::string format_bytes(std::int64_t bytes) {
+  constexpr std::array<std::string_view, 4> kUnits = {"B", "KiB", "MiB", "GiB"};
+  auto value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  while (value >= 1024 && unit + 1 < kUnits.size()) {
+    value /= 1024;
+    ++unit;
+  }
+  return fmt::format("{:.{}f} {}", value, unit == 0 ? 0 : 1, kUnits.at(unit));
+}
+
+std::string format_number(double value) { return fmt::format("{:.4g}", value); }
+
+std::string columns(std::span<const std::vector<std::string>> rows, std::string_view indent) {
+  std::vector<std::size_t> widths;
+  for (const std::vector<std::string>& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], visible_width(row[i]));
+  }
+  std::string text;
+  for (const std::vector<std::string>& row : rows) {
+    text += indent;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      text += row[i];
+      if (i + 1 < row.size()) text.append(widths[i] - visible_width(row[i]) + 2, ' ');
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string shell_quoted(std::string_view text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("-_./=:@%+,").find(c) != std::string_view::npos;
+  };
+  if (!text.empty() && std::all_of(text.begin(), text.end(), plain)) return std::string(text);
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/record.h"
+
+namespace reliefbench {
+
+/// Colours text, or leaves it as it is.
+class Paint {
+ public:
+  explicit Paint(bool on) : on_(on) {}
+  [[nodiscard]] std::string bold(std::string_view text) const { return painted(text, "1"); }
+  [[nodiscard]] std::string dim(std::string_view text) const { return painted(text, "2"); }
+  [[nodiscard]] std::string bad(std::string_view text) const { return painted(text, "31"); }
+  [[nodiscard]] std::string good(std::string_view text) const { return painted(text, "32"); }
+
+ private:
+  [[nodiscard]] std::string painted(std::string_view text, std::string_view code) const;
+  bool on_;
+};
+/// Colour if stdout is a terminal and NO_COLOR is unset or empty (https://no-color.org).
+[[nodiscard]] Paint paint_for_stdout();
+
+[[nodiscard]] std::string format_time_ns(double time_ns);              ///< "1.234 ms", four digits, ns to s
+[[nodiscard]] std::string format_interval_ns(const Summary& summary);  ///< "1.234 ms [1.200, 1.301]"
+[[nodiscard]] std::string format_bytes(std::int64_t bytes);            ///< "64.0 KiB"
+[[nodiscard]] std::string format_number(double value);                 ///< four digits, no needless zeros
+
+/// Rows of cells as left-aligned columns, two spaces between, each row on its own line after `indent`. Rows may differ
+/// in length; colour does not count as width.
+[[nodiscard]] std::string columns(std::span<const std::vector<std::string>> rows, std::string_view indent = "");
+
+/// Text as one word of a shell.
+[[nodiscard]] std::string shell_quoted(std::string_view text);
+
+}  // namespace reliefbench

@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "backends/backend.h"
+#include "kernels/cone_map.h"
+#include "kernels/error.h"
+#include "kernels/heightmap.h"
+#include "kernels/score.h"
+#include "kernels/technique.h"
+#include "kernels/texel.h"
+#include "kernels/view.h"
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+
+namespace reliefbench {
+namespace {
+
+// Keys keep their order: they are the columns.
+using Json = nlohmann::ordered_json;
+
+std::string_view guarantee_id(Guarantee guarantee) {
+  switch (guarantee) {
+    case Guarantee::none:
+      return "none";
+    case Guarantee::never_skips:
+      return "never_skips";
+    case Guarantee::bounded_error:
+      return "bounded_error";
+  }
+  return "none";
+}
+
+Json parameter_row(const Param& param) {
+  const std::string values = param.choices.empty() ? fmt::format("{}..{}", param.min, param.max)
+                                                   : fmt::format("{}", fmt::join(param.choices, " | "));
+  return {{"id", param.id},
+          {"values", values},
+          {"default", param.text(param.fallback)},
+          {"stage", param.stage == Stage::bake ? "bake" : "run"},
+          {"active_if", param.active_if},
+          {"description", param.description}};
+}
+
+Json technique_rows() {
+  Json rows = Json::array();
+  for (const Technique& technique : techniques()) {
+    Json parameters = Json::array();
+    for (const Param& param : technique.params) parameters.push_back(parameter_row(param));
+    rows.push_back({{"id", technique.id},
+                    {"description", technique.description},
+                    {"map", find_map(technique.map).id},
+                    {"guarantee", guarantee_id(technique.guarantee)},
+                    {"guarantee_note", technique.guarantee_note},
+                    {"source", technique.source},
+                    {"parameters", std::move(parameters)}});
+  }
+  return rows;
+}
+
+Json map_rows() {
+  Json rows = Json::array();
+  for (const MapRow& map : map_kinds()) {
+    std::vector<std::string_view> corrections;
+    for (const Correction correction : map.corrections) corrections.push_back(correction_id(correction));
+    rows.push_back({{"id", map.id},
+                    {"channels", map.channels},
+                    {"corrections", fmt::format("{}", fmt::join(corrections, " | "))},
+                    {"guarantee", map.guarantee},
+                    {"source", map.source},
+                    {"description", map.description}});
+  }
+  return rows;
+}
+
+Json metric_rows() {
+  Json rows = Json::array();
+  for (const MetricRow& metric : metrics()) {
+    rows.push_back({{"id", metric.id},
+                    {"unit", metric.unit},
+                    {"better", metric.lower_is_better ? "lower" : "higher"},
+                    {"description", metric.description}});
+  }
+  return rows;
+}
+
+Json format_rows() {
+  Json rows = Json::array();
+  for (const Format& format : formats()) {
+    rows.push_back({{"id", format.id},
+                    {"channels", format.channels},
+                    {"bytes_per_texel", format.bytes_per_texel()},
+                    {"holds", format.channels == 1 ? "height" : "height and cone ratio"}});
+  }
+  return rows;
+}
+
+Json encoding_rows() {
+  Json rows = Json::array();
+  for (const Encoding& encoding : encodings()) rows.push_back({{"id", encoding.id}, {"source", encoding.source}});
+  return rows;
+}
+
+Json heightmap_rows() {
+  Json rows = Json::array();
+  for (const KnownHeightmapRow& map : known_heightmaps()) {
+    rows.push_back({{"id", map.id}, {"kind", "file"}, {"description", fmt::format("{}: {}", map.file, map.origin)}});
+  }
+  for (const ProceduralRow& map : procedurals()) {
+    rows.push_back({{"id", map.id}, {"kind", "procedural"}, {"description", map.description}});
+  }
+  return rows;
+}
+
+Json view_rows() {
+  Json rows = Json::array();
+  for (const View& view : view_presets()) {
+    rows.push_back({{"id", view.id},
+                    {"elevation_deg", view.elevation_deg},
+                    {"distance", view.distance},
+                    {"fov_deg", view.fov_deg}});
+  }
+  return rows;
+}
+
+Json backend_rows() {
+  Json rows = Json::array();
+  for (const BackendRow& backend : backends()) {
+    rows.push_back({{"id", backend.id}, {"real", backend.real}, {"description", backend.description}});
+  }
+  return rows;
+}
+
+/// A registry that can be listed.
+struct ListRow {
+  std::string_view id;
+  Json (*rows)();
+};
+constexpr std::array kLists = {
+    ListRow{"techniques", technique_rows}, ListRow{"maps", map_rows},           ListRow{"metrics", metric_rows},
+    ListRow{"formats", format_rows},       ListRow{"encodings", encoding_rows}, ListRow{"heightmaps", heightmap_rows},
+    ListRow{"views", view_rows},           ListRow{"backends", backend_rows},
+};
+
+std::string cell(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  return value.is_boolean() ? (value.get<bool>() ? "yes" : "no") : value.dump();
+}
+
+/// Objects of the same keys as a table with the keys as its head.
+std::string table(const Json& rows, std::string_view indent, const Paint& paint) {
+  std::vector<std::vector<std::string>> cells;
+  for (const Json& row : rows) {
+    if (cells.empty()) {
+      cells.emplace_back();
+      for (const auto& item : row.items()) cells.back().push_back(paint.dim(item.key()));
+    }
+    cells.emplace_back();
+    for (const auto& item : row.items()) cells.back().push_back(cell(item.value()));
+  }
+  return columns(cells, indent);
+}
+
+void print_techniques(const Json& rows, const Paint& paint) {
+  for (const Json& row : rows) {
+    fmt::print("{}  {}\n", paint.bold(cell(row["id"])), cell(row["description"]));
+    const std::string note = cell(row["guarantee_note"]);
+    fmt::print("  map {}; guarantee {}{}{}; source {}\n", cell(row["map"]), cell(row["guarantee"]),
+               note.empty() ? "" : ": ", note, cell(row["source"]));
+    fmt::print("{}\n", table(row["parameters"], "  ", paint));
+  }
+}
+
+void run(const std::string& what, bool json) {
+  const auto* const list =
+      std::find_if(kLists.begin(), kLists.end(), [&](const ListRow& candidate) { return candidate.id == what; });
+  if (list == kLists.end()) {
+    std::vector<std::string_view> ids;
+    for (const ListRow& candidate : kLists) ids.push_back(candidate.id);
+    fail_input("list {}: expected one of {}", what, fmt::join(ids, ", "));
+  }
+  const Json rows = list->rows();
+  const Paint paint = paint_for_stdout();
+  if (json) {
+    fmt::print("{}\n", rows.dump(2));
+  } else if (list->rows == technique_rows) {
+    print_techniques(rows, paint);
+  } else {
+    fmt::print("{}", table(rows, "", paint));
+  }
+}
+
+}  // namespace
+
+void add_list_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("list", "techniques, maps, metrics and whatever else a config can name");
+  const CLI::Option* what =
+      command->add_option("WHAT", "techniques | maps | metrics | formats | encodings | heightmaps | views | backends")
+          ->required();
+  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  command->footer("Example:\n  reliefbench list techniques");
+  command->callback([=, &exit_code] {
+    run(what->as<std::string>(), is_set(json));
+    exit_code = static_cast<int>(Exit::done);
+  });
+}
+
+}  // namespace reliefbench

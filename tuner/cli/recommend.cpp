@@ -1,0 +1,177 @@
+#include "tuner/recommend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+#include "tuner/pareto.h"
+#include "tuner/store.h"
+
+namespace reliefbench {
+namespace {
+
+struct Arguments {
+  std::string folder;
+  std::vector<std::string> max_error;
+  std::optional<double> max_time_ms;
+  std::string scene;
+  bool json = false;
+};
+
+constexpr std::string_view kIndent = "              ";
+
+Question question_of(const Arguments& arguments, const nlohmann::json& info) {
+  Question question;
+  std::vector<std::string> bounds = arguments.max_error;
+  if (bounds.empty() && !arguments.max_time_ms) bounds = info.value("budgets", std::vector<std::string>{});
+  for (const std::string& bound : bounds) question.budgets.push_back(parse_budget(bound));
+  if (question.budgets.empty() && !arguments.max_time_ms) question.budgets = Config{}.budgets;
+  if (arguments.max_time_ms && !(std::isfinite(*arguments.max_time_ms) && *arguments.max_time_ms > 0)) {
+    fail_input("--max-time-ms {}: expected a time above 0", *arguments.max_time_ms);
+  }
+  question.max_time_ms = arguments.max_time_ms;
+  question.error_metric = info.value(nlohmann::json::json_pointer("/front/error"), question.error_metric);
+  return question;
+}
+
+void keep_scene(std::vector<Record>& records, const std::string& scene) {
+  std::set<std::string> known;
+  for (const Record& record : records) known.insert(record.scene);
+  if (!known.contains(scene))
+    fail_input("--scene {}: the run has no such scene (it has {})", scene, fmt::join(known, ", "));
+  std::erase_if(records, [&](const Record& record) { return record.scene != scene; });
+}
+
+std::string question_text(const Question& question) {
+  std::vector<std::string> bounds;
+  for (const Budget& budget : question.budgets) bounds.push_back(budget.text());
+  if (!question.max_time_ms) return fmt::format("The fastest with {}", fmt::join(bounds, " and "));
+  bounds.insert(bounds.begin(), fmt::format("a frame time up to {} ms", format_number(*question.max_time_ms)));
+  return fmt::format("The most accurate ({}) with {}", question.error_metric, fmt::join(bounds, " and "));
+}
+
+/// Frame time with its interval, every metric that was asked for, and what the case costs otherwise.
+std::string numbers(const Record& record, const Question& question) {
+  std::vector<std::string> metric_ids = {question.error_metric, "missed_rate"};
+  for (const Budget& budget : question.budgets) metric_ids.push_back(budget.metric);
+  std::vector<std::string> parts = {format_interval_ns(record.frame_time->summary)};
+  for (std::size_t i = 0; i < metric_ids.size(); ++i) {
+    const auto here = metric_ids.begin() + static_cast<std::ptrdiff_t>(i);
+    if (std::find(metric_ids.begin(), here, *here) != here) continue;
+    const std::optional<double> value = metric_value(record, *here);
+    parts.push_back(fmt::format("{} {}", *here, value ? format_number(*value) : "(identical)"));
+  }
+  parts.push_back(
+      fmt::format("taps {} (most {})", format_number(record.error->mean_taps), format_number(record.error->max_taps)));
+  parts.push_back(fmt::format("memory {}", format_bytes(record.memory_bytes)));
+  parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
+  return fmt::format("{}", fmt::join(parts, "   "));
+}
+
+std::string against_pick(const Record& record, const Record& pick) {
+  const double time = record.frame_time->summary.median;
+  return fmt::format("{}, {:.2f}x the pick", format_interval_ns(record.frame_time->summary),
+                     time / pick.frame_time->summary.median);
+}
+
+std::string floor_text(const Record& flat, const Record& pick) {
+  if (&flat == &pick) return "the pick itself";
+  const double pick_ns = pick.frame_time->summary.median;
+  const double flat_ns = flat.frame_time->summary.median;
+  return fmt::format("{}; the pick is {:.2f}x, {:+.4g} ms", format_interval_ns(flat.frame_time->summary),
+                     pick_ns / flat_ns, (pick_ns - flat_ns) / 1e6);
+}
+
+/// The sweep that measures just this case again.
+std::string again(const Record& record, const nlohmann::json& info) {
+  int index = 0;
+  for (const nlohmann::json& device : info.value("devices", nlohmann::json::array())) {
+    if (device.value("backend", "") == record.backend) index = device.value("index", 0);
+  }
+  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} -o again",
+                     shell_quoted(info.value("config_path", "CONFIG")), record.backend, index,
+                     shell_quoted(record.case_id));
+}
+
+void print_answer(const Answer& answer, const Question& question, const nlohmann::json& info, const Paint& paint) {
+  fmt::print("\n{}\n", paint.bold(fmt::format("{}, {}, {}", answer.scene, answer.backend, answer.device)));
+  const auto line = [](std::string_view label, std::string_view text) { fmt::print("  {:<12}{}\n", label, text); };
+  if (answer.pick == nullptr) {
+    line("no pick", paint.bad(answer.miss));
+    if (answer.nearest == nullptr) return;
+    line("nearest", answer.nearest->case_id);
+    fmt::print("{}{}\n", kIndent, numbers(*answer.nearest, question));
+    return;
+  }
+  const Record& pick = *answer.pick;
+  line("pick", paint.good(pick.case_id));
+  fmt::print("{}{}\n", kIndent, numbers(pick, question));
+  if (answer.runner_up != nullptr) {
+    line("runner-up", answer.runner_up->case_id);
+    fmt::print("{}{}\n", kIndent, against_pick(*answer.runner_up, pick));
+  }
+  if (answer.simplest->technique == pick.technique) {
+    line("simplest", fmt::format("no technique simpler than {} does it", pick.technique));
+  } else {
+    line("simplest", answer.simplest->case_id);
+    fmt::print("{}{}\n", kIndent, against_pick(*answer.simplest, pick));
+  }
+  if (answer.flat != nullptr) line("flat floor", floor_text(*answer.flat, pick));
+  line("again", paint.dim(again(pick, info)));
+}
+
+Exit run(const Arguments& arguments) {
+  Run stored = load_run(arguments.folder);
+  const Question question = question_of(arguments, stored.info);
+  if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
+  const std::vector<Answer> answers = recommend(stored.records, question);
+  if (arguments.json) {
+    fmt::print("{}\n", answers_json(answers, question).dump(2));
+    return exit_of(answers);
+  }
+  const Paint paint = paint_for_stdout();
+  fmt::print("{}, of the {} cases in {}.\n", question_text(question), stored.records.size(), arguments.folder);
+  fmt::print("{}\n", paint.dim("Times: median [95 % interval]; judged by the interval's upper end."));
+  for (const Answer& answer : answers) print_answer(answer, question, stored.info, paint);
+  const Exit result = exit_of(answers);
+  if (result == Exit::nothing_measured)
+    fmt::print(stderr, "reliefbench: no case of {} was measured\n", arguments.folder);
+  return result;
+}
+
+}  // namespace
+
+void add_recommend_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("recommend", "the best technique and settings within a budget");
+  const CLI::Option* folder = command->add_option("RUN", "folder of a run")->required();
+  const CLI::Option* max_error =
+      command->add_option("--max-error", "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated; see `list metrics`")
+          ->expected(1)
+          ->take_all();
+  const CLI::Option* max_time =
+      command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it");
+  const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing");
+  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  command->footer(
+      "Without a bound: the budgets of the run's config. Exit code 1 where nothing meets the bounds.\n"
+      "Examples:\n"
+      "  reliefbench recommend out/quickstart --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001'\n"
+      "  reliefbench recommend out/quickstart --max-time-ms 2");
+  command->callback([=, &exit_code] {
+    Arguments arguments{.folder = folder->as<std::string>(),
+                        .max_error = value_or(max_error, std::vector<std::string>{}),
+                        .max_time_ms = std::nullopt,
+                        .scene = value_or(scene, std::string()),
+                        .json = is_set(json)};
+    if (!max_time->empty()) arguments.max_time_ms = max_time->as<double>();
+    exit_code = static_cast<int>(run(arguments));
+  });
+}
+
+}  // namespace reliefbench
