@@ -5,6 +5,10 @@
 const charts = [];       // one entry a canvas: {chart, spec, canvas, details, pinned}
 const kBandShare = 0.1;  // of the axis height
 
+const bandLabel = ({id, lower_is_better}) => !lower_is_better ? 'identical pictures' :
+    id.startsWith('e_')                                       ? '0 (exact)' :
+                                                                '0';
+
 /** How a metric lies on the vertical axis. */
 function metricAxis(metricId, points) {
   const {lower_is_better} = data.metrics[metricId];
@@ -26,7 +30,7 @@ function metricAxis(metricId, points) {
     max: high + margin,
     backward,
     isLog: lower_is_better,
-    band: hasBand ? {top: bandTop, label: lower_is_better ? '0 (exact)' : 'identical pictures'} : null,
+    band: hasBand ? {top: bandTop, label: bandLabel(data.metrics[metricId])} : null,
     place: (v) => (inBand(v) ? (min + bandTop) / 2 : forward(v)),
     ticksFrom: hasBand ? bandTop : min,
   };
