@@ -144,8 +144,10 @@ BatchTime OpenglBackend::render(const Draw& draw, int frames, Timer timer) {
   const Clock::time_point start = Clock::now();
   if (timer == Timer::gl_time_elapsed) glBeginQuery(GL_TIME_ELAPSED, elapsed_);
   if (timer == Timer::gl_timestamp) {
+    // Flushed from the draws: llvmpipe stamps once a bin, and the last bin of a shared batch would be the stamp.
     glFlush();
     glQueryCounter(stamps_[0], GL_TIMESTAMP);
+    glFlush();
   }
   for (int i = 0; i < frames; ++i) {
     glDrawArrays(GL_TRIANGLES, 0, 3);

@@ -48,8 +48,8 @@ class OpenglPipeline final : public Pipeline {
 
 /// The attachments that one Target draws into. The context frees them.
 struct FrameTarget {
-  GLenum format;
-  int attachments;
+  GLenum format = GL_RGBA8;
+  int attachments = 1;
   int width = 0;  ///< 0: nothing was drawn yet
   int height = 0;
   GLuint framebuffer = 0;

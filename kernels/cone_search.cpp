@@ -1,5 +1,6 @@
 #include "kernels/cone_search.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -205,10 +206,13 @@ class Packet {
 
   const ConeSearch& search_;
   const MaxPyramid& pyramid_;
-  int width_, height_;
-  float aspect_, slack_;  // metric in units of weight_y
-  float centre_x_, centre_y_;
-  float lowest_;  // of the lanes' heights
+  int width_;
+  int height_;
+  float aspect_ = 1;  // metric in units of weight_y
+  float slack_ = 0;
+  float centre_x_ = 0;
+  float centre_y_ = 0;
+  float lowest_ = 0;  // of the lanes' heights
   HWY_ALIGN float x_[kLanes], y_[kLanes], height_f_[kLanes];
   HWY_ALIGN float limit_[kLanes];  // key in units of weight_y, rounded up
   HWY_ALIGN double x_d_[kLanes], y_d_[kLanes], height_d_[kLanes], key_[kLanes], target_[kLanes];

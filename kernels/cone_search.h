@@ -1,6 +1,4 @@
 #pragma once
-#include <algorithm>
-#include <cstddef>
 #include <vector>
 
 #include "kernels/cone_map.h"
@@ -37,10 +35,10 @@ class PairKey {
 
 struct ConeSearch {
   const Heightfield& heights;
-  Wrap wrap;
+  Wrap wrap = Wrap::repeat;
   ConeMetric metric;
-  const PairKey* pair_key;  ///< null: distance2 / (target_height - height)^2, the conservative cone
-  int threads;
+  const PairKey* pair_key = nullptr;  ///< null: distance2 / (target_height - height)^2, the conservative cone
+  int threads = 0;
 };
 
 /// For every texel the ratio sqrt(min key) / side over all texels that are higher, at most 1, rounded down to float:

@@ -207,7 +207,7 @@ bool ReferenceTracer::Walk::can_skip(const Bounds& bounds) const {
 
 /// Where the ray enters (kSolid: leaves) the solid in this cell.
 template <bool kSolid>
-[[gnu::always_inline]] inline Root ReferenceTracer::Walk::solve() {
+Root ReferenceTracer::Walk::solve() {
   const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
   const float* row = &map_.corners_[static_cast<std::size_t>(y_.node) * stride + static_cast<std::size_t>(x_.node)];
   const Bounds low{std::min(row[0], row[1]), std::max(row[0], row[1])};
@@ -237,7 +237,7 @@ template <bool kSolid>
 }
 
 template <bool kSolid>
-[[gnu::always_inline]] inline void ReferenceTracer::Walk::step(Axis& crossed) {
+void ReferenceTracer::Walk::step(Axis& crossed) {
   // Out of the parent too, which may be skipped whole. In the solid it may be even when it was not before.
   const bool new_parent = (crossed.node & 1) == crossed.forward;
   crossed.cross(level_);
@@ -249,7 +249,7 @@ template <bool kSolid>
 }
 
 template <bool kSolid>
-[[gnu::always_inline]] inline void ReferenceTracer::Walk::advance() {
+void ReferenceTracer::Walk::advance() {
   t_ = t_next_;
   entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
   if (leaves_by_x_) {
@@ -261,7 +261,7 @@ template <bool kSolid>
 
 /// t of the next crossing of the surface, kNever if there is none down to the lowest texel.
 template <bool kSolid>
-[[gnu::always_inline]] inline double ReferenceTracer::Walk::find() {
+double ReferenceTracer::Walk::find() {
   for (;;) {
     const double tx = x_.exit(level_);
     const double ty = y_.exit(level_);
@@ -299,7 +299,7 @@ double ReferenceTracer::Walk::exit_in_hit_cell() const {
   return s < cell_.length ? t_ + s : kNever;
 }
 
-[[gnu::always_inline]] inline ReferenceHit ReferenceTracer::Walk::run() {
+ReferenceHit ReferenceTracer::Walk::run() {
   t_ = std::clamp(1.0 - map_.bounds_.max, 0.0, 1.0);
   t_end_ = std::clamp(1.0 - map_.bounds_.min, t_, 1.0);
   const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));

@@ -22,8 +22,14 @@ struct ScorePixel {
 };
 static_assert(sizeof(ScorePixel) == 32);
 
-/// How a pixel ended, judged against the reference. [FACTS 8]
-enum class Verdict : std::uint8_t { no_ray, good, missed, inside, unconverged };
+/// How a pixel ended, judged against the reference: missed before unconverged before inside. [FACTS 8]
+enum class Verdict : std::uint8_t {
+  no_ray,       ///< status no_ray, or a ray that is not finite
+  good,         ///< none of the below
+  missed,       ///< t >= t_exit: the first solid was stepped over (not where t is a float next to t_enter)
+  inside,       ///< e_xy > 1/2 and in the first solid: a refinement would find the hit
+  unconverged,  ///< e_xy > 1/2 and stopped before the surface, or inside but at the step cap
+};
 
 struct PixelScore {
   float e_xy = 0;  ///< texels, along the ray's horizontal travel
@@ -31,7 +37,8 @@ struct PixelScore {
   Verdict verdict = Verdict::no_ray;
 };
 
-/// Distribution of an error over the pixels that have a ray.
+/// Distribution of an error over the pixels that have a ray; percentiles by nearest rank, so each is a value that
+/// occurred. All 0 where no pixel has a ray.
 struct Distribution {
   double mean = 0, p50 = 0, p95 = 0, p99 = 0, max = 0;
 };
@@ -54,12 +61,14 @@ struct JudgedFrame {
 };
 
 /// Judges a score frame against the reference of the very same rays.
+/// e_z = |t - t_enter|; e_xy = that times the ray's horizontal texels per t
 /// pixels, reference: frame size; map_width, map_height: texels, for e_xy; non-finite t counts as missed with the
 /// ray's whole travel as error
 [[nodiscard]] JudgedFrame judge_frame(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
                                       int map_width, int map_height);
 
 /// Peak signal-to-noise ratio of two RGBA8 pictures, alpha ignored, over the pixels where `mask` is not no_ray.
+/// returns: dB; none where those pixels are equal
 [[nodiscard]] std::optional<double> psnr_rgba8(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
                                                std::span<const PixelScore> mask);
 

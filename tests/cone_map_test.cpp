@@ -1,9 +1,11 @@
 #include "kernels/cone_map.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <set>
 #include <string>
 
@@ -89,6 +91,23 @@ TEST(ConeMap, ConservativeHasTheBitsOfAllPairsOverSeveralBands) {
     EXPECT_EQ(bake_conservative({.heights = heights, .wrap = wrap, .threads = 2}),
               slow_conservative(heights, wrap, Correction::none));
   }
+}
+
+TEST(ConeMap, EveryInstructionSetGivesTheSameBits) {
+  const Heightfield heights = noise_map(45, 33);
+  const auto choose = [](std::int64_t targets) {
+    hwy::SetSupportedTargetsForTest(targets);  // 0: what the machine has
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  };
+  const auto slow = slow_conservative(heights, Wrap::repeat, Correction::none);
+  const auto slow_relaxed = slow_relaxed_po07(heights, Wrap::repeat, 16);
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    choose(target);
+    EXPECT_EQ(bake_conservative({.heights = heights, .threads = 1}), slow) << hwy::TargetName(target);
+    EXPECT_EQ(bake_relaxed_po07({.heights = heights, .search_steps = 16, .threads = 1}), slow_relaxed)
+        << hwy::TargetName(target);
+  }
+  choose(0);
 }
 
 RC_GTEST_PROP(ConeMapProperty, BakersHaveTheBitsOfAllPairs, ()) {
@@ -282,9 +301,11 @@ TEST(ConeMap, RaysFromTheTopLeaveTheReliefOnlyOutsideTheRelaxedCone) {
     for (const Wrap wrap : kWraps) {
       const auto ratios = bake_relaxed_po07({.heights = map, .wrap = wrap, .search_steps = steps, .threads = 1});
       for (int source = 0; source < 18 * 18; source += 5) {
+        const int column = source % 18;
+        const int row = source / 18;
         for (int target = 0; target < 18 * 18; ++target) {
-          const double dx = slow_offset(source % 18, target % 18, 18, wrap);
-          const double dy = slow_offset(source / 18, target / 18, 18, wrap);
+          const double dx = slow_offset(column, target % 18, 18, wrap);
+          const double dy = slow_offset(row, target / 18, 18, wrap);
           const double low = map.texels[static_cast<std::size_t>(source)];
           const double high = map.texels[static_cast<std::size_t>(target)];
           if (high <= low || high >= 1) continue;
@@ -295,7 +316,7 @@ TEST(ConeMap, RaysFromTheTopLeaveTheReliefOnlyOutsideTheRelaxedCone) {
             const double s = (1 - z) / (1 - high);
             const double ratio = ratios[static_cast<std::size_t>(source)];
             if (std::hypot(dx, dy) * s / 18 >= ratio * (z - low) * (1 - 1e-6)) break;
-            const bool is_inside = slow_surface(map, wrap, source % 18 + dx * s, source / 18 + dy * s) > z - 1e-9;
+            const bool is_inside = slow_surface(map, wrap, column + dx * s, row + dy * s) > z - 1e-9;
             ASSERT_TRUE(is_inside || !was_inside) << source << " to " << target << " at step " << step;
             was_inside = is_inside;
           }

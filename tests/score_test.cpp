@@ -1,0 +1,206 @@
+#include "kernels/score.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "kernels/error.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr float kHit = 1;
+constexpr float kStepCap = 2;
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr ReferenceHit kSolid{.t_enter = 0.25, .t_exit = 0.5};
+constexpr int kSide = 100;  // with a slope of (0.6, 0.8): 100 texels per t
+
+ScorePixel pixel(float t, float status = kHit, float taps = 0) {
+  return {.ray = {.u = 0.1F, .v = 0.2F, .slope_u = 0.6F, .slope_v = 0.8F}, .t = t, .status = status, .taps = taps};
+}
+PixelScore judge(const ScorePixel& pixel, const ReferenceHit& reference = kSolid) {
+  return judge_frame({&pixel, 1}, {&reference, 1}, kSide, kSide).pixels.front();
+}
+
+struct VerdictCase {
+  const char* name;
+  float t;
+  float status;
+  Verdict verdict;
+};
+class Verdicts : public testing::TestWithParam<VerdictCase> {};
+TEST_P(Verdicts, FollowTheReference) {
+  EXPECT_EQ(judge(pixel(GetParam().t, GetParam().status)).verdict, GetParam().verdict);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Score, Verdicts,
+    testing::Values(
+        VerdictCase{"exact", 0.25F, kHit, Verdict::good}, VerdictCase{"just_before", 0.246F, kHit, Verdict::good},
+        VerdictCase{"just_behind", 0.254F, kHit, Verdict::good},
+        VerdictCase{"good_at_the_cap", 0.254F, kStepCap, Verdict::good},
+        VerdictCase{"stopped_early", 0.24F, kHit, Verdict::unconverged},
+        VerdictCase{"stopped_early_at_the_cap", 0.1F, kStepCap, Verdict::unconverged},
+        VerdictCase{"inside", 0.26F, kHit, Verdict::inside}, VerdictCase{"deep_inside", 0.49F, kHit, Verdict::inside},
+        VerdictCase{"inside_at_the_cap", 0.3F, kStepCap, Verdict::unconverged},
+        VerdictCase{"at_the_exit", 0.5F, kHit, Verdict::missed}, VerdictCase{"behind", 0.9F, kHit, Verdict::missed},
+        VerdictCase{"behind_at_the_cap", 0.9F, kStepCap, Verdict::missed},
+        VerdictCase{"nan", std::numeric_limits<float>::quiet_NaN(), kHit, Verdict::missed},
+        VerdictCase{"infinite", -std::numeric_limits<float>::infinity(), kStepCap, Verdict::missed},
+        VerdictCase{"no_ray", 0.25F, 0, Verdict::no_ray}),
+    [](const auto& row) { return std::string(row.param.name); });
+
+TEST(Score, ErrorsAreAlongTheRay) {
+  const PixelScore score = judge(pixel(0.375F));
+  EXPECT_FLOAT_EQ(score.e_z, 0.125F);
+  EXPECT_FLOAT_EQ(score.e_xy, 12.5F);
+}
+
+TEST(Score, TexelsCountPerAxis) {
+  const ScorePixel wide{.ray = {.u = 0, .v = 0, .slope_u = 0.5F, .slope_v = 0.5F}, .t = 0.5F, .status = kHit};
+  EXPECT_FLOAT_EQ(judge_frame({&wide, 1}, {&kSolid, 1}, 24, 10).pixels.front().e_xy, 0.25F * 13);
+}
+
+TEST(Score, NonFiniteHitCostsTheWholeTravel) {
+  const PixelScore score = judge(pixel(std::numeric_limits<float>::infinity()));
+  EXPECT_FLOAT_EQ(score.e_xy, 100);
+  EXPECT_EQ(score.e_z, 1);
+}
+
+TEST(Score, NonFiniteRayIsNoRay) {
+  ScorePixel broken = pixel(0.25F);
+  broken.ray.slope_u = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(judge(broken).verdict, Verdict::no_ray);
+}
+
+TEST(Score, ErrorsStayFinite) {
+  ScorePixel horizon = pixel(0.5F);
+  horizon.ray.slope_u = 1e38F;
+  EXPECT_EQ(judge(horizon).e_xy, std::numeric_limits<float>::max());
+}
+
+TEST(Score, ATouchThatIsFoundIsNotMissed) {
+  const ReferenceHit touch{.t_enter = 1.0 / 3, .t_exit = 1.0 / 3};
+  const float nearest = 1.0F / 3;
+  EXPECT_EQ(judge(pixel(nearest), touch).verdict, Verdict::good);
+  EXPECT_EQ(judge(pixel(nearest + 1e-6F), touch).verdict, Verdict::missed);
+}
+
+TEST(Score, WhatNeverEndsIsNeverMissed) {
+  EXPECT_EQ(judge(pixel(1), {.t_enter = 0.25, .t_exit = kNever}).verdict, Verdict::inside);
+}
+
+TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
+  const std::vector<ScorePixel> pixels{pixel(0.25F, kHit, 3), pixel(0.26F, kHit, 5), pixel(0.9F, kHit, 4),
+                                       pixel(0.1F, kStepCap, 8), pixel(0, 0, 1000)};
+  const std::vector<ReferenceHit> reference(pixels.size(), kSolid);
+  const JudgedFrame frame = judge_frame(pixels, reference, kSide, kSide);
+  EXPECT_EQ(frame.pixels.size(), 5U);
+  EXPECT_EQ(frame.score.pixels, 4);
+  EXPECT_EQ(frame.score.missed_rate, 0.25);
+  EXPECT_EQ(frame.score.inside_rate, 0.25);
+  EXPECT_EQ(frame.score.unconverged_rate, 0.25);
+  EXPECT_EQ(frame.score.mean_taps, 5);
+  EXPECT_EQ(frame.score.max_taps, 8);
+  EXPECT_FALSE(frame.score.psnr.has_value());
+}
+
+TEST(Score, FrameWithoutRaysIsZero) {
+  const std::vector<ScorePixel> pixels(3);
+  const JudgedFrame frame = judge_frame(pixels, std::vector<ReferenceHit>(3), kSide, kSide);
+  EXPECT_EQ(frame.score.pixels, 0);
+  EXPECT_EQ(frame.score.e_xy.max, 0);
+  EXPECT_EQ(frame.score.missed_rate, 0);
+}
+
+TEST(Score, PercentilesAreByNearestRank) {
+  // Errors 1/1024 .. 200/1024 in height, in a shuffled order: 200 values, so the ranks are 100, 190 and 198.
+  std::vector<ScorePixel> pixels;
+  for (int i = 0; i < 200; ++i) pixels.push_back(pixel(static_cast<float>((i * 7) % 200 + 1) / 1024));
+  const std::vector<ReferenceHit> reference(pixels.size(), ReferenceHit{.t_enter = 0, .t_exit = kNever});
+  const Distribution e_z = judge_frame(pixels, reference, kSide, kSide).score.e_z;
+  EXPECT_EQ(e_z.mean, 100.5 / 1024);
+  EXPECT_EQ(e_z.p50, 100.0 / 1024);
+  EXPECT_EQ(e_z.p95, 190.0 / 1024);
+  EXPECT_EQ(e_z.p99, 198.0 / 1024);
+  EXPECT_EQ(e_z.max, 200.0 / 1024);
+}
+
+TEST(Score, PercentilesOfOnePixelAreIt) {
+  const ScorePixel one = pixel(0.375F);
+  const Distribution e_z = judge_frame({&one, 1}, {&kSolid, 1}, kSide, kSide).score.e_z;
+  EXPECT_EQ(e_z.p50, 0.125);
+  EXPECT_EQ(e_z.p99, 0.125);
+}
+
+TEST(Psnr, MatchesHandValues) {
+  const std::vector<PixelScore> mask(2, PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::good});
+  const std::vector<std::uint8_t> black{0, 0, 0, 0, 0, 0, 0, 0};
+  const std::vector<std::uint8_t> white{255, 255, 255, 9, 255, 255, 255, 9};
+  const std::vector<std::uint8_t> off_by_one{1, 1, 1, 0, 1, 1, 1, 0};
+  const std::vector<std::uint8_t> other_alpha{0, 0, 0, 255, 0, 0, 0, 77};
+  EXPECT_DOUBLE_EQ(psnr_rgba8(black, white, mask).value(), 0);
+  EXPECT_NEAR(psnr_rgba8(black, off_by_one, mask).value(), 48.1308, 1e-4);
+  EXPECT_FALSE(psnr_rgba8(black, other_alpha, mask).has_value());
+}
+
+TEST(Psnr, LeavesOutPixelsWithoutARay) {
+  std::vector<PixelScore> mask(2, PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::good});
+  mask[0].verdict = Verdict::no_ray;
+  const std::vector<std::uint8_t> a{10, 20, 30, 0, 10, 20, 30, 0};
+  const std::vector<std::uint8_t> b{90, 90, 90, 0, 11, 21, 31, 0};
+  EXPECT_NEAR(psnr_rgba8(a, b, mask).value(), 48.1308, 1e-4);
+  mask[1].verdict = Verdict::no_ray;
+  EXPECT_FALSE(psnr_rgba8(a, b, mask).has_value());
+}
+
+TEST(Metrics, AreTheListThatReportsKnow) {
+  std::vector<std::string> ids;
+  for (const MetricRow& row : metrics()) ids.emplace_back(row.id);
+  EXPECT_THAT(ids, testing::ElementsAre("e_xy.mean", "e_xy.p50", "e_xy.p95", "e_xy.p99", "e_xy.max", "e_z.mean",
+                                        "e_z.p50", "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate",
+                                        "unconverged_rate", "psnr", "taps.mean", "taps.max"));
+}
+
+TEST(Metrics, ReadTheirOwnField) {
+  FrameScore score{.pixels = 1,
+                   .e_xy = {.mean = 1, .p50 = 2, .p95 = 3, .p99 = 4, .max = 5},
+                   .e_z = {.mean = 6, .p50 = 7, .p95 = 8, .p99 = 9, .max = 10},
+                   .missed_rate = 11,
+                   .inside_rate = 12,
+                   .unconverged_rate = 13,
+                   .mean_taps = 15,
+                   .max_taps = 16,
+                   .psnr = 14};
+  double expected = 0;
+  for (const MetricRow& row : metrics()) EXPECT_EQ(row.value(score), ++expected) << row.id;
+  score.psnr.reset();
+  EXPECT_FALSE(find_metric("psnr").value(score).has_value());
+}
+
+TEST(Metrics, DescribeThemselves) {
+  std::set<std::string_view> descriptions;
+  for (const MetricRow& row : metrics()) {
+    EXPECT_FALSE(row.unit.empty()) << row.id;
+    EXPECT_TRUE(descriptions.insert(row.description).second) << row.id;
+    EXPECT_EQ(row.lower_is_better, row.id != "psnr");
+  }
+}
+
+TEST(Metrics, AreFoundByIdAndUnknownOnesNameTheChoices) {
+  EXPECT_EQ(find_metric("e_z.p99").unit, "height");
+  try {
+    (void)find_metric("e_xy.p98");
+    FAIL() << "expected an error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::bad_input);
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("e_xy.p98"), testing::HasSubstr("e_xy.p99, e_xy.max"),
+                                             testing::HasSubstr("taps.max")));
+  }
+}
+
+}  // namespace
+}  // namespace reliefbench
