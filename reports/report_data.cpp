@@ -1,6 +1,7 @@
 #include "reports/report_data.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -50,7 +51,7 @@ std::vector<Budget> parse_budgets(const json& texts) {
 json budgets_json(std::span<const Budget> budgets) {
   json texts = json::array();
   for (const Budget& budget : budgets)
-    texts.push_back({{"metric", budget.metric}, {"limit", budget.limit}, {"text", budget.text()}});
+    texts.push_back({{"metric", budget.metric}, {"text", budget.text()}});
   return texts;
 }
 
@@ -98,11 +99,38 @@ json statuses_json(std::span<const Record> records) {
   return rows;
 }
 
+// fronts() is of errors. A quality is an error with its sign turned; identical pictures have none: the best there is.
+std::vector<Front> quality_fronts(std::span<const Record> records, const MetricRow& metric,
+                                  std::span<const Budget> constraints) {
+  std::vector<Front> result;
+  for (const RecordGroup& group : group_records(records)) {
+    Front front{.backend = group.backend,
+                .device = group.device,
+                .scene = group.scene,
+                .error_metric = std::string(metric.id),
+                .constraints = {},
+                .points = {}};
+    std::vector<FrontPoint> eligible;
+    std::vector<double> times;
+    std::vector<double> errors;
+    for (const Record* record : group.records) {
+      const auto met = [&](const Budget& budget) { return meets(*record, budget); };
+      if (!record->frame_time || !record->error || !std::all_of(constraints.begin(), constraints.end(), met)) continue;
+      const double quality = metric_value(*record, metric.id).value_or(std::numeric_limits<double>::infinity());
+      times.push_back(record->frame_time->summary.median);
+      errors.push_back(-quality);
+      eligible.push_back({.record = record, .time_ns = times.back(), .error = errors.back(), .equivalents = {}});
+    }
+    for (const std::size_t i : pareto_front(times, errors)) front.points.push_back(eligible[i]);
+    result.push_back(std::move(front));
+  }
+  return result;
+}
+
 class DataBuilder {
  public:
   json build(std::span<const Run> runs) {
     for (const Technique& technique : techniques()) techniques_.index(std::string(technique.id));
-    for (const MetricRow& row : metrics()) fronts_.push_back({{"metric", row.id}, {"fronts", json::array()}});
     for (std::size_t i = 0; i < runs.size(); ++i) add_run(i, runs[i]);
     return {{"metrics", metrics_json()},    {"techniques", techniques_json()},
             {"scenes", scenes_.names()},    {"groups", groups_json(runs)},
@@ -125,9 +153,13 @@ class DataBuilder {
 
     for (const Record& record : run.records)
       if (record.status == Status::ok && record.frame_time && record.error) add_point(index, record, constraints);
-    for (json& entry : fronts_)
-      for (const Front& f : fronts(run.records, entry["metric"].get<std::string>(), constraints))
-        entry["fronts"].push_back(front_json(index, f));
+    for (std::size_t i = 0; i < metrics().size(); ++i) {
+      const MetricRow& row = metrics()[i];
+      if (index == 0) fronts_.push_back({{"metric", row.id}, {"fronts", json::array()}});
+      for (const Front& f : row.lower_is_better ? fronts(run.records, row.id, constraints)
+                                                : quality_fronts(run.records, row, constraints))
+        fronts_[i]["fronts"].push_back(front_json(index, f));
+    }
     const Question question{.budgets = budgets, .max_time_ms = {}, .error_metric = metric};
     for (const Answer& answer : recommend(run.records, question))
       answers_.push_back(answer_json(index, run.folder, answer));

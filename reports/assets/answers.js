@@ -1,0 +1,98 @@
+'use strict';
+// The headline: what to ship, by device and scene.
+
+function budgetText(budget) {
+  const {unit} = data.metrics[metricIndex.get(budget.metric)];
+  return comparison(budget.text) + (unit ? ` ${unit}` : '');
+}
+
+function answerRow(label, point, hint) {
+  if (point === null) return null;
+  const p = data.points[point];
+  return make(
+      'div', {class: 'answer-row'}, make('dt', {title: hint}, label),
+      make(
+          'dd', {}, make('span', {class: 'figure'}, formatTime(p.time_ns[0])), ' ', settingsElement(p),
+          make('span', {class: 'muted'}, ` ${frontMetricText(p)}`)));
+}
+
+// The headline keeps the run's own error metric; the selector is for exploring.
+const frontMetricText = (p) => {
+  const index = metricIndex.get(data.front_metric);
+  return `${data.front_metric} ${errorOf(p, index)}`;
+};
+
+function answerCard(answer) {
+  const scene = data.scenes[answer.scene];
+  const head =
+      make('div', {class: 'card-head'}, make('h3', {}, scene), make('p', {class: 'muted'}, groupLabel(answer.group)));
+  const rows = [
+    answer.runner_up === answer.simplest ?
+        answerRow('Runner-up and simplest', answer.runner_up) :
+        [
+          answerRow('Runner-up', answer.runner_up, 'next best of other settings'),
+          answer.simplest === answer.pick ?
+              null :
+              answerRow('Simplest', answer.simplest, 'the simplest technique that meets the budget')
+        ],
+    answerRow('Flat floor', answer.flat, 'the same frame without relief'),
+  ].flat();
+  if (answer.pick === null) {
+    return make(
+        'article', {class: 'card no-answer'}, head, make('p', {class: 'headline'}, 'Nothing meets the budget'),
+        answer.miss ? make('p', {}, `Nearest: ${answer.miss}.`) : null,
+        make('dl', {}, answerRow('Nearest', answer.nearest), answerRow('Flat floor', answer.flat)));
+  }
+  const pick = data.points[answer.pick];
+  const floor = answer.flat === null || answer.flat === answer.pick ?
+      null :
+      make('span', {class: 'muted'}, ` ${formatNumber(pick.time_ns[0] / data.points[answer.flat].time_ns[0])} × flat`);
+  return make(
+      'article', {class: 'card'}, head, make('p', {class: 'headline'}, formatTime(pick.time_ns[0]), floor),
+      make('p', {class: 'muted'}, `95 % interval ${formatInterval(pick.time_ns)} · ${frontMetricText(pick)}`),
+      make('p', {}, settingsElement(pick)),
+      answer.simplest === answer.pick ?
+          make('p', {class: 'muted'}, 'Also the simplest technique that meets the budget.') :
+          null,
+      make('dl', {}, ...rows), copyButton(commandOf(pick)));
+}
+
+function notices() {
+  const found = [];
+  for (const run of data.runs) {
+    const name = run.info.name || run.folder;
+    if (!run.info.finished) found.push(`${name} was not finished: what follows is what was measured until then.`);
+    for (const device of run.info.devices || []) {
+      if (device.software) {
+        found.push(
+            `${device.name} is a software rasteriser, it runs on the processor: its errors hold on a GPU too, its ` +
+            'times do not.');
+      }
+    }
+  }
+  if (data.points.length === 0) found.push('Nothing was measured: no case ended well. The reasons are below.');
+  return [...new Set(found)];
+}
+
+function drawAnswers() {
+  const first = data.runs[0].info;
+  const names = [...new Set(data.runs.map((run) => run.info.name || run.folder))];
+  byId('title').textContent = names.join(' · ');
+  document.title = `${names.join(' · ')} – reliefbench`;
+  const backendsOf = new Map();
+  for (const {device, backend} of data.groups)
+    backendsOf.set(device, [...new Set([...(backendsOf.get(device) || []), backend])]);
+  const devices = [...backendsOf].map(([device, backends]) => `${device} (${backends.join(', ')})`);
+  const started = [...new Set(data.runs.map((run) => run.info.started).filter(Boolean))].sort();
+  const when = started.map((time) => time.replace('T', ' ').replace(/:\d\dZ$/, ' UTC'));
+  const version = first.version ? `reliefbench ${first.version}` : null;
+  byId('subtitle').textContent = [
+    devices.join(', '), when.length > 1 ? `${when[0]} to ${when[when.length - 1]}` : when[0],
+    `${data.points.length} settings measured`, version
+  ].filter(Boolean).join(' · ');
+  byId('notices').append(...notices().map((text) => make('p', {class: 'notice'}, text)));
+  const budgets = [...new Set(data.runs.map((run) => run.budgets.map(budgetText).join(' and ')))];
+  byId('budget').textContent = `The fastest setting with ${budgets.join('; or ')}:`;
+  const byScene = [...data.answers].sort((a, b) => a.scene - b.scene || a.group - b.group);
+  byId('answer-cards').append(...byScene.map(answerCard));
+}

@@ -1,0 +1,105 @@
+'use strict';
+// Where the numbers come from: machine, timers, the harness's own time, and every case that did not end well.
+
+function factsTable(rows) {
+  const filled = rows.filter(([, value]) => value !== undefined && value !== null && value !== '');
+  return make(
+      'table', {class: 'facts'},
+      make(
+          'tbody', {},
+          ...filled.map(([name, value]) => make('tr', {}, make('th', {scope: 'row'}, name), make('td', {}, value)))));
+}
+
+function dataTable(caption, heads, rows) {
+  return make(
+      'div', {class: 'table-box'},
+      make(
+          'table', {class: 'data'}, make('caption', {}, caption),
+          make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),
+          make('tbody', {}, ...rows.map((row) => make('tr', {}, ...row.map((cell) => make('td', {}, cell)))))));
+}
+
+function auditRow(device, audit) {
+  const verdict = !audit.valid ? 'rejected' : audit.timer === device.timer ? 'used' : 'valid';
+  return [
+    `${device.name} (${device.backend})`, audit.timer, make('span', {class: `verdict ${verdict}`}, verdict),
+    audit.wall_ratio ? formatNumber(audit.wall_ratio) : '–', audit.doubling ? formatNumber(audit.doubling) : '–',
+    audit.reason || ''
+  ];
+}
+
+function wallSplit(wall) {
+  const parts = Object.entries(wall).filter(([name, s]) => name !== 'total' && s > 0).sort((a, b) => b[1] - a[1]);
+  const total = wall.total || parts.reduce((sum, [, s]) => sum + s, 0);
+  const bar = make('div', {class: 'split', 'aria-hidden': 'true'}, ...parts.map(([, s], index) => {
+    const part = make('span');
+    part.style.width = `${(100 * s) / total}%`;
+    part.style.background = `var(--series-${index % kColors})`;
+    return part;
+  }));
+  const items = parts.map(([name, s], index) => {
+    const box = make('span', {class: 'color-box'});
+    box.style.background = `var(--series-${index % kColors})`;
+    return make('span', {class: 'mark'}, box, `${name} ${formatSeconds(s)} (${formatNumber((100 * s) / total, 2)} %)`);
+  });
+  return make(
+      'div', {}, make('h4', {}, `Wall time of the harness: ${formatSeconds(total)}`), bar,
+      make('div', {class: 'legend'}, ...items));
+}
+
+function statusTables(run) {
+  const sums = new Map();
+  for (const row of run.statuses) sums.set(row.status, (sums.get(row.status) || 0) + row.count);
+  const summary = [...sums].map(
+      ([status, count]) => make('span', {class: `status ${status === 'ok' ? 'ok' : 'bad'}`}, `${count} ${status}`));
+  const failed = run.statuses.filter((row) => row.status !== 'ok');
+  const table = failed.length === 0 ?
+      null :
+      dataTable(
+          'Cases that did not end well', ['Status', 'Backend', 'Cases', 'Reason', 'For example'],
+          failed.map((row) => [row.status, row.backend, String(row.count), row.reason, make('code', {}, row.example)]));
+  return make('div', {}, make('h4', {}, 'Cases by status'), make('p', {class: 'legend'}, ...summary), table);
+}
+
+function runElement(run) {
+  const {info} = run;
+  const host = info.host || {};
+  const counts = info.counts || {};
+  const cached = (made, reused) =>
+      (counts[made] === undefined ? null : `${counts[made]}, of them ${counts[reused] || 0} from the cache`);
+  const devices = info.devices || [];
+  const audits = devices.flatMap((device) => (device.audit || []).map((audit) => auditRow(device, audit)));
+  return make(
+      'article', {class: 'run'}, make('h3', {}, info.name || run.folder), factsTable([
+        ['Folder', run.folder],
+        ['Started', info.started],
+        ['Finished', info.finished || 'no'],
+        ['Processor', host.cpu && `${host.cpu}, ${host.cores} cores`],
+        ['System', host.os],
+        ['Memory', host.memory_bytes && formatBytes(host.memory_bytes)],
+        ['reliefbench', [info.version, info.git_sha].filter(Boolean).join(', ')],
+        ['Config', info.config_path],
+        ['Config\'s SHA-256', info.identity && info.identity.config_sha256],
+        ['Command', info.argv && make('code', {}, info.argv.map(shellQuote).join(' '))],
+        ['Bakes', cached('bakes', 'bakes_cached')],
+        ['References', cached('references', 'references_cached')],
+        ['Shaders', counts.shaders === undefined ? null : String(counts.shaders)],
+      ]),
+      devices.length === 0 ?
+          null :
+          dataTable(
+              'Devices', ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case'],
+              devices.map(
+                  (device) =>
+                      [device.name, `${device.backend} ${device.index}`, device.vendor, device.type, device.driver,
+                       device.api_version, device.subtexel_bits ? String(device.subtexel_bits) : 'not reported',
+                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–'])),
+      audits.length === 0 ?
+          null :
+          dataTable(
+              'Timer audit: a timer is believed if it agrees with the fenced wall clock and doubles with the work',
+              ['Device', 'Timer', 'Verdict', 'Device / wall', '2N / N', 'Why rejected'], audits),
+      info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
+}
+
+function drawEnvironment() { byId('environment-runs').append(...data.runs.map(runElement)); }

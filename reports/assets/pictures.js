@@ -1,0 +1,88 @@
+'use strict';
+// Frame, reference and error map of each recommended setting: flipped in place or side by side.
+
+const kKinds = [['frame', 'Frame'], ['reference', 'Reference'], ['error', 'Error map']];
+const rgb = ([r, g, b]) => `rgb(${r} ${g} ${b})`;
+
+function heatLegend() {
+  const {stops, marks} = data.heat_map;
+  const ramp = make('div', {class: 'ramp'});
+  ramp.style.background = `linear-gradient(to right, ${stops.map((stop) => rgb(stop.color)).join(', ')})`;
+  const label = (e_xy) => (e_xy < 1 ? `1/${Math.round(1 / e_xy)}` : String(e_xy));
+  const labels = stops.filter((_, index) => index % 2 === 0).map((stop) => make('span', {}, label(stop.e_xy)));
+  const entries = marks.map((mark) => {
+    const box = make('span', {class: 'color-box'});
+    box.style.background = rgb(mark.color);
+    return make('span', {class: 'mark'}, box, mark.description);
+  });
+  return make(
+      'div', {class: 'heat-legend'},
+      make(
+          'div', {class: 'ramp-box'}, make('div', {}, 'e_xy of a pixel (texels, same scale in every picture)'), ramp,
+          make('div', {class: 'ramp-labels'}, ...labels)),
+      make('div', {class: 'legend'}, ...entries));
+}
+
+function show(card, kind) {
+  card.dataset.kind = kind;
+  for (const tab of card.querySelectorAll('.tabs button'))
+    tab.setAttribute('aria-pressed', String(tab.dataset.kind === kind));
+}
+
+function pictureCard(answer) {
+  const point = data.points[answer.pick];
+  const figures = kKinds.map(([kind, name]) => {
+    const image = answer.pictures[kind];
+    const content = image === null ?
+        make('p', {class: 'missing'}, 'no picture in the run\'s folder') :
+        make(
+            'img',
+            {src: data.images[image], alt: `${name}, ${data.scenes[answer.scene]}, ${groupLabel(answer.group)}`});
+    return make('figure', {'data-kind': kind}, content, make('figcaption', {}, name));
+  });
+  const card = make('article', {class: 'card picture-card'});
+  const tabs = kKinds.map(
+      ([kind, name], index) => make(
+          'button', {
+            type: 'button',
+            'data-kind': kind,
+            onclick: () => show(card, kind),
+            onpointerenter: () => show(card, kind),
+            onfocus: () => show(card, kind)
+          },
+          make('kbd', {}, String(index + 1)), ` ${name}`));
+  card.append(
+      make(
+          'div', {class: 'card-head'}, make('h3', {}, data.scenes[answer.scene]),
+          make('p', {class: 'muted'}, groupLabel(answer.group))),
+      make(
+          'p', {}, settingsElement(point),
+          make('span', {class: 'muted'}, ` ${formatTime(point.time_ns[0])} · ${frontMetricText(point)}`)),
+      make('div', {class: 'tabs', role: 'group', 'aria-label': 'Picture shown'}, ...tabs),
+      make('div', {class: 'stage'}, ...figures));
+  show(card, 'frame');
+  return card;
+}
+
+function drawPictures() {
+  const answered =
+      data.answers.filter((answer) => answer.pick !== null).sort((a, b) => a.scene - b.scene || a.group - b.group);
+  const cards = answered.map(pictureCard);
+  byId('heat-legend').append(heatLegend());
+  byId('picture-cards').append(...cards);
+  if (cards.length === 0) byId('picture-cards').append(make('p', {class: 'muted'}, 'No setting is recommended.'));
+  const container = byId('picture-cards');
+  for (const radio of document.querySelectorAll('input[name=layout]')) {
+    radio.addEventListener(
+        'change', () => container.classList.toggle('side-by-side', radio.value === 'row' && radio.checked));
+  }
+  document.addEventListener('keydown', (event) => {
+    const kind = kKinds[['1', '2', '3'].indexOf(event.key)];
+    if (!kind || event.ctrlKey || event.metaKey || event.altKey ||
+        /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))
+      return;
+    // The card under the pointer or with the focus; else all of them flip together.
+    const chosen = cards.filter((card) => card.matches(':hover, :focus-within'));
+    for (const card of chosen.length ? chosen : cards) show(card, kind[0]);
+  });
+}

@@ -1,0 +1,227 @@
+#include "reports/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <regex>
+
+#include "kernels/error.h"
+#include "reports/assets.h"
+#include "reports/data_uri.h"
+#include "reports/report_data.h"
+#include "tests/synthetic_run.h"
+#include "tuner/pareto.h"
+#include "tuner/run_files.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+json page_data(const std::string& html) {
+  constexpr std::string_view kOpen = R"(<script type="application/json" id="data">)";
+  const std::size_t open = html.find(kOpen);
+  EXPECT_NE(open, std::string::npos);
+  const std::size_t begin = open + kOpen.size();
+  return json::parse(html.substr(begin, html.find("</script>", begin) - begin));
+}
+
+json data_of(const Run& run) { return report_data(std::span(&run, 1)); }
+std::string page_of(const Run& run) { return make_report(std::span(&run, 1)); }
+
+std::size_t metric_index(std::string_view id) { return static_cast<std::size_t>(&find_metric(id) - metrics().data()); }
+
+std::filesystem::path fresh_folder(const std::string& name) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("report_test_" + name);
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+TEST(Report, DataSurvivesHostileTexts) {
+  const auto run = synthetic_run({});
+  const std::string html = page_of(run);
+  const json data = page_data(html);
+  EXPECT_EQ(data, data_of(run));
+  const json& statuses = data["runs"][0]["statuses"];
+  EXPECT_TRUE(std::any_of(statuses.begin(), statuses.end(), [](const json& row) {
+    return row["reason"].get<std::string>().find(kHostileText) != std::string::npos;
+  }));
+  EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
+  EXPECT_THAT(html, Not(HasSubstr("<!-- '")));
+  EXPECT_THAT(html, Not(HasSubstr("{{")));
+}
+
+TEST(Report, TextsThatAreNotUtf8DoNotStopIt) {
+  auto run = synthetic_run({.cases = 2});
+  run.records.front().case_id += "\xff\xfe";
+  EXPECT_EQ(page_data(page_of(run))["points"].size(), 12u);
+}
+
+TEST(Report, LoadsNothing) {
+  std::string html = page_of(synthetic_run({}));
+  EXPECT_THAT(html,
+              HasSubstr("default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"));
+  for (const char* loader :
+       {R"((src|href|srcset|action|poster|data)\s*=\s*["']?\s*(https?:|//))", R"(url\(\s*["']?(https?:|//))"})
+    EXPECT_FALSE(std::regex_search(html, std::regex(loader))) << loader;
+  EXPECT_THAT(html, Not(HasSubstr("@import")));
+}
+
+TEST(Report, AssetsCanStandInsideAPage) {
+  for (const EmbeddedFile& asset : embedded_assets()) {
+    if (asset.name == "report.html") continue;
+    EXPECT_THAT(std::string(asset.text), Not(HasSubstr("</script"))) << asset.name;
+    EXPECT_THAT(std::string(asset.text), Not(HasSubstr("</style"))) << asset.name;
+    if (asset.name == "chart.min.js") continue;
+    // The one address is the name of SVG's namespace, which nothing loads.
+    const std::string own = std::regex_replace(std::string(asset.text), std::regex("http://www.w3.org/2000/svg"), "");
+    EXPECT_THAT(own, Not(HasSubstr("http"))) << asset.name;
+  }
+}
+
+TEST(Report, KeepsExactPointsAndIdenticalPictures) {
+  const auto run = synthetic_run({});
+  const json data = data_of(run);
+  const auto exact = std::count_if(run.records.begin(), run.records.end(),
+                                   [](const Record& record) { return record.error && record.error->e_xy.p99 == 0; });
+  ASSERT_GT(exact, 0);
+  const auto count = [&](std::size_t metric, const json& value) {
+    return std::count_if(data["points"].begin(), data["points"].end(),
+                         [&](const json& point) { return point["errors"][metric] == value; });
+  };
+  EXPECT_EQ(count(metric_index("e_xy.p99"), 0.0), exact);
+  EXPECT_EQ(count(metric_index("psnr"), nullptr), exact);
+}
+
+TEST(Report, EveryMetricHasItsFront) {
+  const auto run = synthetic_run({});
+  const json data = data_of(run);
+  ASSERT_EQ(data["fronts"].size(), metrics().size());
+  const std::vector<Budget> constraints = {parse_budget("missed_rate<=0.001")};
+  const std::vector<Front> expected = fronts(run.records, "e_xy.p99", constraints);
+  const json& drawn = data["fronts"][metric_index("e_xy.p99")]["fronts"];
+  ASSERT_EQ(drawn.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_EQ(drawn[i]["points"].size(), expected[i].points.size());
+    for (std::size_t k = 0; k < expected[i].points.size(); ++k)
+      EXPECT_EQ(data["points"][drawn[i]["points"][k]["point"].get<std::size_t>()]["id"],
+                expected[i].points[k].record->case_id);
+  }
+}
+
+TEST(Report, FrontOfAQualityEndsWithIdenticalPictures) {
+  const json data = data_of(synthetic_run({}));
+  const std::size_t psnr = metric_index("psnr");
+  for (const json& front : data["fronts"][psnr]["fronts"]) {
+    ASSERT_FALSE(front["points"].empty());
+    double last = -1e9;
+    for (const json& entry : front["points"]) {
+      const json& value = data["points"][entry["point"].get<std::size_t>()]["errors"][psnr];
+      const double quality = value.is_null() ? 1e9 : value.get<double>();
+      EXPECT_GT(quality, last);
+      last = quality;
+    }
+    EXPECT_EQ(last, 1e9);
+  }
+}
+
+TEST(Report, CountsEveryStatusOnce) {
+  const auto run = synthetic_run({});
+  const json data = data_of(run);
+  std::size_t sum = 0;
+  std::vector<std::string> seen;
+  for (const json& row : data["runs"][0]["statuses"]) {
+    sum += row["count"].get<std::size_t>();
+    seen.push_back(row["status"]);
+  }
+  EXPECT_EQ(sum, run.records.size());
+  for (const char* id :
+       {"ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer", "throttled"})
+    EXPECT_THAT(seen, testing::Contains(id));
+}
+
+TEST(Report, MarksPointsThatBreakTheConstraint) {
+  const json data = data_of(synthetic_run({}));
+  const std::size_t missed = metric_index("missed_rate");
+  for (const json& point : data["points"])
+    EXPECT_EQ(point["breaks"].size(), point["errors"][missed].get<double>() > 0.001 ? 1u : 0u) << point["id"];
+}
+
+TEST(Report, PutsInThePicturesThatAreThere) {
+  const std::filesystem::path folder = fresh_folder("pictures");
+  auto run = synthetic_run({.folder = folder, .backends = {"vulkan"}, .scenes = {"rocks/oblique"}});
+  const json without = data_of(run);
+  ASSERT_EQ(without["answers"].size(), 1u);
+  EXPECT_TRUE(without["answers"][0]["pictures"]["frame"].is_null());
+
+  const std::string pick = without["points"][without["answers"][0]["pick"].get<std::size_t>()]["id"];
+  std::filesystem::create_directories(folder / "images");
+  std::ofstream(folder / image_path(pick, "error")) << "foobar";
+  const json with = data_of(run);
+  EXPECT_EQ(with["images"], json({"data:image/png;base64,Zm9vYmFy"}));
+  EXPECT_EQ(with["answers"][0]["pictures"]["error"], 0);
+  EXPECT_TRUE(with["answers"][0]["pictures"]["reference"].is_null());
+}
+
+TEST(Report, TellsDevicesOfSeveralRunsApart) {
+  const std::vector<reliefbench::Run> runs = {synthetic_run({.folder = "out/a", .device = "A", .cases = 5}),
+                                              synthetic_run({.folder = "out/b", .device = "B", .cases = 5}),
+                                              synthetic_run({.folder = "out/c", .device = "B", .cases = 5})};
+  const json data = report_data(runs);
+  std::vector<std::string> labels;
+  for (const json& group : data["groups"]) labels.push_back(group["label"]);
+  EXPECT_THAT(labels, testing::ElementsAre("A (opengl)", "A (vulkan)", "B (opengl), out/b", "B (vulkan), out/b",
+                                           "B (opengl), out/c", "B (vulkan), out/c"));
+  EXPECT_EQ(data["scenes"].size(), 3u);
+  EXPECT_EQ(data["points"].size(), 3u * 2 * 3 * 5);
+}
+
+TEST(Report, SaysWhereNothingWasMeasured) {
+  EXPECT_THROW((void)make_report({}), Error);
+  auto run = synthetic_run({});
+  std::erase_if(run.records, [](const Record& record) { return record.status == Status::ok; });
+  EXPECT_EQ(data_of(run)["points"].size(), 0u);
+  run.records.clear();
+  try {
+    (void)page_of(run);
+    FAIL() << "a run without records made a page";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::nothing_measured);
+  }
+}
+
+TEST(Report, ReadsRunsAndWritesOneFile) {
+  const std::filesystem::path folder = fresh_folder("write");
+  const auto run = synthetic_run({.folder = folder / "run", .cases = 5});
+  {
+    RunStore store(run.folder, run.info["identity"]);
+    store.write_info(run.info);
+    for (const Record& record : run.records) store.append(record);
+  }
+  const std::vector<std::filesystem::path> folders = {run.folder};
+  write_report(folders, folder / "report.html");
+  std::ifstream file(folder / "report.html");
+  const std::string html{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(page_data(html)["points"].size(), 2u * 3 * 5);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}),
+            2);  // the run and the page, nothing half-written
+  const std::vector<std::filesystem::path> none = {folder / "no_such_run"};
+  EXPECT_THROW(write_report(none, folder / "other.html"), Error);
+  EXPECT_FALSE(std::filesystem::exists(folder / "other.html"));
+}
+
+TEST(Base64, VectorsOfRfc4648) {
+  EXPECT_EQ(base64(""), "");
+  EXPECT_EQ(base64("f"), "Zg==");
+  EXPECT_EQ(base64("fo"), "Zm8=");
+  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
+}
+
+}  // namespace
+}  // namespace reliefbench
