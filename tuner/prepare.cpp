@@ -59,15 +59,27 @@ Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
 
 PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
   PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  Pictures pictures;
   Status on_failure = Status::unsupported;
   try {
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
-    if (prepared.record.status == Status::ok) score(prepared, scene, state);
+    if (prepared.record.status == Status::ok) pictures = score(prepared, scene, state);
   } catch (const Error& error) {
     const std::string reason = error.what();
     prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
     prepared.record.reason = reason;
+  }
+  // Outside the case's own failures: a full disk ends the sweep.
+  if (!pictures.frame.empty()) {
+    context_.split.book(Part::score, [&] {
+      const auto write = [&](const char* kind, const std::vector<std::uint8_t>& rgba8) {
+        write_png(context_.folder / image_path(prepared.record.case_id, kind), scene.scene.width_px,
+                  scene.scene.height_px, rgba8);
+      };
+      write("frame", pictures.frame);
+      write("error", pictures.error);
+    });
   }
   return prepared;
 }
@@ -114,13 +126,12 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   }
 }
 
-void Preparer::score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
+Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   Session& session = context_.session;
   WallSplit& split = context_.split;
   const Settings& settings = prepared.spec->settings;
-  const auto [width, height] = std::pair(scene.scene.width_px, scene.scene.height_px);
 
-  const std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return session.backend().read_color(); });
+  std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return session.backend().read_color(); });
   Draw draw = prepared.draw;
   draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
   const std::vector<ScorePixel> pixels = split.book(Part::score, [&] {
@@ -128,14 +139,13 @@ void Preparer::score(PreparedCase& prepared, const SceneSpec& scene, SceneState&
     return session.backend().read_score();
   });
   const Reference& reference = reference_of(pixels, scene, state);
-  split.book(Part::score, [&] {
+  return split.book(Part::score, [&] {
     JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
     judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
     prepared.record.error = judged.score;
     prepared.record.reference_key = reference.key;
-    const std::string& id = prepared.record.case_id;
-    write_png(context_.folder / image_path(id, "frame"), width, height, frame);
-    write_png(context_.folder / image_path(id, "error"), width, height, heat_map(judged.pixels, width, height));
+    return Pictures{.frame = std::move(frame),
+                    .error = heat_map(judged.pixels, scene.scene.width_px, scene.scene.height_px)};
   });
 }
 

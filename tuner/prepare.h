@@ -59,7 +59,11 @@ class Preparer {
   [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Reference& reference, const SceneSpec& scene,
                                                           const SceneState& state);
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
-  void score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
+  struct Pictures {
+    std::vector<std::uint8_t> frame{};  ///< RGBA8
+    std::vector<std::uint8_t> error{};
+  };
+  [[nodiscard]] Pictures score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;
   std::map<std::string, SceneState> scenes_;

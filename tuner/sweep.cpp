@@ -187,6 +187,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split));
 
   RunStore store(options.output, identity_of(config, options, sessions));
+  std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
   const Run& earlier = store.earlier();
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());

@@ -24,7 +24,7 @@ struct SweepOptions {
 struct SweepSummary {
   std::filesystem::path folder{};
   int cases = 0;
-  int resumed = 0;                      ///< of them finished by an earlier start
+  int resumed = 0;                        ///< of them finished by an earlier start
   std::map<std::string, int> statuses{};  ///< status id -> cases
   int bakes = 0;
   int bakes_cached = 0;
