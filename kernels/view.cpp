@@ -9,8 +9,8 @@ std::span<const View> view_presets() {
   static const std::array<View, 4> presets = {
       View{.id = "top", .elevation_deg = 90, .distance = 1.2, .fov_deg = 45},
       View{.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35},
-      // The field of view is narrow, so that the whole frame looks at the relief: 1 to 15 degrees.
-      View{.id = "grazing", .elevation_deg = 8, .distance = 4, .fov_deg = 14},
+      // The field of view is narrow, so that the whole frame looks at the relief: 3 to 13 degrees.
+      View{.id = "grazing", .elevation_deg = 8, .distance = 5, .fov_deg = 10},
       View{.id = "horizon", .elevation_deg = 8, .distance = 2, .fov_deg = 50},
   };
   return presets;
