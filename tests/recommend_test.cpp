@@ -100,7 +100,7 @@ TEST(Recommend, answers_each_device_and_scene) {
   ASSERT_EQ(answers.size(), 3U);
   EXPECT_EQ(id(answers[0].pick), "none");
   EXPECT_EQ(id(answers[0].nearest), "none");
-  EXPECT_EQ(answers[0].miss, "none of its 1 cases was measured; the first is unsupported: no rg16");
+  EXPECT_EQ(answers[0].miss, "no case was measured, of 1; the first is unsupported: no rg16");
   EXPECT_EQ(id(answers[1].pick), "a");
   EXPECT_EQ(id(answers[2].pick), "c");
   EXPECT_EQ(exit_of(answers), Exit::answer_is_no);

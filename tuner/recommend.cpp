@@ -83,7 +83,7 @@ Answer answer_of(const RecordGroup& group, const Question& question) {
                [](const Record* record) { return measured(*record); });
   if (all.empty()) {
     const Record& first = *group.records.front();
-    answer.miss = fmt::format("none of its {} cases was measured; the first is {}{}{}", group.records.size(),
+    answer.miss = fmt::format("no case was measured, of {}; the first is {}{}{}", group.records.size(),
                               status_id(first.status), first.reason.empty() ? "" : ": ", first.reason);
     return answer;
   }

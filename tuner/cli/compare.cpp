@@ -103,9 +103,12 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("compare", "what changed between two runs of one device");
   const CLI::Option* base = command->add_option("BASE", "folder of the earlier run")->required();
   const CLI::Option* now = command->add_option("NEW", "folder of the later run")->required();
-  const CLI::Option* metric = command->add_option(
-      "--metric", "frame_time (relative to the control case), frame_time_raw, or an error metric's id");
-  const CLI::Option* threshold = command->add_option("--threshold", "change that matters, as a share; 0.05");
+  const CLI::Option* metric =
+      command
+          ->add_option("--metric", "frame_time (relative to the control case), frame_time_raw, or an error metric's id")
+          ->type_name("ID");
+  const CLI::Option* threshold =
+      command->add_option("--threshold", "change that matters, as a share; 0.05")->type_name("SHARE");
   const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(

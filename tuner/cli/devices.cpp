@@ -122,8 +122,9 @@ Exit run(const Arguments& arguments) {
 
 void add_devices_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("devices", "OpenGL and Vulkan devices, and which of their timers to believe");
-  const CLI::Option* backend = command->add_option("--backend", "opengl | vulkan | null; every real one");
-  const CLI::Option* device = command->add_option("--device", "index on the backend");
+  const CLI::Option* backend =
+      command->add_option("--backend", "opengl | vulkan | null; every real one")->type_name("ID");
+  const CLI::Option* device = command->add_option("--device", "index on the backend")->type_name("INDEX");
   const CLI::Option* audit = add_switch(*command, "--audit", "check every timer against known work and the wall clock");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(

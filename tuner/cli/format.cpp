@@ -91,6 +91,7 @@ std::string columns(std::span<const std::vector<std::string>> rows, std::string_
       text += row[i];
       if (i + 1 < row.size()) text.append(widths[i] - visible_width(row[i]) + 2, ' ');
     }
+    text.resize(text.find_last_not_of(' ') + 1);  // empty cells at the end
     text += '\n';
   }
   return text;

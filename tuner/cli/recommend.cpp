@@ -56,6 +56,11 @@ std::string question_text(const Question& question) {
   return fmt::format("The most accurate ({}) with {}", question.error_metric, fmt::join(bounds, " and "));
 }
 
+std::string metric_text(const Record& record, const std::string& metric_id) {
+  const std::optional<double> value = metric_value(record, metric_id);
+  return fmt::format("{} {}", metric_id, value ? format_number(*value) : "(identical)");
+}
+
 /// Frame time with its interval, every metric that was asked for, and what the case costs otherwise.
 std::string numbers(const Record& record, const Question& question) {
   std::vector<std::string> metric_ids = {question.error_metric, "missed_rate"};
@@ -64,28 +69,27 @@ std::string numbers(const Record& record, const Question& question) {
   for (std::size_t i = 0; i < metric_ids.size(); ++i) {
     const auto here = metric_ids.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(metric_ids.begin(), here, *here) != here) continue;
-    const std::optional<double> value = metric_value(record, *here);
-    parts.push_back(fmt::format("{} {}", *here, value ? format_number(*value) : "(identical)"));
+    parts.push_back(metric_text(record, *here));
   }
   parts.push_back(
       fmt::format("taps {} (most {})", format_number(record.error->mean_taps), format_number(record.error->max_taps)));
   parts.push_back(fmt::format("memory {}", format_bytes(record.memory_bytes)));
-  parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
+  if (record.bake_time_ns > 0) parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
   return fmt::format("{}", fmt::join(parts, "   "));
 }
 
-std::string against_pick(const Record& record, const Record& pick) {
-  const double time = record.frame_time->summary.median;
-  return fmt::format("{}, {:.2f}x the pick", format_interval_ns(record.frame_time->summary),
-                     time / pick.frame_time->summary.median);
+std::string against_pick(const Record& record, const Record& pick, const Question& question) {
+  const Summary& summary = record.frame_time->summary;
+  return fmt::format("{}, {:.2f}x the pick   {}", format_interval_ns(summary),
+                     summary.median / pick.frame_time->summary.median, metric_text(record, question.error_metric));
 }
 
 std::string floor_text(const Record& flat, const Record& pick) {
   if (&flat == &pick) return "the pick itself";
   const double pick_ns = pick.frame_time->summary.median;
   const double flat_ns = flat.frame_time->summary.median;
-  return fmt::format("{}; the pick is {:.2f}x, {:+.4g} ms", format_interval_ns(flat.frame_time->summary),
-                     pick_ns / flat_ns, (pick_ns - flat_ns) / 1e6);
+  return fmt::format("{}; the pick is {:.2f}x, {} more", format_interval_ns(flat.frame_time->summary),
+                     pick_ns / flat_ns, format_time_ns(pick_ns - flat_ns));
 }
 
 /// The sweep that measures just this case again.
@@ -114,13 +118,13 @@ void print_answer(const Answer& answer, const Question& question, const nlohmann
   fmt::print("{}{}\n", kIndent, numbers(pick, question));
   if (answer.runner_up != nullptr) {
     line("runner-up", answer.runner_up->case_id);
-    fmt::print("{}{}\n", kIndent, against_pick(*answer.runner_up, pick));
+    fmt::print("{}{}\n", kIndent, against_pick(*answer.runner_up, pick, question));
   }
   if (answer.simplest->technique == pick.technique) {
     line("simplest", fmt::format("no technique simpler than {} does it", pick.technique));
   } else {
     line("simplest", answer.simplest->case_id);
-    fmt::print("{}{}\n", kIndent, against_pick(*answer.simplest, pick));
+    fmt::print("{}{}\n", kIndent, against_pick(*answer.simplest, pick, question));
   }
   if (answer.flat != nullptr) line("flat floor", floor_text(*answer.flat, pick));
   line("again", paint.dim(again(pick, info)));
@@ -152,11 +156,12 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
   const CLI::Option* folder = command->add_option("RUN", "folder of a run")->required();
   const CLI::Option* max_error =
       command->add_option("--max-error", "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated; see `list metrics`")
+          ->type_name("BOUND")
           ->expected(1)
           ->take_all();
   const CLI::Option* max_time =
-      command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it");
-  const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing");
+      command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it")->type_name("MS");
+  const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing")->type_name("ID");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "Without a bound: the budgets of the run's config. Exit code 1 where nothing meets the bounds.\n"
