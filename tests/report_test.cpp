@@ -36,7 +36,7 @@ std::string page_of(const Run& run) { return make_report(std::span(&run, 1)); }
 std::size_t metric_index(std::string_view id) { return static_cast<std::size_t>(&find_metric(id) - metrics().data()); }
 
 std::filesystem::path fresh_folder(const std::string& name) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("report_test_" + name);
+  std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("report_test_" + name);
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
