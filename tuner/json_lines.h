@@ -7,7 +7,7 @@
 namespace reliefbench {
 
 /// A JSON value that knows where it stands, so that a message can name line and key.
-struct JsonNode {
+struct JsonNode {                  // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::string key;                 ///< its name in an object; "" in a list
   std::string path;                ///< "sweeps[0].axes.linear_steps"; "" at the top
   int line = 1;                    ///< from 1: of the key in an object, of the value elsewhere

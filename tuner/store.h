@@ -13,7 +13,7 @@ namespace reliefbench {
 
 /// A run's folder as read back. A torn last line of a .jsonl is ignored; any other broken line is an error with its
 /// file and line. Of two records of a case (measured again after a failure) the later one counts.
-struct Run {
+struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::filesystem::path folder;
   nlohmann::json info;  ///< run.json
   std::vector<Record> records;
