@@ -1,0 +1,59 @@
+#pragma once
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace reliefbench {
+
+/// What a command printed and how it ended.
+struct CommandResult {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+inline std::string file_text(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// Starts the built binary in `folder`; its output goes to stdout.txt and stderr.txt there.
+inline pid_t start_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  std::vector<std::string> words = {RELIEFBENCH_BINARY};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir(folder.c_str()) != 0) _exit(127);
+    setenv("RELIEFBENCH_CACHE", "cache", 1);
+    setenv("RELIEFBENCH_HEIGHTMAPS", "heightmaps", 1);
+    dup2(open("stdout.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
+    dup2(open("stderr.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  return child;
+}
+
+inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder) {
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  return {.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1,
+          .out = file_text(folder / "stdout.txt"),
+          .err = file_text(folder / "stderr.txt")};
+}
+
+inline CommandResult run_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  return wait_for(start_reliefbench(arguments, folder), folder);
+}
+
+}  // namespace reliefbench
