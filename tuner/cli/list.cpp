@@ -181,6 +181,7 @@ void run(const std::string& what, bool json) {
       std::find_if(kLists.begin(), kLists.end(), [&](const ListRow& candidate) { return candidate.id == what; });
   if (list == kLists.end()) {
     std::vector<std::string_view> ids;
+    ids.reserve(kLists.size());
     for (const ListRow& candidate : kLists) ids.push_back(candidate.id);
     fail_input("list {}: expected one of {}", what, fmt::join(ids, ", "));
   }
