@@ -16,7 +16,7 @@ struct SweepOptions {
   std::filesystem::path output;
   std::vector<std::string> backends;  ///< ids, in order
   int device = 0;                     ///< index on each of them
-  std::string filter;                 ///< glob on case ids; "" = all
+  std::string filter{};               ///< glob on case ids; "" = all
   bool quiet = false;                 ///< no progress
 };
 
