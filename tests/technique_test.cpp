@@ -169,6 +169,7 @@ TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
         settings.set("format", technique.map == MapKind::height ? "r32f" : "rg32f");
         if (technique.id == "parallax") settings.set("variant", "plain");
         if (technique.id == "relief") settings.set("binary_steps", 16);
+        if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 500);
         for (const View& view : view_presets()) {
           const Scene scene{.view = view, .width_px = 16, .height_px = 16};
           for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, map, scene.wrap), scene)) {

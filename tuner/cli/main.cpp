@@ -22,6 +22,9 @@ int main(int argc, char** argv) {
   add_list_command(app, exit_code);
   add_devices_command(app, exit_code);
   try {
+    const auto named = [&](const CLI::App* command) { return argc > 1 && command->check_name(argv[1]); };
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
+      fail_input("unknown command '{}' (see --help)", argv[1]);
     app.parse(argc, argv);
     return exit_code;
   } catch (const CLI::Success& asked) {  // --help, --version
