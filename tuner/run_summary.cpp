@@ -48,19 +48,24 @@ std::string utc_text(double unix_ns) {
 nlohmann::json device_json(const Session& session) {
   nlohmann::json device = device_json(session.device());
   device["audit"] = audit_json(session.audit());
-  device["timer"] = timer_id(session.timer());
-  device["control_load_steps"] = session.control().load_steps;
-  device["control_frames"] = session.control().frames;
-  device["control_reference_ns"] = session.control().reference_ns;
+  const Calibration& calibration = session.calibration();
+  device["timer"] = timer_id(calibration.timer);
+  device["control_load_steps"] = calibration.load_steps;
+  device["control_frames"] = calibration.frames;
+  device["control_reference_ns"] = calibration.reference_ns;
   return device;
 }
 
-std::optional<Control> known_control(const nlohmann::json& info, const DeviceInfo& device) {
-  for (const nlohmann::json& entry : info.value("devices", nlohmann::json::array()))
-    if (entry.value("backend", "") == device.backend && entry.contains("control_reference_ns"))
-      return Control{.load_steps = entry.at("control_load_steps"),
-                     .frames = entry.at("control_frames"),
-                     .reference_ns = entry.at("control_reference_ns")};
+std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device) {
+  for (const nlohmann::json& entry : info.value("devices", nlohmann::json::array())) {
+    if (entry.value("backend", "") != device.backend) continue;
+    for (const Timer timer : device.timers)
+      if (timer_id(timer) == entry.at("timer").get<std::string>())
+        return Calibration{.timer = timer,
+                           .load_steps = entry.at("control_load_steps"),
+                           .frames = entry.at("control_frames"),
+                           .reference_ns = entry.at("control_reference_ns")};
+  }
   return std::nullopt;
 }
 

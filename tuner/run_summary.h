@@ -8,10 +8,10 @@
 
 namespace reliefbench {
 
-/// A device of a run as run.json keeps it, with its audit, timer and control case.
+/// A device of a run as run.json keeps it, with its audit and calibration.
 [[nodiscard]] nlohmann::json device_json(const Session& session);
-/// The control case of a device in an earlier start's run.json; nothing where there is none.
-[[nodiscard]] std::optional<Control> known_control(const nlohmann::json& info, const DeviceInfo& device);
+/// The calibration of a device in an earlier start's run.json; nothing where there is none.
+[[nodiscard]] std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device);
 
 /// run.json without its identity.
 [[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,

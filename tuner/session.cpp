@@ -35,10 +35,7 @@ double now_ns() {
 
 Session::Session(const BackendRow& row, int device_index, WallSplit& split)
     : dialect_(row.dialect), split_(split), backend_(row.open(device_index, {})) {
-  split_.book(Part::audit, [&] {
-    audit_ = audit_timers(*backend_, dialect_);
-    timer_ = choose_timer(audit_);
-  });
+  split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
   vertex_ = compile_vertex(dialect_);
 }
 
@@ -68,19 +65,20 @@ Session::Compiled& Session::pipeline(std::string_view source, const Settings* se
 }
 
 double Session::draw_ns(const Draw& draw, int frames) {
-  const BatchTime time = backend_->render(draw, frames, timer_);
-  return timer_ == Timer::fenced_wall ? time.wall_ns : time.device_ns.value();
+  const BatchTime time = backend_->render(draw, frames, calibration_.timer);
+  return calibration_.timer == Timer::fenced_wall ? time.wall_ns : time.device_ns.value();
 }
 
-double Session::draw_control_ns() { return draw_ns(control_draw_, control_.frames); }
+double Session::draw_control_ns() { return draw_ns(control_draw_, calibration_.frames); }
 
-void Session::calibrate_control(double batch_ms, const Control* known) {
-  control_ = known != nullptr ? *known : Control{.load_steps = kControlSteps, .frames = 1};
+void Session::calibrate(double batch_ms, const Calibration* known) {
+  calibration_ =
+      known != nullptr ? *known : Calibration{.timer = choose_timer(audit_), .load_steps = kControlSteps, .frames = 1};
   const Spirv load = compile_load(dialect_);
   control_pipeline_ = backend_->compile({.label = "load",
                                          .vertex = vertex_,
                                          .fragment = load,
-                                         .constants = {{.id = 0, .value = control_.load_steps}},
+                                         .constants = {{.id = 0, .value = calibration_.load_steps}},
                                          .target = Target::color});
   constexpr std::array<std::byte, 4> kBlack{};
   blank_ = backend_->upload({.width = 1, .height = 1, .texels = kBlack});
@@ -90,10 +88,10 @@ void Session::calibrate_control(double batch_ms, const Control* known) {
   draw_control_ns();  // the first draw compiles
   if (known != nullptr) return;
   const double frame_ms = draw_control_ns() * 1e-6;
-  control_.frames = std::max(1, static_cast<int>(std::ceil(batch_ms / frame_ms)));
+  calibration_.frames = std::max(1, static_cast<int>(std::ceil(batch_ms / frame_ms)));
   std::vector<double> frame_ns(kControlBatches);
-  for (double& value : frame_ns) value = draw_control_ns() / control_.frames;
-  control_.reference_ns = median(frame_ns);
+  for (double& value : frame_ns) value = draw_control_ns() / calibration_.frames;
+  calibration_.reference_ns = median(frame_ns);
 }
 
 }  // namespace reliefbench

@@ -11,23 +11,24 @@
 
 namespace reliefbench {
 
-/// The control case: known arithmetic, drawn between the samples, by which drift is seen and taken out.
-struct Control {
+/// What a run's times rest on, settled when it is first started and kept when it is continued: the timer, and the
+/// control case (known arithmetic, drawn between the samples, by which drift is seen and taken out).
+struct Calibration {
+  Timer timer = Timer::fenced_wall;
   int load_steps = 0;       ///< LOAD_STEPS of load.frag
-  int frames = 0;           ///< of one batch
-  double reference_ns = 0;  ///< a frame's time when the run was first started; drift is measured against it
+  int frames = 0;           ///< of one batch of the control case
+  double reference_ns = 0;  ///< a frame's time of the control case when the run was first started
 };
 
-/// One open device of a sweep: its audited timer, its control case, and its compiled shaders, each compiled once.
+/// One open device of a sweep: its audited timers, its calibration, and its compiled shaders, each compiled once.
 class Session {
  public:
-  /// Opens and audits. throws: Error(environment): no such device, no valid timer
+  /// Opens and audits. throws: Error(environment): no such device
   Session(const BackendRow& row, int device_index, WallSplit& split);
 
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }
   [[nodiscard]] const std::vector<TimerAudit>& audit() const { return audit_; }
-  [[nodiscard]] Timer timer() const { return timer_; }
 
   struct Compiled {
     std::unique_ptr<Pipeline> pipeline;
@@ -40,12 +41,13 @@ class Session {
   [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap);
   [[nodiscard]] int shaders_compiled() const { return static_cast<int>(pipelines_.size()); }
 
-  /// Sets the control case up; `known`: that of an earlier start of the same run, or null to measure it now.
-  void calibrate_control(double batch_ms, const Control* known);
-  [[nodiscard]] const Control& control() const { return control_; }
+  /// `known`: the calibration of an earlier start of the same run, or null to settle one now.
+  /// throws: Error(environment): no valid timer
+  void calibrate(double batch_ms, const Calibration* known);
+  [[nodiscard]] const Calibration& calibration() const { return calibration_; }
   /// Time of one batch of the control case, ns.
   double draw_control_ns();
-  /// Time of a batch by the session's timer, ns.
+  /// Time of a batch by the calibration's timer, ns.
   double draw_ns(const Draw& draw, int frames);
 
  private:
@@ -55,11 +57,10 @@ class Session {
   WallSplit& split_;
   std::unique_ptr<Backend> backend_;  // outlives what it made
   std::vector<TimerAudit> audit_;
-  Timer timer_ = Timer::fenced_wall;
   Spirv vertex_;
   std::map<std::string, Spirv, std::less<>> fragments_;
   std::map<std::string, Compiled, std::less<>> pipelines_;
-  Control control_;
+  Calibration calibration_;
   std::unique_ptr<Pipeline> control_pipeline_;
   std::unique_ptr<Texture> blank_;
   Draw control_draw_;

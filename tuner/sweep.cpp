@@ -63,10 +63,10 @@ void set_frame_time(Record& record, const SamplesByCase& samples, const Session&
   const std::vector<Sample>& control = samples.at(control_case_id(record.backend));
   const std::vector<double> raw_ns = raw_times(own);
   std::vector<double> corrected_ns = relative_times(own, control);
-  for (double& value : corrected_ns) value *= session.control().reference_ns;
+  for (double& value : corrected_ns) value *= session.calibration().reference_ns;
   record.frame_time = FrameTime{.summary = summarise(corrected_ns),
                                 .raw_median = median(raw_ns),
-                                .timer = std::string(timer_id(session.timer()))};
+                                .timer = std::string(timer_id(session.calibration().timer))};
   const double slowdown = record.frame_time->raw_median / record.frame_time->summary.median;
   if (slowdown > kThrottledRatio) {
     record.status = Status::throttled;
@@ -202,8 +202,8 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
 
   std::vector<nlohmann::json> devices;
   for (const auto& session : sessions) {
-    const std::optional<Control> known = known_control(info, session->device());
-    split.book(Part::audit, [&] { session->calibrate_control(config.measure.batch_ms, known ? &*known : nullptr); });
+    const std::optional<Calibration> known = known_calibration(info, session->device());
+    split.book(Part::audit, [&] { session->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
     devices.push_back(device_json(*session));
   }
   store.write_info(run_info(config, devices, summary, started_ns, false));

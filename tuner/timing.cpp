@@ -52,7 +52,7 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
 
   std::mt19937_64 random(context.seed);
   const std::string control_id = control_case_id(session.device().backend);
-  const TimedBatch control{.name = control_id, .frames = session.control().frames, .run_ns = [&session] {
+  const TimedBatch control{.name = control_id, .frames = session.calibration().frames, .run_ns = [&session] {
                              return session.draw_control_ns();
                            }};
   for (int round = 0; round < context.measure.samples; ++round) {

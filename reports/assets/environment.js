@@ -66,7 +66,7 @@ function runElement(run) {
   const host = info.host || {};
   const counts = info.counts || {};
   const cached = (made, reused) =>
-      (counts[made] === undefined ? null : `${counts[made]}, of them ${counts[reused] || 0} from the cache`);
+      (counts[made] === undefined ? null : `${counts[made]} made, ${counts[reused] || 0} read from the cache`);
   const devices = info.devices || [];
   const audits = devices.flatMap((device) => (device.audit || []).map((audit) => auditRow(device, audit)));
   return make(

@@ -46,7 +46,7 @@ void print_plan(const Config& config, const std::vector<std::string>& backend_id
 void print_summary(const SweepSummary& summary) {
   fmt::print("{} cases ({} from an earlier start):", summary.cases, summary.resumed);
   for (const auto& [status, count] : summary.statuses) fmt::print(" {} {}", count, status);
-  fmt::print("\n{} maps baked ({} from cache), {} references traced ({} from cache), {} shaders compiled\n",
+  fmt::print("\n{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
              summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
   fmt::print("wall time {:.1f} s:", summary.total_s);
   for (std::size_t i = 0; i < kPartIds.size(); ++i)
