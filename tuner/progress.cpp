@@ -27,11 +27,16 @@ void Progress::update(double fraction, std::string_view label) {
   const Clock::time_point now = Clock::now();
   const auto since_last = now - last_;
   if (since_last < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000))) return;
-  last_ = now;
   fraction = std::clamp(fraction, 0.0, 1.0);
+  if (last_ == Clock::time_point{}) {
+    start_ = now;
+    start_fraction_ = fraction;
+  }
+  last_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  const double done = fraction - start_fraction_;
   const std::string left =
-      fraction > 0.01 ? clock_text(elapsed_s * (1 - fraction) / fraction) + " left" : std::string("estimating");
+      done > 0.01 ? clock_text(elapsed_s * (1 - fraction) / done) + " left" : std::string("estimating");
   if (!terminal_) {
     fmt::print(stderr, "{:3.0f} %  {} passed, {}  {}\n", fraction * 100, clock_text(elapsed_s), left, label);
     return;

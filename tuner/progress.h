@@ -24,7 +24,8 @@ class Progress {
   bool quiet_;
   bool terminal_;
   bool drawn_ = false;
-  Clock::time_point start_ = Clock::now();
+  Clock::time_point start_{};  // of the first update; the time left is judged by what was done since
+  double start_fraction_ = 0;
   Clock::time_point last_{};
 };
 

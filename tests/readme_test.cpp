@@ -1,0 +1,59 @@
+// The README's commands, run as they stand; its quickstart is the smoke config, so that they take seconds.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "tests/command.h"
+#include "tests/temp_folder.h"
+
+namespace reliefbench {
+namespace {
+
+const std::filesystem::path kSource = RELIEFBENCH_SOURCE_DIR;
+
+/// The lines of the ```sh blocks.
+std::vector<std::string> readme_commands() {
+  std::ifstream in(kSource / "README.md");
+  std::vector<std::string> commands;
+  bool inside = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line == "```sh") {
+      inside = true;
+    } else if (line == "```") {
+      inside = false;
+    } else if (inside) {
+      commands.push_back(line);
+    }
+  }
+  return commands;
+}
+
+TEST(ReadmeTest, its_commands_run) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "configs");
+  std::filesystem::create_directories(folder / "build/release");
+  std::filesystem::copy_file(kSource / "configs/smoke.json", folder / "configs/quickstart.json");
+  std::filesystem::create_symlink(RELIEFBENCH_BINARY, folder / "build/release/reliefbench");
+  const std::vector<std::string> commands = readme_commands();
+  ASSERT_GE(commands.size(), 8U);
+  for (const std::string& command : commands) {
+    const std::string line =
+        "cd '" + folder.path().string() + "' && RELIEFBENCH_CACHE=cache " + command + " >out.txt 2>err.txt";
+    const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe)
+    // Two real runs may differ, and three samples may not tell: any of compare's answers is an answer.
+    const bool is_compare = command.find(" compare ") != std::string::npos;
+    const int exit_code = WEXITSTATUS(status);
+    EXPECT_TRUE(exit_code == 0 || (is_compare && (exit_code == 1 || exit_code == 4)))
+        << command << "\n"
+        << file_text(folder / "out.txt") << file_text(folder / "err.txt");
+  }
+}
+
+TEST(ReadmeTest, names_every_command_and_exit_code) {
+  const std::string text = file_text(kSource / "README.md");
+  for (const std::string command : {"sweep", "recommend", "report", "compare", "list", "devices"})
+    EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
+}
+
+}  // namespace
+}  // namespace reliefbench
