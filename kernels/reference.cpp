@@ -119,7 +119,8 @@ class ReferenceTracer::Walk {
         y_(start_cell(ray.v, map.height_, map.wrap_), static_cast<double>(ray.slope_v) * map.height_, map.cells_y_,
            map.wrap_) {}
 
-  ReferenceHit run();
+  [[nodiscard]] double enter();  ///< t_enter; the walk then stands in the hit cell
+  [[nodiscard]] double leave();  ///< t_exit of what enter() has found
 
  private:
   enum class Entered { inside, by_x, by_y };
@@ -145,6 +146,7 @@ class ReferenceTracer::Walk {
   int level_ = 0;
   int top_level_ = 0;
   bool leaves_by_x_ = false;
+  bool in_hit_cell_ = false;  ///< enter() has found a crossing
   Entered entered_ = Entered::inside;
   Quadratic cell_{};  ///< of the last solved cell
   Root root_;         ///< and where the ray entered or left the solid in it
@@ -299,11 +301,11 @@ double ReferenceTracer::Walk::exit_in_hit_cell() const {
   return s < cell_.length ? t_ + s : kNever;
 }
 
-ReferenceHit ReferenceTracer::Walk::run() {
+double ReferenceTracer::Walk::enter() {
   t_ = std::clamp(1.0 - map_.bounds_.max, 0.0, 1.0);
   t_end_ = std::clamp(1.0 - map_.bounds_.min, t_, 1.0);
   const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
-  if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return {t_, kNever};
+  if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return t_;
 
   // seek() finds the cell; its ancestor is the node to begin with.
   x_.seek(t_, map_.wrap_);
@@ -314,14 +316,25 @@ ReferenceHit ReferenceTracer::Walk::run() {
   x_.node >>= level_;
   y_.node >>= level_;
   const double t_enter = find<false>();
-  if (t_enter == kNever) return {t_end_, kNever};  // at the lowest texel, up to rounding
-  const double t_exit = exit_in_hit_cell();
-  if (t_exit != kNever || t_next_ == t_end_) return {t_enter, t_exit};
-  advance<true>();
-  return {t_enter, find<true>()};
+  in_hit_cell_ = t_enter != kNever;
+  return in_hit_cell_ ? t_enter : t_end_;  // else at the lowest texel, up to rounding
 }
 
-ReferenceHit ReferenceTracer::trace(const TextureRay& ray) const { return Walk(*this, ray).run(); }
+double ReferenceTracer::Walk::leave() {
+  if (!in_hit_cell_) return kNever;
+  const double t_exit = exit_in_hit_cell();
+  if (t_exit != kNever || t_next_ == t_end_) return t_exit;
+  advance<true>();
+  return find<true>();
+}
+
+double ReferenceTracer::first_hit(const TextureRay& ray) const { return Walk(*this, ray).enter(); }
+
+ReferenceHit ReferenceTracer::trace(const TextureRay& ray) const {
+  Walk walk(*this, ray);
+  const double t_enter = walk.enter();
+  return {.t_enter = t_enter, .t_exit = walk.leave()};
+}
 
 std::vector<ReferenceHit> ReferenceTracer::trace(std::span<const TextureRay> rays, int threads) const {
   constexpr std::size_t kTile = 1024;

@@ -32,6 +32,7 @@ class ReferenceTracer {
   /// finite, or whose travel exceeds kMaxTravel, counts as parallel to the plate: it enters at the highest texel's
   /// height and never leaves.
   [[nodiscard]] ReferenceHit trace(const TextureRay& ray) const;
+  [[nodiscard]] double first_hit(const TextureRay& ray) const;  ///< trace(ray).t_enter, for less work
   [[nodiscard]] std::vector<ReferenceHit> trace(std::span<const TextureRay> rays, int threads = 0) const;
 
   static constexpr int kVersion = 1;  ///< part of the cache key; raised when a result changes

@@ -289,6 +289,7 @@ TEST(Reference, ManyRaysAreTheSameOnAnyThreads) {
     ASSERT_EQ(one[i].t_exit, single.t_exit);
     ASSERT_EQ(many[i].t_enter, single.t_enter);
     ASSERT_EQ(many[i].t_exit, single.t_exit);
+    ASSERT_EQ(tracer.first_hit(rays[i]), single.t_enter);
   }
   EXPECT_TRUE(tracer.trace(std::span<const TextureRay>()).empty());
 }
