@@ -50,8 +50,7 @@ std::vector<Budget> parse_budgets(const json& texts) {
 
 json budgets_json(std::span<const Budget> budgets) {
   json texts = json::array();
-  for (const Budget& budget : budgets)
-    texts.push_back({{"metric", budget.metric}, {"text", budget.text()}});
+  for (const Budget& budget : budgets) texts.push_back({{"metric", budget.metric}, {"text", budget.text()}});
   return texts;
 }
 

@@ -93,6 +93,8 @@ TEST_F(CliTest, a_dry_run_prints_the_plan_and_writes_nothing) {
   EXPECT_THAT(result.out, HasSubstr("cases, "));
   EXPECT_THAT(result.out, HasSubstr("cone@fbm_32x32/oblique?cone_steps=16"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run"));
+  const CommandResult json = run({"sweep", kSmoke, "--backend", "null", "--dry-run", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("cases").size(), 9U);
 }
 
 std::set<std::string> case_ids(const std::filesystem::path& run) {

@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-
 #include <cstdio>
 #include <exception>
 
@@ -10,8 +9,9 @@
 int main(int argc, char** argv) {
   using namespace reliefbench;
   CLI::App app{"reliefbench: measure and tune per-pixel displacement mapping"};
-  app.footer("Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
-             "  reliefbench recommend out/quickstart");
+  app.footer(
+      "Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
+      "  reliefbench recommend out/quickstart");
   app.set_version_flag("--version", fmt::format("reliefbench {} ({})", version(), git_sha()));
   app.require_subcommand(1);
   int exit_code = 0;

@@ -1,5 +1,6 @@
-#include <CLI/CLI.hpp>
+#include "tuner/sweep.h"
 
+#include <CLI/CLI.hpp>
 #include <map>
 #include <memory>
 #include <string>
@@ -8,7 +9,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/plan.h"
 #include "tuner/run_files.h"
-#include "tuner/sweep.h"
+#include "tuner/store.h"
 
 namespace reliefbench {
 namespace {
@@ -21,24 +22,37 @@ struct Arguments {
   std::string filter;
   bool dry_run = false;
   bool quiet = false;
+  bool json = false;
 };
 
 // For the plan's estimate: what a case costs beside its batches, on a software rasteriser (llvmpipe, 2 cores).
 constexpr double kPrepareCase_s = 0.25;
 constexpr double kBatchesAsLongAsAsked = 2.0;  // warm-up, control and batches that overshoot
 
-void print_plan(const Config& config, const std::vector<std::string>& backend_ids, const std::string& filter) {
-  const Plan plan = make_plan(config, backend_ids, filter);
+double estimated_s(const Config& config, const Plan& plan) {
+  const double batches_s = config.measure.samples * config.measure.batch_ms * 1e-3 * kBatchesAsLongAsAsked;
+  return static_cast<double>(plan.cases.size()) * (kPrepareCase_s + batches_s);
+}
+
+void print_plan_json(const Config& config, const Plan& plan) {
+  std::vector<std::string> ids;
+  for (const Case& c : plan.cases) ids.push_back(c.id());
+  const nlohmann::json out = {{"cases", ids},
+                              {"bakes", plan.bakes},
+                              {"conflicts", plan.conflicts},
+                              {"estimated_software_s", estimated_s(config, plan)}};
+  fmt::print("{}\n", out.dump(1));
+}
+
+void print_plan(const Config& config, const Plan& plan) {
   std::map<std::string, int> groups;
   for (const Case& c : plan.cases)
     groups[fmt::format("{:<8} {:<22} {}", c.backend, c.scene_id, c.settings.technique().id)] += 1;
   for (const Case& c : plan.cases) fmt::print("{}\n", c.id());
   fmt::print("\n{:<8} {:<22} {:<14} cases\n", "backend", "scene", "technique");
   for (const auto& [group, count] : groups) fmt::print("{:<46} {:5}\n", group, count);
-  const double batch_s = config.measure.samples * config.measure.batch_ms * 1e-3 * kBatchesAsLongAsAsked;
-  const double total_s = static_cast<double>(plan.cases.size()) * (kPrepareCase_s + batch_s);
   fmt::print("\n{} cases, {} bakes, about {:.1f} minutes on a software rasteriser\n", plan.cases.size(),
-             plan.bakes.size(), total_s / 60);
+             plan.bakes.size(), estimated_s(config, plan) / 60);
   if (!plan.conflicts.empty())
     fmt::print("{} combinations left out, e.g. {}\n", plan.conflicts.size(), plan.conflicts.front());
 }
@@ -46,11 +60,11 @@ void print_plan(const Config& config, const std::vector<std::string>& backend_id
 void print_summary(const SweepSummary& summary) {
   fmt::print("{} cases ({} from an earlier start):", summary.cases, summary.resumed);
   for (const auto& [status, count] : summary.statuses) fmt::print(" {} {}", count, status);
-  fmt::print("\n{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
-             summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
+  fmt::print(
+      "\n{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
+      summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
   fmt::print("wall time {:.1f} s:", summary.total_s);
-  for (std::size_t i = 0; i < kPartIds.size(); ++i)
-    fmt::print(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
+  for (std::size_t i = 0; i < kPartIds.size(); ++i) fmt::print(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
   fmt::print(" other {:.1f} s ({:.1f} %)\n", summary.other_s, 100 * summary.other_s / summary.total_s);
   fmt::print("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
@@ -59,7 +73,8 @@ void run(const Arguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
   if (arguments.dry_run) {
-    print_plan(config, backend_ids, arguments.filter);
+    const Plan plan = make_plan(config, backend_ids, arguments.filter);
+    arguments.json ? print_plan_json(config, plan) : print_plan(config, plan);
     return;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
@@ -68,7 +83,11 @@ void run(const Arguments& arguments, int& exit_code) {
                                                   .device = arguments.device,
                                                   .filter = arguments.filter,
                                                   .quiet = arguments.quiet});
-  print_summary(summary);
+  if (arguments.json) {
+    fmt::print("{}\n", load_run(summary.folder).info.dump(1));
+  } else {
+    print_summary(summary);
+  }
   if (!summary.statuses.contains("ok")) {
     fmt::print(stderr, "reliefbench: no case could be measured; the reasons are in {}\n",
                (summary.folder / kResultsFile).string());
@@ -83,12 +102,14 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("CONFIG", arguments->config, "what to measure, JSON (configs/)")->required();
   command->add_option("-o,--output", arguments->output, "folder of the run; an interrupted run there is continued");
-  command->add_option("--backend", arguments->backend, "opengl | vulkan | null | all")->capture_default_str();
+  command->add_option("--backend", arguments->backend, "opengl | vulkan | null | all (that are real)")
+      ->capture_default_str();
   command->add_option("--device", arguments->device, "index on the backend, see `reliefbench devices`")
       ->capture_default_str();
   command->add_option("--filter", arguments->filter, "only cases whose id matches this glob, e.g. 'cone@*/grazing*'");
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");
+  command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");
   command->footer("Example:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all");
   command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
 }
