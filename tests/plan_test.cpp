@@ -1,11 +1,11 @@
 #include "tuner/plan.h"
 
+#include <fnmatch.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
-#include <regex>
 #include <set>
 
 #include "kernels/error.h"
@@ -190,13 +190,10 @@ TEST(Glob, ByHand) {
   EXPECT_FALSE(glob_matches(std::string(50, '*') + "b", std::string(100000, 'a')));  // and this ends soon
 }
 
-RC_GTEST_PROP(Glob, AgreesWithTheRegularExpression, ()) {
-  // Short patterns: the expression backtracks exponentially in the number of stars.
+RC_GTEST_PROP(Glob, AgreesWithTheShells, ()) {
   const auto pattern = *rc::gen::resize(7, rc::gen::container<std::string>(rc::gen::element('a', 'b', '*', '?')));
   const auto text = *rc::gen::resize(12, rc::gen::container<std::string>(rc::gen::element('a', 'b')));
-  std::string expression;
-  for (const char c : pattern) expression += c == '*' ? ".*" : c == '?' ? "." : std::string(1, c);
-  RC_ASSERT(glob_matches(pattern, text) == std::regex_match(text, std::regex(expression)));
+  RC_ASSERT(glob_matches(pattern, text) == (fnmatch(pattern.c_str(), text.c_str(), 0) == 0));
 }
 
 }  // namespace
