@@ -37,8 +37,9 @@ TEST(ReadmeTest, its_commands_run) {
   const std::vector<std::string> commands = readme_commands();
   ASSERT_GE(commands.size(), 8U);
   for (const std::string& command : commands) {
-    const std::string line =
-        "cd '" + folder.path().string() + "' && RELIEFBENCH_CACHE=cache " + command + " >out.txt 2>err.txt";
+    const std::string line = "cd '" + folder.path().string() +
+                             "' && RELIEFBENCH_CACHE=cache ASAN_OPTIONS=" + kChildAsanOptions + " " + command +
+                             " >out.txt 2>err.txt";
     const int status = std::system(line.c_str());  // NOLINT(concurrency-mt-unsafe)
     // Two real runs may differ, and three samples may not tell: any of compare's answers is an answer.
     const bool is_compare = command.find(" compare ") != std::string::npos;

@@ -140,7 +140,8 @@ TEST(Schema, RecordsAndSamplesAreValidLines) {
   json extra = whole;
   extra["colour"] = 1;
   EXPECT_NE(schema_errors(extra, "results"), "");
-  for (const auto& id : load_schema("results")["properties"]["status"]["enum"])
+  const json schema = load_schema("results");
+  for (const auto& id : schema["properties"]["status"]["enum"])
     EXPECT_EQ(status_id(parse_status(id.get<std::string>())), id);
 
   const json sample = Sample{.case_id = "c", .round = 0, .frames = 4, .frame_time_ns = 2.5, .at_ns = 0};
