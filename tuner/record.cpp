@@ -18,7 +18,8 @@ constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 void refuse_not_finite(const json& document) {
-  for (const auto& [key, value] : document.flatten().items())
+  const json flat = document.flatten();
+  for (const auto& [key, value] : flat.items())
     if (value.is_number_float() && !std::isfinite(value.get<double>()))
       fail_input("'{}' is {}, which no file may hold", key, value.get<double>());
 }
