@@ -17,11 +17,13 @@ constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "
                                                      "timeout", "device_lost", "invalid_timer", "throttled"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
-void refuse_not_finite(const json& document) {
+/// returns: the document (a json under construction would leak if to_json threw once it holds something)
+json checked(json document) {
   const json flat = document.flatten();
   for (const auto& [key, value] : flat.items())
     if (value.is_number_float() && !std::isfinite(value.get<double>()))
       fail_input("'{}' is {}, which no file may hold", key, value.get<double>());
+  return document;
 }
 
 const json& member(const json& object, const char* key) {
@@ -140,24 +142,24 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  j = {{"case", record.case_id},
-       {"technique", record.technique},
-       {"params", std::move(params)},
-       {"map", record.map},
-       {"scene", record.scene},
-       {"backend", record.backend},
-       {"device", record.device},
-       {"status", status_id(record.status)},
-       {"memory_bytes", record.memory_bytes},
-       {"bake_time_ns", record.bake_time_ns},
-       {"first_draw_ns", record.first_draw_ns},
-       {"timing_key", record.timing_key},
-       {"bake_key", record.bake_key},
-       {"reference_key", record.reference_key}};
-  if (!record.reason.empty()) j["reason"] = record.reason;
-  if (record.frame_time) j["frame_time_ns"] = frame_time_json(*record.frame_time);
-  if (record.error) j["error"] = score_json(*record.error);
-  refuse_not_finite(j);
+  json line = {{"case", record.case_id},
+               {"technique", record.technique},
+               {"params", std::move(params)},
+               {"map", record.map},
+               {"scene", record.scene},
+               {"backend", record.backend},
+               {"device", record.device},
+               {"status", status_id(record.status)},
+               {"memory_bytes", record.memory_bytes},
+               {"bake_time_ns", record.bake_time_ns},
+               {"first_draw_ns", record.first_draw_ns},
+               {"timing_key", record.timing_key},
+               {"bake_key", record.bake_key},
+               {"reference_key", record.reference_key}};
+  if (!record.reason.empty()) line["reason"] = record.reason;
+  if (record.frame_time) line["frame_time_ns"] = frame_time_json(*record.frame_time);
+  if (record.error) line["error"] = score_json(*record.error);
+  j = checked(std::move(line));
 }
 
 void from_json(const json& j, Record& record) {
@@ -185,12 +187,11 @@ void from_json(const json& j, Record& record) {
 }
 
 void to_json(json& j, const Sample& sample) {
-  j = {{"case", sample.case_id},
-       {"round", sample.round},
-       {"frames", sample.frames},
-       {"frame_time_ns", sample.frame_time_ns},
-       {"at_ns", sample.at_ns}};
-  refuse_not_finite(j);
+  j = checked({{"case", sample.case_id},
+               {"round", sample.round},
+               {"frames", sample.frames},
+               {"frame_time_ns", sample.frame_time_ns},
+               {"at_ns", sample.at_ns}});
 }
 
 void from_json(const json& j, Sample& sample) {
