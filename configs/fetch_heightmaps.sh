@@ -26,7 +26,8 @@ work=$(mktemp -d "$folder/.fetch.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 # As root apt would drop to the user _apt, who may not write here, and warn about it.
-apt-get -qq -o APT::Sandbox::User="$(id -un)" download efl-doc python-matplotlib-data
+download() { apt-get -qq -o APT::Sandbox::User="$(id -un)" download efl-doc python-matplotlib-data; }
+download 2>/dev/null || { apt-get update -qq && download; }  # a machine that never read the package lists
 for package in ./*.deb; do dpkg -x "$package" unpacked; done
 
 images=unpacked/usr/share/doc/efl-doc/examples/evas/resources/images

@@ -21,9 +21,9 @@ float to_float(double error) {
 }
 
 Verdict judge(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
-  const double t = static_cast<double>(pixel.t);
+  const double t = pixel.t;
   // The found t is a float: the two around t_enter are as good as it can be, even where the ray only touches.
-  const float nearest = static_cast<float>(reference.t_enter);
+  const auto nearest = static_cast<float>(reference.t_enter);
   const bool is_beyond = pixel.t > std::nextafter(nearest, 2.0F);
   if (is_beyond && t >= reference.t_exit) return Verdict::missed;
   if (e_xy <= kRecoverableTexels) return Verdict::good;
@@ -104,7 +104,7 @@ std::optional<double> psnr_rgba8(std::span<const std::uint8_t> a, std::span<cons
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i].verdict == Verdict::no_ray) continue;
     for (std::size_t channel = 4 * i; channel < 4 * i + 3; ++channel) {
-      const int difference = static_cast<int>(a[channel]) - static_cast<int>(b[channel]);
+      const std::int64_t difference = static_cast<int>(a[channel]) - static_cast<int>(b[channel]);
       squares += difference * difference;
       ++values;
     }

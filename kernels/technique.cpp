@@ -23,11 +23,9 @@ Param range(std::string_view id, std::string_view description, int min, int max,
 Param choice(std::string_view id, std::string_view description, std::vector<std::string_view> choices,
              std::string_view fallback) {
   const auto found = std::find(choices.begin(), choices.end(), fallback);
-  return {.id = id,
-          .description = description,
-          .max = static_cast<int>(choices.size()) - 1,
-          .fallback = static_cast<int>(found - choices.begin()),
-          .choices = std::move(choices)};
+  const int last = static_cast<int>(choices.size()) - 1;
+  const int fallback_index = static_cast<int>(found - choices.begin());
+  return {.id = id, .description = description, .max = last, .fallback = fallback_index, .choices = std::move(choices)};
 }
 
 Param linear_steps() {

@@ -26,7 +26,7 @@ std::vector<std::string> texts(const std::vector<Budget>& budgets) {
 
 std::vector<std::string> command_line() {
   std::vector<std::string> arguments;
-  std::string text = "";
+  std::string text;
   if (FILE* file = std::fopen("/proc/self/cmdline", "rb"); file != nullptr) {
     for (int c = std::fgetc(file); c != EOF; c = std::fgetc(file)) text += static_cast<char>(c);
     std::fclose(file);

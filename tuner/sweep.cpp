@@ -213,7 +213,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     std::vector<const Case*> pending;
     for (const Case& c : plan.cases)
       if (c.backend == session->device().backend && !finished.contains(c.id())) pending.push_back(&c);
-    const double done_before = static_cast<double>(records.size());
+    const auto done_before = static_cast<double>(records.size());
     DeviceSweep sweep(config, options, *session, library, cache, split, store, samples, started_ns);
     const std::vector<Record> fresh = sweep.run(pending, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),

@@ -27,8 +27,8 @@ class WallSplit {
  private:
   struct Booking {
     WallSplit& split;
-    Part part;
-    Clock::time_point from;
+    Part part{};
+    Clock::time_point from{};
     ~Booking() {
       split.seconds_.at(static_cast<std::size_t>(part)) += std::chrono::duration<double>(Clock::now() - from).count();
     }

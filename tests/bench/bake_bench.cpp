@@ -24,7 +24,7 @@ void report(benchmark::State& state, const Heightfield& heights, const std::vect
   state.counters["too_wide"] = wider / static_cast<double>(heights.texels.size());
 }
 
-void exact(benchmark::State& state, MakeMap make_heights, Wrap wrap, Correction correction, int threads) {
+void bake_exact(benchmark::State& state, MakeMap make_heights, Wrap wrap, Correction correction, int threads) {
   const Heightfield heights = make_heights(static_cast<int>(state.range(0)), static_cast<int>(state.range(0)));
   const BakeRequest request{.heights = heights, .wrap = wrap, .correction = correction, .threads = threads};
   std::vector<float> ratios;
@@ -32,7 +32,7 @@ void exact(benchmark::State& state, MakeMap make_heights, Wrap wrap, Correction 
   report(state, heights, ratios);
 }
 
-void relaxed(benchmark::State& state, MakeMap make_heights, int threads) {
+void bake_relaxed(benchmark::State& state, MakeMap make_heights, int threads) {
   const Heightfield heights = make_heights(static_cast<int>(state.range(0)), static_cast<int>(state.range(0)));
   std::vector<float> ratios;
   while (state.KeepRunning()) {
@@ -41,7 +41,7 @@ void relaxed(benchmark::State& state, MakeMap make_heights, int threads) {
   report(state, heights, ratios);
 }
 
-void unaccelerated(benchmark::State& state, MakeMap make_heights,
+void bake_baseline(benchmark::State& state, MakeMap make_heights,
                    std::vector<float> (*bake)(const Heightfield& heights)) {
   const Heightfield heights = make_heights(static_cast<int>(state.range(0)), static_cast<int>(state.range(0)));
   std::vector<float> ratios;
@@ -51,33 +51,33 @@ void unaccelerated(benchmark::State& state, MakeMap make_heights,
 
 /// Lines read algorithm/map_threads/side; a speed-up is the ratio of two lines of one run.
 // NOLINTNEXTLINE(cppcoreguidelines-macro-usage): Google Benchmark registers by macro
-#define BAKE_BENCHMARKS(map)                                                             \
-  BENCHMARK_CAPTURE(exact, map##_1, map##_map, Wrap::clamp, Correction::none, 1)         \
-      ->RangeMultiplier(2)                                                               \
-      ->Range(256, 2048)                                                                 \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(exact, map##_2, map##_map, Wrap::clamp, Correction::none, 2)         \
-      ->RangeMultiplier(2)                                                               \
-      ->Range(256, 2048)                                                                 \
-      ->UseRealTime()                                                                    \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(exact, map##_repeat_1, map##_map, Wrap::repeat, Correction::none, 1) \
-      ->Arg(256)                                                                         \
-      ->Arg(1024)                                                                        \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(exact, map##_safe_1, map##_map, Wrap::clamp, Correction::safe, 1)    \
-      ->Arg(256)                                                                         \
-      ->Arg(1024)                                                                        \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(unaccelerated, map##_quick_1, map##_map, quick_cone_map)             \
-      ->RangeMultiplier(2)                                                               \
-      ->Range(256, 2048)                                                                 \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(unaccelerated, map##_brute_force_1, map##_map, brute_cone_map)       \
-      ->Arg(256)                                                                         \
-      ->Iterations(1)                                                                    \
-      ->Unit(benchmark::kMillisecond);                                                   \
-  BENCHMARK_CAPTURE(relaxed, map##_1, map##_map, 1)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond)
+#define BAKE_BENCHMARKS(map)                                                                  \
+  BENCHMARK_CAPTURE(bake_exact, map##_1_thread, map##_map, Wrap::clamp, Correction::none, 1)  \
+      ->RangeMultiplier(2)                                                                    \
+      ->Range(256, 2048)                                                                      \
+      ->Unit(benchmark::kMillisecond);                                                        \
+  BENCHMARK_CAPTURE(bake_exact, map##_2_threads, map##_map, Wrap::clamp, Correction::none, 2) \
+      ->RangeMultiplier(2)                                                                    \
+      ->Range(256, 2048)                                                                      \
+      ->UseRealTime()                                                                         \
+      ->Unit(benchmark::kMillisecond);                                                        \
+  BENCHMARK_CAPTURE(bake_exact, map##_repeat, map##_map, Wrap::repeat, Correction::none, 1)   \
+      ->Arg(256)                                                                              \
+      ->Arg(1024)                                                                             \
+      ->Unit(benchmark::kMillisecond);                                                        \
+  BENCHMARK_CAPTURE(bake_exact, map##_safe, map##_map, Wrap::clamp, Correction::safe, 1)      \
+      ->Arg(256)                                                                              \
+      ->Arg(1024)                                                                             \
+      ->Unit(benchmark::kMillisecond);                                                        \
+  BENCHMARK_CAPTURE(bake_baseline, map##_quick, map##_map, quick_cone_map)                    \
+      ->RangeMultiplier(2)                                                                    \
+      ->Range(256, 2048)                                                                      \
+      ->Unit(benchmark::kMillisecond);                                                        \
+  BENCHMARK_CAPTURE(bake_baseline, map##_brute_force, map##_map, brute_cone_map)              \
+      ->Arg(256)                                                                              \
+      ->Iterations(1)                                                                         \
+      ->Unit(benchmark::kMillisecond);                                                        \
+  BENCHMARK_CAPTURE(bake_relaxed, map##_1_thread, map##_map, 1)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond)
 BAKE_BENCHMARKS(fbm);
 BAKE_BENCHMARKS(bricks);
 BAKE_BENCHMARKS(spikes);

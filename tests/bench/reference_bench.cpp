@@ -12,8 +12,8 @@
 #include "kernels/reference.h"
 
 // One core, one ray at a time: the exact tracer against Embree's rtcIntersect1 on a triangulation of the same texels,
-// over the same perspective rays: `exact_first_hit` does the same job, `exact` finds the exit from the solid, too. The
-// ratio of the two items_per_second is the figure to look at.
+// over the same perspective rays: `trace_exact_first_hit` does the same job, `trace_exact` finds the exit from the
+// solid, too. The ratio of the two items_per_second is the figure to look at.
 namespace {
 
 using namespace reliefbench;
@@ -177,23 +177,32 @@ void time_rays(benchmark::State& state, const Tracer& tracer) {
   state.counters["rays"] = static_cast<double>(rays.size());
 }
 
-void exact(benchmark::State& state) {
+void trace_exact(benchmark::State& state) {
   time_rays(state, ReferenceTracer(terrain(static_cast<int>(state.range(0))), Wrap::clamp));
 }
-void exact_first_hit(benchmark::State& state) {
+void trace_exact_first_hit(benchmark::State& state) {
   time_rays(state, FirstHit{ReferenceTracer(terrain(static_cast<int>(state.range(0))), Wrap::clamp)});
 }
-void embree_triangles(benchmark::State& state) {
+void trace_embree_triangles(benchmark::State& state) {
   time_rays(state, EmbreeMap(terrain(static_cast<int>(state.range(0))), Mesh::triangles));
 }
-void embree_grid(benchmark::State& state) {
+void trace_embree_grid(benchmark::State& state) {
   time_rays(state, EmbreeMap(terrain(static_cast<int>(state.range(0))), Mesh::grid));
 }
 
 const std::vector<std::vector<std::int64_t>> kSidesAndElevations{{512, 4096}, {30, 8}};
-BENCHMARK(exact_first_hit)->ArgNames({"side", "deg"})->ArgsProduct(kSidesAndElevations)->Unit(benchmark::kMillisecond);
-BENCHMARK(exact)->ArgNames({"side", "deg"})->ArgsProduct(kSidesAndElevations)->Unit(benchmark::kMillisecond);
-BENCHMARK(embree_triangles)->ArgNames({"side", "deg"})->ArgsProduct(kSidesAndElevations)->Unit(benchmark::kMillisecond);
-BENCHMARK(embree_grid)->ArgNames({"side", "deg"})->ArgsProduct(kSidesAndElevations)->Unit(benchmark::kMillisecond);
+BENCHMARK(trace_exact_first_hit)
+    ->ArgNames({"side", "deg"})
+    ->ArgsProduct(kSidesAndElevations)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(trace_exact)->ArgNames({"side", "deg"})->ArgsProduct(kSidesAndElevations)->Unit(benchmark::kMillisecond);
+BENCHMARK(trace_embree_triangles)
+    ->ArgNames({"side", "deg"})
+    ->ArgsProduct(kSidesAndElevations)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(trace_embree_grid)
+    ->ArgNames({"side", "deg"})
+    ->ArgsProduct(kSidesAndElevations)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace

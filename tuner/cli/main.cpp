@@ -6,6 +6,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/host.h"
 
+// NOLINTNEXTLINE(bugprone-exception-escape): a message that stderr does not take ends the process all the same
 int main(int argc, char** argv) {
   using namespace reliefbench;
   CLI::App app{"reliefbench: measure and tune per-pixel displacement mapping"};
