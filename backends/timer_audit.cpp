@@ -21,7 +21,7 @@ constexpr int kFirstSteps = 256;
 constexpr int kMaxSteps = 1 << 14;  ///< at work N; llvmpipe ends every loop after 65535 rounds
 constexpr int kMaxFrames = 4096;
 constexpr int kRounds = 7;
-constexpr int kAttempts = 4;
+constexpr int kAttempts = 8;
 
 /// Fills frames with `steps` of known work.
 class Load {
@@ -143,11 +143,15 @@ std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect) {
   const auto twice = load.pipeline(2 * work.steps);
 
   std::vector<TimerAudit> audits;
-  for (int i = 0; i < kAttempts; ++i) {
-    audits = attempt(load, {single.get(), twice.get()}, work.frames, backend.device().timers);
-    // A timer that agrees with the wall clock but does not double was disturbed, not lying: measure again. The wall
-    // clock always agrees with itself.
-    if (std::ranges::none_of(audits, [](const TimerAudit& a) { return agrees(a) && !doubles(a); })) break;
+  // A timer that agrees with the wall clock but does not double was disturbed, not lying: it is measured again. The
+  // wall clock always agrees with itself.
+  const auto was_disturbed = [](const TimerAudit& audit) { return agrees(audit) && !doubles(audit); };
+  for (int i = 0; i < kAttempts && (i == 0 || std::ranges::any_of(audits, was_disturbed)); ++i) {
+    const std::vector<TimerAudit> fresh =
+        attempt(load, {single.get(), twice.get()}, work.frames, backend.device().timers);
+    audits.resize(fresh.size());
+    for (std::size_t timer = 0; timer < fresh.size(); ++timer)
+      if (i == 0 || was_disturbed(audits[timer])) audits[timer] = fresh[timer];
   }
 
   const auto wall = std::ranges::find(audits, Timer::fenced_wall, &TimerAudit::timer);
