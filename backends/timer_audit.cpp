@@ -143,15 +143,19 @@ std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect) {
   const auto twice = load.pipeline(2 * work.steps);
 
   std::vector<TimerAudit> audits;
-  // A timer that agrees with the wall clock but does not double was disturbed, not lying: it is measured again. The
-  // wall clock always agrees with itself.
+  // A timer that agrees with the wall clock but does not double was disturbed, not lying: it is measured again, and
+  // where it is the wall clock itself (which always agrees), so are all that were judged by it.
   const auto was_disturbed = [](const TimerAudit& audit) { return agrees(audit) && !doubles(audit); };
+  const auto is_wall = [](const TimerAudit& audit) { return audit.timer == Timer::fenced_wall; };
   for (int i = 0; i < kAttempts && (i == 0 || std::ranges::any_of(audits, was_disturbed)); ++i) {
+    const bool all = i == 0 || std::ranges::any_of(audits, [&](const TimerAudit& audit) {
+                       return is_wall(audit) && was_disturbed(audit);
+                     });
     const std::vector<TimerAudit> fresh =
         attempt(load, {single.get(), twice.get()}, work.frames, backend.device().timers);
     audits.resize(fresh.size());
     for (std::size_t timer = 0; timer < fresh.size(); ++timer)
-      if (i == 0 || was_disturbed(audits[timer])) audits[timer] = fresh[timer];
+      if (all || was_disturbed(audits[timer])) audits[timer] = fresh[timer];
   }
 
   const auto wall = std::ranges::find(audits, Timer::fenced_wall, &TimerAudit::timer);

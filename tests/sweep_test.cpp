@@ -163,6 +163,22 @@ TEST_F(SweepTest, another_device_does_not_continue_a_run) {
   }
 }
 
+TEST_F(SweepTest, other_kernels_do_not_continue_a_run) {
+  static_cast<void>(sweep("run"));
+  const std::filesystem::path path = (folder_ / "run") / kRunFile;
+  nlohmann::json info = nlohmann::json::parse(std::ifstream(path));
+  ASSERT_TRUE(info["identity"]["kernels_sha256"].is_string());
+  info["identity"]["kernels_sha256"] = std::string(64, '0');
+  std::ofstream(path) << info;
+  try {
+    static_cast<void>(sweep("run"));
+    FAIL() << "it was continued";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::bad_input);
+    EXPECT_THAT(error.what(), HasSubstr("kernels_sha256"));
+  }
+}
+
 TEST_F(SweepTest, keeps_the_pictures_of_the_front_alone) {
   static_cast<void>(sweep("run"));
   std::set<std::string> pictures;

@@ -14,8 +14,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kHarnessVersion = 1;  // part of the timing key; raised when what is timed changes
-
 template <typename T>
 std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));

@@ -11,6 +11,9 @@
 
 namespace reliefbench {
 
+/// Part of the timing key and of a run's identity; raised when what is timed changes.
+inline constexpr int kHarnessVersion = 1;
+
 /// A case that was compiled, drawn once and scored. Where record.status is not ok, there is nothing to time.
 struct PreparedCase {
   const Case* spec = nullptr;

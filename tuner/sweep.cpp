@@ -6,6 +6,7 @@
 #include <chrono>
 #include <set>
 
+#include "kernels/embedded.h"
 #include "kernels/error.h"
 #include "kernels/sha256.h"
 #include "tuner/plan.h"
@@ -32,6 +33,14 @@ const SceneSpec& scene_of(const Config& config, const Case& c) {
                        [&](const SceneSpec& s) { return s.id == c.scene_id; });
 }
 
+/// What the numbers depend on in this build: shaders, bakers, tracer, harness.
+std::string kernels_sha256() {
+  std::string text = fmt::format("harness {} tracer {}\n", kHarnessVersion, ReferenceTracer::kVersion);
+  for (const MapRow& row : map_kinds()) text += fmt::format("{} {}\n", row.id, row.version);
+  for (const EmbeddedFile& file : embedded_shaders()) text += fmt::format("{}\n{}\n", file.name, file.text);
+  return sha256(text);
+}
+
 nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                            const std::vector<std::unique_ptr<Session>>& sessions) {
   nlohmann::json devices = nlohmann::json::array();
@@ -42,6 +51,7 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                        {"driver", session->device().driver}});
   return {{"schema", kSchemaVersion},
           {"config_sha256", sha256(config.text)},
+          {"kernels_sha256", kernels_sha256()},
           {"filter", options.filter},
           {"devices", devices}};
 }
