@@ -17,7 +17,7 @@ namespace reliefbench {
 enum class Dialect { vulkan, opengl };
 
 /// What can measure a batch of frames. `fenced_wall` is the host clock from first submit to the fence; it is always
-/// there. The others are the device's own and are audited before they are believed (timer_audit.h). [FACTS 2]
+/// there. The others are the device's own and are audited before they are believed (timer_audit.h).
 enum class Timer {
   fenced_wall,
   gl_time_elapsed,  ///< GL_TIME_ELAPSED round the draws

@@ -16,7 +16,7 @@ struct TimerAudit {
 };
 
 /// Known work N and 2N: a timer is believed if it agrees with the fenced wall clock within 5 % and doubles with the
-/// work within 10 %. The wall clock itself must double. Medians of several interleaved batches. [FACTS 2]
+/// work within 10 %. The wall clock itself must double. Medians of several interleaved batches.
 [[nodiscard]] std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect);
 
 /// The timer to measure with: the first valid device timer, else the fenced wall clock.

@@ -3,7 +3,7 @@
 
 namespace reliefbench {
 
-/// A pair of timestamps, each fenced by full pipeline barriers, outside the render passes. [FACTS 2]
+/// A pair of timestamps, each fenced by full pipeline barriers, outside the render passes.
 class Timestamps {
  public:
   explicit Timestamps(const VulkanDevice& device);

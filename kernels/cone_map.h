@@ -10,7 +10,13 @@ namespace reliefbench {
 
 enum class MapKind { height, conservative, relaxed_po07 };
 
-/// What makes interpolated cones safe. [FACTS 6]
+/// What makes interpolated cones safe.
+///
+/// Theorem behind `safe`: let S_a = min over texels b of sqrt(|b-a|^2 - 1/2) / (N (H_b - H_a)), at most 1, distances in
+/// texels. If every ratio is at most the 3x3 minimum of S, the interpolated cone at every point is disjoint from the
+/// bilinear surface. Proof idea: couple the corner weights of the two points comonotonically per axis; |dX| then takes
+/// only the two integers round |dx|, with variance at most 1/4; Jensen's inequality on sqrt(d^2 - 1/2) gives the bound
+/// for distances of at least 1, a direct estimate below that.
 enum class Correction {
   none,
   min3x3,  ///< 3x3 minimum of the texels' ratios [BVBV24]; not a guarantee

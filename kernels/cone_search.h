@@ -10,7 +10,7 @@ namespace reliefbench {
 struct ConeMetric {
   double weight_x = 1;
   double weight_y = 1;
-  double slack = 0;  ///< what [FACTS 6] takes off d^2 for bilinear-safe cones; under the smallest distance2
+  double slack = 0;  ///< what is taken off d^2 for bilinear-safe cones; under the smallest distance2
   double side = 1;   ///< length of one uv in the same unit: ratio = sqrt(distance2) / (side * height difference)
 };
 [[nodiscard]] ConeMetric cone_metric(int width, int height, Correction correction);
@@ -42,7 +42,7 @@ struct ConeSearch {
 };
 
 /// For every texel the ratio sqrt(min key) / side over all texels that are higher, at most 1, rounded down to float:
-/// never above the double-precision value. Branch and bound on a max pyramid, 4 x 4 texels a traversal. [FACTS 4]
+/// never above the double-precision value. Branch and bound on a max pyramid, 4 x 4 texels a traversal.
 /// The result has the bits of a loop over all pairs: bounds are pruned with a margin over float's rounding, the keys
 /// that remain are evaluated in double, and a minimum does not depend on the order.
 [[nodiscard]] std::vector<float> search_cones(const ConeSearch& search);

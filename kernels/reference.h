@@ -22,7 +22,7 @@ struct ReferenceHit {
   double t_exit = 0;   ///< end of that solid interval; +infinity where the ray stays inside to the bottom
 };
 
-/// Exact first hits of rays on the bilinear surface, in double precision, cell by cell. [FACTS 3]
+/// Exact first hits of rays on the bilinear surface, in double precision, cell by cell.
 /// Immutable after construction; trace() is safe from many threads.
 class ReferenceTracer {
  public:

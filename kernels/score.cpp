@@ -9,7 +9,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kRecoverableTexels = 0.5;  // nearer than this a hit is good, whatever came before [FACTS 8]
+constexpr double kRecoverableTexels = 0.5;  // nearer than this a hit is good, whatever came before
 
 bool has_ray(const ScorePixel& pixel) {
   return pixel.status != static_cast<float>(PixelStatus::no_ray) && std::isfinite(pixel.ray.u) &&

@@ -22,7 +22,7 @@ struct ScorePixel {
 };
 static_assert(sizeof(ScorePixel) == 32);
 
-/// How a pixel ended, judged against the reference: missed before unconverged before inside. [FACTS 8]
+/// How a pixel ended, judged against the reference: missed before unconverged before inside.
 enum class Verdict : std::uint8_t {
   no_ray,       ///< status no_ray, or a ray that is not finite
   good,         ///< none of the below

@@ -30,13 +30,13 @@ struct Encoding {
 [[nodiscard]] std::span<const Encoding> encodings();
 [[nodiscard]] const Encoding& find_encoding(std::string_view id);
 
-/// Heights as the GPU will read them back: rounded to the nearest code of `type`, decoded. FACTS 7.2: cones are
+/// Heights as the GPU will read them back: rounded to the nearest code of `type`, decoded. Cones are
 /// built from these, never from the unquantised heights.
 [[nodiscard]] Heightfield quantise_heights(const Heightfield& heights, TexelType type);
 
 /// The largest value storable in `type` whose decoded ratio, with one ulp of guard, is <= ratio; 0 if none is.
 /// The guard is for samplers whose unorm conversion is an ulp off. Not idempotent: floor a baked ratio once.
-/// ratio in [0,1]; returns the decoded ratio that the shader will see. [FACTS 7.1]
+/// ratio in [0,1]; returns the decoded ratio that the shader will see.
 [[nodiscard]] float floor_ratio(float ratio, TexelType type, const Encoding& encoding);
 
 /// A texture ready for upload.

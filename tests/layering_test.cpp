@@ -1,4 +1,4 @@
-// A module includes only what ARCHITECTURE's table lets it: what it may link (CMakeLists.txt).
+// A module includes only what the table below lets it, which is what it may link (CMakeLists.txt).
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -109,7 +109,7 @@ TEST(FloorRatio, LosesOneCodeAtTheClamp) {
   EXPECT_EQ(floor_ratio(1.0F, TexelType::float16, find_encoding("ratio")), 2047.0F / 2048.0F);
 }
 
-// [FACTS 7.5] the steepest cone of a 256 map is 1/(sqrt2 * 256): 8 bits hold nothing of it, their square root does.
+// The steepest cone of a 256 map is 1/(sqrt2 * 256): 8 bits hold nothing of it, their square root does.
 TEST(FloorRatio, EightBitsStallWhereTheirSquareRootDoesNot) {
   const float steepest = 1 / (std::sqrt(2.0F) * 256);
   EXPECT_EQ(floor_ratio(steepest, TexelType::unorm8, find_encoding("ratio")), 0.0F);

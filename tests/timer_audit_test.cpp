@@ -78,7 +78,7 @@ TEST(TimerAudit, AllowsFivePercentBesideTheWallClock) {
   EXPECT_FALSE(audited({.device_ns = [](double ns) { return std::optional(1.06 * ns); }})[1].valid);
 }
 
-// llvmpipe's GL_TIME_ELAPSED counts the last bin only: it doubles, and is 20 times too short. [FACTS 2]
+// llvmpipe's GL_TIME_ELAPSED counts the last bin only: it doubles, and is 20 times too short.
 TEST(TimerAudit, RejectsATimerThatSeesAPartOfTheWork) {
   const auto audits = audited({.device_ns = [](double ns) { return std::optional(0.05 * ns); }});
   EXPECT_TRUE(audits[0].valid);

@@ -10,7 +10,7 @@
 
 namespace reliefbench {
 
-/// How frame times are taken. ARCHITECTURE "Time".
+/// How frame times are taken.
 struct MeasureSpec {
   int samples = 7;             ///< batches a case
   double batch_ms = 5;         ///< least length of a batch

@@ -23,7 +23,7 @@ struct TimingContext {
 };
 
 /// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
-/// shuffled anew, with the control case first, last and between. [ARCHITECTURE "Time"; FACTS 2]
+/// shuffled anew, with the control case first, last and between.
 void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context);
 
 }  // namespace reliefbench
