@@ -5,6 +5,7 @@
 #include "kernels/error.h"
 #include "kernels/reference.h"
 #include "kernels/sha256.h"
+#include "kernels/technique.h"
 
 namespace reliefbench {
 namespace {
@@ -12,9 +13,6 @@ namespace {
 // The fake device. Device 0 always works; device 1 refuses to compile one technique, so that a case's failure can be
 // tested without a broken driver.
 constexpr std::string_view kFailingLabel = "relaxed_cone";
-
-// Lower specialization constants are modes that all techniques share (common.glsl); from here on they are steps.
-constexpr std::uint32_t kFirstStepConstant = 16;
 
 constexpr double kPassNs = 0.5;       ///< a pixel of a technique without steps
 constexpr double kStepNs = 0.25;      ///< a pixel and step, before the technique's own factor
@@ -39,7 +37,7 @@ struct NullPipeline final : Pipeline {
 
   [[nodiscard]] double steps() const {
     return std::accumulate(constants.begin(), constants.end(), 0.0, [](double sum, const SpecConstant& constant) {
-      return sum + (constant.id >= kFirstStepConstant ? constant.value : 0);
+      return sum + (constant.id >= kFirstOwnConstant ? constant.value : 0);
     });
   }
   [[nodiscard]] double pixel_ns() const {

@@ -9,11 +9,10 @@
 namespace reliefbench {
 namespace {
 
-// Specialization constants of common.glsl; a technique's own begin at kFirstOwnConstant, in the order of its row.
+// Specialization constants of common.glsl.
 constexpr int kFilterConstant = 1;
 constexpr int kEncodingConstant = 2;
 constexpr int kLoopConstant = 3;
-constexpr int kFirstOwnConstant = 16;
 
 Param range(std::string_view id, std::string_view description, int min, int max, int fallback,
             std::string_view active_if = {}) {
@@ -84,7 +83,7 @@ Param search_steps() {
 
 /// Gives a technique's own run-time parameters their specialization constants.
 Technique numbered(Technique technique) {
-  int next = kFirstOwnConstant;
+  auto next = static_cast<int>(kFirstOwnConstant);
   for (Param& param : technique.params)
     if (param.stage == Stage::run && param.constant_id < 0) param.constant_id = next++;
   return technique;

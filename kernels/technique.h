@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +26,9 @@ struct Param {
 
   [[nodiscard]] std::string text(int value) const;
 };
+
+/// A technique's own specialization constants begin here, in the order of its row; lower ones are common.glsl's.
+inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
 /// A claim that the tests and the stability suite hold a technique to.
 enum class Guarantee { none, never_skips, bounded_error };

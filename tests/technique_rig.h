@@ -6,6 +6,8 @@
 #include "kernels/texel.h"
 #include "kernels/view.h"
 #include "tests/backend_rig.h"
+#include "tuner/map_library.h"
+#include "tuner/session.h"
 
 namespace reliefbench {
 
@@ -17,28 +19,22 @@ struct StoredMap {
 
 inline StoredMap store_map(const Settings& settings, const Heightfield& heights, Wrap wrap) {
   const Technique& technique = settings.technique();
-  const bool has_format = technique.find("format") != nullptr;
-  const Format& format = find_format(has_format ? settings.choice("format") : "r32f");
-  const bool has_cones = technique.find("encoding") != nullptr;
-  const Encoding& encoding = find_encoding(has_cones ? settings.choice("encoding") : "ratio");
-  StoredMap stored{.image = {}, .surface = quantise_heights(heights, format.type)};
-  const MapRow& row = find_map(technique.map);
-  BakeRequest request{.heights = stored.surface, .wrap = wrap};
-  if (has_cones) request.correction = row.corrections[static_cast<std::size_t>(settings.get("correction"))];
-  if (row.has_search_steps) request.search_steps = settings.get("search_steps");
-  stored.image = pack_texture(stored.surface, row.bake(request), format, encoding);
+  if (technique.find("format") == nullptr) {  // flat reads no map: any will do
+    const Format& format = find_format("r32f");
+    return {.image = pack_texture(heights, {}, format, find_encoding("ratio")), .surface = heights};
+  }
+  StoredMap stored{.image = {}, .surface = quantise_heights(heights, find_format(settings.choice("format")).type)};
+  const std::vector<float> ratios = find_map(technique.map).bake(bake_request(settings, stored.surface, wrap));
+  stored.image = relief_texture(settings, stored.surface, ratios);
   return stored;
 }
 
 /// The score frame of a technique over a stored map.
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
                                            const Scene& scene) {
-  std::vector<SpecConstant> constants = {{.id = 0, .value = scene.wrap == Wrap::clamp ? 1 : 0}};
-  for (const Param& param : settings.technique().params)
-    if (param.constant_id >= 0)
-      constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings.get(param.id)});
-  const auto pipeline = rig.pipeline(compile_fragment(settings.technique().id, Target::score, rig.row.dialect),
-                                     Target::score, constants, std::string(settings.technique().id));
+  const auto pipeline =
+      rig.pipeline(compile_fragment(settings.technique().id, Target::score, rig.row.dialect), Target::score,
+                   constants_of(&settings, scene.wrap), std::string(settings.technique().id));
   const auto texture = rig.backend->upload({.width = map.image.width,
                                             .height = map.image.height,
                                             .format = map.image.format,

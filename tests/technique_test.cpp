@@ -55,7 +55,7 @@ TEST(TechniqueTest, constants_of_the_module_are_all_parameters) {
   for (const Technique& technique : techniques()) {
     for (const DeclaredConstant& constant :
          declared_constants(compile_fragment(technique.id, Target::score, Dialect::vulkan))) {
-      if (constant.id < 16) continue;  // shared ones, which a technique may ignore
+      if (constant.id < kFirstOwnConstant) continue;  // shared ones, which a technique may ignore
       const bool known = std::any_of(technique.params.begin(), technique.params.end(), [&](const Param& param) {
         return param.constant_id == static_cast<int>(constant.id);
       });

@@ -6,7 +6,6 @@
 #include <cstring>
 
 #include "kernels/sha256.h"
-#include "kernels/texel.h"
 
 namespace reliefbench {
 namespace {
@@ -32,7 +31,10 @@ bool unpack(const std::vector<std::byte>& bytes, BakedMap& map) {
   return true;
 }
 
-BakeRequest bake_request(const Settings& settings, const MapRow& row, const Heightfield& heights, Wrap wrap) {
+}  // namespace
+
+BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap) {
+  const MapRow& row = find_map(settings.technique().map);
   BakeRequest request{.heights = heights, .wrap = wrap};
   if (settings.technique().find("correction") != nullptr)
     request.correction = row.corrections[static_cast<std::size_t>(settings.get("correction"))];
@@ -40,7 +42,11 @@ BakeRequest bake_request(const Settings& settings, const MapRow& row, const Heig
   return request;
 }
 
-}  // namespace
+TextureImage relief_texture(const Settings& settings, const Heightfield& heights, std::span<const float> ratios) {
+  const bool encoded = settings.technique().find("encoding") != nullptr;
+  return pack_texture(heights, ratios, find_format(settings.choice("format")),
+                      find_encoding(encoded ? settings.choice("encoding") : "ratio"));
+}
 
 const Heightfield& MapLibrary::heights(const SceneSpec& scene) {
   const std::string key = heightmap_key(scene.heightmap);
@@ -67,7 +73,7 @@ BakedMap MapLibrary::load_or_bake(const Case& c, const SceneSpec& scene) {
   return split_.book(Part::bake, [&] {
     const TexelType type = find_format(c.settings.choice("format")).type;
     BakedMap map{.heights = quantise_heights(source, type)};
-    const BakeRequest request = bake_request(c.settings, row, map.heights, scene.scene.wrap);
+    const BakeRequest request = bake_request(c.settings, map.heights, scene.scene.wrap);
     map.key = sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version, correction_id(request.correction),
                                  row.has_search_steps ? request.search_steps : 0, static_cast<int>(request.wrap),
                                  map.heights.width, map.heights.height,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/texel.h"
 #include "tuner/cache.h"
 #include "tuner/case.h"
 #include "tuner/wall_split.h"
@@ -17,6 +18,12 @@ struct BakedMap {
   double bake_time_ns = 0;      ///< when it was baked; kept through the cache
   std::string key{};            ///< SHA-256 of heights, bake parameters, baker version
 };
+
+/// The bake that settings ask for. heights: as the settings' format rounds them; must outlive the request
+[[nodiscard]] BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap);
+/// A baked map in the settings' format and encoding.
+[[nodiscard]] TextureImage relief_texture(const Settings& settings, const Heightfield& heights,
+                                          std::span<const float> ratios);
 
 /// Heightmaps and baked maps, each made once: in memory while it is in use, on disk for good.
 class MapLibrary {

@@ -92,9 +92,7 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
                    .frame = state.frame};
   if (settings.technique().find("format") != nullptr) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
-    const bool encoded = settings.technique().find("encoding") != nullptr;
-    const TextureImage image = pack_texture(map.heights, map.ratios, find_format(settings.choice("format")),
-                                            find_encoding(encoded ? settings.choice("encoding") : "ratio"));
+    const TextureImage image = relief_texture(settings, map.heights, map.ratios);
     prepared.relief = session.backend().upload({.width = image.width,
                                                 .height = image.height,
                                                 .format = image.format,

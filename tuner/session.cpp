@@ -18,6 +18,16 @@ constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
 
+std::string shader_key(std::string_view source, Target target) {
+  return fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
+}
+
+double now_ns() {
+  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
 std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
   std::vector<SpecConstant> constants = {{.id = kWrapConstant, .value = wrap == Wrap::clamp ? 1 : 0}};
   if (settings == nullptr) return constants;
@@ -27,12 +37,6 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
   return constants;
 }
 
-double now_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
-
 Session::Session(const BackendRow& row, int device_index, WallSplit& split)
     : dialect_(row.dialect), split_(split), backend_(row.open(device_index, {})) {
   split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
@@ -40,7 +44,7 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split)
 }
 
 const Spirv& Session::fragment(std::string_view source, Target target) {
-  const std::string key = fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
+  const std::string key = shader_key(source, target);
   auto found = fragments_.find(key);
   if (found == fragments_.end()) found = fragments_.emplace(key, compile_fragment(source, target, dialect_)).first;
   return found->second;
@@ -48,7 +52,7 @@ const Spirv& Session::fragment(std::string_view source, Target target) {
 
 Session::Compiled& Session::pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap) {
   const std::vector<SpecConstant> constants = constants_of(settings, wrap);
-  std::string key = fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
+  std::string key = shader_key(source, target);
   for (const SpecConstant& constant : constants) key += fmt::format(" {}={}", constant.id, constant.value);
   if (const auto found = pipelines_.find(key); found != pipelines_.end()) return found->second;
 

@@ -11,6 +11,9 @@
 
 namespace reliefbench {
 
+/// The specialization constants of a technique's run-time settings (null: none) and of the wrap that all shaders have.
+[[nodiscard]] std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap);
+
 /// What a run's times rest on, settled when it is first started and kept when it is continued: the timer, and the
 /// control case (known arithmetic, drawn between the samples, by which drift is seen and taken out).
 struct Calibration {

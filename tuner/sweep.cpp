@@ -56,17 +56,6 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
           {"devices", devices}};
 }
 
-/// The run's samples as they are known in this process: those of earlier starts, then this one's.
-struct Samples {
-  SamplesByCase by_case;
-  std::map<std::string, int> counts;
-
-  void add(const Sample& sample) {
-    by_case[sample.case_id].push_back(sample);
-    counts[sample.case_id] += 1;
-  }
-};
-
 /// Fills the record's time from its samples, each corrected by the control samples next to it.
 void set_frame_time(Record& record, const SamplesByCase& samples, const Session& session) {
   const std::vector<Sample>& own = samples.at(record.case_id);
@@ -88,7 +77,7 @@ void set_frame_time(Record& record, const SamplesByCase& samples, const Session&
 class DeviceSweep {
  public:
   DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, Samples& samples, double started_ns)
+              const Cache& cache, WallSplit& split, RunStore& store, SamplesByCase& samples, double started_ns)
       : config_(config),
         session_(session),
         split_(split),
@@ -135,12 +124,12 @@ class DeviceSweep {
                          .measure = config_.measure,
                          .split = split_,
                          .seed = config_.seed ^ std::hash<std::string>{}(block.front()->id()),
-                         .samples_so_far = samples_.counts,
+                         .samples_so_far = samples_,
                          .clock_ns = [this] { return unix_ns() - started_ns_; },
                          .on_sample =
                              [this](const Sample& sample) {
                                store_.append(sample);
-                               samples_.add(sample);
+                               samples_[sample.case_id].push_back(sample);
                              },
                          .on_progress =
                              [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); }});
@@ -150,9 +139,9 @@ class DeviceSweep {
     for (PreparedCase& one : prepared) {
       Record& record = one.record;
       if (record.status == Status::ok) {
-        const bool complete = samples_.counts[record.case_id] >= config_.measure.samples;
-        if (complete) {
-          set_frame_time(record, samples_.by_case, session_);
+        const auto count = static_cast<int>(samples_[record.case_id].size());
+        if (count >= config_.measure.samples) {
+          set_frame_time(record, samples_, session_);
         } else {
           record.status = Status::device_lost;
           record.reason = failure;
@@ -169,7 +158,7 @@ class DeviceSweep {
   Session& session_;
   WallSplit& split_;
   RunStore& store_;
-  Samples& samples_;
+  SamplesByCase& samples_;  // of earlier starts, then of this one
   double started_ns_;
   Preparer preparer_;
 };
@@ -201,8 +190,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   const Run& earlier = store.earlier();
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());
-  Samples samples;
-  for (const Sample& sample : earlier.samples) samples.add(sample);
+  SamplesByCase samples = group_samples(earlier.samples);
   std::set<std::string> finished;
   SweepSummary summary{.folder = options.output, .cases = static_cast<int>(plan.cases.size())};
   for (const Record& record : earlier.records) finished.insert(record.case_id);

@@ -5,7 +5,6 @@
 #include <random>
 
 #include "tuner/harness.h"
-#include "tuner/relative_time.h"
 
 namespace reliefbench {
 namespace {
@@ -43,7 +42,7 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
   context.split.book(Part::warmup, [&] {
     for (PreparedCase* prepared : cases) {
       const auto earlier = context.samples_so_far.find(prepared->record.case_id);
-      const int done = earlier == context.samples_so_far.end() ? 0 : earlier->second;
+      const int done = earlier == context.samples_so_far.end() ? 0 : static_cast<int>(earlier->second.size());
       if (done >= context.measure.samples) continue;
       subjects.push_back(
           {.prepared = prepared, .frames = warm_up(session, prepared->draw, context.measure), .rounds_done = done});

@@ -1,12 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <string>
 #include <vector>
 
 #include "tuner/config.h"
 #include "tuner/prepare.h"
+#include "tuner/relative_time.h"
 
 namespace reliefbench {
 
@@ -16,7 +15,7 @@ struct TimingContext {
   const MeasureSpec& measure;
   WallSplit& split;
   std::uint64_t seed;                                ///< of this block's shuffles
-  const std::map<std::string, int>& samples_so_far;  ///< by case id, of an earlier, interrupted start
+  const SamplesByCase& samples_so_far;               ///< of an earlier, interrupted start
   std::function<double()> clock_ns;                  ///< Sample::at_ns
   std::function<void(const Sample&)> on_sample;      ///< called, and safe on disk, before the next batch is drawn
   std::function<void(double fraction)> on_progress;  ///< of the block
