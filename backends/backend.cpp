@@ -53,4 +53,24 @@ const BackendRow& find_backend(std::string_view id) {
   fail_input("unknown backend '{}' (expected one of {})", id, choices);
 }
 
+std::size_t level_bytes(const TextureDesc& desc, int level) {
+  return static_cast<std::size_t>(level_side(desc.width, level)) *
+         static_cast<std::size_t>(level_side(desc.height, level)) * static_cast<std::size_t>(desc.layout.bytes());
+}
+
+std::size_t texture_bytes(const TextureDesc& desc) {
+  std::size_t bytes = 0;
+  for (int level = 0; level < desc.levels; ++level) bytes += level_bytes(desc, level);
+  return bytes;
+}
+
+TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
+  return {.width = image.width,
+          .height = image.height,
+          .layout = image.layout,
+          .levels = image.levels,
+          .texels = image.texels,
+          .wrap = wrap};
+}
+
 }  // namespace reliefbench

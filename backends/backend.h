@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/map_texture.h"
 #include "kernels/score.h"
-#include "kernels/texel.h"
 #include "kernels/view.h"
 
 namespace reliefbench {
@@ -57,16 +57,22 @@ struct PipelineDesc {
   Target target = Target::color;
 };
 
-enum class Filter { nearest, linear };
+enum class Filter { nearest, linear };  // within a level; levels are never mixed
 
 struct TextureDesc {
   int width = 0;
   int height = 0;
-  const Format* format = nullptr;  ///< null: RGBA8
+  TexelLayout layout{};
+  int levels = 1;  ///< mip levels, one after the other in texels (level_side)
   std::span<const std::byte> texels;
   Wrap wrap = Wrap::repeat;
   Filter filter = Filter::linear;
 };
+
+[[nodiscard]] std::size_t level_bytes(const TextureDesc& desc, int level);
+[[nodiscard]] std::size_t texture_bytes(const TextureDesc& desc);  ///< of all levels
+/// One of a map's textures.
+[[nodiscard]] TextureDesc texture_desc(const TextureImage& image, Wrap wrap);
 
 /// A GPU object; freed on destruction. Must not outlive its backend.
 struct Pipeline {
@@ -81,13 +87,15 @@ inline constexpr int kFrameBinding = 0;      ///< FrameUniforms
 inline constexpr int kReliefBinding = 1;     ///< height and cone ratio
 inline constexpr int kNormalBinding = 2;     ///< RGBA8
 inline constexpr int kReferenceBinding = 3;  ///< R32F, frame-sized reference t
+inline constexpr int kExtraBinding = 4;      ///< what a relief map keeps apart: ratios, pyramid or volume
 
-/// One full-screen frame. `textures[i]` is bound at i + 1; all three must be set (any texture where unused).
+/// One full-screen frame. All textures must be set (any texture where unused).
 struct Draw {
   const Pipeline* pipeline = nullptr;
   const Texture* relief = nullptr;
   const Texture* normals = nullptr;
   const Texture* reference = nullptr;
+  const Texture* extra = nullptr;
   FrameUniforms frame{};
 };
 

@@ -55,9 +55,10 @@ std::vector<ScorePixel> made_up_score(const FrameUniforms& frame, const NullText
       pixels.push_back(pixel_ray(frame, relief.wrap, x, y));
       rays.push_back(pixels.back().ray);
     }
-  if (steps <= 0 || relief.image.format == nullptr) return pixels;
+  if (steps <= 0 || relief.image.width < 2 || relief.image.height < 2) return pixels;
 
-  const Heightfield heights = unpack_texture(relief.image, find_encoding("ratio")).heights;
+  const Heightfield heights{
+      .width = relief.image.width, .height = relief.image.height, .texels = read_channel(relief.image, 0)};
   const std::vector<ReferenceHit> exact = ReferenceTracer(heights, relief.wrap).trace(rays);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
@@ -93,7 +94,8 @@ class NullBackend final : public Backend {
     auto texture = std::make_unique<NullTexture>();
     texture->image = {.width = desc.width,
                       .height = desc.height,
-                      .format = desc.format,
+                      .layout = desc.layout,
+                      .levels = desc.levels,
                       .texels = {desc.texels.begin(), desc.texels.end()}};
     texture->wrap = desc.wrap;
     return texture;

@@ -118,7 +118,7 @@ class OpenglBackend final : public Backend {
 };
 
 void OpenglBackend::prepare(const Draw& draw) {
-  assert(draw.pipeline && draw.relief && draw.normals && draw.reference);
+  assert(draw.pipeline && draw.relief && draw.normals && draw.reference && draw.extra);
   const auto& pipeline = static_cast<const OpenglPipeline&>(*draw.pipeline);
   FrameTarget& target = pipeline.target() == Target::score ? score_ : color_;
   target.resize(draw.frame.sizes[0], draw.frame.sizes[1]);
@@ -131,6 +131,7 @@ void OpenglBackend::prepare(const Draw& draw) {
   glBindTextureUnit(kReliefBinding, static_cast<const OpenglTexture&>(*draw.relief).id());
   glBindTextureUnit(kNormalBinding, static_cast<const OpenglTexture&>(*draw.normals).id());
   glBindTextureUnit(kReferenceBinding, static_cast<const OpenglTexture&>(*draw.reference).id());
+  glBindTextureUnit(kExtraBinding, static_cast<const OpenglTexture&>(*draw.extra).id());
 }
 
 BatchTime OpenglBackend::render(const Draw& draw, int frames, Timer timer) {

@@ -12,24 +12,22 @@ struct GlFormat {
   GLenum internal;
   GLenum layout;
   GLenum type;
-  int bytes_per_texel;
 };
 
-GlFormat gl_format(const Format* format) {
-  if (format == nullptr)
-    return {.internal = GL_RGBA8, .layout = GL_RGBA, .type = GL_UNSIGNED_BYTE, .bytes_per_texel = 4};
-  const bool two = format->channels == 2;
-  const GLenum layout = two ? GL_RG : GL_RED;
-  const int channels = format->channels;
-  switch (format->type) {
+GlFormat gl_format(const TexelLayout& texel) {
+  const auto pick = [&](GLenum one, GLenum two, GLenum four) {
+    return texel.channels == 1 ? one : (texel.channels == 2 ? two : four);
+  };
+  const GLenum layout = pick(GL_RED, GL_RG, GL_RGBA);
+  switch (texel.type) {
     case TexelType::unorm8:
-      return {two ? GLenum{GL_RG8} : GLenum{GL_R8}, layout, GL_UNSIGNED_BYTE, channels};
+      return {pick(GL_R8, GL_RG8, GL_RGBA8), layout, GL_UNSIGNED_BYTE};
     case TexelType::unorm16:
-      return {two ? GLenum{GL_RG16} : GLenum{GL_R16}, layout, GL_UNSIGNED_SHORT, 2 * channels};
+      return {pick(GL_R16, GL_RG16, GL_RGBA16), layout, GL_UNSIGNED_SHORT};
     case TexelType::float16:
-      return {two ? GLenum{GL_RG16F} : GLenum{GL_R16F}, layout, GL_HALF_FLOAT, 2 * channels};
+      return {pick(GL_R16F, GL_RG16F, GL_RGBA16F), layout, GL_HALF_FLOAT};
     case TexelType::float32:
-      return {two ? GLenum{GL_RG32F} : GLenum{GL_R32F}, layout, GL_FLOAT, 4 * channels};
+      return {pick(GL_R32F, GL_RG32F, GL_RGBA32F), layout, GL_FLOAT};
   }
   fail_environment("OpenGL: no such texel type");
 }
@@ -79,23 +77,28 @@ void check_gl(std::string_view what) {
 }
 
 OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc) : context_(context) {
-  const GlFormat format = gl_format(desc.format);
-  const std::size_t expected = static_cast<std::size_t>(desc.width) * static_cast<std::size_t>(desc.height) *
-                               static_cast<std::size_t>(format.bytes_per_texel);
+  const std::size_t expected = texture_bytes(desc);
   if (desc.width < 1 || desc.height < 1 || desc.texels.size() != expected)
     fail_input("texture of {}x{} texels: {} bytes given, {} expected", desc.width, desc.height, desc.texels.size(),
                expected);
+  const GlFormat format = gl_format(desc.layout);
   glCreateTextures(GL_TEXTURE_2D, 1, &id_);
-  glTextureStorage2D(id_, 1, format.internal, desc.width, desc.height);
+  glTextureStorage2D(id_, desc.levels, format.internal, desc.width, desc.height);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTextureSubImage2D(id_, 0, 0, 0, desc.width, desc.height, format.layout, format.type, desc.texels.data());
+  const std::byte* texels = desc.texels.data();
+  for (int level = 0; level < desc.levels; ++level) {
+    glTextureSubImage2D(id_, level, 0, 0, level_side(desc.width, level), level_side(desc.height, level), format.layout,
+                        format.type, texels);
+    texels += level_bytes(desc, level);
+  }
   const GLint filter = desc.filter == Filter::linear ? GL_LINEAR : GL_NEAREST;
   const GLint wrap = desc.wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
-  glTextureParameteri(id_, GL_TEXTURE_MIN_FILTER, filter);
+  const GLint nearest_level = desc.filter == Filter::linear ? GL_LINEAR_MIPMAP_NEAREST : GL_NEAREST_MIPMAP_NEAREST;
+  glTextureParameteri(id_, GL_TEXTURE_MIN_FILTER, desc.levels > 1 ? nearest_level : filter);
   glTextureParameteri(id_, GL_TEXTURE_MAG_FILTER, filter);
   glTextureParameteri(id_, GL_TEXTURE_WRAP_S, wrap);
   glTextureParameteri(id_, GL_TEXTURE_WRAP_T, wrap);
-  glTextureParameteri(id_, GL_TEXTURE_MAX_LEVEL, 0);
+  glTextureParameteri(id_, GL_TEXTURE_MAX_LEVEL, desc.levels - 1);
   glFinish();
 }
 

@@ -29,7 +29,7 @@ class Load {
   Load(Backend& backend, Dialect dialect)
       : backend_(backend), vertex_(compile_vertex(dialect)), fragment_(compile_load(dialect)) {
     static constexpr std::array<std::byte, 16> kTexels{};
-    unused_ = backend.upload({.width = 2, .height = 2, .format = nullptr, .texels = kTexels});
+    unused_ = backend.upload({.width = 2, .height = 2, .texels = kTexels});
   }
 
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline(int steps) const {
@@ -43,7 +43,11 @@ class Load {
   }
 
   [[nodiscard]] BatchTime time(const Pipeline& pipeline, int frames, Timer timer) const {
-    Draw draw{.pipeline = &pipeline, .relief = unused_.get(), .normals = unused_.get(), .reference = unused_.get()};
+    Draw draw{.pipeline = &pipeline,
+              .relief = unused_.get(),
+              .normals = unused_.get(),
+              .reference = unused_.get(),
+              .extra = unused_.get()};
     draw.frame.sizes = {kFrameSide_px, kFrameSide_px, 2, 2};
     return backend_.render(draw, frames, timer);
   }

@@ -144,8 +144,9 @@ BatchTime VulkanBackend::render(const Draw& draw, int frames, Timer timer) {
   if (frames < 1) fail_environment("vulkan: a batch of {} frames", frames);
   const auto& pipeline = own<VulkanPipeline>(draw.pipeline, "pipeline");
   const FrameTarget& target = prepare_target(pipeline.target, draw.frame);
-  bindings_.write(draw.frame, {&own<VulkanTexture>(draw.relief, "relief"), &own<VulkanTexture>(draw.normals, "normals"),
-                               &own<VulkanTexture>(draw.reference, "reference")});
+  bindings_.write(draw.frame,
+                  {&own<VulkanTexture>(draw.relief, "relief"), &own<VulkanTexture>(draw.normals, "normals"),
+                   &own<VulkanTexture>(draw.reference, "reference"), &own<VulkanTexture>(draw.extra, "extra texture")});
 
   const VkCommandBufferUsageFlags replayed = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;
   const Commands before(device_, 0);

@@ -1,8 +1,10 @@
 #include "backends/vulkan_memory.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <optional>
+#include <vector>
 
 #include "kernels/error.h"
 
@@ -37,6 +39,22 @@ Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> allocate(const VulkanDevic
 VkBufferImageCopy whole_image(VkExtent2D extent) {
   return {.imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
           .imageExtent = {.width = extent.width, .height = extent.height, .depth = 1}};
+}
+
+/// Copies of tightly packed levels that lie one after the other in `bytes`.
+std::vector<VkBufferImageCopy> all_levels(const DeviceImage& image, std::size_t bytes) {
+  std::vector<VkBufferImageCopy> regions;
+  std::size_t texels = 0;
+  for (std::uint32_t level = 0; level < image.levels; ++level) {
+    const VkExtent2D extent{.width = std::max(image.extent.width >> level, 1U),
+                            .height = std::max(image.extent.height >> level, 1U)};
+    regions.push_back(whole_image(extent));
+    regions.back().imageSubresource.mipLevel = level;
+    regions.back().bufferOffset = texels;
+    texels += std::size_t{extent.width} * extent.height;
+  }
+  for (VkBufferImageCopy& region : regions) region.bufferOffset *= bytes / texels;
+  return regions;
 }
 
 void check_supported(const VulkanDevice& device, const DeviceImageDesc& desc) {
@@ -83,14 +101,15 @@ DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc&
                                .imageType = VK_IMAGE_TYPE_2D,
                                .format = desc.format,
                                .extent = {.width = desc.extent.width, .height = desc.extent.height, .depth = 1},
-                               .mipLevels = 1,
+                               .mipLevels = desc.levels,
                                .arrayLayers = 1,
                                .samples = VK_SAMPLE_COUNT_1_BIT,
                                .tiling = VK_IMAGE_TILING_OPTIMAL,
                                .usage = desc.usage};
   VkImage handle = VK_NULL_HANDLE;
   vk_check(vk.vkCreateImage(device.handle(), &info, nullptr, &handle), "vkCreateImage");
-  DeviceImage image{.memory = {}, .image = {device.logical(), handle}, .view = {}, .extent = desc.extent};
+  DeviceImage image{
+      .memory = {}, .image = {device.logical(), handle}, .view = {}, .extent = desc.extent, .levels = desc.levels};
   VkMemoryRequirements needs;
   vk.vkGetImageMemoryRequirements(device.handle(), handle, &needs);
   image.memory = allocate(device, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0);
@@ -100,7 +119,7 @@ DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc&
       .image = handle,
       .viewType = VK_IMAGE_VIEW_TYPE_2D,
       .format = desc.format,
-      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
+      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = desc.levels, .layerCount = 1}};
   VkImageView view = VK_NULL_HANDLE;
   vk_check(vk.vkCreateImageView(device.handle(), &view_info, nullptr, &view), "vkCreateImageView");
   image.view = {device.logical(), view};
@@ -118,18 +137,18 @@ void transition(const VulkanDevice& device, VkCommandBuffer commands, const Devi
       .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .image = image.image.get(),
-      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
+      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = image.levels, .layerCount = 1}};
   device.calls().vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels) {
   const HostBuffer staging = make_host_buffer(device, texels.size(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, 0);
   std::memcpy(staging.bytes.data(), texels.data(), texels.size());
+  const std::vector<VkBufferImageCopy> regions = all_levels(image, texels.size());
   run_once(device, [&](VkCommandBuffer commands) {
     transition(device, commands, image, kUnused, kCopyTo);
-    const VkBufferImageCopy region = whole_image(image.extent);
-    device.calls().vkCmdCopyBufferToImage(commands, staging.buffer.get(), image.image.get(), kCopyTo.layout, 1,
-                                          &region);
+    device.calls().vkCmdCopyBufferToImage(commands, staging.buffer.get(), image.image.get(), kCopyTo.layout,
+                                          image.levels, regions.data());
     transition(device, commands, image, kCopyTo, kSampled);
   });
 }

@@ -16,12 +16,13 @@ struct HostBuffer {
 [[nodiscard]] HostBuffer make_host_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage,
                                           VkMemoryPropertyFlags preferred);
 
-/// Device-local, optimal tiling, one level.
+/// Device-local, optimal tiling.
 struct DeviceImage {
   Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
   Owned<VkImage, &VolkDeviceTable::vkDestroyImage> image;
   Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView> view;
   VkExtent2D extent{};
+  std::uint32_t levels = 1;
 };
 struct DeviceImageDesc {
   VkExtent2D extent;
@@ -29,6 +30,7 @@ struct DeviceImageDesc {
   std::string_view format_id;  ///< for messages
   VkImageUsageFlags usage;
   VkFormatFeatureFlags features;  ///< that the format must have
+  std::uint32_t levels = 1;
 };
 /// throws: Error(environment) where the device has not all of the format's features, or not this size
 [[nodiscard]] DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc& desc);
@@ -52,7 +54,7 @@ inline constexpr ImageUse kDrawn{VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
 void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
                 const ImageUse& to);
 
-/// Fills an unused image with tightly packed rows and leaves it as kSampled.
+/// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels);
 /// Reads an image that is kDrawn, tightly packed, and leaves it so.
 [[nodiscard]] HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std::size_t bytes_per_texel);

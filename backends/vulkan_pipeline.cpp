@@ -22,6 +22,7 @@ VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device) {
       fragment_binding(kReliefBinding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER),
       fragment_binding(kNormalBinding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER),
       fragment_binding(kReferenceBinding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER),
+      fragment_binding(kExtraBinding, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER),
   };
   const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
                                              .bindingCount = static_cast<std::uint32_t>(bindings.size()),

@@ -7,18 +7,19 @@
 namespace reliefbench {
 namespace {
 
-VkFormat vulkan_format(const Format* format) {
-  if (format == nullptr) return VK_FORMAT_R8G8B8A8_UNORM;
-  const bool one = format->channels == 1;
-  switch (format->type) {
+VkFormat vulkan_format(const TexelLayout& texel) {
+  const auto pick = [&](VkFormat one, VkFormat two, VkFormat four) {
+    return texel.channels == 1 ? one : (texel.channels == 2 ? two : four);
+  };
+  switch (texel.type) {
     case TexelType::unorm8:
-      return one ? VK_FORMAT_R8_UNORM : VK_FORMAT_R8G8_UNORM;
+      return pick(VK_FORMAT_R8_UNORM, VK_FORMAT_R8G8_UNORM, VK_FORMAT_R8G8B8A8_UNORM);
     case TexelType::unorm16:
-      return one ? VK_FORMAT_R16_UNORM : VK_FORMAT_R16G16_UNORM;
+      return pick(VK_FORMAT_R16_UNORM, VK_FORMAT_R16G16_UNORM, VK_FORMAT_R16G16B16A16_UNORM);
     case TexelType::float16:
-      return one ? VK_FORMAT_R16_SFLOAT : VK_FORMAT_R16G16_SFLOAT;
+      return pick(VK_FORMAT_R16_SFLOAT, VK_FORMAT_R16G16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT);
     case TexelType::float32:
-      return one ? VK_FORMAT_R32_SFLOAT : VK_FORMAT_R32G32_SFLOAT;
+      return pick(VK_FORMAT_R32_SFLOAT, VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT);
   }
   return VK_FORMAT_UNDEFINED;
 }
@@ -33,7 +34,8 @@ VkSampler make_sampler(const VulkanDevice& device, const TextureDesc& desc) {
                                  .mipmapMode = VK_SAMPLER_MIPMAP_MODE_NEAREST,
                                  .addressModeU = wrap,
                                  .addressModeV = wrap,
-                                 .addressModeW = wrap};
+                                 .addressModeW = wrap,
+                                 .maxLod = static_cast<float>(desc.levels - 1)};
   VkSampler sampler = VK_NULL_HANDLE;
   vk_check(device.calls().vkCreateSampler(device.handle(), &info, nullptr, &sampler), "vkCreateSampler");
   return sampler;
@@ -42,10 +44,8 @@ VkSampler make_sampler(const VulkanDevice& device, const TextureDesc& desc) {
 }  // namespace
 
 std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const TextureDesc& desc) {
-  const auto bytes = static_cast<std::size_t>(desc.format == nullptr ? 4 : desc.format->bytes_per_texel());
-  const std::string_view format_id = desc.format == nullptr ? "rgba8" : desc.format->id;
-  if (desc.width < 1 || desc.height < 1 ||
-      desc.texels.size() != bytes * static_cast<std::size_t>(desc.width) * static_cast<std::size_t>(desc.height)) {
+  const std::string format_id = fmt::format("{} x {}", desc.layout.channels, texel_type_id(desc.layout.type));
+  if (desc.width < 1 || desc.height < 1 || desc.texels.size() != texture_bytes(desc)) {
     fail_environment("vulkan: {} bytes are not a {}x{} texture of format {}", desc.texels.size(), desc.width,
                      desc.height, format_id);
   }
@@ -54,10 +54,11 @@ std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const Te
   auto texture = std::make_unique<VulkanTexture>();
   texture->image = make_device_image(device, {.extent = {.width = static_cast<std::uint32_t>(desc.width),
                                                          .height = static_cast<std::uint32_t>(desc.height)},
-                                              .format = vulkan_format(desc.format),
+                                              .format = vulkan_format(desc.layout),
                                               .format_id = format_id,
                                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
-                                              .features = features});
+                                              .features = features,
+                                              .levels = static_cast<std::uint32_t>(desc.levels)});
   texture->sampler = {device.logical(), make_sampler(device, desc)};
   upload_texels(device, texture->image, desc.texels);
   return texture;
@@ -70,7 +71,7 @@ Bindings::Bindings(const VulkanDevice& device, VkDescriptorSetLayout layout)
                                  VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT)) {
   const std::array sizes = {
       VkDescriptorPoolSize{.type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, .descriptorCount = 1},
-      VkDescriptorPoolSize{.type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, .descriptorCount = 3}};
+      VkDescriptorPoolSize{.type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, .descriptorCount = kTextures}};
   const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                              .maxSets = 1,
                                              .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
@@ -86,11 +87,11 @@ Bindings::Bindings(const VulkanDevice& device, VkDescriptorSetLayout layout)
   vk_check(device.calls().vkAllocateDescriptorSets(device.handle(), &set_info, &set_), "vkAllocateDescriptorSets");
 }
 
-void Bindings::write(const FrameUniforms& frame, const std::array<const VulkanTexture*, 3>& textures) {
+void Bindings::write(const FrameUniforms& frame, const std::array<const VulkanTexture*, kTextures>& textures) {
   std::memcpy(uniforms_.bytes.data(), &frame, sizeof frame);
   const VkDescriptorBufferInfo buffer{.buffer = uniforms_.buffer.get(), .range = sizeof frame};
-  std::array<VkDescriptorImageInfo, 3> images{};
-  std::array<VkWriteDescriptorSet, 4> writes{};
+  std::array<VkDescriptorImageInfo, kTextures> images{};
+  std::array<VkWriteDescriptorSet, kTextures + 1> writes{};
   writes[0] = {.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                .dstSet = set_,
                .dstBinding = kFrameBinding,

@@ -15,14 +15,16 @@ struct VulkanTexture final : Texture {
 /// throws: Error(environment) where the device cannot sample or filter the format, or not at this size
 [[nodiscard]] std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const TextureDesc& desc);
 
+inline constexpr std::uint32_t kTextures = 4;  ///< relief, normals, reference, extra
+
 /// The one descriptor set, and the uniform buffer behind it. Rewritten for each draw: all work is over by then.
 class Bindings {
  public:
   Bindings(const VulkanDevice& device, VkDescriptorSetLayout layout);
 
   [[nodiscard]] VkDescriptorSet set() const { return set_; }
-  /// textures: relief, normals, reference
-  void write(const FrameUniforms& frame, const std::array<const VulkanTexture*, 3>& textures);
+  /// textures: in the order of their bindings
+  void write(const FrameUniforms& frame, const std::array<const VulkanTexture*, kTextures>& textures);
 
  private:
   const VulkanDevice& device_;

@@ -9,7 +9,7 @@ std::vector<float> bake_conservative(const BakeRequest& request) {
   std::vector<float> ratios = search_cones({.heights = heights,
                                             .wrap = request.wrap,
                                             .metric = cone_metric(heights.width, heights.height, request.correction),
-                                            .pair_key = nullptr,
+                                            .max_ratio = request.max_ratio,
                                             .threads = request.threads});
   if (request.correction == Correction::none) return ratios;
   return min3x3(ratios, heights.width, heights.height, request.wrap);

@@ -34,6 +34,7 @@ class Packet {
     const ConeMetric& metric = search.metric;
     aspect_ = static_cast<float>(metric.weight_x / metric.weight_y);
     slack_ = static_cast<float>(metric.slack / metric.weight_y);
+    widest_ = metric.side * static_cast<double>(search.max_ratio);
   }
 
   void start(int x, int y) {
@@ -47,7 +48,7 @@ class Packet {
       x_d_[i] = px;
       y_d_[i] = py;
       height_d_[i] = height_f_[i];
-      key_[i] = search_.metric.side * search_.metric.side;  // ratio 1
+      key_[i] = widest_ * widest_;
       target_[i] = py * static_cast<double>(width_) + px;
     }
     lowest_ = *std::min_element(height_f_, height_f_ + kLanes);
@@ -208,7 +209,8 @@ class Packet {
   const MaxPyramid& pyramid_;
   int width_;
   int height_;
-  float aspect_ = 1;  // metric in units of weight_y
+  double widest_ = 0;  // max_ratio in units of the metric
+  float aspect_ = 1;   // metric in units of weight_y
   float slack_ = 0;
   float centre_x_ = 0;
   float centre_y_ = 0;

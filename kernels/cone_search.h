@@ -37,17 +37,15 @@ struct ConeSearch {
   const Heightfield& heights;
   Wrap wrap = Wrap::repeat;
   ConeMetric metric;
+  float max_ratio = 1;
   const PairKey* pair_key = nullptr;  ///< null: distance2 / (target_height - height)^2, the conservative cone
   int threads = 0;
 };
 
-/// For every texel the ratio sqrt(min key) / side over all texels that are higher, at most 1, rounded down to float:
-/// never above the double-precision value. Branch and bound on a max pyramid, 4 x 4 texels a traversal.
-/// The result has the bits of a loop over all pairs: bounds are pruned with a margin over float's rounding, the keys
-/// that remain are evaluated in double, and a minimum does not depend on the order.
+/// For every texel the ratio sqrt(min key) / side over all texels that are higher, at most max_ratio, rounded down to
+/// float: never above the double-precision value. Branch and bound on a max pyramid, 4 x 4 texels a traversal. The
+/// result has the bits of a loop over all pairs: bounds are pruned with a margin over float's rounding, the keys that
+/// remain are evaluated in double, and a minimum does not depend on the order.
 [[nodiscard]] std::vector<float> search_cones(const ConeSearch& search);
-
-/// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
-void check_bakeable(const Heightfield& heights);
 
 }  // namespace reliefbench

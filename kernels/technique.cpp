@@ -9,11 +9,6 @@
 namespace reliefbench {
 namespace {
 
-// Specialization constants of common.glsl.
-constexpr int kFilterConstant = 1;
-constexpr int kEncodingConstant = 2;
-constexpr int kLoopConstant = 3;
-
 Param range(std::string_view id, std::string_view description, int min, int max, int fallback,
             std::string_view active_if = {}) {
   return {.id = id, .description = description, .min = min, .max = max, .fallback = fallback, .active_if = active_if};
@@ -68,10 +63,31 @@ Param format(std::string_view fallback) {
   param.stage = Stage::bake;  // cones are built from the heights as this format rounds them
   return param;
 }
-Param correction(MapKind map, std::string_view fallback) {
+/// The corrections that any of the maps has; conflict() refuses the others.
+Param correction(const std::vector<MapKind>& maps, std::string_view fallback) {
   std::vector<std::string_view> ids;
-  for (const Correction value : find_map(map).corrections) ids.push_back(correction_id(value));
+  for (const Correction value : corrections()) {
+    const bool is_known = std::any_of(maps.begin(), maps.end(), [&](MapKind map) {
+      const auto list = find_map(map).corrections;
+      return std::find(list.begin(), list.end(), value) != list.end();
+    });
+    if (is_known) ids.push_back(correction_id(value));
+  }
   Param param = choice("correction", "what makes interpolated cones safe", std::move(ids), fallback);
+  param.stage = Stage::bake;
+  return param;
+}
+Param map(const std::vector<MapKind>& maps) {
+  std::vector<std::string_view> ids;
+  for (const MapKind kind : maps) ids.push_back(find_map(kind).id);
+  const std::string_view fallback = ids.front();
+  Param param = choice("map", "which map is baked", std::move(ids), fallback);
+  param.stage = Stage::bake;
+  return param;
+}
+Param max_ratio() {
+  Param param =
+      choice("max_ratio", "widest cone that is baked; beyond 1 for floats and h_tan only", {"1", "unbounded"}, "1");
   param.stage = Stage::bake;
   return param;
 }
@@ -90,17 +106,19 @@ Technique numbered(Technique technique) {
 }
 
 std::vector<Technique> rows() {
+  const std::vector<MapKind> cone_maps{MapKind::conservative};
+  const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07};
   return {
       {.id = "flat",
        .description = "no relief: the floor of frame time",
-       .map = MapKind::height,
+       .maps = {MapKind::height},
        .params = {},
        .guarantee = Guarantee::none,
        .guarantee_note = "",
        .source = "-"},
       {.id = "parallax",
        .description = "one lookup, shifted by its height",
-       .map = MapKind::height,
+       .maps = {MapKind::height},
        .params = {choice("variant", "full shift, or limited by the view's angle", {"plain", "offset_limited"},
                          "offset_limited"),
                   format("r8"), filter()},
@@ -109,7 +127,7 @@ std::vector<Technique> rows() {
        .source = "[KAN01]; offset limit: Welsh 2004"},
       {.id = "relief",
        .description = "linear search, then refinement",
-       .map = MapKind::height,
+       .maps = {MapKind::height},
        .params = {linear_steps(), refinement({"none", "secant", "binary"}, "binary"), binary_steps(5), secant_steps(),
                   loop(), format("r8"), filter()},
        .guarantee = Guarantee::none,
@@ -117,23 +135,28 @@ std::vector<Technique> rows() {
        .source = "[RTM] listing 5.3"},
       {.id = "cone",
        .description = "conservative cone stepping",
-       .map = MapKind::conservative,
+       .maps = cone_maps,
        .params = {cone_steps(32),
                   choice("step",
                          "the cone alone, or at least to the cell's border: untested "
                          "(cell_max), or with the cell's surface solved (cell_quad)",
                          {"plain", "cell_max", "cell_quad"}, "cell_quad"),
                   refinement({"none", "secant", "binary"}, "none"), binary_steps(6), secant_steps(), loop(),
-                  correction(MapKind::conservative, "safe"), format("rg16"), encoding(), filter()},
+                  map(cone_maps), correction(cone_maps, "safe"), max_ratio(), format("rg16"), encoding(), filter()},
        .guarantee = Guarantee::never_skips,
        .guarantee_note = "with correction=safe and step plain or cell_quad, on the heights as stored; cell_max skips "
                          "the rest of a cell untested",
-       .source = "[DUM06]; cell steps [BVBV24]"},
+       .source = "[DUM06]; cell steps [BVBV24]",
+       .is_guaranteed =
+           [](const Settings& settings) {
+             return settings.choice("correction") == "safe" && settings.choice("step") != "cell_max";
+           }},
       {.id = "relaxed_cone",
        .description = "relaxed cone stepping, then refinement",
-       .map = MapKind::relaxed_po07,
+       .maps = relaxed_maps,
        .params = {cone_steps(15), refinement({"secant", "binary"}, "binary"), binary_steps(6), secant_steps(), loop(),
-                  search_steps(), correction(MapKind::relaxed_po07, "none"), format("rg16"), encoding(), filter()},
+                  map(relaxed_maps), search_steps(), correction(relaxed_maps, "none"), max_ratio(), format("rg16"),
+                  encoding(), filter()},
        .guarantee = Guarantee::none,
        .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]",
        .source = "[PO07] listing 18-3"},
@@ -224,14 +247,58 @@ std::string Settings::text() const {
   return out;
 }
 
-std::string conflict(const Settings& settings) {
+const MapRow& map_of(const Settings& settings) {
   const Technique& technique = settings.technique();
-  if (technique.find("format") == nullptr) return "";
+  const Param* const param = technique.find("map");
+  if (param == nullptr || !settings.is_active(*param)) return find_map(technique.maps.front());
+  return find_map(settings.choice("map"));
+}
+
+bool is_guaranteed(const Settings& settings) {
+  const auto holds = settings.technique().is_guaranteed;
+  return holds != nullptr && holds(settings);
+}
+
+namespace {
+
+bool is_on(const Settings& settings, std::string_view param_id) {
+  const Param* const param = settings.technique().find(param_id);
+  return param != nullptr && settings.is_active(*param);
+}
+
+std::string format_conflict(const Settings& settings) {
   const Format& format = find_format(settings.choice("format"));
-  const int needed = find_map(technique.map).channels;
-  if (format.channels < needed)
-    return fmt::format("format {} has {} channel, a {} map needs {}", format.id, format.channels,
-                       find_map(technique.map).id, needed);
+  const MapRow& map = map_of(settings);
+  if (format.ratios() < map.ratios)
+    return fmt::format("format {} has room for {} cone ratios, a {} map needs {}", format.id, format.ratios(), map.id,
+                       map.ratios);
+  if (map.content != MapContent::ratios && format.extra_channels > 0)
+    return fmt::format("format {} has a texture for ratios, which a {} map does not fill", format.id, map.id);
+  if (map.ratios == 1 && format.extra_channels > 1)
+    return fmt::format("format {} has 4 cone ratios, a {} map fills one", format.id, map.id);
+  if ((map.content == MapContent::pyramid || map.content == MapContent::volume) && format.channels > 1)
+    return fmt::format("format {} has room for cone ratios, which a {} map does not have", format.id, map.id);
+  return "";
+}
+
+}  // namespace
+
+std::string conflict(const Settings& settings) {
+  if (!is_on(settings, "format")) return "";
+  if (const std::string reason = format_conflict(settings); !reason.empty()) return reason;
+  const MapRow& map = map_of(settings);
+  if (is_on(settings, "correction")) {
+    const auto has = [&](Correction value) { return correction_id(value) == settings.choice("correction"); };
+    if (std::none_of(map.corrections.begin(), map.corrections.end(), has))
+      return fmt::format("a {} map has no correction {}", map.id, settings.choice("correction"));
+  }
+  if (is_on(settings, "max_ratio") && settings.choice("max_ratio") == "unbounded") {
+    const TexelType type = find_format(settings.choice("format")).type;
+    const bool is_unorm = type == TexelType::unorm8 || type == TexelType::unorm16;
+    const std::string_view encoding = settings.choice("encoding");
+    if (is_unorm && encoding != "h_tan" && encoding != "atan")
+      return fmt::format("{} cannot hold a ratio over 1 as {}", settings.choice("format"), encoding);
+  }
   return "";
 }
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/cone_map.h"
+#include "kernels/map_kind.h"
 
 namespace reliefbench {
 
@@ -27,7 +27,8 @@ struct Param {
   [[nodiscard]] std::string text(int value) const;
 };
 
-/// A technique's own specialization constants begin here, in the order of its row; lower ones are common.glsl's.
+/// Specialization constants of common.glsl. A technique's own begin at kFirstOwnConstant, in the order of its row.
+enum SharedConstant : int { kWrapConstant, kFilterConstant, kEncodingConstant, kLoopConstant, kLayoutConstant };
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
 /// A claim that the tests and the stability suite hold a technique to.
@@ -37,12 +38,14 @@ enum class Guarantee { none, never_skips, bounded_error };
 struct Technique {
   std::string_view id;
   std::string_view description;
-  MapKind map;
+  std::vector<MapKind> maps;  ///< that it can run on; the first is the default, the parameter `map` chooses
   std::vector<Param>
       params;  ///< every axis of this technique, those it shares with others included, in id order of use
   Guarantee guarantee;
   std::string_view guarantee_note;  ///< when it holds, or what may go wrong
   std::string_view source;
+  /// Whether the guarantee holds for these settings (with the manual filter, on the heights as stored); null: never.
+  bool (*is_guaranteed)(const class Settings& settings) = nullptr;
 
   [[nodiscard]] const Param* find(std::string_view param_id) const;
 };
@@ -68,6 +71,11 @@ class Settings {
   const Technique* technique_;
   std::vector<int> values_;  ///< parallel to technique_->params
 };
+
+/// The map kind of these settings.
+[[nodiscard]] const MapRow& map_of(const Settings& settings);
+/// Whether the technique claims that these settings keep its guarantee.
+[[nodiscard]] bool is_guaranteed(const Settings& settings);
 
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have).

@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cassert>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <string>
 
 #include "kernels/error.h"
-#include "kernels/parallel.h"
+#include "kernels/map_kind.h"
 
 namespace reliefbench {
 namespace {
@@ -26,12 +23,46 @@ constexpr std::array kFormats{
     Format{.id = "rg16", .type = TexelType::unorm16, .channels = 2},
     Format{.id = "rg16f", .type = TexelType::float16, .channels = 2},
     Format{.id = "rg32f", .type = TexelType::float32, .channels = 2},
+    Format{.id = "rgba8", .type = TexelType::unorm8, .channels = 4, .with_normal = true},
+    Format{.id = "r8+r8", .type = TexelType::unorm8, .channels = 1, .extra_channels = 1},
+    Format{.id = "r8+rgba8", .type = TexelType::unorm8, .channels = 1, .extra_channels = 4},
+    Format{.id = "r16+rgba16", .type = TexelType::unorm16, .channels = 1, .extra_channels = 4},
+    Format{.id = "r16f+rgba16f", .type = TexelType::float16, .channels = 1, .extra_channels = 4},
+    Format{.id = "r32f+rgba32f", .type = TexelType::float32, .channels = 1, .extra_channels = 4},
 };
 
+/// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
+/// to, and these few operations are the same on every device, where a driver's tan is not.
+float tangent(float y) { return y * (15.0F - y * y) / (15.0F - 6.0F * y * y); }
+
+/// stored = angle between the cone's generatrix and the plane, over pi/2: 1 closed, 1/2 at ratio 1.
+float decode_atan(float stored, float /*height*/) {
+  constexpr float kHalfPi = 1.57079632679F;
+  return stored < 0.5F ? 1.0F / std::max(tangent(stored * kHalfPi), 1.0F / kUnboundedRatio)
+                       : tangent((1.0F - stored) * kHalfPi);
+}
+
+/// stored = radius of the cone at the top plate, (1 - height) ratio. At the plate itself no cone is needed.
+float decode_h_tan(float stored, float height) { return stored / std::max(1.0F - height, 0x1p-16F); }
+
+constexpr float kDivisionGuard = 1 + 0x1p-20F;  // divisions on GPUs are 2.5 ulp off, a few of them in a row
+
 constexpr std::array kEncodings{
-    Encoding{.id = "ratio", .shader_value = 0, .source = "[DUM06]", .decode = [](float stored) { return stored; }},
-    Encoding{
-        .id = "sqrt", .shader_value = 1, .source = "[PO07]", .decode = [](float stored) { return stored * stored; }},
+    Encoding{.id = "ratio",
+             .shader_value = 0,
+             .source = "[DUM06]",
+             .decode = [](float stored, float /*height*/) { return stored; }},
+    Encoding{.id = "sqrt",
+             .shader_value = 1,
+             .source = "[PO07]",
+             .decode = [](float stored, float /*height*/) { return stored * stored; }},
+    Encoding{.id = "h_tan", .shader_value = 2, .source = "[HSST08]", .decode = decode_h_tan, .guard = kDivisionGuard},
+    Encoding{.id = "atan",
+             .shader_value = 3,
+             .source = "angle of the cone, over pi/2",
+             .decode = decode_atan,
+             .is_decreasing = true,
+             .guard = kDivisionGuard},
 };
 
 template <typename Rows>
@@ -43,20 +74,34 @@ const typename Rows::value_type& find_row(const Rows& rows, std::string_view id,
   fail_input("unknown {} '{}'; the choices are {}", kind, id, choices);
 }
 
-int bytes_per_channel(TexelType type) {
+}  // namespace
+
+int TexelLayout::bytes() const {
   switch (type) {
     case TexelType::unorm8:
-      return 1;
+      return channels;
     case TexelType::unorm16:
     case TexelType::float16:
-      return 2;
+      return 2 * channels;
     case TexelType::float32:
-      return 4;
+      return 4 * channels;
   }
   return 0;
 }
 
-/// A code is the bits as stored. For values in [0, 1] all four types are ordered as their codes are.
+std::string_view texel_type_id(TexelType type) {
+  constexpr std::array<std::string_view, 4> kIds{"unorm8", "unorm16", "float16", "float32"};
+  return kIds.at(static_cast<std::size_t>(type));
+}
+
+int Format::bytes_per_texel() const { return relief().bytes() + extra().bytes(); }
+
+std::span<const Format> formats() { return kFormats; }
+const Format& find_format(std::string_view id) { return find_row(formats(), id, "texture format"); }
+
+std::span<const Encoding> encodings() { return kEncodings; }
+const Encoding& find_encoding(std::string_view id) { return find_row(encodings(), id, "cone encoding"); }
+
 float value_of(std::uint32_t code, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
@@ -71,7 +116,6 @@ float value_of(std::uint32_t code, TexelType type) {
   return 0;
 }
 
-/// The code of the value nearest to `value` in [0, 1]; halves: ties to even.
 std::uint32_t nearest_code(float value, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
@@ -86,82 +130,42 @@ std::uint32_t nearest_code(float value, TexelType type) {
   return 0;
 }
 
-/// The largest code whose decoded ratio is strictly below `ratio` (between floats that is one ulp of guard), or 0.
-std::uint32_t floor_code(float ratio, TexelType type, const Encoding& encoding) {
-  std::uint32_t fits = 0;
-  std::uint32_t too_wide = nearest_code(1.0F, type) + 1;
-  while (too_wide - fits > 1) {
-    const std::uint32_t middle = fits + (too_wide - fits) / 2;
-    (encoding.decode(value_of(middle, type)) < ratio ? fits : too_wide) = middle;
-  }
-  return fits;
-}
-
-// The first bytes of a little-endian code are its low ones, and GPUs read texels in the host's order.
-static_assert(std::endian::native == std::endian::little);
-
-void write_code(TextureImage& image, std::size_t texel, int channel, std::uint32_t code) {
-  const auto size = static_cast<std::size_t>(bytes_per_channel(image.format->type));
-  const std::size_t index =
-      texel * static_cast<std::size_t>(image.format->channels) + static_cast<std::size_t>(channel);
-  std::memcpy(image.texels.data() + index * size, &code, size);
-}
-
-float read_value(const TextureImage& image, std::size_t texel, int channel) {
-  const auto size = static_cast<std::size_t>(bytes_per_channel(image.format->type));
-  const std::size_t index =
-      texel * static_cast<std::size_t>(image.format->channels) + static_cast<std::size_t>(channel);
-  std::uint32_t code = 0;
-  std::memcpy(&code, image.texels.data() + index * size, size);
-  return value_of(code, image.format->type);
-}
-
-}  // namespace
-
-int Format::bytes_per_texel() const { return channels * bytes_per_channel(type); }
-
-std::span<const Format> formats() { return kFormats; }
-const Format& find_format(std::string_view id) { return find_row(formats(), id, "texture format"); }
-
-std::span<const Encoding> encodings() { return kEncodings; }
-const Encoding& find_encoding(std::string_view id) { return find_row(encodings(), id, "cone encoding"); }
-
 Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
   Heightfield quantised = heights;
   for (float& texel : quantised.texels) texel = value_of(nearest_code(texel, type), type);
   return quantised;
 }
 
-float floor_ratio(float ratio, TexelType type, const Encoding& encoding) {
-  return encoding.decode(value_of(floor_code(ratio, type, encoding), type));
-}
-
-TextureImage pack_texture(const Heightfield& heights, std::span<const float> ratios, const Format& format,
-                          const Encoding& encoding) {
-  assert(ratios.empty() || ratios.size() == heights.texels.size());
-  const auto row_texels = static_cast<std::size_t>(heights.width);
-  TextureImage image{.width = heights.width, .height = heights.height, .format = &format, .texels = {}};
-  image.texels.resize(heights.texels.size() * static_cast<std::size_t>(format.bytes_per_texel()));
-  parallel_for(heights.height, 0, [&](int y) {
-    const std::size_t begin = static_cast<std::size_t>(y) * row_texels;
-    for (std::size_t i = begin; i < begin + row_texels; ++i) {
-      write_code(image, i, 0, nearest_code(heights.texels[i], format.type));
-      if (format.channels == 2 && !ratios.empty())
-        write_code(image, i, 1, floor_code(ratios[i], format.type, encoding));
+std::uint32_t floor_code(float ratio, float height, TexelType type, const Encoding& encoding) {
+  // An angle ends at 1, everything else where the type does.
+  const bool is_float = type == TexelType::float16 || type == TexelType::float32;
+  const float greatest = is_float && !encoding.is_decreasing ? kUnboundedRatio : 1.0F;
+  const std::uint32_t end = nearest_code(greatest, type) + 1;
+  const auto fits = [&](std::uint32_t code) {
+    return encoding.decode(value_of(code, type), height) * encoding.guard < ratio;
+  };
+  std::uint32_t low = 0;
+  std::uint32_t high = end;
+  if (encoding.is_decreasing) {  // the least code that fits; the last one if none does
+    while (low < high) {
+      const std::uint32_t middle = low + (high - low) / 2;
+      if (fits(middle)) {
+        high = middle;
+      } else {
+        low = middle + 1;
+      }
     }
-  });
-  return image;
+    return std::min(low, end - 1);
+  }
+  while (high - low > 1) {  // the greatest code that fits; 0 if none does
+    const std::uint32_t middle = low + (high - low) / 2;
+    (fits(middle) ? low : high) = middle;
+  }
+  return low;
 }
 
-UnpackedTexture unpack_texture(const TextureImage& image, const Encoding& encoding) {
-  UnpackedTexture unpacked;
-  unpacked.heights = {.width = image.width, .height = image.height, .texels = {}};
-  const std::size_t count = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-  for (std::size_t i = 0; i < count; ++i) {
-    unpacked.heights.texels.push_back(read_value(image, i, 0));
-    if (image.format->channels == 2) unpacked.ratios.push_back(encoding.decode(read_value(image, i, 1)));
-  }
-  return unpacked;
+float floor_ratio(float ratio, float height, TexelType type, const Encoding& encoding) {
+  return encoding.decode(value_of(floor_code(ratio, height, type, encoding), type), height);
 }
 
 }  // namespace reliefbench

@@ -41,6 +41,7 @@ struct Rig {
                     .relief = relief != nullptr ? relief : plain.get(),
                     .normals = plain.get(),
                     .reference = plain.get(),
+                    .extra = plain.get(),
                     .frame = frame_uniforms(scene, 8, 8)};
     const BatchTime time = backend->render(draw, 1, Timer::fenced_wall);
     EXPECT_GT(time.wall_ns, 0);

@@ -114,6 +114,7 @@ TEST_P(BackendTest, every_offered_timer_answers_and_no_other) {
                     .relief = rig.plain.get(),
                     .normals = rig.plain.get(),
                     .reference = rig.plain.get(),
+                    .extra = rig.plain.get(),
                     .frame = frame_uniforms(kScene, 8, 8)};
     const std::vector<Timer>& offered = rig.backend->device().timers;
     for (const Timer timer : {Timer::fenced_wall, Timer::gl_time_elapsed, Timer::gl_timestamp, Timer::vk_timestamp}) {

@@ -61,7 +61,7 @@ float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
   return is_float ? value : std::round(value * codes) / codes;
 }
 
-Map make_map(const Format& format) {
+Map make_map(const TexelLayout& format) {
   Map map;
   for (int i = 0; i < 64; ++i) {
     const float value = static_cast<float>(i) / 64;
@@ -71,7 +71,7 @@ Map make_map(const Format& format) {
   return map;
 }
 
-constexpr Format kFloat{.id = "r32f", .type = TexelType::float32, .channels = 1};
+constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
 
 /// The probe's frame of `size` px square.
 std::vector<ScorePixel> probe(const Rig& rig, const TextureDesc& desc, int offset, bool fetch, int size = 8) {
@@ -89,11 +89,11 @@ TEST_P(TextureTest, every_format_is_read_back_as_uploaded) {
   on_every_device([](Rig& rig) {
     for (const Format& format : formats())
       for (const bool fetch : {true, false}) {
-        const Map map = make_map(format);
+        const Map map = make_map(format.relief());
         const std::vector<ScorePixel> seen = probe(rig,
                                                    {.width = 8,
                                                     .height = 8,
-                                                    .format = &format,
+                                                    .layout = format.relief(),
                                                     .texels = map.texels,
                                                     .filter = fetch ? Filter::linear : Filter::nearest},
                                                    4, fetch);
@@ -131,7 +131,7 @@ TEST_P(TextureTest, wrap_modes_and_filters_answer_for_every_place) {
         for (const int offset : {4, 6}) {  // at texel centres, and a quarter texel beyond
           // 16 px: 4 texels before the map, the map, 4 texels after it.
           const std::vector<ScorePixel> seen = probe(
-              rig, {.width = 8, .height = 8, .format = &kFloat, .texels = map.texels, .wrap = wrap, .filter = filter},
+              rig, {.width = 8, .height = 8, .layout = kFloat, .texels = map.texels, .wrap = wrap, .filter = filter},
               offset, false, 16);
           const float f = filter == Filter::linear && offset == 6 ? 0.25F : 0.0F;
           const auto texel = [&](int x, int y) {
@@ -155,7 +155,7 @@ TEST_P(TextureTest, wrap_modes_and_filters_answer_for_every_place) {
 TEST_P(TextureTest, specialization_constants_reach_the_shader) {
   on_every_device([](Rig& rig) {
     const Map map = make_map(kFloat);
-    const TextureDesc desc{.width = 8, .height = 8, .format = &kFloat, .texels = map.texels, .filter = Filter::nearest};
+    const TextureDesc desc{.width = 8, .height = 8, .layout = kFloat, .texels = map.texels, .filter = Filter::nearest};
     EXPECT_EQ(probe(rig, desc, 4, false)[0].steps, 4);
     EXPECT_EQ(probe(rig, desc, -3, false)[0].steps, -3);
     EXPECT_NE(probe(rig, desc, 12, false)[0].t, probe(rig, desc, 4, false)[0].t);
@@ -165,8 +165,8 @@ TEST_P(TextureTest, specialization_constants_reach_the_shader) {
 TEST_P(TextureTest, a_texture_of_the_wrong_size_is_refused) {
   on_every_device([](Rig& rig) {
     const std::vector<std::byte> texels(64);
-    EXPECT_THROW((void)rig.backend->upload({.width = 9, .height = 8, .format = &kFloat, .texels = texels}), Error);
-    EXPECT_THROW((void)rig.backend->upload({.width = 0, .height = 8, .format = &kFloat, .texels = {}}), Error);
+    EXPECT_THROW((void)rig.backend->upload({.width = 9, .height = 8, .layout = kFloat, .texels = texels}), Error);
+    EXPECT_THROW((void)rig.backend->upload({.width = 0, .height = 8, .layout = kFloat, .texels = {}}), Error);
   });
 }
 

@@ -43,7 +43,8 @@ TEST_P(GuaranteeTest, safe_cones_with_solved_cells_never_skip) {
             const Scene scene = scene_of(view, wrap);
             const auto pixels = trace_frame(rig, settings, map, scene);
             const FrameScore score =
-                judge_frame(pixels, reference_of(pixels, map.surface, wrap), map.image.width, map.image.height).score;
+                judge_frame(pixels, reference_of(pixels, map.surface, wrap), map.surface.width, map.surface.height)
+                    .score;
             EXPECT_EQ(score.missed_rate, 0) << row.id << " " << format << " " << view.id;
             EXPECT_EQ(score.unconverged_rate, 0) << row.id << " " << format << " " << view.id;
           }

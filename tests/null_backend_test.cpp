@@ -38,8 +38,10 @@ TEST(NullBackend, the_load_doubles_with_its_length) {
 TEST(NullBackend, hits_come_nearer_with_more_steps) {
   const Rig rig(find_backend("null"), 0);
   const std::vector<float> half_way(64, 0.5F);
-  const auto relief = rig.backend->upload(
-      {.width = 8, .height = 8, .format = &find_format("r32f"), .texels = std::as_bytes(std::span(half_way))});
+  const auto relief = rig.backend->upload({.width = 8,
+                                           .height = 8,
+                                           .layout = {.type = TexelType::float32, .channels = 1},
+                                           .texels = std::as_bytes(std::span(half_way))});
   const auto first_t = [&](int steps) {
     const auto pipeline = rig.pipeline({}, Target::score, {{.id = 16, .value = steps}}, "relief");
     rig.draw(*pipeline, kScene, relief.get());

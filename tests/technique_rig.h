@@ -13,20 +13,17 @@ namespace reliefbench {
 
 /// A relief map as a technique samples it, and the surface that it then stands for.
 struct StoredMap {
-  TextureImage image;
+  MapTextures textures;
   Heightfield surface;  ///< heights as stored
 };
 
 inline StoredMap store_map(const Settings& settings, const Heightfield& heights, Wrap wrap) {
-  const Technique& technique = settings.technique();
-  if (technique.find("format") == nullptr) {  // flat reads no map: any will do
-    const Format& format = find_format("r32f");
-    return {.image = pack_texture(heights, {}, format, find_encoding("ratio")), .surface = heights};
-  }
-  StoredMap stored{.image = {}, .surface = quantise_heights(heights, find_format(settings.choice("format")).type)};
-  const std::vector<float> ratios = find_map(technique.map).bake(bake_request(settings, stored.surface, wrap));
-  stored.image = relief_texture(settings, stored.surface, ratios);
-  return stored;
+  if (settings.technique().find("format") == nullptr)  // flat reads no map: any will do
+    return {.textures = pack_heights(heights, find_format("r32f")), .surface = heights};
+  BakedMap map{.heights = quantise_heights(heights, find_format(settings.choice("format")).type)};
+  map.values = map_of(settings).bake(bake_request(settings, map.heights, wrap));
+  MapTextures textures = map_textures(settings, map, wrap, Scene{}.relief_depth);
+  return {.textures = std::move(textures), .surface = std::move(map.heights)};
 }
 
 /// The score frame of a technique over a stored map.
@@ -35,16 +32,14 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& setti
   const auto pipeline =
       rig.pipeline(compile_fragment(settings.technique().id, Target::score, rig.row.dialect), Target::score,
                    constants_of(&settings, scene.wrap), std::string(settings.technique().id));
-  const auto texture = rig.backend->upload({.width = map.image.width,
-                                            .height = map.image.height,
-                                            .format = map.image.format,
-                                            .texels = map.image.texels,
-                                            .wrap = scene.wrap});
+  const auto relief = rig.backend->upload(texture_desc(map.textures.relief, scene.wrap));
+  const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, scene.wrap)) : nullptr;
   const Draw draw{.pipeline = pipeline.get(),
-                  .relief = texture.get(),
+                  .relief = relief.get(),
                   .normals = rig.plain.get(),
                   .reference = rig.plain.get(),
-                  .frame = frame_uniforms(scene, map.image.width, map.image.height)};
+                  .extra = extra ? extra.get() : rig.plain.get(),
+                  .frame = frame_uniforms(scene, map.surface.width, map.surface.height)};
   rig.backend->render(draw, 1, Timer::fenced_wall);
   return rig.backend->read_score();
 }

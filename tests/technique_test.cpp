@@ -166,7 +166,7 @@ TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
       for (const Technique& technique : techniques()) {
         if (technique.id == "flat") continue;
         Settings settings(technique);
-        settings.set("format", technique.map == MapKind::height ? "r32f" : "rg32f");
+        settings.set("format", map_of(settings).ratios == 0 ? "r32f" : "rg32f");
         if (technique.id == "parallax") settings.set("variant", "plain");
         if (technique.id == "relief") settings.set("binary_steps", 16);
         if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 500);

@@ -48,19 +48,17 @@ float value(std::uint32_t code, TexelType type) {
   return 0;
 }
 
-/// The cone channel of a 2x2 texture with this one ratio, as its code.
-std::uint32_t stored_ratio_code(float ratio, TexelType type, const Encoding& encoding) {
-  const auto format = std::find_if(formats().begin(), formats().end(),
-                                   [&](const Format& f) { return f.type == type && f.channels == 2; });
-  const Heightfield flat{.width = 2, .height = 2, .texels = std::vector<float>(4)};
-  const TextureImage image = pack_texture(flat, std::vector<float>(4, ratio), *format, encoding);
-  const auto size = static_cast<std::size_t>(format->bytes_per_texel() / 2);
-  std::uint32_t code = 0;
-  std::memcpy(&code, image.texels.data() + size, size);
-  return code;
+bool is_guarded(float decoded, float ratio, const Encoding& encoding) { return decoded * encoding.guard < ratio; }
+
+/// The next wider cone's code.
+std::uint32_t wider(std::uint32_t code, const Encoding& encoding) {
+  return encoding.is_decreasing ? code - 1 : code + 1;
 }
 
-bool is_guarded(float decoded, float ratio) { return std::nextafter(decoded, 2.0F) <= ratio; }
+/// The code of the narrowest cone.
+std::uint32_t narrowest(TexelType type, const Encoding& encoding) {
+  return encoding.is_decreasing ? code_of_one(type) : 0;
+}
 
 /// A ratio of any magnitude: log-uniform bits in [0, 1].
 rc::Gen<float> any_ratio() {
@@ -68,31 +66,33 @@ rc::Gen<float> any_ratio() {
                       [](std::uint32_t bits) { return std::bit_cast<float>(bits); });
 }
 
-RC_GTEST_PROP(FloorRatio, IsTheLargestStorableRatioBelow, ()) {
+RC_GTEST_PROP(FloorRatio, IsTheWidestStorableConeBelow, ()) {
   const float ratio = *rc::gen::oneOf(
       any_ratio(), rc::gen::map(rc::gen::inRange(0, 1 << 24), [](int i) { return static_cast<float>(i) * 0x1p-24F; }));
+  const float height = *any_ratio();
   for (const TexelType type : kTypes) {
     for (const Encoding& encoding : encodings()) {
-      const float decoded = floor_ratio(ratio, type, encoding);
-      const std::uint32_t code = stored_ratio_code(ratio, type, encoding);
-      RC_ASSERT(decoded == encoding.decode(value(code, type)));
-      RC_ASSERT(decoded <= ratio);
-      RC_ASSERT(decoded == 0.0F || is_guarded(decoded, ratio));
-      if (code < code_of_one(type)) RC_ASSERT(!is_guarded(encoding.decode(value(code + 1, type)), ratio));
+      const std::uint32_t code = floor_code(ratio, height, type, encoding);
+      const float decoded = encoding.decode(value(code, type), height);
+      RC_ASSERT(floor_ratio(ratio, height, type, encoding) == decoded);
+      RC_ASSERT(code == narrowest(type, encoding) || is_guarded(decoded, ratio, encoding));
+      if (decoded == 1.0F || wider(code, encoding) > code_of_one(type)) continue;
+      RC_ASSERT(!is_guarded(encoding.decode(value(wider(code, encoding), type), height), ratio, encoding));
     }
   }
 }
 
 TEST(FloorRatio, HoldsAtAndAroundEveryUnormAndHalfCode) {
   for (const TexelType type : {TexelType::unorm8, TexelType::unorm16, TexelType::float16}) {
-    for (const Encoding& encoding : encodings()) {
+    for (const std::string_view id : {"ratio", "sqrt"}) {
+      const Encoding& encoding = find_encoding(id);
       for (std::uint32_t code = 0; code <= code_of_one(type); ++code) {
-        const float exact = encoding.decode(value(code, type));
-        const float below = code == 0 ? 0.0F : encoding.decode(value(code - 1, type));
+        const float exact = encoding.decode(value(code, type), 0);
+        const float below = code == 0 ? 0.0F : encoding.decode(value(code - 1, type), 0);
         // The guard takes the code itself; one ulp more than it, and it fits.
-        ASSERT_EQ(floor_ratio(exact, type, encoding), below) << encoding.id << code;
+        ASSERT_EQ(floor_ratio(exact, 0, type, encoding), below) << encoding.id << code;
         if (exact < 1) {
-          ASSERT_EQ(floor_ratio(std::nextafter(exact, 2.0F), type, encoding), exact) << encoding.id << code;
+          ASSERT_EQ(floor_ratio(std::nextafter(exact, 2.0F), 0, type, encoding), exact) << encoding.id << code;
         }
       }
     }
@@ -101,21 +101,47 @@ TEST(FloorRatio, HoldsAtAndAroundEveryUnormAndHalfCode) {
 
 TEST(FloorRatio, KeepsZero) {
   for (const TexelType type : kTypes)
-    for (const Encoding& encoding : encodings()) EXPECT_EQ(floor_ratio(0.0F, type, encoding), 0.0F);
+    for (const Encoding& encoding : encodings()) EXPECT_EQ(floor_ratio(0.0F, 0.25F, type, encoding), 0.0F);
+}
+
+// The decode is what defines the encoding; it is to be the angle that it is named after.
+TEST(Encoding, AnglesAreTheirTangents) {
+  const Encoding& encoding = find_encoding("atan");
+  for (int i = 1; i < 1000; ++i) {
+    const double stored = i / 1000.0;
+    const double exact = 1 / std::tan(stored * std::acos(-1.0) / 2);
+    EXPECT_NEAR(encoding.decode(static_cast<float>(stored), 0), exact, 3e-4 * exact) << stored;
+  }
+  EXPECT_EQ(encoding.decode(1.0F, 0), 0.0F);
+}
+
+TEST(Encoding, HTanIsTheRadiusAtTheTopPlate) {
+  const Encoding& encoding = find_encoding("h_tan");
+  EXPECT_EQ(encoding.decode(0.25F, 0.5F), 0.5F);
+  EXPECT_EQ(encoding.decode(0.0F, 1.0F), 0.0F);
+  EXPECT_TRUE(std::isfinite(encoding.decode(1.0F, 1.0F)));
+}
+
+// More than 1: floats hold it, and the radius or the angle do in any type.
+TEST(FloorRatio, HoldsRatiosOverOne) {
+  EXPECT_EQ(floor_ratio(100.0F, 0, TexelType::float16, find_encoding("ratio")),
+            value(nearest_code(100, TexelType::float16) - 1, TexelType::float16));
+  EXPECT_NEAR(floor_ratio(3.0F, 0.9F, TexelType::unorm16, find_encoding("h_tan")), 3, 1e-3);
+  EXPECT_NEAR(floor_ratio(100.0F, 0, TexelType::unorm16, find_encoding("atan")), 100, 0.5);
 }
 
 TEST(FloorRatio, LosesOneCodeAtTheClamp) {
-  EXPECT_EQ(floor_ratio(1.0F, TexelType::unorm8, find_encoding("ratio")), 254.0F / 255.0F);
-  EXPECT_EQ(floor_ratio(1.0F, TexelType::float16, find_encoding("ratio")), 2047.0F / 2048.0F);
+  EXPECT_EQ(floor_ratio(1.0F, 0, TexelType::unorm8, find_encoding("ratio")), 254.0F / 255.0F);
+  EXPECT_EQ(floor_ratio(1.0F, 0, TexelType::float16, find_encoding("ratio")), 2047.0F / 2048.0F);
 }
 
 // The steepest cone of a 256 map is 1/(sqrt2 * 256): 8 bits hold nothing of it, their square root does.
 TEST(FloorRatio, EightBitsStallWhereTheirSquareRootDoesNot) {
   const float steepest = 1 / (std::sqrt(2.0F) * 256);
-  EXPECT_EQ(floor_ratio(steepest, TexelType::unorm8, find_encoding("ratio")), 0.0F);
-  EXPECT_EQ(stored_ratio_code(steepest, TexelType::unorm8, find_encoding("ratio")), 0U);
-  EXPECT_EQ(stored_ratio_code(steepest, TexelType::unorm8, find_encoding("sqrt")), 13U);
-  EXPECT_GT(floor_ratio(steepest, TexelType::unorm8, find_encoding("sqrt")), 0.9F * steepest);
+  EXPECT_EQ(floor_ratio(steepest, 0, TexelType::unorm8, find_encoding("ratio")), 0.0F);
+  EXPECT_EQ(floor_code(steepest, 0, TexelType::unorm8, find_encoding("ratio")), 0U);
+  EXPECT_EQ(floor_code(steepest, 0, TexelType::unorm8, find_encoding("sqrt")), 13U);
+  EXPECT_GT(floor_ratio(steepest, 0, TexelType::unorm8, find_encoding("sqrt")), 0.9F * steepest);
 }
 
 TEST(QuantiseHeights, EveryUnormAndHalfCodeStays) {
@@ -148,43 +174,6 @@ TEST(QuantiseHeights, HalvesTieToEven) {
               ::testing::ElementsAre(1024.0F * 0x1p-11F, 1026.0F * 0x1p-11F));
 }
 
-RC_GTEST_PROP(Texture, UnpackGivesBackWhatWasPacked, ()) {
-  const int width = *rc::gen::inRange(2, 12);
-  const int height = *rc::gen::inRange(2, 12);
-  const auto count = static_cast<std::size_t>(width * height);
-  const Heightfield raw{
-      .width = width, .height = height, .texels = *rc::gen::container<std::vector<float>>(count, any_ratio())};
-  const auto ratios = *rc::gen::container<std::vector<float>>(count, any_ratio());
-  for (const Format& format : formats()) {
-    for (const Encoding& encoding : encodings()) {
-      const Heightfield heights = quantise_heights(raw, format.type);
-      const TextureImage image = pack_texture(heights, ratios, format, encoding);
-      RC_ASSERT(image.texels.size() == count * static_cast<std::size_t>(format.bytes_per_texel()));
-      const UnpackedTexture unpacked = unpack_texture(image, encoding);
-      RC_ASSERT(unpacked.heights.width == width);
-      RC_ASSERT(unpacked.heights.height == height);
-      RC_ASSERT(unpacked.heights.texels == heights.texels);
-      RC_ASSERT(unpacked.ratios.size() == (format.channels == 2 ? count : 0));
-      for (std::size_t i = 0; i < unpacked.ratios.size(); ++i)
-        RC_ASSERT(unpacked.ratios[i] == floor_ratio(ratios[i], format.type, encoding));
-    }
-  }
-}
-
-TEST(Texture, LayoutIsHeightThenRatioInHostOrder) {
-  const Heightfield heights{.width = 2, .height = 1, .texels = {1.0F, 0.0F}};
-  const TextureImage image =
-      pack_texture(heights, std::vector{0.5F, 1.0F}, find_format("rg16"), find_encoding("ratio"));
-  const auto b = [](int x) { return static_cast<std::byte>(x); };
-  EXPECT_THAT(image.texels, ::testing::ElementsAre(b(0xff), b(0xff), b(0xff), b(0x7f), b(0), b(0), b(0xfe), b(0xff)));
-}
-
-TEST(Texture, RatioChannelIsZeroWithoutRatios) {
-  const Heightfield heights{.width = 2, .height = 2, .texels = std::vector<float>(4, 1.0F)};
-  const TextureImage image = pack_texture(heights, {}, find_format("rg8"), find_encoding("sqrt"));
-  EXPECT_THAT(unpack_texture(image, find_encoding("sqrt")).ratios, ::testing::Each(0.0F));
-}
-
 TEST(Format, HasTheBytesOfItsName) {
   EXPECT_EQ(find_format("r8").bytes_per_texel(), 1);
   EXPECT_EQ(find_format("rg16").bytes_per_texel(), 4);
@@ -201,9 +190,12 @@ TEST(Format, UnknownIdsListTheChoices) {
     }
     return std::string();
   };
-  EXPECT_EQ(message([] { (void)find_format("rgba8"); }),
-            "unknown texture format 'rgba8'; the choices are r8, r16, r16f, r32f, rg8, rg16, rg16f, rg32f");
-  EXPECT_EQ(message([] { (void)find_encoding("log"); }), "unknown cone encoding 'log'; the choices are ratio, sqrt");
+  EXPECT_EQ(message([] { (void)find_format("rgb8"); }),
+            "unknown texture format 'rgb8'; the choices are r8, r16, r16f, r32f, rg8, rg16, rg16f, rg32f, rgba8, "
+            "r8+r8, r8+rgba8, "
+            "r16+rgba16, r16f+rgba16f, r32f+rgba32f");
+  EXPECT_EQ(message([] { (void)find_encoding("log"); }),
+            "unknown cone encoding 'log'; the choices are ratio, sqrt, h_tan, atan");
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ struct Rig {
   Rig() : Rig(0) {}
   explicit Rig(int device) : backend(open_vulkan(device, {.debug = true})) {
     const std::vector<std::byte> texels(std::size_t{4} * 4 * 4, std::byte{128});
-    plain = backend->upload({.width = 4, .height = 4, .format = nullptr, .texels = texels});
+    plain = backend->upload({.width = 4, .height = 4, .texels = texels});
   }
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline(const Spirv& fragment, Target target,
                                                    std::vector<SpecConstant> constants = {}) const {
@@ -64,6 +64,7 @@ struct Rig {
             .relief = plain.get(),
             .normals = plain.get(),
             .reference = plain.get(),
+            .extra = plain.get(),
             .frame = frame_of(width, height)};
   }
 
@@ -98,10 +99,14 @@ TEST_F(VulkanTest, ValidationHasNothingToSayFromStartToEnd) {
   for (const DeviceInfo& device : vulkan_devices()) {
     const Rig rig(device.index);
     for (const Format& format : formats()) {
-      const std::vector<std::byte> texels(static_cast<std::size_t>(5 * 3 * format.bytes_per_texel()), std::byte{1});
+      const std::vector<std::byte> texels(static_cast<std::size_t>(5 * 3 * format.relief().bytes()), std::byte{1});
       for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
-        static_cast<void>(rig.backend->upload(
-            {.width = 5, .height = 3, .format = &format, .texels = texels, .wrap = wrap, .filter = Filter::nearest}));
+        static_cast<void>(rig.backend->upload({.width = 5,
+                                               .height = 3,
+                                               .layout = format.relief(),
+                                               .texels = texels,
+                                               .wrap = wrap,
+                                               .filter = Filter::nearest}));
       }
     }
     for (const Target target : {Target::color, Target::score}) {
@@ -148,7 +153,7 @@ TEST_F(VulkanTest, ScoreFrameKeepsRowsAndBothAttachments) {
   std::iota(exact.begin(), exact.end(), 1.0F);
   const auto reference = rig.backend->upload({.width = kWidth,
                                               .height = kHeight,
-                                              .format = &find_format("r32f"),
+                                              .layout = find_format("r32f").relief(),
                                               .texels = std::as_bytes(std::span(exact)),
                                               .filter = Filter::nearest});
   const auto pipeline = rig.pipeline(compile_fragment("reference", Target::score, Dialect::vulkan), Target::score);
@@ -222,7 +227,7 @@ TEST_F(VulkanTest, MisuseIsAnErrorNotACrash) {
   EXPECT_THAT(message_of([&] {
                 static_cast<void>(rig.backend->upload({.width = 1 << 20,
                                                        .height = 1,
-                                                       .format = &find_format("r8"),
+                                                       .layout = find_format("r8").relief(),
                                                        .texels = texels,
                                                        .filter = Filter::nearest}));
               }),

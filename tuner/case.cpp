@@ -9,13 +9,11 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::array<std::string_view, 4> kHeightTypes{"unorm8", "unorm16", "float16", "float32"};  // by TexelType
-
 std::string_view height_type(const Settings& settings) {
   // A technique without a format (flat) never reads its map, so it shares the first format's.
   const bool has_format = settings.technique().find("format") != nullptr;
   const Format& format = has_format ? find_format(settings.choice("format")) : formats().front();
-  return kHeightTypes.at(static_cast<std::size_t>(format.type));
+  return texel_type_id(format.type);
 }
 
 }  // namespace
@@ -28,10 +26,10 @@ std::string Case::id() const {
 
 std::string bake_text(const Case& c, const SceneSpec& scene) {
   const Technique& technique = c.settings.technique();
-  std::string text = fmt::format("{}|{}", scene.id.substr(0, scene.id.find('/')), find_map(technique.map).id);
+  std::string text = fmt::format("{}|{}", scene.id.substr(0, scene.id.find('/')), map_of(c.settings).id);
   for (const Param& param : technique.params) {
     // Of a format only the type of its heights matters: cones are stored in it, not built from it.
-    if (param.stage == Stage::bake && param.id != "format" && c.settings.is_active(param))
+    if (param.stage == Stage::bake && param.id != "format" && param.id != "map" && c.settings.is_active(param))
       text += fmt::format("|{}={}", param.id, param.text(c.settings.get(param.id)));
   }
   return text + fmt::format("|heights={}|wrap={}", height_type(c.settings),

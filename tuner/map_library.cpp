@@ -15,37 +15,45 @@ std::string heightmap_key(const HeightmapSpec& spec) {
                      spec.height, spec.seed);
 }
 
-// A cached bake: the time it took, then the ratios.
+// A cached bake: the time it took, then the values.
 std::vector<std::byte> packed(const BakedMap& map) {
-  std::vector<std::byte> bytes(sizeof(double) + map.ratios.size() * sizeof(float));
+  std::vector<std::byte> bytes(sizeof(double) + map.values.size() * sizeof(float));
   std::memcpy(bytes.data(), &map.bake_time_ns, sizeof(double));
-  std::memcpy(bytes.data() + sizeof(double), map.ratios.data(), map.ratios.size() * sizeof(float));
+  std::memcpy(bytes.data() + sizeof(double), map.values.data(), map.values.size() * sizeof(float));
   return bytes;
 }
 
 bool unpack(const std::vector<std::byte>& bytes, BakedMap& map) {
-  if (bytes.size() != sizeof(double) + map.heights.texels.size() * sizeof(float)) return false;
-  map.ratios.resize(map.heights.texels.size());
+  if (bytes.size() <= sizeof(double)) return false;
+  map.values.resize((bytes.size() - sizeof(double)) / sizeof(float));
   std::memcpy(&map.bake_time_ns, bytes.data(), sizeof(double));
-  std::memcpy(map.ratios.data(), bytes.data() + sizeof(double), map.ratios.size() * sizeof(float));
+  std::memcpy(map.values.data(), bytes.data() + sizeof(double), map.values.size() * sizeof(float));
   return true;
 }
 
 }  // namespace
 
 BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap) {
-  const MapRow& row = find_map(settings.technique().map);
+  const auto is_on = [&](std::string_view id) {
+    const Param* const param = settings.technique().find(id);
+    return param != nullptr && settings.is_active(*param);
+  };
   BakeRequest request{.heights = heights, .wrap = wrap};
-  if (settings.technique().find("correction") != nullptr)
-    request.correction = row.corrections[static_cast<std::size_t>(settings.get("correction"))];
-  if (row.has_search_steps) request.search_steps = settings.get("search_steps");
+  if (is_on("correction")) request.correction = find_correction(settings.choice("correction"));
+  if (is_on("max_ratio") && settings.choice("max_ratio") == "unbounded") request.max_ratio = kUnboundedRatio;
+  if (is_on("search_steps")) request.search_steps = settings.get("search_steps");
   return request;
 }
 
-TextureImage relief_texture(const Settings& settings, const Heightfield& heights, std::span<const float> ratios) {
+MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wrap, double relief_depth) {
   const bool encoded = settings.technique().find("encoding") != nullptr;
-  return pack_texture(heights, ratios, find_format(settings.choice("format")),
-                      find_encoding(encoded ? settings.choice("encoding") : "ratio"));
+  return pack_map({.map = map_of(settings),
+                   .heights = map.heights,
+                   .values = map.values,
+                   .wrap = wrap,
+                   .relief_depth = relief_depth},
+                  find_format(settings.choice("format")),
+                  find_encoding(encoded ? settings.choice("encoding") : "ratio"));
 }
 
 const Heightfield& MapLibrary::heights(const SceneSpec& scene) {
@@ -69,22 +77,22 @@ const BakedMap& MapLibrary::map(const Case& c, const SceneSpec& scene) {
 
 BakedMap MapLibrary::load_or_bake(const Case& c, const SceneSpec& scene) {
   const Heightfield& source = heights(scene);
-  const MapRow& row = find_map(c.settings.technique().map);
+  const MapRow& row = map_of(c.settings);
   return split_.book(Part::bake, [&] {
     const TexelType type = find_format(c.settings.choice("format")).type;
     BakedMap map{.heights = quantise_heights(source, type)};
     const BakeRequest request = bake_request(c.settings, map.heights, scene.scene.wrap);
-    map.key = sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version, correction_id(request.correction),
-                                 row.has_search_steps ? request.search_steps : 0, static_cast<int>(request.wrap),
-                                 map.heights.width, map.heights.height,
-                                 sha256(std::as_bytes(std::span(map.heights.texels)))));
-    if (row.channels == 1) return map;  // heights alone: nothing to bake
+    map.key =
+        sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version, correction_id(request.correction),
+                           request.max_ratio, request.search_steps, static_cast<int>(request.wrap), map.heights.width,
+                           map.heights.height, sha256(std::as_bytes(std::span(map.heights.texels)))));
+    if (row.content == MapContent::heights) return map;  // nothing to bake
     if (const auto bytes = cache_.get(map.key); bytes && unpack(*bytes, map)) {
       ++from_cache_;
       return map;
     }
     const auto start = std::chrono::steady_clock::now();
-    map.ratios = row.bake(request);
+    map.values = row.bake(request);
     map.bake_time_ns = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
     ++baked_;
     cache_.put(map.key, packed(map));

@@ -4,26 +4,25 @@
 #include <string>
 #include <vector>
 
-#include "kernels/texel.h"
+#include "kernels/map_texture.h"
 #include "tuner/cache.h"
 #include "tuner/case.h"
 #include "tuner/wall_split.h"
 
 namespace reliefbench {
 
-/// A baked map: heights as the texture's format rounds them, and the cone ratios built from those.
+/// A baked map: heights as the texture's format rounds them, and what its baker made of those.
 struct BakedMap {
   Heightfield heights{};
-  std::vector<float> ratios{};  ///< empty for a height map
+  std::vector<float> values{};  ///< as MapRow::content says; empty for a height map
   double bake_time_ns = 0;      ///< when it was baked; kept through the cache
   std::string key{};            ///< SHA-256 of heights, bake parameters, baker version
 };
 
 /// The bake that settings ask for. heights: as the settings' format rounds them; must outlive the request
 [[nodiscard]] BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap);
-/// A baked map in the settings' format and encoding.
-[[nodiscard]] TextureImage relief_texture(const Settings& settings, const Heightfield& heights,
-                                          std::span<const float> ratios);
+/// A baked map in the settings' format and encoding. relief_depth: of the scene
+[[nodiscard]] MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wrap, double relief_depth);
 
 /// Heightmaps and baked maps, each made once: in memory while it is in use, on disk for good.
 class MapLibrary {

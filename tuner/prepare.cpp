@@ -32,7 +32,7 @@ Record blank_record(const Case& c, const DeviceInfo& device) {
   record.technique = c.settings.technique().id;
   for (const Param& param : c.settings.technique().params)
     if (c.settings.is_active(param)) record.params.emplace_back(param.id, param.text(c.settings.get(param.id)));
-  record.map = find_map(c.settings.technique().map).id;
+  record.map = map_of(c.settings).id;
   record.scene = c.scene_id;
   record.backend = c.backend;
   record.device = device.name;
@@ -89,17 +89,18 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   prepared.draw = {.relief = state.normals.get(),
                    .normals = state.normals.get(),
                    .reference = state.normals.get(),
+                   .extra = state.normals.get(),
                    .frame = state.frame};
   if (settings.technique().find("format") != nullptr) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
-    const TextureImage image = relief_texture(settings, map.heights, map.ratios);
-    prepared.relief = session.backend().upload({.width = image.width,
-                                                .height = image.height,
-                                                .format = image.format,
-                                                .texels = image.texels,
-                                                .wrap = scene.scene.wrap});
+    const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
+    prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
     prepared.draw.relief = prepared.relief.get();
-    prepared.record.memory_bytes = static_cast<std::int64_t>(image.texels.size());
+    if (textures.extra) {
+      prepared.extra = session.backend().upload(texture_desc(*textures.extra, scene.scene.wrap));
+      prepared.draw.extra = prepared.extra.get();
+    }
+    prepared.record.memory_bytes = static_cast<std::int64_t>(textures.bytes());
     prepared.record.bake_time_ns = map.bake_time_ns;
     prepared.record.bake_key = map.key;
   }
@@ -194,16 +195,18 @@ std::vector<std::uint8_t> Preparer::shade_reference(const Reference& reference, 
   for (const ReferenceHit& hit : reference.hits) t.push_back(static_cast<float>(hit.t_enter));
   const Pipeline* pipeline = session.pipeline("reference", nullptr, Target::color, scene.scene.wrap).pipeline.get();
   return context_.split.book(Part::score, [&] {
-    const std::unique_ptr<Texture> texture = session.backend().upload({.width = scene.scene.width_px,
-                                                                       .height = scene.scene.height_px,
-                                                                       .format = &find_format("r32f"),
-                                                                       .texels = std::as_bytes(std::span(t)),
-                                                                       .wrap = Wrap::clamp,
-                                                                       .filter = Filter::nearest});
+    const std::unique_ptr<Texture> texture =
+        session.backend().upload({.width = scene.scene.width_px,
+                                  .height = scene.scene.height_px,
+                                  .layout = {.type = TexelType::float32, .channels = 1},
+                                  .texels = std::as_bytes(std::span(t)),
+                                  .wrap = Wrap::clamp,
+                                  .filter = Filter::nearest});
     const Draw draw{.pipeline = pipeline,
                     .relief = state.normals.get(),
                     .normals = state.normals.get(),
                     .reference = texture.get(),
+                    .extra = state.normals.get(),
                     .frame = state.frame};
     session.backend().render(draw, 1, Timer::fenced_wall);
     return session.backend().read_color();

@@ -19,6 +19,7 @@ struct PreparedCase {
   const Case* spec = nullptr;
   Record record{};
   std::unique_ptr<Texture> relief{};
+  std::unique_ptr<Texture> extra{};  ///< null where the map has one texture
   Draw draw{};
 };
 

@@ -13,7 +13,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::uint32_t kWrapConstant = 0;  // WRAP of common.glsl
 constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
@@ -34,6 +33,10 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
   for (const Param& param : settings->technique().params)
     if (param.constant_id >= 0)
       constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
+  if (settings->technique().find("format") != nullptr) {
+    const Format& format = find_format(settings->choice("format"));
+    constants.push_back({.id = kLayoutConstant, .value = format.with_normal ? 2 : (format.extra_channels > 0 ? 1 : 0)});
+  }
   return constants;
 }
 
@@ -86,8 +89,11 @@ void Session::calibrate(double batch_ms, const Calibration* known) {
                                          .target = Target::color});
   constexpr std::array<std::byte, 4> kBlack{};
   blank_ = backend_->upload({.width = 1, .height = 1, .texels = kBlack});
-  control_draw_ = {
-      .pipeline = control_pipeline_.get(), .relief = blank_.get(), .normals = blank_.get(), .reference = blank_.get()};
+  control_draw_ = {.pipeline = control_pipeline_.get(),
+                   .relief = blank_.get(),
+                   .normals = blank_.get(),
+                   .reference = blank_.get(),
+                   .extra = blank_.get()};
   control_draw_.frame.sizes = {kControlSide_px, kControlSide_px, 1, 1};
   draw_control_ns();  // the first draw compiles
   if (known != nullptr) return;

@@ -12,9 +12,10 @@ layout(BINDING(0), std140) uniform Frame {
   ivec4 sizes;    // frame width, height in pixels; map width, height in texels
 } frame;
 
-layout(BINDING(1)) uniform sampler2D relief_map;     // r = height, g = stored cone ratio
+layout(BINDING(1)) uniform sampler2D relief_map;     // r = height, g = stored cone ratio, ba = normal (see LAYOUT)
 layout(BINDING(2)) uniform sampler2D normal_map;     // xyz * 0.5 + 0.5
 layout(BINDING(3)) uniform sampler2D reference_map;  // r = exact t of this pixel
+layout(BINDING(4)) uniform sampler2D extra_map;      // what a map keeps apart: stored ratios, pyramid or volume
 
 const int WRAP_REPEAT = 0;
 const int WRAP_CLAMP = 1;
@@ -22,13 +23,19 @@ const int FILTER_HARDWARE = 0;
 const int FILTER_MANUAL = 1;
 const int ENCODING_RATIO = 0;
 const int ENCODING_SQRT = 1;
+const int ENCODING_H_TAN = 2;
+const int ENCODING_ATAN = 3;
 const int LOOP_FIXED = 0;
 const int LOOP_EARLY_EXIT = 1;
+const int LAYOUT_TOGETHER = 0;    // height and ratio in one texture
+const int LAYOUT_SPLIT = 1;       // ratios in extra_map
+const int LAYOUT_WITH_NORMAL = 2;  // height, ratio and normal in one texture
 
 layout(constant_id = 0) const int WRAP = WRAP_REPEAT;
 layout(constant_id = 1) const int FILTER = FILTER_HARDWARE;
 layout(constant_id = 2) const int ENCODING = ENCODING_RATIO;
 layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;
+layout(constant_id = 4) const int LAYOUT = LAYOUT_TOGETHER;
 
 const int STATUS_NO_RAY = 0;
 const int STATUS_HIT = 1;
@@ -54,17 +61,28 @@ struct Hit {
 
 int wrapped(int i, int n) { return WRAP == WRAP_CLAMP ? clamp(i, 0, n - 1) : int(mod(float(i), float(n))); }
 
-// Height and decoded cone ratio at uv, bilinear.
-vec2 decoded(vec2 texel) { return vec2(texel.x, ENCODING == ENCODING_SQRT ? texel.y * texel.y : texel.y); }
+// tan(y) for y in [0, pi/4], as texel.cpp has it.
+float tangent(float y) { return y * (15.0 - y * y) / (15.0 - 6.0 * y * y); }
 
-vec2 fetch(ivec2 texel) {
-  return texelFetch(relief_map, ivec2(wrapped(texel.x, frame.sizes.z), wrapped(texel.y, frame.sizes.w)), 0).xy;
+// A stored ratio as the tangent it stands for.
+float decoded_ratio(float stored, float height) {
+  const float HALF_PI = 1.57079632679;
+  if (ENCODING == ENCODING_SQRT) return stored * stored;
+  if (ENCODING == ENCODING_H_TAN) return stored / max(1.0 - height, 1.52587890625e-5);
+  if (ENCODING == ENCODING_ATAN)
+    return stored < 0.5 ? 1.0 / max(tangent(stored * HALF_PI), 1.0 / 65504.0) : tangent((1.0 - stored) * HALF_PI);
+  return stored;
 }
 
-vec2 sample_relief(vec2 uv, inout int taps) {
+vec4 fetch(sampler2D map, ivec2 texel) {
+  return texelFetch(map, ivec2(wrapped(texel.x, frame.sizes.z), wrapped(texel.y, frame.sizes.w)), 0);
+}
+
+// A texture of the map's size at uv, bilinear.
+vec4 sample_map(sampler2D map, vec2 uv, inout int taps) {
   if (FILTER == FILTER_HARDWARE) {
     taps += 1;
-    return decoded(textureLod(relief_map, uv, 0.0).xy);
+    return textureLod(map, uv, 0.0);
   }
   // Full-precision weights, unlike the 8 bits of most samplers.
   taps += 4;
@@ -72,12 +90,19 @@ vec2 sample_relief(vec2 uv, inout int taps) {
   vec2 cell = floor(x);
   vec2 f = x - cell;
   ivec2 i = ivec2(cell);
-  vec2 bottom = mix(fetch(i), fetch(i + ivec2(1, 0)), f.x);
-  vec2 top = mix(fetch(i + ivec2(0, 1)), fetch(i + ivec2(1, 1)), f.x);
-  return decoded(mix(bottom, top, f.y));
+  vec4 bottom = mix(fetch(map, i), fetch(map, i + ivec2(1, 0)), f.x);
+  vec4 top = mix(fetch(map, i + ivec2(0, 1)), fetch(map, i + ivec2(1, 1)), f.x);
+  return mix(bottom, top, f.y);
 }
 
-float sample_height(vec2 uv, inout int taps) { return sample_relief(uv, taps).x; }
+// Height and decoded cone ratio at uv, bilinear.
+vec2 sample_relief(vec2 uv, inout int taps) {
+  vec2 texel = sample_map(relief_map, uv, taps).xy;
+  if (LAYOUT == LAYOUT_SPLIT) texel.y = sample_map(extra_map, uv, taps).x;
+  return vec2(texel.x, decoded_ratio(texel.y, texel.x));
+}
+
+float sample_height(vec2 uv, inout int taps) { return sample_map(relief_map, uv, taps).x; }
 
 // The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
 // technique's frame has the same rays to the bit, so that one reference serves them all.

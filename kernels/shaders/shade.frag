@@ -8,6 +8,15 @@ layout(location = 0) out vec4 out_color;
 
 const vec3 SKY = vec3(0.55, 0.65, 0.80);
 
+// [PO07] keeps normals apart from depths; the other layout is there to measure that.
+vec3 normal_at(vec2 uv) {
+  if (LAYOUT == LAYOUT_WITH_NORMAL) {
+    vec2 xy = textureLod(relief_map, uv, 0.0).zw * 2.0 - 1.0;
+    return vec3(xy, sqrt(max(1.0 - dot(xy, xy), 0.0)));
+  }
+  return normalize(textureLod(normal_map, uv, 0.0).xyz * 2.0 - 1.0);
+}
+
 void main() {
   Ray ray;
   if (!make_ray(gl_FragCoord.xy, ray)) {
@@ -16,7 +25,7 @@ void main() {
   }
   Hit hit = trace(ray);
   vec2 uv = ray.uv + ray.slope * hit.t;
-  vec3 normal = normalize(textureLod(normal_map, uv, 0.0).xyz * 2.0 - 1.0);
+  vec3 normal = normal_at(uv);
   // Four waves a tile show where the texture was looked up, and a hit's depth darkens it.
   vec2 wave = sin(uv * (4.0 * 6.283185307));
   vec3 albedo = vec3(0.62, 0.55, 0.48) + 0.12 * wave.x * wave.y;

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "backends/backend.h"
-#include "kernels/cone_map.h"
 #include "kernels/error.h"
 #include "kernels/heightmap.h"
+#include "kernels/map_kind.h"
 #include "kernels/score.h"
 #include "kernels/technique.h"
 #include "kernels/texel.h"
@@ -47,6 +47,12 @@ Json parameter_row(const Param& param) {
           {"description", param.description}};
 }
 
+std::vector<std::string_view> map_ids(const Technique& technique) {
+  std::vector<std::string_view> ids;
+  for (const MapKind map : technique.maps) ids.push_back(find_map(map).id);
+  return ids;
+}
+
 Json technique_rows() {
   Json rows = Json::array();
   for (const Technique& technique : techniques()) {
@@ -54,7 +60,7 @@ Json technique_rows() {
     for (const Param& param : technique.params) parameters.push_back(parameter_row(param));
     rows.push_back({{"id", technique.id},
                     {"description", technique.description},
-                    {"map", find_map(technique.map).id},
+                    {"maps", fmt::format("{}", fmt::join(map_ids(technique), " | "))},
                     {"guarantee", guarantee_id(technique.guarantee)},
                     {"guarantee_note", technique.guarantee_note},
                     {"source", technique.source},
@@ -69,7 +75,7 @@ Json map_rows() {
     std::vector<std::string_view> corrections;
     for (const Correction correction : map.corrections) corrections.push_back(correction_id(correction));
     rows.push_back({{"id", map.id},
-                    {"channels", map.channels},
+                    {"ratios", map.ratios},
                     {"corrections", fmt::format("{}", fmt::join(corrections, " | "))},
                     {"guarantee", map.guarantee},
                     {"source", map.source},
@@ -93,9 +99,9 @@ Json format_rows() {
   Json rows = Json::array();
   for (const Format& format : formats()) {
     rows.push_back({{"id", format.id},
-                    {"channels", format.channels},
                     {"bytes_per_texel", format.bytes_per_texel()},
-                    {"holds", format.channels == 1 ? "height" : "height and cone ratio"}});
+                    {"ratios", format.ratios()},
+                    {"normal", format.with_normal}});
   }
   return rows;
 }
@@ -170,7 +176,7 @@ void print_techniques(const Json& rows, const Paint& paint) {
   for (const Json& row : rows) {
     fmt::print("{}  {}\n", paint.bold(cell(row["id"])), cell(row["description"]));
     const std::string note = cell(row["guarantee_note"]);
-    fmt::print("  map {}; guarantee {}{}{}; source {}\n", cell(row["map"]), cell(row["guarantee"]),
+    fmt::print("  maps {}; guarantee {}{}{}; source {}\n", cell(row["maps"]), cell(row["guarantee"]),
                note.empty() ? "" : ": ", note, cell(row["source"]));
     fmt::print("{}\n", table(row["parameters"], "  ", paint));
   }
