@@ -66,7 +66,8 @@ Map make_map(const TexelLayout& format) {
   for (int i = 0; i < 64; ++i) {
     const float value = static_cast<float>(i) / 64;
     map.first.push_back(append_texel(map.texels, format.type, value));
-    map.second.push_back(format.channels == 2 ? append_texel(map.texels, format.type, 1 - value) : 0.0F);
+    map.second.push_back(format.channels > 1 ? append_texel(map.texels, format.type, 1 - value) : 0.0F);
+    for (int channel = 2; channel < format.channels; ++channel) append_texel(map.texels, format.type, 0.5F);
   }
   return map;
 }

@@ -101,7 +101,7 @@ TEST(Plan, ConflictsAreCountedOncePerSettings) {
       "");
   EXPECT_EQ(plan.cases.size(), 8U);
   ASSERT_EQ(plan.conflicts.size(), 1U);
-  EXPECT_THAT(plan.conflicts[0], AllOf(StartsWith("cone?"), HasSubstr("format=r8"), HasSubstr(": format r8 has 1")));
+  EXPECT_THAT(plan.conflicts[0], AllOf(StartsWith("cone?"), HasSubstr("format=r8"), HasSubstr(": format r8 has room for 0")));
 }
 
 TEST(Plan, ASweepWithNothingLeftIsAnErrorWithItsLine) {
@@ -111,7 +111,7 @@ TEST(Plan, ASweepWithNothingLeftIsAnErrorWithItsLine) {
             config_of("{\"technique\": \"flat\"},\n{\"technique\": \"cone\", \"axes\": {\"format\": \"r8\"}}"), kOne,
             "");
       },
-      ThrowsMessage<Error>(AllOf(StartsWith("c.json:3: the sweep of 'cone'"), HasSubstr("format r8 has 1"))));
+      ThrowsMessage<Error>(AllOf(StartsWith("c.json:3: the sweep of 'cone'"), HasSubstr("format r8 has room for 0"))));
   EXPECT_THAT(
       [] {
         return make_plan(config_of(R"({"technique": "relief", "where": {"if": {}, "then": {"format": "r16"}}})"), kOne,
@@ -164,10 +164,10 @@ TEST(Plan, SortedSoThatABakeServesItsCases) {
   EXPECT_EQ(plan.cases.front().scene_id, "rocks/top");
   // cone: 2 corrections x 2 height types, encodings share; relief: 1. Views and backends share all.
   EXPECT_THAT(plan.bakes, testing::UnorderedElementsAre(HasSubstr("|height|heights=unorm8|wrap=repeat"),
-                                                        HasSubstr("correction=none|heights=unorm8"),
-                                                        HasSubstr("correction=none|heights=unorm16"),
-                                                        HasSubstr("correction=safe|heights=unorm8"),
-                                                        HasSubstr("correction=safe|heights=unorm16")));
+                                                        HasSubstr("correction=none|max_ratio=1|heights=unorm8"),
+                                                        HasSubstr("correction=none|max_ratio=1|heights=unorm16"),
+                                                        HasSubstr("correction=safe|max_ratio=1|heights=unorm8"),
+                                                        HasSubstr("correction=safe|max_ratio=1|heights=unorm16")));
   EXPECT_TRUE(std::ranges::all_of(plan.bakes, [](const auto& b) { return b.starts_with("rocks|"); }));
 }
 
