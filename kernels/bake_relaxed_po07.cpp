@@ -80,6 +80,7 @@ std::vector<float> bake_relaxed_po07(const BakeRequest& request) {
   std::vector<float> ratios = search_cones({.heights = heights,
                                             .wrap = request.wrap,
                                             .metric = cone_metric(heights.width, heights.height, Correction::none),
+                                            .max_ratio = request.max_ratio,
                                             .pair_key = &exit_key,
                                             .threads = request.threads});
   if (request.correction == Correction::none) return ratios;
