@@ -52,11 +52,14 @@ struct FrameScore {
   double unconverged_rate = 0;
   double mean_taps = 0;
   double max_taps = 0;
-  std::optional<double> psnr;  ///< dB; none where the pictures are identical
+  std::optional<double> psnr;       ///< dB; none where the pictures are identical
+  double flip = 0;                  ///< 0 to 1, mean
+  double ssim = 1;                  ///< -1 to 1, mean
+  std::optional<double> flicker{};  ///< share of full scale; none where no moving picture was drawn
 };
 
 struct JudgedFrame {
-  FrameScore score;                ///< without psnr
+  FrameScore score;                ///< without what compares pictures
   std::vector<PixelScore> pixels;  ///< frame size, row-major
 };
 

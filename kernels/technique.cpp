@@ -143,13 +143,15 @@ std::vector<Technique> rows() {
                          {"plain", "cell_max", "cell_quad"}, "cell_quad"),
                   refinement({"none", "secant", "binary"}, "none"), binary_steps(6), secant_steps(), loop(),
                   map(cone_maps), correction(cone_maps, "safe"), max_ratio(), format("rg16"), encoding(), filter()},
-       .guarantee = Guarantee::never_skips,
-       .guarantee_note = "with correction=safe and step plain or cell_quad, on the heights as stored; cell_max skips "
-                         "the rest of a cell untested",
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain; "
+                         "cell_max skips the rest of a cell untested",
        .source = "[DUM06]; cell steps [BVBV24]",
-       .is_guaranteed =
+       .guarantee_when =
            [](const Settings& settings) {
-             return settings.choice("correction") == "safe" && settings.choice("step") != "cell_max";
+             const std::string_view step = settings.choice("step");
+             if (settings.choice("correction") != "safe" || step == "cell_max") return Guarantee::none;
+             return step == "cell_quad" ? Guarantee::exact : Guarantee::never_skips;
            }},
       {.id = "relaxed_cone",
        .description = "relaxed cone stepping, then refinement",
@@ -158,8 +160,10 @@ std::vector<Technique> rows() {
                   map(relaxed_maps), search_steps(), correction(relaxed_maps, "none"), max_ratio(), format("rg16"),
                   encoding(), filter()},
        .guarantee = Guarantee::none,
-       .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]",
-       .source = "[PO07] listing 18-3"},
+       .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]; "
+                         "an ulp decides whether a step has pierced thin relief",
+       .source = "[PO07] listing 18-3",
+       .disagreement = 0.05},
   };
 }
 
@@ -254,9 +258,21 @@ const MapRow& map_of(const Settings& settings) {
   return find_map(settings.choice("map"));
 }
 
-bool is_guaranteed(const Settings& settings) {
-  const auto holds = settings.technique().is_guaranteed;
-  return holds != nullptr && holds(settings);
+Guarantee guarantee_of(const Settings& settings) {
+  const auto guarantee = settings.technique().guarantee_when;
+  return guarantee == nullptr ? Guarantee::none : guarantee(settings);
+}
+
+std::string_view guarantee_id(Guarantee guarantee) {
+  switch (guarantee) {
+    case Guarantee::none:
+      return "none";
+    case Guarantee::never_skips:
+      return "never_skips";
+    case Guarantee::exact:
+      return "exact";
+  }
+  return "none";
 }
 
 namespace {

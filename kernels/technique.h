@@ -32,7 +32,12 @@ enum SharedConstant : int { kWrapConstant, kFilterConstant, kEncodingConstant, k
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
 /// A claim that the tests and the stability suite hold a technique to.
-enum class Guarantee { none, never_skips, bounded_error };
+enum class Guarantee {
+  none,
+  never_skips,  ///< the first hit is never stepped over
+  exact,        ///< nor is a ray left short of it, while its step cap is not reached
+};
+[[nodiscard]] std::string_view guarantee_id(Guarantee guarantee);
 
 /// A technique: one row, and one shader file `kernels/shaders/<id>.glsl` that defines `Hit trace(Ray)`.
 struct Technique {
@@ -40,12 +45,14 @@ struct Technique {
   std::string_view description;
   std::vector<MapKind> maps;  ///< that it can run on; the first is the default, the parameter `map` chooses
   std::vector<Param>
-      params;  ///< every axis of this technique, those it shares with others included, in id order of use
-  Guarantee guarantee;
+      params;           ///< every axis of this technique, those it shares with others included, in id order of use
+  Guarantee guarantee;  ///< the most that any of its settings keep
   std::string_view guarantee_note;  ///< when it holds, or what may go wrong
   std::string_view source;
-  /// Whether the guarantee holds for these settings (with the manual filter, on the heights as stored); null: never.
-  bool (*is_guaranteed)(const class Settings& settings) = nullptr;
+  /// What these settings guarantee, with the manual filter, on the heights as stored; null: nothing.
+  Guarantee (*guarantee_when)(const class Settings& settings) = nullptr;
+  /// Share of pixels in which two devices may differ by more than rounding: where an ulp decides what a ray meets.
+  double disagreement = 0.01;
 
   [[nodiscard]] const Param* find(std::string_view param_id) const;
 };
@@ -74,8 +81,7 @@ class Settings {
 
 /// The map kind of these settings.
 [[nodiscard]] const MapRow& map_of(const Settings& settings);
-/// Whether the technique claims that these settings keep its guarantee.
-[[nodiscard]] bool is_guaranteed(const Settings& settings);
+[[nodiscard]] Guarantee guarantee_of(const Settings& settings);
 
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have).

@@ -24,8 +24,9 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
   const double half = std::tan(scene.view.fov_deg * std::numbers::pi / 360);
   const double aspect = static_cast<double>(scene.width_px) / scene.height_px;
   const auto f = [](double value) { return static_cast<float>(value); };
-  // The camera looks along +y and down at (1/2, 1/2, 0); right is +x.
-  return {.position = {0.5F, f(0.5 - scene.view.distance * c), f(scene.view.distance * s), f(scene.relief_depth)},
+  // The camera looks along +y and down at (1/2 + pan, 1/2, 0); right is +x.
+  return {.position = {f(0.5 + scene.pan), f(0.5 - scene.view.distance * c), f(scene.view.distance * s),
+                       f(scene.relief_depth)},
           .right = {f(aspect * half), 0, 0, f(scene.tiling)},
           .up = {0, f(s * half), f(c * half), 0},
           .forward = {0, f(c), f(-s), 0},

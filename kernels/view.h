@@ -25,6 +25,7 @@ struct Scene {
   View view;
   double relief_depth = 0.1;  ///< depth of the relief in sides of one tile
   double tiling = 1;          ///< tiles along a side of the unit square
+  double pan = 0;             ///< how far camera and look-at point are moved along u, in sides of the unit square
   Wrap wrap = Wrap::repeat;   ///< repeat: the plane goes on for ever; clamp: it ends at the unit square
   int width_px = 256;
   int height_px = 256;

@@ -161,9 +161,10 @@ TEST(Psnr, LeavesOutPixelsWithoutARay) {
 TEST(Metrics, AreTheListThatReportsKnow) {
   std::vector<std::string> ids;
   for (const MetricRow& row : metrics()) ids.emplace_back(row.id);
-  EXPECT_THAT(ids, testing::ElementsAre("e_xy.mean", "e_xy.p50", "e_xy.p95", "e_xy.p99", "e_xy.max", "e_z.mean",
-                                        "e_z.p50", "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate",
-                                        "unconverged_rate", "psnr", "taps.mean", "taps.max"));
+  EXPECT_THAT(ids,
+              testing::ElementsAre("e_xy.mean", "e_xy.p50", "e_xy.p95", "e_xy.p99", "e_xy.max", "e_z.mean", "e_z.p50",
+                                   "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate", "unconverged_rate",
+                                   "psnr", "flip", "ssim", "flicker", "taps.mean", "taps.max"));
 }
 
 TEST(Metrics, ReadTheirOwnField) {
@@ -173,9 +174,12 @@ TEST(Metrics, ReadTheirOwnField) {
                    .missed_rate = 11,
                    .inside_rate = 12,
                    .unconverged_rate = 13,
-                   .mean_taps = 15,
-                   .max_taps = 16,
-                   .psnr = 14};
+                   .mean_taps = 18,
+                   .max_taps = 19,
+                   .psnr = 14,
+                   .flip = 15,
+                   .ssim = 16,
+                   .flicker = 17};
   double expected = 0;
   for (const MetricRow& row : metrics()) EXPECT_EQ(row.value(score), ++expected) << row.id;
   score.psnr.reset();
@@ -187,7 +191,7 @@ TEST(Metrics, DescribeThemselves) {
   for (const MetricRow& row : metrics()) {
     EXPECT_FALSE(row.unit.empty()) << row.id;
     EXPECT_TRUE(descriptions.insert(row.description).second) << row.id;
-    EXPECT_EQ(row.lower_is_better, row.id != "psnr");
+    EXPECT_EQ(row.lower_is_better, row.id != "psnr" && row.id != "ssim");
   }
 }
 

@@ -57,7 +57,7 @@ Record ok_record(const Settings& settings, const std::string& scene, const std::
   const double noise = std::exp(std::normal_distribution(0.0, 0.5)(random));
   const double effort = is_flat ? 0 : std::uniform_real_distribution(0.0, 3.0)(random);
   // Never-skipping techniques become exact once they may take enough steps.
-  const bool is_exact = settings.technique().guarantee == Guarantee::never_skips && effort > 1.8;
+  const bool is_exact = settings.technique().guarantee == Guarantee::exact && effort > 1.8;
   const double error = is_exact ? 0 : 30 * noise * std::exp(-1.9 * effort);
   const double missed = is_exact || effort > 1.5 ? 0 : 0.002 * noise;
   const double time = 4e5 * options.slowness * std::exp(effort) * (backend == "vulkan" ? 0.9 : 1) *

@@ -94,6 +94,7 @@ void compare_errors(std::span<const Match> matches, std::string_view only_metric
       const std::optional<double> base = metric_value(*match.base, metric.id);
       const std::optional<double> now = metric_value(*match.now, metric.id);
       if (base == now) continue;
+      if (metric.lower_is_better && (!base || !now)) continue;  // one run did not measure it
       comparison.errors.push_back({.case_id = match.base->case_id,
                                    .metric = std::string(metric.id),
                                    .base = base,

@@ -28,6 +28,7 @@ MeasureSpec read_measure(const ConfigReader& reader, const JsonNode& node) {
   count("warmup_batches_max", spec.warmup_batches_max, 0, 10000);
   count("control_every", spec.control_every, 1, 10000);
   count("block_cases", spec.block_cases, 1, 100000);
+  count("flicker_frames", spec.flicker_frames, 0, 64);
   positive("timeout_s", spec.timeout_s);
   return spec;
 }

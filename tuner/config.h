@@ -17,6 +17,7 @@ struct MeasureSpec {
   int warmup_batches_max = 6;  ///< warm-up ends when two batches in a row agree within 5 %, or here
   int control_every = 4;       ///< samples between two samples of the control case
   int block_cases = 32;        ///< cases that are interleaved with each other
+  int flicker_frames = 0;      ///< frames of a camera that moves 1/4 texel each, for the metric flicker; 0: none
   double timeout_s = 20;       ///< a frame that takes longer ends its case with status `timeout`
 };
 

@@ -15,8 +15,8 @@ constexpr std::array<std::string_view, 6> kSceneKeys{"heightmap", "views", "reli
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};
 constexpr std::array<std::string_view, 4> kViewKeys{"id", "elevation_deg", "distance", "fov_deg"};
-constexpr std::array<std::string_view, 6> kMeasureKeys{"samples",       "batch_ms",    "warmup_batches_max",
-                                                       "control_every", "block_cases", "timeout_s"};
+constexpr std::array<std::string_view, 7> kMeasureKeys{
+    "samples", "batch_ms", "warmup_batches_max", "control_every", "block_cases", "flicker_frames", "timeout_s"};
 constexpr std::array<std::string_view, 2> kFrontKeys{"error", "constraints"};
 constexpr std::array<std::string_view, 4> kSweepKeys{"technique", "combine", "axes", "where"};
 constexpr std::array<std::string_view, 2> kRuleKeys{"if", "then"};

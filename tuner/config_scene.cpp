@@ -114,7 +114,7 @@ View read_view(const ConfigReader& reader, const JsonNode& node) {
   if (preset(view.id) != presets.end())
     reader.fail(id, fmt::format("'{}' is a preset (take another id, or the preset's name alone)", view.id));
   if (const JsonNode* elevation = node.find("elevation_deg"))
-    view.elevation_deg = reader.number(*elevation, {.low = 0, .high = 90, .above_low = true});
+    view.elevation_deg = reader.number(*elevation, {.low = -90, .high = 90});
   if (const JsonNode* distance = node.find("distance"))
     view.distance = reader.number(*distance, {.low = 0, .above_low = true});
   if (const JsonNode* fov = node.find("fov_deg"))

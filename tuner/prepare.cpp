@@ -8,11 +8,14 @@
 #include "kernels/error.h"
 #include "kernels/heat_map.h"
 #include "kernels/image.h"
+#include "kernels/picture_metrics.h"
 #include "kernels/sha256.h"
 #include "tuner/run_files.h"
 
 namespace reliefbench {
 namespace {
+
+constexpr double kPanTexels = 0.25;  // of the moving camera, a frame
 
 template <typename T>
 std::string hash_of(const std::vector<T>& values) {
@@ -136,9 +139,15 @@ Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scen
     return session.backend().read_score();
   });
   const Reference& reference = reference_of(pixels, scene, state);
+  const std::optional<double> flicker = measure_flicker(prepared, draw, scene, state);
   return split.book(Part::score, [&] {
     JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
     judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
+    const PicturePair pair{
+        .reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px};
+    judged.score.flip = masked_mean(flip_map(pair), judged.pixels).value_or(0);
+    judged.score.ssim = masked_mean(ssim_map(pair), judged.pixels).value_or(1);
+    judged.score.flicker = flicker;
     prepared.record.error = judged.score;
     prepared.record.reference_key = reference.key;
     return Pictures{.frame = std::move(frame),
@@ -151,10 +160,9 @@ const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>&
   const std::string rays_hash = context_.split.book(Part::reference, [&] { return hash_of(rays_of(pixels)); });
   if (const auto found = state.references.find(rays_hash); found != state.references.end()) return found->second;
   Reference reference;
-  reference.key = sha256(fmt::format("reference|{}|{}|{}|{}", hash_of(context_.library.heights(scene).texels),
-                                     rays_hash, static_cast<int>(scene.scene.wrap), ReferenceTracer::kVersion));
+  reference.key = reference_key(rays_hash, scene);
   reference.hits = trace(pixels, scene, reference.key);
-  reference.frame = shade_reference(reference, scene, state);
+  reference.frame = shade_reference(reference.hits, scene, state, state.frame);
   context_.split.book(Part::score, [&] {
     write_png(context_.folder / image_path(reference_image_key(scene.id, context_.session.device().backend), "frame"),
               scene.scene.width_px, scene.scene.height_px, reference.frame);
@@ -187,12 +195,60 @@ std::vector<ReferenceHit> Preparer::trace(const std::vector<ScorePixel>& pixels,
   });
 }
 
-std::vector<std::uint8_t> Preparer::shade_reference(const Reference& reference, const SceneSpec& scene,
-                                                    const SceneState& state) {
+std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene) {
+  return sha256(fmt::format("reference|{}|{}|{}|{}", hash_of(context_.library.heights(scene).texels), rays_hash,
+                            static_cast<int>(scene.scene.wrap), ReferenceTracer::kVersion));
+}
+
+Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
+                                           int index) {
+  Scene moved_scene = scene.scene;
+  moved_scene.pan = kPanTexels * index / (state.frame.sizes[2] * moved_scene.tiling);
+  MovedFrame moved{.frame = frame_uniforms(moved_scene, state.frame.sizes[2], state.frame.sizes[3])};
+  Draw draw = score_draw;
+  draw.frame = moved.frame;
+  context_.session.backend().render(draw, 1, Timer::fenced_wall);
+  const std::vector<ScorePixel> pixels = context_.session.backend().read_score();
+  const std::vector<ReferenceHit> hits = trace(pixels, scene, reference_key(hash_of(rays_of(pixels)), scene));
+  moved.mask = judge_frame(pixels, hits, state.frame.sizes[2], state.frame.sizes[3]).pixels;
+  moved.reference = shade_reference(hits, scene, state, moved.frame);
+  return moved;
+}
+
+std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
+                                                const SceneSpec& scene, SceneState& state) {
+  for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
+    state.moved.push_back(moved_frame(score_draw, scene, state, i));
+  return context_.split.book(Part::score, [&]() -> std::optional<double> {
+    double sum = 0;
+    int count = 0;
+    std::vector<std::uint8_t> before;
+    for (std::size_t i = 0; i < state.moved.size(); ++i) {
+      Draw draw = prepared.draw;
+      draw.frame = state.moved[i].frame;
+      context_.session.backend().render(draw, 1, Timer::fenced_wall);
+      std::vector<std::uint8_t> picture = context_.session.backend().read_color();
+      if (i > 0) {
+        const MovedFrame& last = state.moved[i - 1];
+        const MovedFrame& now = state.moved[i];
+        const std::optional<double> value = flicker({.picture = before, .reference = last.reference, .mask = last.mask},
+                                                    {.picture = picture, .reference = now.reference, .mask = now.mask});
+        sum += value.value_or(0);
+        count += value ? 1 : 0;
+      }
+      before = std::move(picture);
+    }
+    if (count == 0) return std::nullopt;
+    return sum / count;
+  });
+}
+
+std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
+                                                    const SceneState& state, const FrameUniforms& frame) {
   Session& session = context_.session;
   std::vector<float> t;
-  t.reserve(reference.hits.size());
-  for (const ReferenceHit& hit : reference.hits) t.push_back(static_cast<float>(hit.t_enter));
+  t.reserve(hits.size());
+  for (const ReferenceHit& hit : hits) t.push_back(static_cast<float>(hit.t_enter));
   const Pipeline* pipeline = session.pipeline("reference", nullptr, Target::color, scene.scene.wrap).pipeline.get();
   return context_.split.book(Part::score, [&] {
     const std::unique_ptr<Texture> texture =
@@ -207,7 +263,7 @@ std::vector<std::uint8_t> Preparer::shade_reference(const Reference& reference, 
                     .normals = state.normals.get(),
                     .reference = texture.get(),
                     .extra = state.normals.get(),
-                    .frame = state.frame};
+                    .frame = frame};
     session.backend().render(draw, 1, Timer::fenced_wall);
     return session.backend().read_color();
   });

@@ -34,6 +34,7 @@ class Preparer {
     WallSplit& split;
     std::filesystem::path folder;  ///< of the run
     double timeout_s;
+    int flicker_frames;
   };
   explicit Preparer(Context context) : context_(std::move(context)) {}
 
@@ -50,8 +51,15 @@ class Preparer {
     std::vector<ReferenceHit> hits;
     std::vector<std::uint8_t> frame;  ///< shaded, RGBA8
   };
+  /// A frame of the moving camera.
+  struct MovedFrame {
+    FrameUniforms frame{};
+    std::vector<std::uint8_t> reference{};  ///< shaded, RGBA8
+    std::vector<PixelScore> mask{};         ///< which pixels have a ray
+  };
   struct SceneState {
     FrameUniforms frame{};
+    std::vector<MovedFrame> moved;  ///< flicker_frames of them; empty until they are needed
     std::unique_ptr<Texture> normals;
     std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
   };
@@ -60,8 +68,14 @@ class Preparer {
                                               SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
                                                 const std::string& key);
-  [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Reference& reference, const SceneSpec& scene,
-                                                          const SceneState& state);
+  [[nodiscard]] std::vector<std::uint8_t> shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
+                                                          const SceneState& state, const FrameUniforms& frame);
+  [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
+  [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
+                                       int index);
+  /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
+  [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
+                                                      const SceneSpec& scene, SceneState& state);
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
   struct Pictures {
     std::vector<std::uint8_t> frame{};  ///< RGBA8

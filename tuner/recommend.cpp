@@ -15,11 +15,14 @@ constexpr double kNsPerMs = 1e6;
 
 bool measured(const Record& record) { return record.status == Status::ok && record.frame_time && record.error; }
 
-/// Lower is better, whatever the metric's direction. Only psnr of identical pictures has no value: perfect.
+/// Lower is better, whatever the metric's direction. No psnr is that of identical pictures: perfect; no flicker was not
+/// measured.
 double badness(const Record& record, const std::string& metric_id) {
   const std::optional<double> value = metric_value(record, metric_id);
-  if (!value) return -std::numeric_limits<double>::infinity();
-  return find_metric(metric_id).lower_is_better ? *value : -*value;
+  const bool lower_is_better = find_metric(metric_id).lower_is_better;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (!value) return lower_is_better ? kInfinity : -kInfinity;
+  return lower_is_better ? *value : -*value;
 }
 
 bool answers_question(const Record& record, const Question& question) {

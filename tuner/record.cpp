@@ -79,7 +79,10 @@ json score_json(const FrameScore& score) {
           {"unconverged_rate", score.unconverged_rate},
           {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
           // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)}};
+          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
+          {"flip", score.flip},
+          {"ssim", score.ssim},
+          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
 }
 
 FrameScore parse_score(const json& j) {
@@ -92,8 +95,11 @@ FrameScore parse_score(const json& j) {
                    .unconverged_rate = number(j, "unconverged_rate"),
                    .mean_taps = number(taps, "mean"),
                    .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt};
+                   .psnr = std::nullopt,
+                   .flip = number(j, "flip"),
+                   .ssim = number(j, "ssim")};
   if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
+  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
   return score;
 }
 

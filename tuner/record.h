@@ -13,7 +13,7 @@
 namespace reliefbench {
 
 /// The layout of every file of a run; raised when one changes.
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 
 enum class Status { ok, skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled };
 [[nodiscard]] std::string_view status_id(Status status);

@@ -40,9 +40,9 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
   return constants;
 }
 
-Session::Session(const BackendRow& row, int device_index, WallSplit& split)
+Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed)
     : dialect_(row.dialect), split_(split), backend_(row.open(device_index, {})) {
-  split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
+  if (is_timed) split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
   vertex_ = compile_vertex(dialect_);
 }
 

@@ -26,8 +26,8 @@ struct Calibration {
 /// One open device of a sweep: its audited timers, its calibration, and its compiled shaders, each compiled once.
 class Session {
  public:
-  /// Opens and audits. throws: Error(environment): no such device
-  Session(const BackendRow& row, int device_index, WallSplit& split);
+  /// Opens, and audits the timers unless nothing will be timed. throws: Error(environment): no such device
+  Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true);
 
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }

@@ -89,7 +89,8 @@ class DeviceSweep {
                    .cache = cache,
                    .split = split,
                    .folder = options.output,
-                   .timeout_s = config.measure.timeout_s}) {}
+                   .timeout_s = config.measure.timeout_s,
+                   .flicker_frames = config.measure.flicker_frames}) {}
 
   /// pending: this device's cases without a record. on_progress: with the number of cases done so far
   std::vector<Record> run(const std::vector<const Case*>& pending, const std::function<void(double)>& on_progress) {

@@ -24,18 +24,6 @@ namespace {
 // Keys keep their order: they are the columns.
 using Json = nlohmann::ordered_json;
 
-std::string_view guarantee_id(Guarantee guarantee) {
-  switch (guarantee) {
-    case Guarantee::none:
-      return "none";
-    case Guarantee::never_skips:
-      return "never_skips";
-    case Guarantee::bounded_error:
-      return "bounded_error";
-  }
-  return "none";
-}
-
 Json parameter_row(const Param& param) {
   const std::string values = param.choices.empty() ? fmt::format("{}..{}", param.min, param.max)
                                                    : fmt::format("{}", fmt::join(param.choices, " | "));

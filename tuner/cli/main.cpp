@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   add_recommend_command(app, exit_code);
   add_report_command(app, exit_code);
   add_compare_command(app, exit_code);
+  add_stress_command(app, exit_code);
   add_list_command(app, exit_code);
   add_devices_command(app, exit_code);
   try {

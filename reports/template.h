@@ -1,0 +1,11 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+namespace reliefbench {
+
+/// A page of reports/assets with its {{data}} and {{asset.js}} put in.
+[[nodiscard]] std::string fill_page(std::string_view page, const nlohmann::json& data);
+
+}  // namespace reliefbench

@@ -1,0 +1,263 @@
+#include "tuner/stress.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "kernels/error.h"
+#include "kernels/heat_map.h"
+#include "kernels/heightmap.h"
+#include "tuner/map_library.h"
+#include "tuner/plan.h"
+#include "tuner/progress.h"
+#include "tuner/session.h"
+
+namespace reliefbench {
+namespace {
+
+std::int64_t& fault(StressResult& result, StressCheck check) {
+  return result.faults.at(static_cast<std::size_t>(check));
+}
+
+bool has_ray(const ScorePixel& pixel) { return pixel.status != static_cast<float>(PixelStatus::no_ray); }
+
+bool is_finite(const ScorePixel& pixel) {
+  const TextureRay& ray = pixel.ray;
+  const std::array values{ray.u, ray.v, ray.slope_u, ray.slope_v, pixel.t, pixel.status, pixel.taps, pixel.steps};
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+/// A setting's map at one extreme, baked once for all backends.
+struct Baked {
+  BakedMap map;
+  MapTextures textures;
+  std::optional<ReferenceTracer> tracer;  ///< of the heights as stored
+};
+
+/// One open device.
+class Device {
+ public:
+  Device(const BackendRow& row, int index, WallSplit& split) : session_(row, index, split, false) {
+    constexpr std::array kWhite{std::byte{255}, std::byte{255}, std::byte{255}, std::byte{255}};
+    blank_ = session_.backend().upload({.width = 1, .height = 1, .texels = kWhite});
+  }
+  [[nodiscard]] const DeviceInfo& info() const { return session_.device(); }
+
+  /// Two score frames of the same settings.
+  std::array<std::vector<ScorePixel>, 2> draw_twice(const Settings& settings, const Baked& baked, const Scene& scene) {
+    Backend& backend = session_.backend();
+    const auto relief = backend.upload(texture_desc(baked.textures.relief, scene.wrap));
+    const auto extra = baked.textures.extra ? backend.upload(texture_desc(*baked.textures.extra, scene.wrap)) : nullptr;
+    const Draw draw{
+        .pipeline = session_.pipeline(settings.technique().id, &settings, Target::score, scene.wrap).pipeline.get(),
+        .relief = relief.get(),
+        .normals = blank_.get(),
+        .reference = blank_.get(),
+        .extra = extra ? extra.get() : blank_.get(),
+        .frame = frame_uniforms(scene, baked.map.heights.width, baked.map.heights.height)};
+    std::array<std::vector<ScorePixel>, 2> frames;
+    for (std::vector<ScorePixel>& frame : frames) {
+      backend.render(draw, 1, Timer::fenced_wall);
+      frame = backend.read_score();
+    }
+    return frames;
+  }
+
+ private:
+  Session session_;
+  std::unique_ptr<Texture> blank_;
+};
+
+Baked bake(const Settings& settings, const Heightfield& heights, const Scene& scene) {
+  const bool has_map = settings.technique().find("format") != nullptr;  // flat reads none
+  const Format& format = find_format(has_map ? settings.choice("format") : "r32f");
+  Baked baked{.map = {.heights = quantise_heights(heights, format.type)}, .textures = {}, .tracer = {}};
+  if (has_map) {
+    baked.map.values = map_of(settings).bake(bake_request(settings, baked.map.heights, scene.wrap));
+    baked.textures = map_textures(settings, baked.map, scene.wrap, scene.relief_depth);
+  } else {
+    baked.textures = pack_heights(baked.map.heights, format);
+  }
+  baked.tracer.emplace(baked.map.heights, scene.wrap);
+  return baked;
+}
+
+/// What one frame says by itself.
+JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const Baked& baked,
+                        StressResult& result) {
+  const auto cap = static_cast<float>(step_cap(settings));
+  std::vector<TextureRay> rays;
+  rays.reserve(pixels.size());
+  for (const ScorePixel& pixel : pixels) {
+    rays.push_back(pixel.ray);
+    if (!has_ray(pixel)) continue;
+    if (!is_finite(pixel)) ++fault(result, StressCheck::finite);
+    if (!(pixel.t >= 0 && pixel.t <= 1)) ++fault(result, StressCheck::inside);
+    if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
+    if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
+  }
+  JudgedFrame judged =
+      judge_frame(pixels, baked.tracer->trace(rays), baked.map.heights.width, baked.map.heights.height);
+  result.pixels = judged.score.pixels;
+  result.missed_rate = judged.score.missed_rate;
+  result.unconverged_rate = judged.score.unconverged_rate;
+  result.e_xy_p99 = judged.score.e_xy.p99;
+  result.e_xy_max = judged.score.e_xy.max;
+  for (std::size_t i = 0; result.guarantee != Guarantee::none && i < pixels.size(); ++i) {
+    const Verdict verdict = judged.pixels[i].verdict;
+    const bool is_capped = pixels[i].status == static_cast<float>(PixelStatus::step_cap);
+    const bool is_short = verdict == Verdict::unconverged && !is_capped;
+    if (verdict == Verdict::missed || (is_short && result.guarantee == Guarantee::exact))
+      ++fault(result, StressCheck::guarantee);
+  }
+  return judged;
+}
+
+void compare_frames(const std::vector<ScorePixel>& a, const std::vector<ScorePixel>& b, StressResult& result) {
+  std::int64_t differing = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const bool same_ray = std::memcmp(&a[i].ray, &b[i].ray, sizeof(TextureRay)) == 0;
+    if (!same_ray || !(std::abs(a[i].t - b[i].t) <= static_cast<float>(kAgreement))) ++differing;
+  }
+  if (result.pixels == 0) return;
+  result.differing_rate = static_cast<double>(differing) / static_cast<double>(result.pixels);
+  if (result.differing_rate > find_technique(result.technique).disagreement)
+    fault(result, StressCheck::agreement) = differing;
+}
+
+class Run {
+ public:
+  Run(const Extremes& extremes, const StressOptions& options)
+      : extremes_(extremes), options_(options), progress_(options.quiet) {
+    for (const std::string& id : options.backends)
+      devices_.push_back(std::make_unique<Device>(find_backend(id), options.device, split_));
+  }
+
+  StressReport all() {
+    plan();
+    const double total = static_cast<double>(planned_.size());
+    for (std::size_t i = 0; i < planned_.size(); ++i) {
+      const Planned& planned = planned_[i];
+      progress_.update(static_cast<double>(i) / total,
+                       fmt::format("{} at {}", planned.settings.technique().id, planned.extreme->id));
+      run_one(planned);
+    }
+    progress_.finish();
+    report_.extremes = extremes_.list;
+    for (const auto& device : devices_)
+      report_.devices.push_back(
+          fmt::format("{}: {}, {}", device->info().backend, device->info().name, device->info().driver));
+    for (auto& [technique, picture] : pictures_) report_.pictures.push_back(std::move(picture));
+    report_.wall_s = split_.total_seconds();
+    return std::move(report_);
+  }
+
+ private:
+  struct Planned {
+    const Extreme* extreme;
+    Settings settings;
+  };
+
+  void plan() {
+    for (const Technique& technique : techniques()) report_.techniques.emplace_back(technique.id);
+    for (const Extreme& extreme : extremes_.list)
+      for (const Technique& technique : techniques())
+        for (Settings& settings : stress_settings(technique, extremes_.changes, extreme.changes))
+          if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings)))
+            planned_.push_back({.extreme = &extreme, .settings = std::move(settings)});
+    if (planned_.empty()) fail_input("stress: the filter '{}' matches nothing", options_.filter);
+  }
+
+  static std::string_view format_of(const Settings& settings) {
+    return settings.technique().find("format") == nullptr ? "" : settings.choice("format");
+  }
+
+  static std::string name_of(const Extreme& extreme, const Settings& settings) {
+    return fmt::format("{}/{}/{}/{}", settings.technique().id, map_of(settings).id, format_of(settings), extreme.id);
+  }
+
+  StressResult blank(const Planned& planned) const {
+    return {.extreme = planned.extreme->id,
+            .technique = std::string(planned.settings.technique().id),
+            .map = std::string(map_of(planned.settings).id),
+            .format = std::string(format_of(planned.settings)),
+            .settings = planned.settings.text(),
+            .backend = {},
+            .guarantee = guarantee_of(planned.settings)};
+  }
+
+  const Heightfield& heights(const Extreme& extreme) {
+    if (last_extreme_ != &extreme) {
+      heights_ = load_heightmap(extreme.scene.heightmap);
+      last_extreme_ = &extreme;
+    }
+    return heights_;
+  }
+
+  void run_one(const Planned& planned) {
+    const Extreme& extreme = *planned.extreme;
+    StressResult result = blank(planned);
+    if (extreme.is_large && !options_.is_large) {
+      result.skipped = "large maps are run with --large";
+      report_.results.push_back(result);
+      return;
+    }
+    std::optional<std::vector<ScorePixel>> first;
+    try {
+      const Baked baked = bake(planned.settings, heights(extreme), extreme.scene.scene);
+      for (const auto& device : devices_) {
+        StressResult here = result;
+        here.backend = device->info().backend;
+        auto frames = device->draw_twice(planned.settings, baked, extreme.scene.scene);
+        const JudgedFrame judged = check_frame(frames[0], planned.settings, baked, here);
+        if (std::memcmp(frames[0].data(), frames[1].data(), frames[0].size() * sizeof(ScorePixel)) != 0)
+          fault(here, StressCheck::repeatable) = 1;
+        if (first) compare_frames(*first, frames[0], here);
+        if (!first) first = std::move(frames[0]);
+        keep_worst(here, judged, extreme.scene.scene);
+        report_.results.push_back(std::move(here));
+      }
+    } catch (const Error& error) {
+      if (error.code() != Exit::bad_input) throw;
+      result.skipped = error.what();
+      report_.results.push_back(std::move(result));
+    }
+  }
+
+  void keep_worst(const StressResult& result, const JudgedFrame& judged, const Scene& scene) {
+    const auto found = pictures_.find(result.technique);
+    if (found != pictures_.end() && found->second.result.e_xy_p99 >= result.e_xy_p99) return;
+    pictures_[result.technique] = {.technique = result.technique,
+                                   .result = result,
+                                   .rgba8 = heat_map(judged.pixels, scene.width_px, scene.height_px),
+                                   .width = scene.width_px,
+                                   .height = scene.height_px};
+  }
+
+  const Extremes& extremes_;
+  const StressOptions& options_;
+  WallSplit split_;
+  Progress progress_;
+  std::vector<std::unique_ptr<Device>> devices_;
+  std::vector<Planned> planned_;
+  const Extreme* last_extreme_ = nullptr;
+  Heightfield heights_;
+  std::map<std::string, StressPicture> pictures_;
+  StressReport report_;
+};
+
+}  // namespace
+
+bool StressResult::holds() const {
+  return std::ranges::all_of(faults, [](std::int64_t pixels_at_fault) { return pixels_at_fault == 0; });
+}
+
+bool StressReport::holds() const { return std::ranges::all_of(results, &StressResult::holds); }
+
+StressReport run_stress(const Extremes& extremes, const StressOptions& options) { return Run(extremes, options).all(); }
+
+}  // namespace reliefbench
