@@ -6,7 +6,9 @@
 #include <string>
 
 #include "kernels/cone_map.h"
+#include "kernels/distance_map.h"
 #include "kernels/error.h"
+#include "kernels/pyramid_map.h"
 
 namespace reliefbench {
 namespace {
@@ -51,6 +53,34 @@ constexpr std::array kMaps{
            .corrections = kRelaxed,
            .parameter = "search_steps",
            .bake = bake_relaxed_po07,
+           .version = 1},
+    MapRow{.kind = MapKind::max_mip,
+           .id = "max_mip",
+           .description = "mip chain of the bilinear cells' maxima",
+           .source = "[TIS08]",
+           .guarantee = "no point of the surface is above the node that covers it",
+           .content = MapContent::pyramid,
+           .corrections = kNone,
+           .bake = bake_max_mip,
+           .version = 1},
+    MapRow{.kind = MapKind::quadtree,
+           .id = "quadtree",
+           .description = "mip chain of the texels' maxima",
+           .source = "[DRO18]",
+           .guarantee = "no texel is above a node that covers it; the bilinear surface between nodes may be",
+           .content = MapContent::pyramid,
+           .corrections = kNone,
+           .bake = bake_quadtree,
+           .version = 1},
+    MapRow{.kind = MapKind::distance,
+           .id = "distance",
+           .description = "voxels that hold their distance to the relief",
+           .source = "[DON05], bounds instead of samples",
+           .guarantee = "no point of the surface is nearer to any point of a voxel than its value",
+           .content = MapContent::volume,
+           .corrections = kNone,
+           .parameter = "distance_slices",
+           .bake = bake_distance,
            .version = 1},
 };
 

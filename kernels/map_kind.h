@@ -7,7 +7,7 @@
 
 namespace reliefbench {
 
-enum class MapKind { height, conservative, relaxed_po07 };
+enum class MapKind { height, conservative, relaxed_po07, max_mip, quadtree, distance };
 
 /// What a baker returns for a map of width x height texels.
 enum class MapContent {
@@ -44,9 +44,10 @@ struct BakeRequest {
   const Heightfield& heights;  ///< already quantised to the texture's format
   Wrap wrap = Wrap::repeat;
   Correction correction = Correction::none;
-  float max_ratio = 1;     ///< 1 or kUnboundedRatio
-  int search_steps = 128;  ///< relaxed_po07 only: forward steps of the exit search, [PO07] listing 18-2
-  int threads = 0;         ///< 0: as many as the machine has
+  float max_ratio = 1;       ///< 1 or kUnboundedRatio
+  int search_steps = 128;    ///< relaxed_po07 only: forward steps of the exit search, [PO07] listing 18-2
+  int distance_slices = 32;  ///< distance only: voxels from bottom to top, 4 to 256
+  int threads = 0;           ///< 0: as many as the machine has
 };
 
 /// A map kind: one row, one bake_*.cpp.

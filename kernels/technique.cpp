@@ -26,11 +26,12 @@ Param linear_steps() {
   return range("linear_steps", "equal steps down the ray until it is under the relief", 1, 4096, 16);
 }
 Param cone_steps(int fallback) { return range("cone_steps", "most cone steps a ray", 0, 4096, fallback); }
+Param node_steps() { return range("node_steps", "most nodes of the pyramid that a ray visits", 1, 4096, 256); }
 Param binary_steps(int fallback) {
   return range("binary_steps", "halvings of the bracket", 0, 32, fallback, "refinement=binary");
 }
-Param secant_steps() {
-  return range("secant_steps", "probes of the secant search before its last interpolation", 0, 32, 1,
+Param secant_steps(int fallback = 1) {
+  return range("secant_steps", "probes of the secant search before its last interpolation", 0, 32, fallback,
                "refinement=secant");
 }
 Param refinement(std::vector<std::string_view> choices, std::string_view fallback) {
@@ -94,6 +95,16 @@ Param max_ratio() {
 Param search_steps() {
   Param param = range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128);
   param.stage = Stage::bake;
+  return param;
+}
+
+Param distance_slices() {
+  Param param = range("distance_slices", "voxels from the bottom plate to the top", 4, 256, 32);
+  param.stage = Stage::bake;
+  return param;
+}
+Param only_if(std::string_view condition, Param param) {
+  param.active_if = condition;
   return param;
 }
 
@@ -164,6 +175,40 @@ std::vector<Technique> rows() {
                          "an ulp decides whether a step has pierced thin relief",
        .source = "[PO07] listing 18-3",
        .disagreement = 0.05},
+      {.id = "max_mip",
+       .description = "down a pyramid of the bilinear cells' maxima, the cells solved",
+       .maps = {MapKind::max_mip},
+       .params = {node_steps(), format("r16")},
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "on the heights as stored, wherever node_steps are enough",
+       .source = "[TIS08]",
+       .guarantee_when = [](const Settings&) { return Guarantee::exact; }},
+      {.id = "qdm",
+       .description = "down a quadtree of the texels' maxima, then refinement",
+       .maps = {MapKind::quadtree},
+       .params = {node_steps(), refinement({"none", "secant", "binary"}, "secant"), binary_steps(6), secant_steps(0),
+                  format("r16"), filter()},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "texels' blocks do not bound the bilinear surface between them",
+       .source = "[DRO18]; secant_steps=0 is its linear refinement"},
+      {.id = "distance",
+       .description = "sphere tracing through a volume of distances",
+       .maps = {MapKind::distance},
+       .params = {range("sphere_steps", "most spheres a ray", 0, 4096, 64),
+                  choice("step",
+                         "beside the relief: on by a voxel's side, then refinement (published), or at least to the "
+                         "cell's border, with the cell's surface solved (cell_quad)",
+                         {"published", "cell_quad"}, "cell_quad"),
+                  only_if("step=published", refinement({"none", "secant", "binary"}, "binary")), binary_steps(6),
+                  secant_steps(), distance_slices(), format("r16"), only_if("step=published", filter())},
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "with step=cell_quad, on the heights as stored, wherever sphere_steps are enough; published "
+                         "steps can pass features thinner than a voxel",
+       .source = "[DON05]; distances as bounds, cell_quad ours",
+       .guarantee_when =
+           [](const Settings& settings) {
+             return settings.choice("step") == "cell_quad" ? Guarantee::exact : Guarantee::none;
+           }},
   };
 }
 
@@ -239,7 +284,8 @@ std::string_view Settings::choice(std::string_view param_id) const {
 bool Settings::is_active(const Param& param) const {
   if (param.active_if.empty()) return true;
   const std::size_t split = param.active_if.find('=');
-  return choice(param.active_if.substr(0, split)) == param.active_if.substr(split + 1);
+  const std::string_view condition = param.active_if.substr(0, split);
+  return is_active(*technique_->find(condition)) && choice(condition) == param.active_if.substr(split + 1);
 }
 
 std::string Settings::text() const {

@@ -84,6 +84,15 @@ TEST(SettingsTest, inactive_parameters_vanish) {
   EXPECT_EQ(settings.get("binary_steps"), 9);
 }
 
+TEST(SettingsTest, what_depends_on_an_inactive_parameter_is_inactive) {
+  Settings settings = settings_of("distance", {{"step", "cell_quad"}});
+  EXPECT_EQ(settings.text(), "sphere_steps=64&step=cell_quad&distance_slices=32&format=r16");
+  settings.set("step", "published");
+  EXPECT_EQ(settings.text(),
+            "sphere_steps=64&step=published&refinement=binary&binary_steps=6&distance_slices=32&format=r16"
+            "&filter=hardware");
+}
+
 TEST(SettingsTest, bad_values_are_refused_with_what_was_expected) {
   const auto refusal = [](std::string_view id, std::string_view value) -> std::string {
     try {
@@ -106,6 +115,15 @@ TEST(SettingsTest, a_cone_map_needs_two_channels) {
   EXPECT_EQ(conflict(settings_of("relief", {{"format", "rg16"}})), "");
 }
 
+TEST(SettingsTest, pyramids_and_volumes_need_formats_of_one_channel) {
+  for (const std::string_view technique : {"max_mip", "qdm", "distance"}) {
+    for (const Format& format : formats()) {
+      const bool fits = format.channels == 1 && format.extra_channels == 0;
+      EXPECT_EQ(conflict(settings_of(technique, {{"format", format.id}})).empty(), fits) << technique << format.id;
+    }
+  }
+}
+
 using TechniqueOnDevices = BackendTest;
 INSTANTIATE_TEST_SUITE_P(AllBackends, TechniqueOnDevices, ::testing::Values("opengl", "vulkan"),
                          [](const auto& parameter) { return std::string(parameter.param); });
@@ -113,14 +131,13 @@ INSTANTIATE_TEST_SUITE_P(AllBackends, TechniqueOnDevices, ::testing::Values("ope
 /// Another value of a parameter than its default, near it, so that the frame stays cheap.
 int other_value(const Param& param) { return param.fallback < param.max ? param.fallback + 1 : param.fallback - 1; }
 
-/// Settings in which `param` is active.
-Settings where_active(const Technique& technique, const Param& param) {
-  Settings settings(technique);
-  if (!param.active_if.empty()) {
-    const std::size_t split = param.active_if.find('=');
-    settings.set(param.active_if.substr(0, split), param.active_if.substr(split + 1));
-  }
-  return settings;
+/// Sets what `param` needs to be active.
+void activate(Settings& settings, const Param& param) {
+  if (param.active_if.empty()) return;
+  const std::size_t split = param.active_if.find('=');
+  const std::string_view condition = param.active_if.substr(0, split);
+  activate(settings, *settings.technique().find(condition));
+  settings.set(condition, param.active_if.substr(split + 1));
 }
 
 // Cones that the map does not keep safe pierce the surface, so that each refinement has something to do; few steps
@@ -132,6 +149,8 @@ void make_sensitive(Settings& settings) {
     settings.set("step", "cell_max");
   }
   if (id == "cone" || id == "relaxed_cone") settings.set("cone_steps", 8);
+  if (id == "max_mip" || id == "qdm") settings.set("node_steps", 4);
+  if (id == "distance") settings.set("sphere_steps", 4);
   if (settings.technique().find("max_ratio") != nullptr) settings.set("format", "rg32f");
 }
 
@@ -141,7 +160,8 @@ TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
     for (const Technique& technique : techniques()) {
       for (const Param& param : technique.params) {
         if (param.min == param.max) continue;
-        Settings before = where_active(technique, param);
+        Settings before(technique);
+        activate(before, param);
         make_sensitive(before);
         Settings after = before;
         after.set(param.id, before.get(param.id) == param.fallback ? other_value(param) : param.fallback);

@@ -42,6 +42,7 @@ BakeRequest bake_request(const Settings& settings, const Heightfield& heights, W
   if (is_on("correction")) request.correction = find_correction(settings.choice("correction"));
   if (is_on("max_ratio") && settings.choice("max_ratio") == "unbounded") request.max_ratio = kUnboundedRatio;
   if (is_on("search_steps")) request.search_steps = settings.get("search_steps");
+  if (is_on("distance_slices")) request.distance_slices = settings.get("distance_slices");
   return request;
 }
 
@@ -82,10 +83,10 @@ BakedMap MapLibrary::load_or_bake(const Case& c, const SceneSpec& scene) {
     const TexelType type = find_format(c.settings.choice("format")).type;
     BakedMap map{.heights = quantise_heights(source, type)};
     const BakeRequest request = bake_request(c.settings, map.heights, scene.scene.wrap);
-    map.key =
-        sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version, correction_id(request.correction),
-                           request.max_ratio, request.search_steps, static_cast<int>(request.wrap), map.heights.width,
-                           map.heights.height, sha256(std::as_bytes(std::span(map.heights.texels)))));
+    map.key = sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version,
+                                 correction_id(request.correction), request.max_ratio, request.search_steps,
+                                 request.distance_slices, static_cast<int>(request.wrap), map.heights.width,
+                                 map.heights.height, sha256(std::as_bytes(std::span(map.heights.texels)))));
     if (row.content == MapContent::heights) return map;  // nothing to bake
     if (const auto bytes = cache_.get(map.key); bytes && unpack(*bytes, map)) {
       ++from_cache_;

@@ -59,7 +59,8 @@ struct Hit {
   int steps;  // iterations of all loops
 };
 
-int wrapped(int i, int n) { return WRAP == WRAP_CLAMP ? clamp(i, 0, n - 1) : int(mod(float(i), float(n))); }
+// The half keeps the quotient off whole numbers, where a division that is an ulp off would end in another tile.
+int wrapped(int i, int n) { return clamp(WRAP == WRAP_CLAMP ? i : int(mod(float(i) + 0.5, float(n))), 0, n - 1); }
 
 // tan(y) for y in [0, pi/4], as texel.cpp has it.
 float tangent(float y) { return y * (15.0 - y * y) / (15.0 - 6.0 * y * y); }

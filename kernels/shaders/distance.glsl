@@ -1,0 +1,79 @@
+// Sphere tracing through a volume of distances to the relief [DON05], which are lower bounds for whole voxels and so
+// are fetched, not filtered. Next to the relief they are 0: there the ray goes on by a voxel's side (published: a least
+// step, then refinement), or at least to the border of the bilinear cell, solved exactly (cell_quad).
+#include "cell.glsl"
+#include "refine.glsl"
+
+const int STEP_PUBLISHED = 0;
+const int STEP_CELL_QUAD = 1;
+
+layout(constant_id = 16) const int SPHERE_STEPS = 64;
+layout(constant_id = 17) const int STEP = STEP_CELL_QUAD;
+layout(constant_id = 18) const int REFINEMENT = REFINE_BINARY;
+layout(constant_id = 19) const int BINARY_STEPS = 6;
+layout(constant_id = 20) const int SECANT_STEPS = 1;
+
+int slices() { return textureSize(extra_map, 0).y / frame.sizes.w; }
+
+// The stored distance at t: tiles, and the whole range of heights as 1.
+float distance_at(Ray ray, float t, inout Hit hit) {
+  hit.taps += 1;
+  ivec2 texel = ivec2(floor((ray.uv + ray.slope * t) * vec2(frame.sizes.zw)));
+  int slice = min(int((1.0 - t) * float(slices())), slices() - 1);
+  int row = slice * frame.sizes.w + wrapped(texel.y, frame.sizes.w);
+  return texelFetch(extra_map, ivec2(wrapped(texel.x, frame.sizes.z), row), 0).x;
+}
+
+// speed: of the ray in the distances' metric, per t
+Hit trace_cells(Ray ray, float speed) {
+  Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
+  while (hit.status != STATUS_HIT && hit.steps < SPHERE_STEPS) {
+    hit.steps += 1;
+    float t_next = hit.t + distance_at(ray, hit.t, hit) / speed;
+    Cell cell = cell_ahead(ray, hit.t);
+    if (t_next < cell.t_border) {
+      t_next = min(cell.t_border, 1.0);
+      float t_hit = cell_hit(ray, cell, hit.t, t_next, hit);
+      // The bottom plate is under every relief.
+      if (t_hit < INFINITE_T || t_next == 1.0) hit.status = STATUS_HIT;
+      t_next = min(t_hit, t_next);
+    }
+    hit.t = min(t_next, 1.0);
+  }
+  return hit;
+}
+
+Hit trace_voxels(Ray ray, float speed) {
+  Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
+  float least_step = 1.0 / float(max(max(frame.sizes.z, frame.sizes.w), slices()));
+  Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);
+  // One look more than there are steps: a hit exactly at the cap is a hit.
+  for (int i = 0; i <= SPHERE_STEPS; ++i) {
+    float clear = distance_at(ray, hit.t, hit);
+    float gap = 0.0;
+    if (clear == 0.0) {
+      gap = gap_at(ray, hit.t, hit);
+      if (gap <= ARRIVED) {
+        bracket.hi = hit.t;
+        bracket.gap_hi = gap;
+        hit.status = STATUS_HIT;
+        break;
+      }
+      clear = least_step;
+    }
+    if (i == SPHERE_STEPS) break;
+    hit.steps += 1;
+    bracket.lo = hit.t;
+    bracket.gap_lo = gap;
+    hit.t = min(hit.t + clear / speed, 1.0);
+  }
+  // A stored distance leads to the surface at most: only after a least step is there anything to refine.
+  if (hit.status == STATUS_HIT && bracket.gap_hi <= 0.0 && bracket.gap_lo > 0.0)
+    refine(ray, bracket, REFINEMENT, REFINEMENT == REFINE_BINARY ? BINARY_STEPS : SECANT_STEPS, hit);
+  return hit;
+}
+
+Hit trace(Ray ray) {
+  float speed = length(vec3(ray.slope, 1.0));
+  return STEP == STEP_CELL_QUAD ? trace_cells(ray, speed) : trace_voxels(ray, speed);
+}

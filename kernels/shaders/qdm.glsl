@@ -1,0 +1,58 @@
+// Quadtree displacement mapping [DRO18]: down the quadtree of the texels' maxima to a texel whose block the ray enters,
+// then refined on the bilinear surface. The blocks do not bound that surface between them, so that it may be crossed
+// before a block is entered (the bracket then reaches back by one texel), or a ray may pass through a block above it
+// (the ray then goes on).
+#include "pyramid.glsl"
+#include "refine.glsl"
+
+layout(constant_id = 16) const int NODE_STEPS = 256;
+layout(constant_id = 17) const int REFINEMENT = REFINE_SECANT;
+layout(constant_id = 18) const int BINARY_STEPS = 6;
+layout(constant_id = 19) const int SECANT_STEPS = 0;
+
+// The surface's crossing near the block of a texel, which the ray enters at t and leaves at t_exit; false: none.
+bool surface_hit(Ray ray, Line line, float t, float t_exit, inout Hit hit) {
+  Bracket bracket = Bracket(t, t_exit, gap_at(ray, t, hit), 0.0);
+  if (bracket.gap_lo > 0.0) {
+    bracket.gap_hi = gap_at(ray, t_exit, hit);
+    if (bracket.gap_hi > 0.0) return false;
+  } else {
+    float texel_t = 1.0 / max(max(abs(line.d.x), abs(line.d.y)), 1.0);
+    bracket = Bracket(max(t - texel_t, 0.0), t, 0.0, bracket.gap_lo);
+    bracket.gap_lo = gap_at(ray, bracket.lo, hit);
+    if (bracket.gap_lo <= 0.0) {
+      hit.t = bracket.lo;
+      return true;
+    }
+  }
+  refine(ray, bracket, REFINEMENT, REFINEMENT == REFINE_BINARY ? BINARY_STEPS : SECANT_STEPS, hit);
+  return true;
+}
+
+Hit trace(Ray ray) {
+  Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
+  vec2 size = vec2(frame.sizes.zw);
+  Line line = Line(ray.uv * size, ray.slope * size);
+  int top = first_level(line);
+  int level = top;
+  for (int i = 0; i < NODE_STEPS && hit.status != STATUS_HIT; ++i) {
+    hit.steps += 1;
+    Node node = node_ahead(line, hit.t, level, 0);
+    float t_exit = min(node.t_exit, 1.0);
+    float highest = node_height(node, level, hit);
+    if (1.0 - t_exit <= highest) {
+      hit.t = max(hit.t, 1.0 - highest);
+      if (level > 0) {
+        level -= 1;
+        continue;
+      }
+      if (REFINEMENT == REFINE_NONE || surface_hit(ray, line, hit.t, t_exit, hit)) {
+        hit.status = STATUS_HIT;
+        break;
+      }
+    }
+    hit.t = t_exit;
+    if (node.leaves_parent && level < top) level += 1;
+  }
+  return hit;
+}

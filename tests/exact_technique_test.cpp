@@ -1,0 +1,169 @@
+// The techniques on pyramids and volumes, held against the exact reference on the heights as they are stored.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/heightmap.h"
+#include "kernels/score.h"
+#include "tests/cone_test_maps.h"
+#include "tests/slow_cone_map.h"
+#include "tests/technique_rig.h"
+
+namespace reliefbench {
+namespace {
+
+const std::vector<Settings>& exact_settings() {
+  static const std::vector<Settings> list{
+      settings_of("max_mip", {{"node_steps", "4096"}}),
+      settings_of("distance", {{"sphere_steps", "4096"}, {"step", "cell_quad"}, {"distance_slices", "16"}})};
+  return list;
+}
+
+FrameScore score_of(const Rig& rig, const Settings& settings, const StoredMap& map, const Scene& scene) {
+  const auto pixels = trace_frame(rig, settings, map, scene);
+  std::vector<TextureRay> rays;
+  rays.reserve(pixels.size());
+  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
+  return judge_frame(pixels, ReferenceTracer(map.surface, scene.wrap).trace(rays), map.surface.width,
+                     map.surface.height)
+      .score;
+}
+
+void expect_exact(const Rig& rig, const Settings& settings, const StoredMap& map, const Scene& scene) {
+  const FrameScore score = score_of(rig, settings, map, scene);
+  EXPECT_EQ(score.missed_rate, 0) << settings.text() << " " << scene.view.id;
+  EXPECT_EQ(score.unconverged_rate, 0) << settings.text() << " " << scene.view.id;
+  EXPECT_EQ(score.inside_rate, 0) << settings.text() << " " << scene.view.id;
+}
+
+Scene small_scene(const View& view, Wrap wrap) {
+  return {.view = view, .tiling = wrap == Wrap::repeat ? 2.0 : 1.0, .wrap = wrap, .width_px = 48, .height_px = 48};
+}
+
+using ExactTechnique = BackendTest;
+INSTANTIATE_TEST_SUITE_P(AllBackends, ExactTechnique, ::testing::Values("opengl", "vulkan"), backend_name);
+
+TEST_P(ExactTechnique, never_skips_on_any_map_wrap_format_and_view) {
+  on_every_device([](const Rig& rig) {
+    for (const ProceduralRow& row : procedurals()) {
+      const Heightfield heights = row.generate(48, 48, 7);
+      for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+        for (const std::string_view format : {"r8", "r16", "r16f", "r32f"}) {
+          for (Settings settings : exact_settings()) {
+            ASSERT_TRUE(is_guaranteed(settings));
+            settings.set("format", format);
+            const StoredMap map = store_map(settings, heights, wrap);
+            SCOPED_TRACE(row.id);
+            for (const View& view : view_presets()) expect_exact(rig, settings, map, small_scene(view, wrap));
+          }
+        }
+      }
+    }
+  });
+}
+
+TEST_P(ExactTechnique, never_skips_on_maps_of_any_shape) {
+  on_every_device([](const Rig& rig) {
+    for (const auto& [width, height] : {std::pair{2, 2}, {3, 2}, {2, 63}, {33, 5}, {13, 31}}) {
+      SCOPED_TRACE(fmt::format("{}x{}", width, height));
+      for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+        for (const Settings& settings : exact_settings()) {
+          const StoredMap map = store_map(settings, noise_map(width, height), wrap);
+          for (const View& view : view_presets()) expect_exact(rig, settings, map, small_scene(view, wrap));
+        }
+      }
+    }
+  });
+}
+
+// Tile factors of 1e-3 and 1e3, a grazing angle of 0.1 degree, reliefs without depth and ten tiles deep.
+TEST_P(ExactTechnique, never_skips_at_the_extremes) {
+  const View grazing{.id = "0.1 degree", .elevation_deg = 0.1, .distance = 3, .fov_deg = 0.05};
+  const View& oblique = view_presets()[1];
+  std::vector<Scene> scenes;
+  for (const double tiling : {1e-3, 1e3}) scenes.push_back({.view = oblique, .tiling = tiling});
+  for (const double depth : {0.0, 10.0}) scenes.push_back({.view = oblique, .relief_depth = depth});
+  scenes.push_back({.view = grazing});
+  on_every_device([&](const Rig& rig) {
+    for (Scene scene : scenes) {
+      scene.width_px = scene.height_px = 32;
+      SCOPED_TRACE(fmt::format("tiling {}, depth {}", scene.tiling, scene.relief_depth));
+      for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+        scene.wrap = wrap;
+        for (const Settings& settings : exact_settings())
+          expect_exact(rig, settings, store_map(settings, fbm_map(24, 20), wrap), scene);
+      }
+    }
+  });
+}
+
+// What ends a search is the hit, not the count: with as many steps as it takes it is found, with one less it is not.
+TEST_P(ExactTechnique, a_hit_at_the_cap_is_a_hit) {
+  on_every_device([](const Rig& rig) {
+    const Scene scene = small_scene(view_presets()[1], Wrap::repeat);
+    for (const auto& [technique, cap] : {std::pair{"max_mip", "node_steps"}, {"distance", "sphere_steps"}}) {
+      Settings settings = settings_of(technique, {{cap, "4096"}});
+      const StoredMap map = store_map(settings, fbm_map(32, 32), scene.wrap);
+      const auto all = trace_frame(rig, settings, map, scene);
+      const ScorePixel& longest =
+          *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.steps < b.steps; });
+      const auto pixel = static_cast<std::size_t>(&longest - all.data());
+      const int steps = static_cast<int>(longest.steps);
+      ASSERT_GT(steps, 2) << technique;
+      settings.set(cap, steps);
+      EXPECT_EQ(trace_frame(rig, settings, map, scene)[pixel].t, longest.t) << technique;
+      EXPECT_EQ(trace_frame(rig, settings, map, scene)[pixel].status, static_cast<float>(PixelStatus::hit));
+      settings.set(cap, steps - 1);
+      EXPECT_EQ(trace_frame(rig, settings, map, scene)[pixel].status, static_cast<float>(PixelStatus::step_cap));
+    }
+  });
+}
+
+// A relief without depth is looked straight down upon: blocks show their texel, refined ones the bilinear surface.
+TEST_P(ExactTechnique, qdm_sees_blocks_or_the_surface) {
+  on_every_device([](const Rig& rig) {
+    const Heightfield heights = noise_map(8, 6);
+    const Scene scene{.view = view_presets()[1], .relief_depth = 0, .width_px = 32, .height_px = 32};
+    for (const std::string_view refinement : {"none", "secant", "binary"}) {
+      const Settings settings = settings_of("qdm", {{"refinement", refinement},
+                                                    {"secant_steps", "2"},
+                                                    {"binary_steps", "20"},
+                                                    {"format", "r32f"},
+                                                    {"filter", "manual"}});
+      for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, heights, scene.wrap), scene)) {
+        const double x = static_cast<double>(pixel.ray.u) * 8;
+        const double y = static_cast<double>(pixel.ray.v) * 6;
+        const double block = heights.at(wrapped(static_cast<int>(std::floor(x)), 8, scene.wrap),
+                                        wrapped(static_cast<int>(std::floor(y)), 6, scene.wrap));
+        const double surface = slow_surface(heights, scene.wrap, x - 0.5, y - 0.5);
+        ASSERT_NEAR(pixel.t, 1 - (refinement == "none" ? block : surface), 1e-4) << refinement;
+      }
+    }
+  });
+}
+
+// Where the relief is smooth the searches without a guarantee are near, too.
+TEST_P(ExactTechnique, refined_searches_are_near_on_a_smooth_relief) {
+  const Heightfield smooth = make_map(32, 32, [](int x, int y) {
+    constexpr float kWave = 2 * 3.14159265F / 32;
+    return 0.5F + 0.25F * (std::sin(kWave * static_cast<float>(x)) + std::cos(kWave * static_cast<float>(y)));
+  });
+  on_every_device([&](const Rig& rig) {
+    for (const std::string_view refinement : {"secant", "binary"}) {
+      for (const Settings& settings :
+           {settings_of("qdm", {{"refinement", refinement}}),
+            settings_of("distance", {{"step", "published"}, {"refinement", refinement}, {"sphere_steps", "512"}})}) {
+        const StoredMap map = store_map(settings, smooth, Wrap::repeat);
+        for (const View& view : view_presets()) {
+          const FrameScore score = score_of(rig, settings, map, small_scene(view, Wrap::repeat));
+          EXPECT_LT(score.e_xy.p95, 0.1) << settings.text() << " " << view.id;
+          EXPECT_LT(score.missed_rate, 0.01) << settings.text() << " " << view.id;
+          EXPECT_EQ(score.unconverged_rate, 0) << settings.text() << " " << view.id;
+        }
+      }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace reliefbench
