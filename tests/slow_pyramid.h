@@ -49,6 +49,9 @@ inline std::vector<double> slow_distance(const Heightfield& heights, Wrap wrap, 
     const int nearest = wrap == Wrap::repeat ? std::min(d, side - d) : d;
     return static_cast<double>(std::max(nearest - 1, 0)) / side;
   };
+  std::vector<double> highest;
+  for (int y = 0; y < heights.height; ++y)
+    for (int x = 0; x < heights.width; ++x) highest.push_back(slow_highest_over(heights, x, y, wrap));
   std::vector<double> values;
   for (int k = 0; k < slices; ++k) {
     for (int y = 0; y < heights.height; ++y) {
@@ -56,12 +59,14 @@ inline std::vector<double> slow_distance(const Heightfield& heights, Wrap wrap, 
         double least = 1;
         for (int j = 0; j < heights.height; ++j) {
           for (int i = 0; i < heights.width; ++i) {
-            const double rise = static_cast<double>(k) / slices - slow_highest_over(heights, i, j, wrap);
-            least =
-                std::min(least, std::hypot(gap(x, i, heights.width), gap(y, j, heights.height), std::max(rise, 0.0)));
+            const double across_u = gap(x, i, heights.width);
+            const double across_v = gap(y, j, heights.height);
+            const double up = std::max(
+                static_cast<double>(k) / slices - highest[static_cast<std::size_t>(j * heights.width + i)], 0.0);
+            least = std::min(least, across_u * across_u + across_v * across_v + up * up);
           }
         }
-        values.push_back(least);
+        values.push_back(std::sqrt(least));
       }
     }
   }

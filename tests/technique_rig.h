@@ -26,15 +26,17 @@ inline StoredMap store_map(const Settings& settings, const Heightfield& heights,
   return {.textures = std::move(textures), .surface = std::move(map.heights)};
 }
 
-/// The score frame of a technique over a stored map.
-inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
+/// A technique's score pipeline; serves every map of any format and every view of one wrap.
+inline std::unique_ptr<Pipeline> score_pipeline(const Rig& rig, const Settings& settings, Wrap wrap) {
+  return rig.pipeline(compile_fragment(settings.technique().id, Target::score, rig.row.dialect), Target::score,
+                      constants_of(&settings, wrap), std::string(settings.technique().id));
+}
+
+inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipeline, const StoredMap& map,
                                            const Scene& scene) {
-  const auto pipeline =
-      rig.pipeline(compile_fragment(settings.technique().id, Target::score, rig.row.dialect), Target::score,
-                   constants_of(&settings, scene.wrap), std::string(settings.technique().id));
   const auto relief = rig.backend->upload(texture_desc(map.textures.relief, scene.wrap));
   const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, scene.wrap)) : nullptr;
-  const Draw draw{.pipeline = pipeline.get(),
+  const Draw draw{.pipeline = &pipeline,
                   .relief = relief.get(),
                   .normals = rig.plain.get(),
                   .reference = rig.plain.get(),
@@ -42,6 +44,12 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& setti
                   .frame = frame_uniforms(scene, map.surface.width, map.surface.height)};
   rig.backend->render(draw, 1, Timer::fenced_wall);
   return rig.backend->read_score();
+}
+
+/// The score frame of a technique over a stored map.
+inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
+                                           const Scene& scene) {
+  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap), map, scene);
 }
 
 /// Settings of a technique with some values other than the defaults.
