@@ -39,9 +39,9 @@ double highest_over(const Heightfield& heights, int x, int y, Wrap wrap) {
   return highest;
 }
 
-/// Squared distances along one axis: out[p] = min over q of f[q] + gap(p - q)^2 / side^2, where the gap between two
-/// boxes is one less than that of their centres. Lower envelope of parabolas (Felzenszwalb, Huttenlocher 2012) over f
-/// made wider by one box, which takes the gap's one off.
+/// Squared distances along one axis: out[p] = min over q of f[q] + (gap(p - q) kTileSide / side)^2, where the gap
+/// between two boxes is one less than that of their centres. Lower envelope of parabolas (Felzenszwalb, Huttenlocher
+/// 2012) over f made wider by one box, which takes the gap's one off.
 class AxisTransform {
  public:
   AxisTransform(int side, Wrap wrap) : side_(side), reach_(wrap == Wrap::repeat ? side / 2 : 0) {
@@ -87,7 +87,7 @@ class AxisTransform {
 
   int side_;
   int reach_;
-  double weight_ = 1.0 / side_ / side_;
+  double weight_ = kTileSide / side_ * kTileSide / side_;
   std::vector<int> source_;   ///< of each element of line_
   std::vector<double> line_;  ///< f with what lies in reach on either side, and one more
   std::vector<Piece> pieces_;

@@ -196,8 +196,8 @@ std::vector<Technique> rows() {
        .maps = {MapKind::distance},
        .params = {range("sphere_steps", "most spheres a ray", 0, 4096, 64),
                   choice("step",
-                         "beside the relief: on by a voxel's side, then refinement (published), or at least to the "
-                         "cell's border, with the cell's surface solved (cell_quad)",
+                         "beside the relief: on by a voxel, then refinement (published), or at least to the cell's "
+                         "border, with the cell's surface solved (cell_quad)",
                          {"published", "cell_quad"}, "cell_quad"),
                   only_if("step=published", refinement({"none", "secant", "binary"}, "binary")), binary_steps(6),
                   secant_steps(), distance_slices(), format("r16"), only_if("step=published", filter())},

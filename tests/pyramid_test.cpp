@@ -158,10 +158,11 @@ RC_GTEST_PROP(Distance, no_point_of_the_solid_is_nearer_than_the_value, ()) {
     const int slice = std::min(static_cast<int>(z * slices), slices - 1);
     const double value = values.at(static_cast<std::size_t>((slice * map.height + y) * map.width + x));
     for (int j = 0; j < 16; ++j) {
-      const double to_u = u + (any_fraction() * 2 - 1) * value;
-      const double to_v = v + (any_fraction() * 2 - 1) * value;
+      const double to_u = u + (any_fraction() * 2 - 1) * value / kTileSide;
+      const double to_v = v + (any_fraction() * 2 - 1) * value / kTileSide;
       const double surface = slow_surface(map, wrap, to_u * map.width - 0.5, to_v * map.height - 0.5);
-      RC_ASSERT(std::hypot(to_u - u, to_v - v, std::max(z - surface, 0.0)) >= value - 1e-12);
+      RC_ASSERT(std::hypot(kTileSide * (to_u - u), kTileSide * (to_v - v), std::max(z - surface, 0.0)) >=
+                value - 1e-12);
     }
   }
 }

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "kernels/map_kind.h"
+#include "kernels/distance_map.h"
 
 namespace reliefbench {
 
@@ -47,7 +47,7 @@ inline std::vector<double> slow_distance(const Heightfield& heights, Wrap wrap, 
   const auto gap = [&](int a, int b, int side) {
     const int d = std::abs(a - b);
     const int nearest = wrap == Wrap::repeat ? std::min(d, side - d) : d;
-    return static_cast<double>(std::max(nearest - 1, 0)) / side;
+    return kTileSide * std::max(nearest - 1, 0) / side;
   };
   std::vector<double> highest;
   for (int y = 0; y < heights.height; ++y)

@@ -1,6 +1,6 @@
 // Sphere tracing through a volume of distances to the relief [DON05], which are lower bounds for whole voxels and so
-// are fetched, not filtered. Next to the relief they are 0: there the ray goes on by a voxel's side (published: a least
-// step, then refinement), or at least to the border of the bilinear cell, solved exactly (cell_quad).
+// are fetched, not filtered. Next to the relief they are 0: there the ray goes on by a voxel, then is refined
+// (published), or at least to the border of the bilinear cell, which is solved exactly (cell_quad).
 #include "cell.glsl"
 #include "refine.glsl"
 
@@ -13,9 +13,12 @@ layout(constant_id = 18) const int REFINEMENT = REFINE_BINARY;
 layout(constant_id = 19) const int BINARY_STEPS = 6;
 layout(constant_id = 20) const int SECANT_STEPS = 1;
 
+// A tile's side in the distances' metric, the whole range of heights being 1 (kTileSide in distance_map.h).
+const float TILE_SIDE = 4.0;
+
 int slices() { return textureSize(extra_map, 0).y / frame.sizes.w; }
 
-// The stored distance at t: tiles, and the whole range of heights as 1.
+// The stored distance at t.
 float distance_at(Ray ray, float t, inout Hit hit) {
   hit.taps += 1;
   ivec2 texel = ivec2(floor((ray.uv + ray.slope * t) * vec2(frame.sizes.zw)));
@@ -45,12 +48,14 @@ Hit trace_cells(Ray ray, float speed) {
 
 Hit trace_voxels(Ray ray, float speed) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
-  float least_step = 1.0 / float(max(max(frame.sizes.z, frame.sizes.w), slices()));
+  vec2 texels = abs(ray.slope) * vec2(frame.sizes.zw);
+  float voxel_t = 1.0 / max(max(texels.x, texels.y), float(slices()));
   Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   // One look more than there are steps: a hit exactly at the cap is a hit.
   for (int i = 0; i <= SPHERE_STEPS; ++i) {
     float clear = distance_at(ray, hit.t, hit);
     float gap = 0.0;
+    float step_t = clear / speed;
     if (clear == 0.0) {
       gap = gap_at(ray, hit.t, hit);
       if (gap <= ARRIVED) {
@@ -59,13 +64,13 @@ Hit trace_voxels(Ray ray, float speed) {
         hit.status = STATUS_HIT;
         break;
       }
-      clear = least_step;
+      step_t = voxel_t;
     }
     if (i == SPHERE_STEPS) break;
     hit.steps += 1;
     bracket.lo = hit.t;
     bracket.gap_lo = gap;
-    hit.t = min(hit.t + clear / speed, 1.0);
+    hit.t = min(hit.t + step_t, 1.0);
   }
   // A stored distance leads to the surface at most: only after a least step is there anything to refine.
   if (hit.status == STATUS_HIT && bracket.gap_hi <= 0.0 && bracket.gap_lo > 0.0)
@@ -74,6 +79,6 @@ Hit trace_voxels(Ray ray, float speed) {
 }
 
 Hit trace(Ray ray) {
-  float speed = length(vec3(ray.slope, 1.0));
+  float speed = length(vec3(TILE_SIDE * ray.slope, 1.0));
   return STEP == STEP_CELL_QUAD ? trace_cells(ray, speed) : trace_voxels(ray, speed);
 }

@@ -65,10 +65,11 @@ Node node_ahead(Line line, float t, int level, int first) {
   return node;
 }
 
-// The level whose nodes are about as wide as the ray's whole way: wider ones are hardly ever passed over.
+// The level to begin on, and the highest to climb to: nodes about a quarter as wide as the ray's whole way. Wider ones
+// are too seldom passed over to be worth their fetch (rocks: 0 to 3 levels lower tried, 2 took the fewest).
 int first_level(Line line) {
-  float way = clamp(max(abs(line.d.x), abs(line.d.y)), 1.0, 65536.0);
-  return min(findMSB(int(way)), findMSB(max(frame.sizes.z, frame.sizes.w)));
+  int way = int(clamp(0.25 * max(abs(line.d.x), abs(line.d.y)), 1.0, 65536.0));
+  return min(findMSB(way), findMSB(max(frame.sizes.z, frame.sizes.w)));
 }
 
 float node_height(Node node, int level, inout Hit hit) {
