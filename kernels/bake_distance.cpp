@@ -103,16 +103,17 @@ float rounded_down(double squared) {
 
 std::vector<float> bake_distance(const BakeRequest& request) {
   check_volume(request);
-  const auto [width, height, texels] = request.heights;
+  const int width = request.heights.width;
+  const int height = request.heights.height;
   const auto columns = static_cast<std::size_t>(width);
-  std::vector<double> highest(texels.size());
+  std::vector<double> highest(request.heights.texels.size());
   parallel_for(height, request.threads, [&](int y) {
     for (int x = 0; x < width; ++x)
       highest[static_cast<std::size_t>(y) * columns + static_cast<std::size_t>(x)] =
           highest_over(request.heights, x, y, request.wrap);
   });
 
-  std::vector<float> values(texels.size() * static_cast<std::size_t>(request.distance_slices));
+  std::vector<float> values(highest.size() * static_cast<std::size_t>(request.distance_slices));
   parallel_for(request.distance_slices, request.threads, [&](int slice) {
     const double bottom = static_cast<double>(slice) / request.distance_slices;
     std::vector<double> squared(highest.size());

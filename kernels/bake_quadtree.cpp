@@ -19,7 +19,7 @@ struct Level {
 
 std::vector<float> maximum_levels(std::vector<float> level_0, int width, int height) {
   std::vector<float> values = std::move(level_0);
-  const int levels = std::bit_width(static_cast<unsigned>(std::max(width, height)));
+  const auto levels = static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(width, height))));
   Level below{.begin = 0, .width = width, .height = height};
   for (int n = 1; n < levels; ++n) {
     const Level level{.begin = values.size(), .width = level_side(width, n), .height = level_side(height, n)};
