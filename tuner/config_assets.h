@@ -3,6 +3,7 @@
 
 namespace reliefbench {
 
-[[nodiscard]] const std::vector<EmbeddedFile>& embedded_configs();  ///< configs/extremes/* and configs/claims/*
+[[nodiscard]] const std::vector<EmbeddedFile>& embedded_extremes();  ///< configs/extremes/*
+[[nodiscard]] const std::vector<EmbeddedFile>& embedded_claims();    ///< configs/claims/*
 
 }  // namespace reliefbench

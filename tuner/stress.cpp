@@ -11,10 +11,9 @@
 #include "kernels/error.h"
 #include "kernels/heat_map.h"
 #include "kernels/heightmap.h"
-#include "tuner/map_library.h"
 #include "tuner/plan.h"
 #include "tuner/progress.h"
-#include "tuner/session.h"
+#include "tuner/trace_device.h"
 
 namespace reliefbench {
 namespace {
@@ -31,63 +30,8 @@ bool is_finite(const ScorePixel& pixel) {
   return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
 }
 
-/// A setting's map at one extreme, baked once for all backends.
-struct Baked {
-  BakedMap map;
-  MapTextures textures;
-  std::optional<ReferenceTracer> tracer;  ///< of the heights as stored
-};
-
-/// One open device.
-class Device {
- public:
-  Device(const BackendRow& row, int index, WallSplit& split) : session_(row, index, split, false) {
-    constexpr std::array kWhite{std::byte{255}, std::byte{255}, std::byte{255}, std::byte{255}};
-    blank_ = session_.backend().upload({.width = 1, .height = 1, .texels = kWhite});
-  }
-  [[nodiscard]] const DeviceInfo& info() const { return session_.device(); }
-
-  /// Two score frames of the same settings.
-  std::array<std::vector<ScorePixel>, 2> draw_twice(const Settings& settings, const Baked& baked, const Scene& scene) {
-    Backend& backend = session_.backend();
-    const auto relief = backend.upload(texture_desc(baked.textures.relief, scene.wrap));
-    const auto extra = baked.textures.extra ? backend.upload(texture_desc(*baked.textures.extra, scene.wrap)) : nullptr;
-    const Draw draw{
-        .pipeline = session_.pipeline(settings.technique().id, &settings, Target::score, scene.wrap).pipeline.get(),
-        .relief = relief.get(),
-        .normals = blank_.get(),
-        .reference = blank_.get(),
-        .extra = extra ? extra.get() : blank_.get(),
-        .frame = frame_uniforms(scene, baked.map.heights.width, baked.map.heights.height)};
-    std::array<std::vector<ScorePixel>, 2> frames;
-    for (std::vector<ScorePixel>& frame : frames) {
-      backend.render(draw, 1, Timer::fenced_wall);
-      frame = backend.read_score();
-    }
-    return frames;
-  }
-
- private:
-  Session session_;
-  std::unique_ptr<Texture> blank_;
-};
-
-Baked bake(const Settings& settings, const Heightfield& heights, const Scene& scene) {
-  const bool has_map = settings.technique().find("format") != nullptr;  // flat reads none
-  const Format& format = find_format(has_map ? settings.choice("format") : "r32f");
-  Baked baked{.map = {.heights = quantise_heights(heights, format.type)}, .textures = {}, .tracer = {}};
-  if (has_map) {
-    baked.map.values = map_of(settings).bake(bake_request(settings, baked.map.heights, scene.wrap));
-    baked.textures = map_textures(settings, baked.map, scene.wrap, scene.relief_depth);
-  } else {
-    baked.textures = pack_heights(baked.map.heights, format);
-  }
-  baked.tracer.emplace(baked.map.heights, scene.wrap);
-  return baked;
-}
-
 /// What one frame says by itself.
-JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const Baked& baked,
+JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const BakedScene& baked,
                         StressResult& result) {
   const auto cap = static_cast<float>(step_cap(settings));
   std::vector<TextureRay> rays;
@@ -100,8 +44,7 @@ JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& s
     if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
     if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
   }
-  JudgedFrame judged =
-      judge_frame(pixels, baked.tracer->trace(rays), baked.map.heights.width, baked.map.heights.height);
+  JudgedFrame judged = judge_frame(pixels, baked.tracer.trace(rays), baked.map.heights.width, baked.map.heights.height);
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.missed_rate;
   result.unconverged_rate = judged.score.unconverged_rate;
@@ -134,7 +77,7 @@ class Run {
   Run(const Extremes& extremes, const StressOptions& options)
       : extremes_(extremes), options_(options), progress_(options.quiet) {
     for (const std::string& id : options.backends)
-      devices_.push_back(std::make_unique<Device>(find_backend(id), options.device, split_));
+      devices_.push_back(std::make_unique<TraceDevice>(find_backend(id), options.device, split_));
   }
 
   StressReport all() {
@@ -208,11 +151,12 @@ class Run {
     }
     std::optional<std::vector<ScorePixel>> first;
     try {
-      const Baked baked = bake(planned.settings, heights(extreme), extreme.scene.scene);
+      const BakedScene baked = bake_scene(planned.settings, heights(extreme), extreme.scene.scene);
       for (const auto& device : devices_) {
         StressResult here = result;
         here.backend = device->info().backend;
-        auto frames = device->draw_twice(planned.settings, baked, extreme.scene.scene);
+        const TraceDevice::Frame frame = device->frame(planned.settings, baked, extreme.scene.scene, Target::score);
+        std::array frames{device->trace(frame), device->trace(frame)};
         const JudgedFrame judged = check_frame(frames[0], planned.settings, baked, here);
         if (std::memcmp(frames[0].data(), frames[1].data(), frames[0].size() * sizeof(ScorePixel)) != 0)
           fault(here, StressCheck::repeatable) = 1;
@@ -242,7 +186,7 @@ class Run {
   const StressOptions& options_;
   WallSplit split_;
   Progress progress_;
-  std::vector<std::unique_ptr<Device>> devices_;
+  std::vector<std::unique_ptr<TraceDevice>> devices_;
   std::vector<Planned> planned_;
   const Extreme* last_extreme_ = nullptr;
   Heightfield heights_;

@@ -1,0 +1,100 @@
+#include "tuner/claims.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "kernels/error.h"
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/plan.h"
+#include "tuner/sweep.h"
+
+namespace reliefbench {
+namespace {
+
+struct Arguments {
+  std::string backend = "all";
+  int device = 0;
+  std::string filter;
+  bool quiet = false;
+  bool json = false;
+};
+
+std::string figure(const std::map<std::string, double>& figures, const std::string& metric) {
+  const auto found = figures.find(metric);
+  return found == figures.end() ? "" : format_number(found->second);
+}
+
+std::string painted(ClaimVerdict verdict, const Paint& paint) {
+  const std::string_view text = claim_verdict_id(verdict);
+  if (verdict == ClaimVerdict::not_testable) return paint.dim(text);
+  return verdict == ClaimVerdict::reproduced ? paint.good(text) : paint.bad(text);
+}
+
+void print_result(const ClaimResult& result, const Paint& paint) {
+  const Claim& claim = *result.claim;
+  fmt::print("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend, claim.scene.id,
+             result.device, claim.about);
+  std::vector<std::vector<std::string>> rows{{""}};
+  for (const std::string& metric : claim.metrics) {
+    rows[0].push_back(
+        paint.dim(fmt::format("{}{}", metric, result.is_software && metric.ends_with("_time") ? " *" : "")));
+    rows[0].push_back(paint.dim("paper"));
+  }
+  for (std::size_t i = 0; i < claim.rows.size(); ++i) {
+    std::vector<std::string> row{claim.rows[i].label};
+    for (const std::string& metric : claim.metrics) {
+      row.push_back(figure(result.measured[i], metric));
+      row.push_back(figure(claim.rows[i].paper, metric));
+    }
+    rows.push_back(std::move(row));
+  }
+  fmt::print("{}", columns(rows, "  "));
+  for (std::size_t i = 0; i < claim.checks.size(); ++i)
+    fmt::print("  {}: {}\n    {}\n", painted(result.answers[i].verdict, paint), claim.checks[i].says,
+               result.answers[i].numbers);
+  fmt::print("\n");
+}
+
+void run(const Arguments& arguments, int& exit_code) {
+  std::vector<Claim> claims = built_in_claims();
+  std::erase_if(claims, [&](const Claim& claim) {
+    return !arguments.filter.empty() && !glob_matches(arguments.filter, claim.id);
+  });
+  if (claims.empty()) fail_input("claims: the filter '{}' matches none", arguments.filter);
+  const std::vector<ClaimResult> results = run_claims(
+      claims, {.backends = choose_backends(arguments.backend), .device = arguments.device, .quiet = arguments.quiet});
+  if (arguments.json) {
+    fmt::print("{}\n", claims_json(results).dump(1));
+  } else {
+    const Paint paint = paint_for_stdout();
+    bool has_software = false;
+    for (const ClaimResult& result : results) {
+      print_result(result, paint);
+      has_software |= result.is_software;
+    }
+    if (has_software) fmt::print("* ms on a software rasteriser: its ratios decide nothing\n");
+  }
+  exit_code = static_cast<int>(Exit::done);
+}
+
+}  // namespace
+
+void add_claims_command(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("claims", "the papers' tables re-run: their figures beside ours, a verdict each");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
+  command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
+  command->add_option("--filter", arguments->filter, "only claims whose id matches this glob, e.g. 'bvbv24*'");
+  command->add_flag("--quiet", arguments->quiet, "no progress");
+  command->add_flag("--json", arguments->json, "as JSON");
+  command->footer("Example:\n  reliefbench claims --backend vulkan");
+  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+}
+
+}  // namespace reliefbench
