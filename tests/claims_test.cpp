@@ -1,0 +1,105 @@
+#include "tuner/claims.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "kernels/error.h"
+#include "tests/technique_rig.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string claim_text(const std::string& check, const std::string& settings = "relief?linear_steps=8") {
+  return R"({"source": "[X] table 1", "about": "a test",
+"scene": {"heightmap": {"source": "spikes", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]},
+"metrics": ["e_xy.mean", "frame_time", "bake_time"],
+"rows": [{"label": "few", "settings": ")" +
+         settings + R"(", "paper": {"frame_time": 1}},
+         {"label": "cones", "settings": "cone?cone_steps=64&filter=manual", "paper": {"frame_time": 2}}],
+"checks": [)" +
+         check + "]}";
+}
+
+constexpr const char* kLess = R"({"says": "s", "metric": "missed_rate", "of": "cones", "than": "few"})";
+constexpr const char* kRatio =
+    R"({"says": "s", "metric": "frame_time", "of": "cones", "to": "few", "quotient": 2, "tolerance": 0.1})";
+constexpr const char* kBound = R"({"says": "s", "metric": "too_wide", "of": "cones", "at_most": 0})";
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)parse_claim(text, "x.json");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::bad_input);
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Claims, TheBuiltInOnesAreRead) {
+  std::set<std::string> ids;
+  for (const Claim& claim : built_in_claims()) {
+    EXPECT_TRUE(ids.insert(claim.id).second);
+    EXPECT_FALSE(claim.checks.empty()) << claim.id;
+  }
+  EXPECT_THAT(
+      ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "gems3_18_1", "vb22_generation", "vb22_render"));
+}
+
+TEST(Claims, RefusalsNameTheLineAndTheKey) {
+  EXPECT_EQ(parse_claim(claim_text(kLess), "x.json").rows.size(), 2U);
+  EXPECT_THAT(refusal(claim_text(kLess, "bump?x=1")), HasSubstr("x.json:4"));
+  EXPECT_THAT(refusal(claim_text(kLess, "relief?cone_steps=1")), HasSubstr("cone_steps"));
+  EXPECT_THAT(refusal(claim_text(kLess, "cone?format=r8")), HasSubstr("r8"));
+  EXPECT_THAT(refusal(claim_text(R"({"says": "s", "metric": "beauty", "of": "few", "at_most": 1})")),
+              HasSubstr("beauty"));
+  EXPECT_THAT(refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "many", "at_most": 1})")), HasSubstr("many"));
+  EXPECT_THAT(refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few"})")), HasSubstr("expected one of"));
+}
+
+ClaimAnswer judged(const char* check, std::map<std::string, double> few, std::map<std::string, double> cones,
+                   bool is_software) {
+  const Claim claim = parse_claim(claim_text(check), "x.json");
+  const std::vector<std::map<std::string, double>> measured{std::move(few), std::move(cones)};
+  return judge_claim(claim, claim.checks[0], measured, is_software);
+}
+
+TEST(Claims, VerdictsFollowTheNumbers) {
+  EXPECT_EQ(judged(kLess, {{"missed_rate", 0.2}}, {{"missed_rate", 0.1}}, true).verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(judged(kLess, {{"missed_rate", 0.1}}, {{"missed_rate", 0.1}}, true).verdict, ClaimVerdict::not_reproduced);
+  EXPECT_EQ(judged(kBound, {}, {{"too_wide", 0}}, true).verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(judged(kBound, {}, {{"too_wide", 0.001}}, true).verdict, ClaimVerdict::not_reproduced);
+  EXPECT_EQ(judged(kBound, {}, {}, true).verdict, ClaimVerdict::not_testable);
+  EXPECT_EQ(judged(kRatio, {{"frame_time", 1}}, {{"frame_time", 2.1}}, false).verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(judged(kRatio, {{"frame_time", 1}}, {{"frame_time", 2.3}}, false).verdict, ClaimVerdict::not_reproduced);
+}
+
+// A processor's frame times say nothing of a GPU's.
+TEST(Claims, TimesOfASoftwareRasteriserDecideNothing) {
+  const ClaimAnswer answer = judged(kRatio, {{"frame_time", 1}}, {{"frame_time", 2}}, true);
+  EXPECT_EQ(answer.verdict, ClaimVerdict::not_testable);
+  EXPECT_THAT(answer.numbers, HasSubstr("ours 2x, the paper's 2x"));
+}
+
+using ClaimsOnDevicesAudit = BackendTest;
+INSTANTIATE_TEST_SUITE_P(AllBackends, ClaimsOnDevicesAudit, ::testing::Values("opengl", "vulkan"), backend_name);
+
+TEST_P(ClaimsOnDevicesAudit, numbers_come_from_the_run) {
+  const std::vector<Claim> claims{parse_claim(claim_text(std::string(kLess) + "," + kRatio + "," + kBound), "x.json")};
+  const std::vector<ClaimResult> results = run_claims(claims, {.backends = {std::string(row().id)}, .quiet = true});
+  ASSERT_EQ(results.size(), 1U);
+  for (const auto& figures : results[0].measured) EXPECT_GT(figures.at("frame_time"), 0);
+  EXPECT_EQ(results[0].measured[1].at("missed_rate"), 0);
+  EXPECT_GT(results[0].measured[1].at("bake_time"), 0);
+  EXPECT_EQ(results[0].answers[2].verdict, ClaimVerdict::reproduced);
+  const nlohmann::json out = claims_json(results);
+  EXPECT_EQ(out[0]["checks"].size(), 3U);
+  EXPECT_EQ(out[0]["rows"][0]["paper"]["frame_time"], 1);
+}
+
+}  // namespace
+}  // namespace reliefbench

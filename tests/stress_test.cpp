@@ -1,0 +1,143 @@
+#include "tuner/stress.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "kernels/error.h"
+#include "reports/stress_page.h"
+#include "tests/schema.h"
+#include "tests/technique_rig.h"
+#include "tests/temp_folder.h"
+#include "tuner/append_file.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A file of extremes with one entry, whose scene is a small plane of spikes.
+std::string extremes_text(const std::string& rest, const std::string& settings = "{\"filter\": \"manual\"}") {
+  return "{\"frame_px\": [9, 7], \"settings\": " + settings +
+         ",\n\"extremes\": [\n{\"id\": \"one\", \"about\": \"a test\",\n"
+         "\"scene\": {\"heightmap\": {\"source\": \"spikes\", \"width\": 16, \"height\": 16}, \"views\": \"oblique\"}" +
+         rest + "}]}";
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)parse_extremes(text, "x.json");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::bad_input);
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Extremes, TheBuiltInOnesAreReadAndTouchEveryTechnique) {
+  const Extremes extremes = built_in_extremes();
+  EXPECT_GE(extremes.list.size(), 20U);
+  for (const Technique& technique : techniques())
+    for (const Extreme& extreme : extremes.list)
+      EXPECT_FALSE(stress_settings(technique, extremes.changes, extreme.changes).empty())
+          << technique.id << " at " << extreme.id;
+}
+
+TEST(Extremes, RefusalsNameTheLineAndTheKey) {
+  EXPECT_EQ(parse_extremes(extremes_text(""), "x.json").list.size(), 1U);
+  EXPECT_THAT(refusal(extremes_text(", \"lagre\": true")), HasSubstr("x.json:4"));
+  EXPECT_THAT(refusal(extremes_text(", \"settings\": {\"stepz\": 3}")), HasSubstr("stepz"));
+  EXPECT_THAT(refusal(extremes_text("}, {\"id\": \"one\", \"about\": \"again\", \"scene\": {\"heightmap\": \"fbm\", "
+                                    "\"views\": \"top\"}")),
+              HasSubstr("a second extreme 'one'"));
+  EXPECT_THAT(refusal("{\"extremes\": []}"), HasSubstr("frame_px"));
+}
+
+TEST(Extremes, StepsStandForEveryCountAndAreBroughtIntoRange) {
+  Settings settings(find_technique("relief"));
+  apply({{"steps", "0"}, {"cone_steps", "7"}, {"refinement", "secant"}, {"loop", "fixed"}}, settings);
+  EXPECT_EQ(settings.get("linear_steps"), 1);
+  EXPECT_EQ(settings.get("secant_steps"), 0);
+  EXPECT_EQ(settings.choice("loop"), "fixed");
+  EXPECT_EQ(step_cap(settings), 1);
+  apply({{"steps", "4096"}}, settings);
+  EXPECT_EQ(step_cap(settings), 4096 + 32);
+}
+
+TEST(Extremes, EveryMapFormatAndEncodingThatMakesSenseIsTriedOnce) {
+  const Technique& cone = find_technique("cone");
+  const std::vector<Settings> list = stress_settings(cone, {}, {});
+  std::set<std::string> texts;
+  for (const Settings& settings : list) {
+    EXPECT_EQ(conflict(settings), "");
+    EXPECT_TRUE(texts.insert(settings.text()).second);
+  }
+  for (const std::string_view id : {"map", "format", "encoding", "correction"}) {
+    const Param& param = *cone.find(id);
+    for (int value = param.min; value <= param.max; ++value) {
+      Settings only(cone);
+      only.set(id, value);
+      if (!conflict(only).empty()) continue;
+      EXPECT_TRUE(std::ranges::any_of(list, [&](const Settings& s) { return s.get(id) == value; }))
+          << id << "=" << param.text(value);
+    }
+  }
+}
+
+using StressOnDevices = BackendTest;
+INSTANTIATE_TEST_SUITE_P(AllBackends, StressOnDevices, ::testing::Values("opengl", "vulkan"), backend_name);
+
+TEST_P(StressOnDevices, every_technique_holds_in_a_small_scene) {
+  const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
+  const StressReport report = run_stress(extremes, {.backends = {std::string(row().id)}, .filter = "", .quiet = true});
+  for (const StressResult& result : report.results) {
+    EXPECT_EQ(result.skipped, "");
+    EXPECT_TRUE(result.holds()) << result.technique << "?" << result.settings;
+    EXPECT_GT(result.pixels, 0);
+  }
+  EXPECT_EQ(report.pictures.size(), techniques().size());
+}
+
+// That a check can fail: the null device's hits stop short of the surface, whatever the technique promises.
+TEST(Stress, FindsABrokenGuarantee) {
+  const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
+  const StressReport report = run_stress(extremes, {.backends = {"null"}, .filter = "cone/*", .quiet = true});
+  EXPECT_FALSE(report.holds());
+  const bool is_guarantee = std::ranges::any_of(report.results, [](const StressResult& result) {
+    return result.faults.at(static_cast<std::size_t>(StressCheck::guarantee)) > 0;
+  });
+  EXPECT_TRUE(is_guarantee);
+}
+
+TEST(Stress, LargeExtremesAreLeftOutUnlessAskedFor) {
+  const Extremes extremes = parse_extremes(extremes_text(", \"large\": true"), "x.json");
+  StressOptions options{.backends = {"null"}, .filter = "flat/*", .quiet = true};
+  EXPECT_THAT(run_stress(extremes, options).results.at(0).skipped, HasSubstr("--large"));
+  options.is_large = true;
+  EXPECT_EQ(run_stress(extremes, options).results.at(0).skipped, "");
+}
+
+TEST(Stress, AFilterThatMatchesNothingIsRefused) {
+  const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
+  EXPECT_THROW((void)run_stress(extremes, {.backends = {"null"}, .filter = "bump/*", .quiet = true}), Error);
+}
+
+TEST(Stress, ReportsAreWrittenWhole) {
+  const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
+  const StressReport report = run_stress(extremes, {.backends = {"null"}, .filter = "relief/*", .quiet = true});
+  const TempFolder folder;
+  prepare_stress_folder(folder.path() / "stress");
+  write_stress(report, folder.path() / "stress");
+  const auto data = nlohmann::json::parse(read_file(folder.path() / "stress" / "stress.json"));
+  EXPECT_EQ(data["results"].size(), report.results.size());
+  EXPECT_EQ(schema_errors(data, "stress"), "");
+  const std::string page = read_file(folder.path() / "stress" / "stress.html");
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("{{")));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "stress" / "images" / "relief.png"));
+}
+
+}  // namespace
+}  // namespace reliefbench
