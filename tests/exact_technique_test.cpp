@@ -46,7 +46,7 @@ void expect_exact(const std::vector<ScorePixel>& pixels, const StoredMap& map, c
 void expect_exact(const Rig& rig, Wrap wrap, const std::vector<std::pair<Heightfield, std::string_view>>& maps,
                   const std::vector<Scene>& scenes) {
   for (Settings settings : exact_settings()) {
-    ASSERT_TRUE(is_guaranteed(settings));
+    ASSERT_EQ(guarantee_of(settings), Guarantee::exact);
     const auto pipeline = score_pipeline(rig, settings, wrap);
     for (const auto& [heights, format] : maps) {
       settings.set("format", format);
