@@ -1,7 +1,7 @@
 // Quadtree displacement mapping [DRO18]: down the quadtree of the texels' maxima to a texel whose block the ray enters,
 // then refined on the bilinear surface. The blocks do not bound that surface between them, so that it may be crossed
-// before a block is entered (the bracket then reaches back by one texel), or a ray may pass through a block above it
-// (the ray then goes on).
+// before a block is entered (the bracket then reaches back by one texel), or a ray may pass through a block above it:
+// the ray goes on where it is above the surface in the middle and at the end of its way through the block.
 #include "pyramid.glsl"
 #include "refine.glsl"
 
@@ -10,18 +10,30 @@ layout(constant_id = 17) const int REFINEMENT = REFINE_SECANT;
 layout(constant_id = 18) const int BINARY_STEPS = 6;
 layout(constant_id = 19) const int SECANT_STEPS = 0;
 
+// Whether the ray is above the surface at t, which is then that end of the bracket.
+bool is_above(Ray ray, float t, inout Bracket bracket, inout Hit hit) {
+  float gap = gap_at(ray, t, hit);
+  if (gap > 0.0) {
+    bracket.lo = t;
+    bracket.gap_lo = gap;
+  } else {
+    bracket.hi = t;
+    bracket.gap_hi = gap;
+  }
+  return gap > 0.0;
+}
+
 // The surface's crossing near the block of a texel, which the ray enters at t and leaves at t_exit; false: none.
 bool surface_hit(Ray ray, Line line, float t, float t_exit, inout Hit hit) {
-  Bracket bracket = Bracket(t, t_exit, gap_at(ray, t, hit), 0.0);
-  if (bracket.gap_lo > 0.0) {
-    bracket.gap_hi = gap_at(ray, t_exit, hit);
-    if (bracket.gap_hi > 0.0) return false;
+  Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);
+  if (is_above(ray, t, bracket, hit)) {
+    // Over a texel the surface is a tent: the ray may be above it at both ends of its way, and not in the middle.
+    if (is_above(ray, 0.5 * (t + t_exit), bracket, hit) && is_above(ray, t_exit, bracket, hit)) return false;
   } else {
     float texel_t = 1.0 / max(max(abs(line.d.x), abs(line.d.y)), 1.0);
-    bracket = Bracket(max(t - texel_t, 0.0), t, 0.0, bracket.gap_lo);
-    bracket.gap_lo = gap_at(ray, bracket.lo, hit);
-    if (bracket.gap_lo <= 0.0) {
-      hit.t = bracket.lo;
+    float before = max(t - texel_t, 0.0);
+    if (!is_above(ray, before, bracket, hit)) {
+      hit.t = before;
       return true;
     }
   }
