@@ -11,7 +11,7 @@ std::vector<float> bake_conservative(const BakeRequest& request) {
                                             .metric = cone_metric(heights.width, heights.height, request.correction),
                                             .max_ratio = request.max_ratio,
                                             .threads = request.threads});
-  if (request.correction == Correction::none) return ratios;
+  if (request.correction == Correction::none || request.correction == Correction::min4) return ratios;
   return min3x3(ratios, heights.width, heights.height, request.wrap);
 }
 

@@ -14,7 +14,7 @@ namespace reliefbench {
 namespace {
 
 constexpr std::array kNone{Correction::none};
-constexpr std::array kConservative{Correction::none, Correction::min3x3, Correction::safe};
+constexpr std::array kConservative{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
 constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
 
 std::vector<float> bake_nothing(const BakeRequest& request) {
@@ -103,7 +103,7 @@ const MapRow& find_map(std::string_view id) {
 }
 
 std::span<const Correction> corrections() {
-  static constexpr std::array kAll{Correction::none, Correction::min3x3, Correction::safe};
+  static constexpr std::array kAll{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
   return kAll;
 }
 
@@ -115,6 +115,8 @@ std::string_view correction_id(Correction correction) {
       return "min3x3";
     case Correction::safe:
       return "safe";
+    case Correction::min4:
+      return "min4";
   }
   assert(false);
   return "";

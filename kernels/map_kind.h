@@ -31,6 +31,7 @@ enum class Correction {
   none,
   min3x3,  ///< 3x3 minimum of the texels' ratios [BVBV24]; not a guarantee
   safe,    ///< ratios from sqrt(d^2 - 1/2 texel^2), then the 3x3 minimum: no interpolated cone meets the surface
+  min4,    ///< ratios of `safe` without a minimum, which the shader takes over the four texels that it interpolates
 };
 [[nodiscard]] std::span<const Correction> corrections();
 [[nodiscard]] std::string_view correction_id(Correction correction);

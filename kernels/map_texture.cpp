@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "kernels/heightmap.h"
+#include "kernels/mip_chain.h"
 #include "kernels/parallel.h"
 
 namespace reliefbench {
@@ -17,6 +18,11 @@ static_assert(std::endian::native == std::endian::little);
 
 std::size_t texel_count(int width, int height) {
   return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+}
+
+/// Levels down to 1 x 1.
+int chain_length(const Heightfield& heights) {
+  return std::bit_width(static_cast<unsigned>(std::max(heights.width, heights.height)));
 }
 
 TextureImage blank(int width, int height, const TexelLayout& layout, int levels = 1) {
@@ -59,9 +65,11 @@ void for_each_texel(const Heightfield& heights, const Texel& texel) {
   });
 }
 
-void write_heights(TextureImage& image, const Heightfield& heights) {
-  for_each_texel(heights,
-                 [&](std::size_t i) { write_code(image, i, 0, nearest_code(heights.texels[i], image.layout.type)); });
+/// first: texel of the image where the level begins.
+void write_heights(TextureImage& image, const Heightfield& heights, std::size_t first = 0) {
+  for_each_texel(heights, [&](std::size_t i) {
+    write_code(image, first + i, 0, nearest_code(heights.texels[i], image.layout.type));
+  });
 }
 
 void write_normals(TextureImage& image, const MapSource& source) {
@@ -72,24 +80,40 @@ void write_normals(TextureImage& image, const MapSource& source) {
   });
 }
 
-void write_ratios(MapTextures& textures, const MapSource& source, const Format& format, const Encoding& encoding) {
-  const int have = source.map.ratios;
+/// How ratios are kept.
+struct RatioLayout {
+  int ratios;  ///< that the map has
+  const Format& format;
+  const Encoding& encoding;
+};
+
+void write_ratios(MapTextures& textures, const Heightfield& heights, std::span<const float> values,
+                  const RatioLayout& layout, std::size_t first_texel = 0) {
+  const auto [have, format, encoding] = layout;
   const int first = format.extra_channels > 0 ? 0 : 1;  // channel of the first ratio
   TextureImage& image = format.extra_channels > 0 ? *textures.extra : textures.relief;
-  for_each_texel(source.heights, [&](std::size_t i) {
+  for_each_texel(heights, [&](std::size_t i) {
     for (int k = 0; k < format.ratios(); ++k) {
-      const float ratio =
-          k < have ? source.values[i * static_cast<std::size_t>(have) + static_cast<std::size_t>(k)] : 0;
-      write_code(image, i, first + k, floor_code(ratio, source.heights.texels[i], format.type, encoding));
+      const float ratio = k < have ? values[i * static_cast<std::size_t>(have) + static_cast<std::size_t>(k)] : 0;
+      write_code(image, first_texel + i, first + k, floor_code(ratio, heights.texels[i], format.type, encoding));
     }
   });
 }
 
+/// The coarse levels of a map of heights and ratios. Normals are looked up in the base alone.
+void write_mips(MapTextures& textures, const MapSource& source, const RatioLayout& layout) {
+  std::size_t first = source.heights.texels.size();
+  for (const MipLevel& level : mip_chain(source.heights, source.values, layout.ratios, source.wrap)) {
+    write_heights(textures.relief, level.heights, first);
+    write_ratios(textures, level.heights, level.ratios, layout, first);
+    first += level.heights.texels.size();
+  }
+}
+
 /// Maxima of stored heights are stored heights: nothing is rounded.
 TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) {
-  const auto [map, heights, values, wrap, depth] = source;
-  const auto longest = static_cast<unsigned>(std::max(heights.width, heights.height));
-  TextureImage image = blank(heights.width, heights.height, layout, std::bit_width(longest));
+  const auto [map, heights, values, wrap, depth, mips] = source;
+  TextureImage image = blank(heights.width, heights.height, layout, chain_length(heights));
   assert(values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size());
   for (std::size_t i = 0; i < values.size(); ++i) write_code(image, i, 0, nearest_code(values[i], layout.type));
   return image;
@@ -97,7 +121,7 @@ TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) 
 
 /// The slices below one another in one texture; distances are rounded down.
 TextureImage packed_volume(const MapSource& source, const TexelLayout& layout) {
-  const auto [map, heights, values, wrap, depth] = source;
+  const auto [map, heights, values, wrap, depth, mips] = source;
   const auto rows = static_cast<int>(values.size() / static_cast<std::size_t>(heights.width));
   TextureImage image = blank(heights.width, rows, layout);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -116,16 +140,19 @@ MapTextures pack_heights(const Heightfield& heights, const Format& format) {
 }
 
 MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
-  const auto [map, heights, values, wrap, depth] = source;
-  MapTextures textures = pack_heights(heights, format);
-  if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra());
+  const auto [map, heights, values, wrap, depth, mips] = source;
+  const int levels = mips ? chain_length(heights) : 1;
+  MapTextures textures{.relief = blank(heights.width, heights.height, format.relief(), levels)};
+  write_heights(textures.relief, heights);
+  if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra(), levels);
   if (format.with_normal) write_normals(textures.relief, source);
+  const RatioLayout layout{.ratios = map.ratios, .format = format, .encoding = encoding};
   switch (map.content) {
     case MapContent::heights:
       break;
     case MapContent::ratios:
       assert(values.size() == heights.texels.size() * static_cast<std::size_t>(map.ratios));
-      write_ratios(textures, source, format, encoding);
+      write_ratios(textures, heights, values, layout);
       break;
     case MapContent::pyramid:
       textures.extra = packed_pyramid(source, format.relief());
@@ -134,6 +161,7 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
       textures.extra = packed_volume(source, format.relief());
       break;
   }
+  if (mips) write_mips(textures, source, layout);
   return textures;
 }
 

@@ -32,6 +32,7 @@ struct MapSource {
   std::span<const float> values;
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;  ///< of the scene, for a format with normals
+  bool mips = false;          ///< with the levels of mip_chain(), for heights and ratios
 };
 
 /// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down. Where a format has more ratio channels

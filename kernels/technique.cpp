@@ -30,12 +30,24 @@ Param node_steps() { return range("node_steps", "most nodes of the pyramid that 
 Param binary_steps(int fallback) {
   return range("binary_steps", "halvings of the bracket", 0, 32, fallback, "refinement=binary");
 }
+Param step(std::string_view fallback) {
+  return choice("step",
+                "the cone alone, or at least to the cell's border: untested (cell_max), or with the cell's surface "
+                "solved (cell_quad)",
+                {"plain", "cell_max", "cell_quad"}, fallback);
+}
 Param secant_steps(int fallback = 1) {
   return range("secant_steps", "probes of the secant search before its last interpolation", 0, 32, fallback,
                "refinement=secant");
 }
 Param refinement(std::vector<std::string_view> choices, std::string_view fallback) {
   return choice("refinement", "how the bracket round the hit is narrowed", std::move(choices), fallback);
+}
+Param lod() {
+  return choice("lod",
+                "level of the map that a ray reads: the base, or of a conservative mip chain the one whose texels are "
+                "up to a pixel large; the hit then lies on or before the base's",
+                {"base", "footprint"}, "base");
 }
 
 Param shared(Param param, int constant_id) {
@@ -97,7 +109,6 @@ Param search_steps() {
   param.stage = Stage::bake;
   return param;
 }
-
 Param distance_slices() {
   Param param = range("distance_slices", "voxels from the bottom plate to the top", 4, 256, 32);
   param.stage = Stage::bake;
@@ -116,9 +127,20 @@ Technique numbered(Technique technique) {
   return technique;
 }
 
+/// Of cones that no interpolation opens too far: exact where their cells are solved on the surface that is judged.
+Guarantee cone_guarantee(const Settings& settings) {
+  const std::string_view correction = settings.choice("correction");
+  const std::string_view step = settings.choice("step");
+  const bool is_safe = correction == "safe" || correction == "certified" || correction == "min4";
+  if (!is_safe || step == "cell_max") return Guarantee::none;
+  const bool is_coarse = settings.technique().find("lod") != nullptr && settings.choice("lod") != "base";
+  return step == "cell_quad" && !is_coarse ? Guarantee::exact : Guarantee::never_skips;
+}
+
 std::vector<Technique> rows() {
   const std::vector<MapKind> cone_maps{MapKind::conservative};
   const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07};
+  const std::vector<MapKind> interval_maps{MapKind::relaxed_po07, MapKind::conservative};
   return {
       {.id = "flat",
        .description = "no relief: the floor of frame time",
@@ -144,32 +166,45 @@ std::vector<Technique> rows() {
        .guarantee = Guarantee::none,
        .guarantee_note = "may step over features thinner than one linear step",
        .source = "[RTM] listing 5.3"},
+      {.id = "depth_slices",
+       .description = "planes of equal distance, the highest at or under the surface; the passes as one loop",
+       .maps = {MapKind::height},
+       .params = {range("slices", "planes; the lowest is the bottom plate", 1, 4096, 16), loop(), format("r8"),
+                  filter()},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "hits lie on planes: e_z is up to 1 / slices, and beyond where a thinner feature is skipped",
+       .source = "[RTM] listing 5.2"},
+      {.id = "interval",
+       .description = "linear or cone search, then chords of the surface between the bracket's ends; n chords are "
+                      "refinement=secant with n - 1 probes",
+       .maps = {MapKind::height, MapKind::relaxed_po07, MapKind::conservative},
+       .params = {choice("search", "what finds the bracket", {"linear", "cone"}, "linear"),
+                  only_if("search=linear", linear_steps()), only_if("search=cone", cone_steps(15)),
+                  range("interval_steps", "chords that are intersected; the last one is the hit", 0, 32, 2), loop(),
+                  only_if("search=cone", map(interval_maps)), only_if("map=relaxed_po07", search_steps()),
+                  only_if("search=cone", correction(interval_maps, "none")), only_if("search=cone", max_ratio()),
+                  format("rg16"), only_if("search=cone", encoding()), filter()},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "as the search: linear steps and relaxed cones may skip",
+       .source = "[RIS05]"},
       {.id = "cone",
        .description = "conservative cone stepping",
        .maps = cone_maps,
-       .params = {cone_steps(32),
-                  choice("step",
-                         "the cone alone, or at least to the cell's border: untested "
-                         "(cell_max), or with the cell's surface solved (cell_quad)",
-                         {"plain", "cell_max", "cell_quad"}, "cell_quad"),
-                  refinement({"none", "secant", "binary"}, "none"), binary_steps(6), secant_steps(), loop(),
-                  map(cone_maps), correction(cone_maps, "safe"), max_ratio(), format("rg16"), encoding(), filter()},
+       .params = {cone_steps(32), step("cell_quad"), refinement({"none", "secant", "binary"}, "none"), binary_steps(6),
+                  secant_steps(), lod(), loop(), map(cone_maps), correction(cone_maps, "safe"), max_ratio(),
+                  format("rg16"), encoding(), filter()},
        .guarantee = Guarantee::exact,
-       .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain; "
-                         "cell_max skips the rest of a cell untested",
+       .guarantee_note = "with correction safe, certified or min4 on the heights as stored: exact with cell_quad, "
+                         "never_skips with plain; cell_max skips the rest of a cell untested. With lod=footprint a ray "
+                         "never passes the base surface, but may stop before it, which unconverged_rate counts",
        .source = "[DUM06]; cell steps [BVBV24]",
-       .guarantee_when =
-           [](const Settings& settings) {
-             const std::string_view step = settings.choice("step");
-             if (settings.choice("correction") != "safe" || step == "cell_max") return Guarantee::none;
-             return step == "cell_quad" ? Guarantee::exact : Guarantee::never_skips;
-           }},
+       .guarantee_when = cone_guarantee},
       {.id = "relaxed_cone",
        .description = "relaxed cone stepping, then refinement",
        .maps = relaxed_maps,
-       .params = {cone_steps(15), refinement({"secant", "binary"}, "binary"), binary_steps(6), secant_steps(), loop(),
-                  map(relaxed_maps), search_steps(), correction(relaxed_maps, "none"), max_ratio(), format("rg16"),
-                  encoding(), filter()},
+       .params = {cone_steps(15), step("plain"), refinement({"none", "secant", "binary"}, "binary"), binary_steps(6),
+                  secant_steps(), loop(), map(relaxed_maps), search_steps(), correction(relaxed_maps, "none"),
+                  max_ratio(), format("rg16"), encoding(), filter()},
        .guarantee = Guarantee::none,
        .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]; "
                          "an ulp decides whether a step has pierced thin relief",

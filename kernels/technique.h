@@ -28,7 +28,14 @@ struct Param {
 };
 
 /// Specialization constants of common.glsl. A technique's own begin at kFirstOwnConstant, in the order of its row.
-enum SharedConstant : int { kWrapConstant, kFilterConstant, kEncodingConstant, kLoopConstant, kLayoutConstant };
+enum SharedConstant : int {
+  kWrapConstant,
+  kFilterConstant,
+  kEncodingConstant,
+  kLoopConstant,
+  kLayoutConstant,
+  kConeFetchConstant
+};
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
 /// A claim that the tests and the stability suite hold a technique to.

@@ -48,11 +48,13 @@ BakeRequest bake_request(const Settings& settings, const Heightfield& heights, W
 
 MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wrap, double relief_depth) {
   const bool encoded = settings.technique().find("encoding") != nullptr;
+  const bool has_levels = settings.technique().find("lod") != nullptr && settings.choice("lod") == "footprint";
   return pack_map({.map = map_of(settings),
                    .heights = map.heights,
                    .values = map.values,
                    .wrap = wrap,
-                   .relief_depth = relief_depth},
+                   .relief_depth = relief_depth,
+                   .mips = has_levels},
                   find_format(settings.choice("format")),
                   find_encoding(encoded ? settings.choice("encoding") : "ratio"));
 }

@@ -1,7 +1,10 @@
-// The bilinear surface, cell by cell: borders that a ray crosses, and its first hit within a cell.
+#ifndef CELL_GLSL
+#define CELL_GLSL
+// Cells of the bilinear surface along a ray, in the texels of the ray's level.
+
 const float INFINITE_T = 1e30;
 
-// The cell of the bilinear surface that the ray is about to cross at t, and the t at which it leaves it.
+// The cell that the ray is about to cross at t, and the t at which it leaves it.
 struct Cell {
   vec2 index;  // of its lower texel
   float t_border;
@@ -21,7 +24,7 @@ float axis_border(float o, float d, float t, inout float index) {
 }
 
 Cell cell_ahead(Ray ray, float t) {
-  vec2 size = vec2(frame.sizes.zw);
+  vec2 size = vec2(level_size(ray.level));
   vec2 o = ray.uv * size - 0.5;
   vec2 d = ray.slope * size;
   Cell cell;
@@ -30,12 +33,23 @@ Cell cell_ahead(Ray ray, float t) {
   return cell;
 }
 
+// Heights of a cell's texels: 01, 11, 10, 00. Gathering is for the base level only.
+vec4 cell_heights(vec2 index, int level, inout int taps) {
+  if (level == 0) {
+    taps += 1;
+    return textureGather(relief_map, (index + 1.0) / vec2(level_size(0)), 0);
+  }
+  taps += 4;
+  ivec2 i = ivec2(index);
+  return vec4(fetch(relief_map, i + ivec2(0, 1), level).x, fetch(relief_map, i + ivec2(1, 1), level).x,
+              fetch(relief_map, i + ivec2(1, 0), level).x, fetch(relief_map, i, level).x);
+}
+
 // First hit of the ray on the cell's bilinear surface within [t, t_end], or INFINITE_T.
 // F(s) = f0 + b s + a s^2 is the gap along the ray; the root is taken in the form that does not cancel.
 float cell_hit(Ray ray, Cell cell, float t, float t_end, inout Hit hit) {
-  vec2 size = vec2(frame.sizes.zw);
-  vec4 h = textureGather(relief_map, (cell.index + 1.0) / size, 0);  // 01, 11, 10, 00
-  hit.taps += 1;
+  vec4 h = cell_heights(cell.index, ray.level, hit.taps);
+  vec2 size = vec2(level_size(ray.level));
   vec2 d = ray.slope * size;
   vec2 f = ray.uv * size - 0.5 + d * t - cell.index;
   float along_x = h.z - h.w;
@@ -54,3 +68,4 @@ float cell_hit(Ray ray, Cell cell, float t, float t_end, inout Hit hit) {
   float s = b <= 0.0 ? 2.0 * f0 / (root - b) : (b + root) / (-2.0 * a);
   return t + clamp(s, 0.0, length_t);
 }
+#endif

@@ -30,12 +30,15 @@ const int LOOP_EARLY_EXIT = 1;
 const int LAYOUT_TOGETHER = 0;    // height and ratio in one texture
 const int LAYOUT_SPLIT = 1;       // ratios in extra_map
 const int LAYOUT_WITH_NORMAL = 2;  // height, ratio and normal in one texture
+const int CONE_FETCH_BILINEAR = 0;
+const int CONE_FETCH_MIN4 = 1;  // the narrowest cone of the four texels round the point
 
 layout(constant_id = 0) const int WRAP = WRAP_REPEAT;
 layout(constant_id = 1) const int FILTER = FILTER_HARDWARE;
 layout(constant_id = 2) const int ENCODING = ENCODING_RATIO;
 layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;
 layout(constant_id = 4) const int LAYOUT = LAYOUT_TOGETHER;
+layout(constant_id = 5) const int CONE_FETCH = CONE_FETCH_BILINEAR;
 
 const int STATUS_NO_RAY = 0;
 const int STATUS_HIT = 1;
@@ -48,8 +51,10 @@ const float ARRIVED = 6.103515625e-5;
 // The ray in texture space: p(t) = (uv + slope t, 1 - t), t in [0, 1].
 struct Ray {
   vec2 uv;
-  vec2 slope;    // uv per unit of height
-  float cosine;  // of the angle between the view and the plane's normal, > 0
+  vec2 slope;       // uv per unit of height
+  float cosine;     // of the angle between the view and the plane's normal, > 0
+  float footprint;  // longer side of the pixel's image on the plane, in texels
+  int level;        // of the map's mip chain that is read: 0, unless the technique sets another
 };
 
 struct Hit {
@@ -75,35 +80,50 @@ float decoded_ratio(float stored, float height) {
   return stored;
 }
 
-vec4 fetch(sampler2D map, ivec2 texel) {
-  return texelFetch(map, ivec2(wrapped(texel.x, frame.sizes.z), wrapped(texel.y, frame.sizes.w)), 0);
+// Size of a level of the map, as level_side() in map_kind.h has it.
+ivec2 level_size(int level) { return max(frame.sizes.zw >> level, ivec2(1)); }
+
+vec4 fetch(sampler2D map, ivec2 texel, int level) {
+  ivec2 size = level_size(level);
+  return texelFetch(map, ivec2(wrapped(texel.x, size.x), wrapped(texel.y, size.y)), level);
 }
 
-// A texture of the map's size at uv, bilinear.
-vec4 sample_map(sampler2D map, vec2 uv, inout int taps) {
-  if (FILTER == FILTER_HARDWARE) {
-    taps += 1;
-    return textureLod(map, uv, 0.0);
-  }
-  // Full-precision weights, unlike the 8 bits of most samplers.
+// The four texels round a point, in the order of textureGather, and the point's place between them.
+struct Corners {
+  vec4 t01, t11, t10, t00;
+  vec2 f;
+};
+
+Corners fetch_corners(sampler2D map, vec2 uv, int level, inout int taps) {
   taps += 4;
-  vec2 x = uv * vec2(frame.sizes.zw) - 0.5;
+  vec2 x = uv * vec2(level_size(level)) - 0.5;
   vec2 cell = floor(x);
-  vec2 f = x - cell;
   ivec2 i = ivec2(cell);
-  vec4 bottom = mix(fetch(map, i), fetch(map, i + ivec2(1, 0)), f.x);
-  vec4 top = mix(fetch(map, i + ivec2(0, 1)), fetch(map, i + ivec2(1, 1)), f.x);
-  return mix(bottom, top, f.y);
+  return Corners(fetch(map, i + ivec2(0, 1), level), fetch(map, i + ivec2(1, 1), level),
+                 fetch(map, i + ivec2(1, 0), level), fetch(map, i, level), x - cell);
 }
 
-// Height and decoded cone ratio at uv, bilinear.
-vec2 sample_relief(vec2 uv, inout int taps) {
-  vec2 texel = sample_map(relief_map, uv, taps).xy;
-  if (LAYOUT == LAYOUT_SPLIT) texel.y = sample_map(extra_map, uv, taps).x;
-  return vec2(texel.x, decoded_ratio(texel.y, texel.x));
+vec4 bilinear(Corners c) { return mix(mix(c.t00, c.t10, c.f.x), mix(c.t01, c.t11, c.f.x), c.f.y); }
+
+// A texture of the map's size at uv, bilinear; the manual filter has full-precision weights, unlike the 8 bits of most
+// samplers.
+vec4 sample_map(sampler2D map, vec2 uv, int level, inout int taps) {
+  if (FILTER == FILTER_MANUAL) return bilinear(fetch_corners(map, uv, level, taps));
+  taps += 1;
+  return textureLod(map, uv, float(level));
 }
 
-float sample_height(vec2 uv, inout int taps) { return sample_map(relief_map, uv, taps).x; }
+float sample_height(vec2 uv, inout int taps) { return sample_map(relief_map, uv, 0, taps).x; }
+
+// Longer side of the pixel's image on the plane, in texels: GL's scale factor of an isotropic sampler, from the exact
+// derivative of the plane's point. Where the direction moves by s, that moves by
+// distance * (s.xy + per_height * s.z).
+float pixel_footprint(vec2 per_height, float distance) {
+  vec2 texels = 2.0 * distance * frame.right.w * vec2(frame.sizes.zw);
+  vec2 across = (frame.right.xy + per_height * frame.right.z) * texels / float(frame.sizes.x);
+  vec2 down = (frame.up.xy + per_height * frame.up.z) * texels / float(frame.sizes.y);
+  return max(length(across), length(down));
+}
 
 // The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
 // technique's frame has the same rays to the bit, so that one reference serves them all.
@@ -120,5 +140,7 @@ bool make_ray(vec2 pixel, out Ray ray) {
   precise vec2 slope = per_height * frame.position.w;
   ray.slope = slope;
   ray.cosine = -direction.z * inversesqrt(dot(direction, direction));
+  ray.footprint = pixel_footprint(per_height, frame.position.z / -direction.z);
+  ray.level = 0;
   return true;
 }

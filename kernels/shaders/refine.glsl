@@ -1,5 +1,6 @@
-// Narrowing a bracket round a hit. Twin of the `refinement` choices in technique.cpp: the order here is the full list,
-// a technique maps its own choices onto it.
+#ifndef REFINE_GLSL
+#define REFINE_GLSL
+// Narrowing a bracket round a hit. Twin of the `refinement` choices in technique.cpp.
 const int REFINE_NONE = 0;
 const int REFINE_SECANT = 1;
 const int REFINE_BINARY = 2;
@@ -14,7 +15,7 @@ struct Bracket {
 
 // How far the ray is above the surface at t.
 float gap_at(Ray ray, float t, inout Hit hit) {
-  return (1.0 - t) - sample_height(ray.uv + ray.slope * t, hit.taps);
+  return (1.0 - t) - sample_map(relief_map, ray.uv + ray.slope * t, ray.level, hit.taps).x;
 }
 
 // Where a line through the bracket's ends meets zero; gap_lo > 0 >= gap_hi, so that it never divides by zero.
@@ -39,3 +40,4 @@ void refine(Ray ray, Bracket b, int refinement, int steps, inout Hit hit) {
   hit.steps += steps;
   hit.t = refinement == REFINE_BINARY ? 0.5 * (b.lo + b.hi) : interpolated(b);
 }
+#endif
