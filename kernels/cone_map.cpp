@@ -33,7 +33,7 @@ ConeMetric cone_metric(int width, int height, Correction correction) {
   const double x = height / common;  // NOLINT(bugprone-integer-division): divides
   const double y = width / common;   // NOLINT(bugprone-integer-division): divides
   ConeMetric metric{.weight_x = x * x, .weight_y = y * y, .slack = 0, .side = x * width};
-  if (correction != Correction::safe) return metric;
+  if (correction != Correction::safe && correction != Correction::min4) return metric;
   // On a long map the theorem's slack swallows the step along the finer side, and the cones of most texels close.
   // d^2 / 2 is safe whatever the texels' shape: d <= |x| + |y| per axis, and those expectations are exact.
   if (std::max(x, y) > 1.5 * std::min(x, y)) {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <set>
 #include <string>
 
@@ -227,16 +228,36 @@ int surface_points_in_cones(const Heightfield& map, const std::vector<float>& ra
   return inside;
 }
 
-TEST(ConeMap, SafeConesNeverMeetTheInterpolatedSurface) {
+TEST(ConeMap, SafeAndCertifiedConesNeverMeetTheInterpolatedSurface) {
   for (const ConeTestMap& map : kConeTestMaps) {
     for (const Size size : {Size{8, 8}, Size{11, 8}, Size{4, 12}}) {
       const Heightfield heights = map.make(size.width, size.height);
       for (const Wrap wrap : kWraps) {
-        const auto ratios =
-            bake_conservative({.heights = heights, .wrap = wrap, .correction = Correction::safe, .threads = 1});
-        EXPECT_EQ(surface_points_in_cones(heights, ratios, wrap), 0) << label(map.id, size, wrap);
+        for (const Correction correction : {Correction::safe, Correction::certified}) {
+          const auto ratios =
+              bake_conservative({.heights = heights, .wrap = wrap, .correction = correction, .threads = 1});
+          EXPECT_EQ(surface_points_in_cones(heights, ratios, wrap), 0) << label(map.id, size, wrap);
+        }
       }
     }
+  }
+}
+
+TEST(ConeMap, CertifiedConesAreWiderThanSafeOnes) {
+  const auto mean = [](const Heightfield& heights, Correction correction) {
+    const auto ratios = bake_conservative({.heights = heights, .correction = correction, .threads = 1});
+    return std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size());
+  };
+  for (const auto make : {fbm_map, bricks_map, noise_map, pyramids_map})
+    EXPECT_GT(mean(make(48, 40), Correction::certified), 1.02 * mean(make(48, 40), Correction::safe));
+}
+
+TEST(ConeMap, TheBakeForFourTexelMinimaIsSafeWithoutDilation) {
+  const Heightfield heights = noise_map(24, 20);
+  for (const Wrap wrap : kWraps) {
+    const auto min4 = bake_conservative({.heights = heights, .wrap = wrap, .correction = Correction::min4});
+    EXPECT_EQ(min3x3(min4, 24, 20, wrap),
+              bake_conservative({.heights = heights, .wrap = wrap, .correction = Correction::safe}));
   }
 }
 

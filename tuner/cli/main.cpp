@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   add_report_command(app, exit_code);
   add_compare_command(app, exit_code);
   add_stress_command(app, exit_code);
+  add_bake_command(app, exit_code);
   add_list_command(app, exit_code);
   add_devices_command(app, exit_code);
   try {
