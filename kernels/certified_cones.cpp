@@ -88,6 +88,24 @@ class Raising {
   std::vector<double> room_;  ///< limit minus interpolated ratio
 };
 
+/// The least bound of the cells round each point.
+FineRatios limits_at_points(const FineRatios& cells, Wrap wrap) {
+  const int border = wrap == Wrap::clamp ? 1 : 0;
+  FineRatios points{.width = cells.width + border, .height = cells.height + border, .ratios = {}};
+  points.ratios.reserve(static_cast<std::size_t>(points.width) * static_cast<std::size_t>(points.height));
+  for (int j = 0; j < points.height; ++j) {
+    const int below = wrapped(j - 1, cells.height, wrap);
+    const int row = wrapped(j, cells.height, wrap);
+    for (int i = 0; i < points.width; ++i) {
+      const int left = wrapped(i - 1, cells.width, wrap);
+      const int column = wrapped(i, cells.width, wrap);
+      points.ratios.push_back(
+          std::min({cells.at(left, below), cells.at(column, below), cells.at(left, row), cells.at(column, row)}));
+    }
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<float> certified_cones(const BakeRequest& request) {
@@ -95,10 +113,13 @@ std::vector<float> certified_cones(const BakeRequest& request) {
   int k = kPerTexel;
   while (!is_affordable(heights.width, heights.height, subdivision(heights.width, heights.height, k))) k /= 2;
   const Subdivision by = subdivision(heights.width, heights.height, k);
-  FineRatios limits = lower_cone_bounds(
-      {.heights = heights, .wrap = request.wrap, .by = by, .max_ratio = request.max_ratio, .threads = request.threads});
-  // At a point all fine cells round it set limits, each the least of its corners'.
-  limits.ratios = min3x3(limits.ratios, limits.width, limits.height, request.wrap);
+  BoundRequest bounds{
+      .heights = heights, .wrap = request.wrap, .max_ratio = request.max_ratio, .threads = request.threads};
+  const FineRatios of_cells = lower_cone_bounds(bounds);
+  bounds.by = by;
+  FineRatios of_fine_cells = lower_cone_bounds(bounds);
+  keep_coarser(of_fine_cells, of_cells);
+  const FineRatios limits = limits_at_points(of_fine_cells, request.wrap);
   const Raising raising(heights, request.wrap, by, limits);
   std::vector<float> ratios;
   ratios.reserve(heights.texels.size());

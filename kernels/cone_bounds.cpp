@@ -43,9 +43,32 @@ Search search(const BoundRequest& request, Correction correction) {
 
 FineRatios lower_cone_bounds(const BoundRequest& request) {
   Search result = search(request, Correction::safe);
-  for (float& ratio : result.found.ratios)
+  FineRatios& points = result.found;
+  for (float& ratio : points.ratios)
     ratio = std::min(request.max_ratio, rounded_down(ratio / (1 + result.guard * ratio)));
-  return std::move(result.found);
+  const int border = request.wrap == Wrap::clamp ? 1 : 0;
+  FineRatios cells{.width = points.width - border, .height = points.height - border, .ratios = {}};
+  cells.ratios.reserve(points.ratios.size());
+  for (int j = 0; j < cells.height; ++j) {
+    const int above = wrapped(j + 1, points.height, request.wrap);
+    for (int i = 0; i < cells.width; ++i) {
+      const int right = wrapped(i + 1, points.width, request.wrap);
+      cells.ratios.push_back(
+          std::min({points.at(i, j), points.at(right, j), points.at(i, above), points.at(right, above)}));
+    }
+  }
+  return cells;
+}
+
+void keep_coarser(FineRatios& finer, const FineRatios& coarser) {
+  const int parts_x = finer.width / coarser.width;
+  const int parts_y = finer.height / coarser.height;
+  for (int j = 0; j < finer.height; ++j) {
+    for (int i = 0; i < finer.width; ++i) {
+      float& ratio = finer.ratios[finer.index(i, j)];
+      ratio = std::max(ratio, coarser.at(i / parts_x, j / parts_y));
+    }
+  }
 }
 
 FineRatios upper_cone_bounds(const BoundRequest& request) {

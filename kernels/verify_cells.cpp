@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "kernels/cone_bounds.h"
@@ -31,9 +32,11 @@ class CellProof {
     by_ = by;
     const BoundRequest request{
         .heights = cones_.heights(), .wrap = cones_.wrap(), .by = by, .max_ratio = greatest_, .threads = threads_};
-    const FineRatios lower = lower_cone_bounds(request);
+    FineRatios lower = lower_cone_bounds(request);
+    if (!lower_.ratios.empty()) keep_coarser(lower, lower_);
+    lower_ = std::move(lower);
     for_each_open_cell([&](int x, int y, CellState& state) {
-      if (is_proved(x, y, lower)) state = CellState::proved;
+      if (is_proved(x, y)) state = CellState::proved;
     });
     if (count(CellState::proved) == static_cast<std::int64_t>(states_.size())) return;
     const FineRatios upper = upper_cone_bounds(request);
@@ -59,12 +62,7 @@ class CellProof {
     });
   }
 
-  [[nodiscard]] double bound_at(const FineRatios& bounds, int x, int y, int i, int j) const {
-    return bounds.at(wrapped(x * by_.x + i, bounds.width, cones_.wrap()),
-                     wrapped(y * by_.y + j, bounds.height, cones_.wrap()));
-  }
-
-  [[nodiscard]] bool is_proved(int x, int y, const FineRatios& lower) const {
+  [[nodiscard]] bool is_proved(int x, int y) const {
     const StoredCones::Cell cell = cones_.cell(x, y);
     for (int j = 0; j < by_.y; ++j) {
       for (int i = 0; i < by_.x; ++i) {
@@ -72,9 +70,7 @@ class CellProof {
                                    .fy0 = static_cast<double>(j) / by_.y,
                                    .fx1 = static_cast<double>(i + 1) / by_.x,
                                    .fy1 = static_cast<double>(j + 1) / by_.y};
-        const double least = std::min({bound_at(lower, x, y, i, j), bound_at(lower, x, y, i + 1, j),
-                                       bound_at(lower, x, y, i, j + 1), bound_at(lower, x, y, i + 1, j + 1)});
-        if (cones_.widest(cell, box) * kProofGuard > least) return false;
+        if (cones_.widest(cell, box) * kProofGuard > lower_.at(x * by_.x + i, y * by_.y + j)) return false;
       }
     }
     return true;
@@ -87,7 +83,9 @@ class CellProof {
       for (int i = 0; i <= by_.x; ++i) {
         const double fx = static_cast<double>(i) / by_.x;
         const double fy = static_cast<double>(j) / by_.y;
-        const double bound = std::min(bound_at(upper, x, y, i, j), slope_bound(cell, fx, fy));
+        const double of_point = upper.at(wrapped(x * by_.x + i, upper.width, cones_.wrap()),
+                                         wrapped(y * by_.y + j, upper.height, cones_.wrap()));
+        const double bound = std::min(of_point, slope_bound(cell, fx, fy));
         const double ratio = cones_.ratio(cell, fx, fy);
         if (ratio * kWitnessGuard <= bound) continue;
         broken = true;
@@ -113,6 +111,7 @@ class CellProof {
   int threads_;
   float greatest_;
   Subdivision by_{};
+  FineRatios lower_;  ///< proved on this grid and the coarser ones before
   std::vector<CellState> states_;
   WorstCone worst_{};
 };
