@@ -2,7 +2,6 @@
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cassert>
@@ -14,6 +13,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "kernels/atomic_file.h"
+#include "kernels/encode_image.h"
 #include "kernels/error.h"
 #include "kernels/pgm.h"
 #include "kernels/png_chunks.h"
@@ -105,31 +106,17 @@ Image load_image(const fs::path& path) {
 
 std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8) {
   assert(rgba8.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-  OIIO::ImageSpec spec(width, height, 4, OIIO::TypeDesc::UINT8);
-  spec["oiio:UnassociatedAlpha"] = 1;
-  std::vector<std::uint8_t> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create("memory.png", &memory);
-  if (!output) fail_environment("OpenImageIO cannot write PNG: {}", first_line(OIIO::geterror()));
-  if (!output->open("memory.png", spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgba8.data()) ||
-      !output->close())
-    fail_environment("a PNG of {}x{} could not be encoded: {}", width, height, first_line(output->geterror()));
-  return bytes;
+  const std::string bytes = encode_image("png", {.width = width,
+                                                 .height = height,
+                                                 .type = TexelType::unorm8,
+                                                 .channels = {"R", "G", "B", "A"},
+                                                 .pixels = std::as_bytes(rgba8)});
+  return {bytes.begin(), bytes.end()};
 }
 
 void write_png(const fs::path& path, int width, int height, std::span<const std::uint8_t> rgba8) {
   const std::vector<std::uint8_t> bytes = encode_png(width, height, rgba8);
-  // In the same folder, since a rename is atomic within one file system only.
-  const fs::path part = fmt::format("{}.{}.part", path.string(), ::getpid());
-  std::ofstream out(part, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(part, path, error);
-  if (!out || error) {
-    fs::remove(part, error);
-    fail_environment("{}: cannot be written", path.string());
-  }
+  write_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 }  // namespace reliefbench

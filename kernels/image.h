@@ -29,7 +29,7 @@ struct Image {
 [[nodiscard]] std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8);
 
 /// Writes encode_png's bytes to `path` at once: readers see the old file or the new one, never a part.
-/// throws: Error(environment) naming the path
+/// throws: Error(bad_input) naming the path
 void write_png(const std::filesystem::path& path, int width, int height, std::span<const std::uint8_t> rgba8);
 
 }  // namespace reliefbench

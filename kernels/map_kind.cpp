@@ -14,7 +14,8 @@ namespace reliefbench {
 namespace {
 
 constexpr std::array kNone{Correction::none};
-constexpr std::array kConservative{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
+constexpr std::array kConservative{Correction::none, Correction::min3x3, Correction::safe, Correction::certified,
+                                   Correction::min4};
 constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
 
 std::vector<float> bake_nothing(const BakeRequest& request) {
@@ -40,6 +41,7 @@ constexpr std::array kMaps{
            .content = MapContent::ratios,
            .ratios = 1,
            .corrections = kConservative,
+           .promise = MapPromise::conservative,
            .bake = bake_conservative,
            .version = 1},
     MapRow{.kind = MapKind::relaxed_po07,
@@ -52,6 +54,7 @@ constexpr std::array kMaps{
            .ratios = 1,
            .corrections = kRelaxed,
            .parameter = "search_steps",
+           .is_relaxed = true,
            .bake = bake_relaxed_po07,
            .version = 1},
     MapRow{.kind = MapKind::max_mip,
@@ -103,7 +106,8 @@ const MapRow& find_map(std::string_view id) {
 }
 
 std::span<const Correction> corrections() {
-  static constexpr std::array kAll{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
+  static constexpr std::array kAll{Correction::none, Correction::min3x3, Correction::safe, Correction::certified,
+                                   Correction::min4};
   return kAll;
 }
 
@@ -115,6 +119,8 @@ std::string_view correction_id(Correction correction) {
       return "min3x3";
     case Correction::safe:
       return "safe";
+    case Correction::certified:
+      return "certified";
     case Correction::min4:
       return "min4";
   }

@@ -9,6 +9,13 @@ namespace reliefbench {
 
 enum class MapKind { height, conservative, relaxed_po07, max_mip, quadtree, distance };
 
+/// What `bake --verify` holds a map to.
+enum class MapPromise {
+  none,
+  conservative,  ///< no cone contains a texel's surface point
+  relaxed,       ///< no ray crosses the surface twice before it leaves the cone
+};
+
 /// What a baker returns for a map of width x height texels.
 enum class MapContent {
   heights,  ///< nothing: the heights are the map
@@ -29,9 +36,11 @@ enum class MapContent {
 /// for distances of at least 1, a direct estimate below that.
 enum class Correction {
   none,
-  min3x3,  ///< 3x3 minimum of the texels' ratios [BVBV24]; not a guarantee
-  safe,    ///< ratios from sqrt(d^2 - 1/2 texel^2), then the 3x3 minimum: no interpolated cone meets the surface
-  min4,    ///< ratios of `safe` without a minimum, which the shader takes over the four texels that it interpolates
+  min3x3,     ///< 3x3 minimum of the texels' ratios [BVBV24]; not a guarantee
+  safe,       ///< ratios from sqrt(d^2 - 1/2 texel^2), then the 3x3 minimum: no interpolated cone meets the surface
+  certified,  ///< as safe, wider: texels raised as far as proved bounds inside the cells allow (certified_cones)
+  min4,       ///< `safe`'s ratios as they are; the tracer takes the least of the four texels round the point, so that
+              ///< none is interpolated
 };
 [[nodiscard]] std::span<const Correction> corrections();
 [[nodiscard]] std::string_view correction_id(Correction correction);
@@ -62,6 +71,8 @@ struct MapRow {
   int ratios = 0;                           ///< cone ratios a texel
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
   std::string_view parameter = "";          ///< bake parameter of its own, "" for none
+  MapPromise promise = MapPromise::none;
+  bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
   std::vector<float> (*bake)(const BakeRequest&);
   int version;  ///< part of the cache key; raised when the result changes
 };

@@ -4,7 +4,7 @@
 #include <charconv>
 
 #include "kernels/error.h"
-#include "kernels/texel.h"
+#include "kernels/map_storage.h"
 
 namespace reliefbench {
 namespace {
@@ -363,40 +363,18 @@ bool is_on(const Settings& settings, std::string_view param_id) {
   return param != nullptr && settings.is_active(*param);
 }
 
-std::string format_conflict(const Settings& settings) {
-  const Format& format = find_format(settings.choice("format"));
-  const MapRow& map = map_of(settings);
-  if (format.ratios() < map.ratios)
-    return fmt::format("format {} has room for {} cone ratios, a {} map needs {}", format.id, format.ratios(), map.id,
-                       map.ratios);
-  if (map.content != MapContent::ratios && format.extra_channels > 0)
-    return fmt::format("format {} has a texture for ratios, which a {} map does not fill", format.id, map.id);
-  if (map.ratios == 1 && format.extra_channels > 1)
-    return fmt::format("format {} has 4 cone ratios, a {} map fills one", format.id, map.id);
-  if ((map.content == MapContent::pyramid || map.content == MapContent::volume) && format.channels > 1)
-    return fmt::format("format {} has room for cone ratios, which a {} map does not have", format.id, map.id);
-  return "";
-}
-
 }  // namespace
 
 std::string conflict(const Settings& settings) {
   if (!is_on(settings, "format")) return "";
-  if (const std::string reason = format_conflict(settings); !reason.empty()) return reason;
-  const MapRow& map = map_of(settings);
-  if (is_on(settings, "correction")) {
-    const auto has = [&](Correction value) { return correction_id(value) == settings.choice("correction"); };
-    if (std::none_of(map.corrections.begin(), map.corrections.end(), has))
-      return fmt::format("a {} map has no correction {}", map.id, settings.choice("correction"));
-  }
-  if (is_on(settings, "max_ratio") && settings.choice("max_ratio") == "unbounded") {
-    const TexelType type = find_format(settings.choice("format")).type;
-    const bool is_unorm = type == TexelType::unorm8 || type == TexelType::unorm16;
-    const std::string_view encoding = settings.choice("encoding");
-    if (is_unorm && encoding != "h_tan" && encoding != "atan")
-      return fmt::format("{} cannot hold a ratio over 1 as {}", settings.choice("format"), encoding);
-  }
-  return "";
+  const auto choice_or = [&](std::string_view id, std::string_view otherwise) {
+    return is_on(settings, id) ? settings.choice(id) : otherwise;
+  };
+  return conflict({.map = map_of(settings),
+                   .format = find_format(settings.choice("format")),
+                   .encoding = find_encoding(choice_or("encoding", "ratio")),
+                   .correction = find_correction(choice_or("correction", "none")),
+                   .max_ratio = choice_or("max_ratio", "1") == "unbounded" ? kUnboundedRatio : 1});
 }
 
 }  // namespace reliefbench

@@ -33,34 +33,53 @@ constexpr std::array kFormats{
 
 /// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
 /// to, and these few operations are the same on every device, where a driver's tan is not.
-float tangent(float y) { return y * (15.0F - y * y) / (15.0F - 6.0F * y * y); }
+template <typename Real>
+Real tangent(Real y) {
+  return y * (15.0F - y * y) / (15.0F - 6.0F * y * y);
+}
+
+template <typename Real>
+Real decode_ratio(Real stored, Real /*height*/) {
+  return stored;
+}
+
+template <typename Real>
+Real decode_sqrt(Real stored, Real /*height*/) {
+  return stored * stored;
+}
 
 /// stored = angle between the cone's generatrix and the plane, over pi/2: 1 closed, 1/2 at ratio 1.
-float decode_atan(float stored, float /*height*/) {
+template <typename Real>
+Real decode_atan(Real stored, Real /*height*/) {
   constexpr float kHalfPi = 1.57079632679F;
-  return stored < 0.5F ? 1.0F / std::max(tangent(stored * kHalfPi), 1.0F / kUnboundedRatio)
+  return stored < 0.5F ? 1.0F / std::max<Real>(tangent(stored * kHalfPi), 1.0F / kUnboundedRatio)
                        : tangent((1.0F - stored) * kHalfPi);
 }
 
 /// stored = radius of the cone at the top plate, (1 - height) ratio. At the plate itself no cone is needed.
-float decode_h_tan(float stored, float height) { return stored / std::max(1.0F - height, 0x1p-16F); }
+template <typename Real>
+Real decode_h_tan(Real stored, Real height) {
+  return stored / std::max<Real>(1.0F - height, kLeastDepth);
+}
 
 constexpr float kDivisionGuard = 1 + 0x1p-20F;  // divisions on GPUs are 2.5 ulp off, a few of them in a row
 
 constexpr std::array kEncodings{
-    Encoding{.id = "ratio",
-             .shader_value = 0,
-             .source = "[DUM06]",
-             .decode = [](float stored, float /*height*/) { return stored; }},
-    Encoding{.id = "sqrt",
-             .shader_value = 1,
-             .source = "[PO07]",
-             .decode = [](float stored, float /*height*/) { return stored * stored; }},
-    Encoding{.id = "h_tan", .shader_value = 2, .source = "[HSST08]", .decode = decode_h_tan, .guard = kDivisionGuard},
+    Encoding{
+        .id = "ratio", .shader_value = 0, .source = "[DUM06]", .decode = decode_ratio, .decode_exact = decode_ratio},
+    Encoding{.id = "sqrt", .shader_value = 1, .source = "[PO07]", .decode = decode_sqrt, .decode_exact = decode_sqrt},
+    Encoding{.id = "h_tan",
+             .shader_value = 2,
+             .source = "[HSST08]",
+             .decode = decode_h_tan,
+             .decode_exact = decode_h_tan,
+             .is_over_depth = true,
+             .guard = kDivisionGuard},
     Encoding{.id = "atan",
              .shader_value = 3,
              .source = "angle of the cone, over pi/2",
              .decode = decode_atan,
+             .decode_exact = decode_atan,
              .is_decreasing = true,
              .guard = kDivisionGuard},
 };

@@ -35,13 +35,18 @@ struct Format {
 [[nodiscard]] std::span<const Format> formats();
 [[nodiscard]] const Format& find_format(std::string_view id);  ///< throws: Error(bad_input) listing the choices
 
+/// Depth under the top plate that h_tan divides by at least.
+inline constexpr float kLeastDepth = 0x1p-16F;
+
 /// How a cone ratio becomes a stored value. `shader_value` is the ENCODING specialization constant.
 struct Encoding {
   std::string_view id;
   int shader_value;
   std::string_view source;
-  float (*decode)(float stored, float height);  ///< the shader's arithmetic, in float
-  bool is_decreasing = false;                   ///< greater codes are narrower cones
+  float (*decode)(float stored, float height);           ///< the shader's arithmetic, in float
+  double (*decode_exact)(double stored, double height);  ///< the same but for float's rounding
+  bool is_decreasing = false;                            ///< greater codes are narrower cones
+  bool is_over_depth = false;                            ///< decoding divides by the depth under the top plate
   float guard = 1;  ///< greatest factor by which a shader's rounding may widen the decoded ratio
 };
 [[nodiscard]] std::span<const Encoding> encodings();

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "kernels/atomic_file.h"
 #include "reports/report_data.h"
 #include "reports/template.h"
 

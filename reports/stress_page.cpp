@@ -2,11 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "kernels/atomic_file.h"
 #include "kernels/error.h"
 #include "kernels/image.h"
 #include "reports/data_uri.h"
 #include "reports/template.h"
-#include "tuner/store.h"
 
 namespace reliefbench {
 

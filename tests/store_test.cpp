@@ -7,6 +7,7 @@
 
 #include <fstream>
 
+#include "kernels/atomic_file.h"
 #include "kernels/error.h"
 #include "tests/full_record.h"
 #include "tuner/run_files.h"

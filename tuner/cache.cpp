@@ -4,6 +4,7 @@
 #include <fstream>
 #include <string>
 
+#include "kernels/atomic_file.h"
 #include "kernels/error.h"
 #include "kernels/sha256.h"
 #include "tuner/store.h"

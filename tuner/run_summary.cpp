@@ -7,6 +7,7 @@
 #include <chrono>
 #include <set>
 
+#include "kernels/atomic_file.h"
 #include "tuner/device_json.h"
 #include "tuner/harness.h"
 #include "tuner/host.h"

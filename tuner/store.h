@@ -21,9 +21,6 @@ struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
 };
 [[nodiscard]] Run load_run(const std::filesystem::path& folder);  ///< throws: Error(bad_input): not a run, other schema
 
-/// Writes a file whole or not at all: temporary file beside it, fsync, rename. throws: Error(bad_input): unwritable
-void write_atomically(const std::filesystem::path& path, std::string_view text);
-
 /// An append-only run folder: a line is with the kernel when append() returns, so it survives this process. One
 /// process at a time holds a folder.
 class RunStore {

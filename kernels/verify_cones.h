@@ -1,0 +1,30 @@
+#pragma once
+#include <cstdint>
+
+#include "kernels/map_verify.h"
+#include "kernels/stored_cones.h"
+
+namespace reliefbench {
+
+// The parts of verify_map().
+
+/// A witness's ratio may be off by this factor: double arithmetic, and h_tan's division by a small depth.
+inline constexpr double kWitnessGuard = 1 - 0x1p-20;
+
+struct TexelVerdict {
+  std::int64_t too_wide = 0;
+  WorstCone worst{};
+  /// The wider of two violations, the earlier where they are equal.
+  void add(const TexelVerdict& other);
+};
+void keep_worse(WorstCone& worst, const WorstCone& other);
+
+/// Texels whose open cone holds another texel's surface point.
+[[nodiscard]] TexelVerdict verify_conservative_texels(const StoredCones& cones, int threads);
+[[nodiscard]] CellVerdict verify_cells(const StoredCones& cones, int finest, int threads);
+
+/// Texels whose open cone holds a texel's surface point that descends away from the apex.
+[[nodiscard]] TexelVerdict verify_relaxed_texels(const StoredCones& cones, int threads);
+[[nodiscard]] RayVerdict verify_rays(const StoredCones& cones, int rays, int threads);
+
+}  // namespace reliefbench

@@ -1,0 +1,160 @@
+// `reliefbench bake` as a user meets it. It needs no device, so these tests run beside others.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "kernels/image.h"
+#include "kernels/ktx2.h"
+#include "tests/command.h"
+#include "tests/temp_folder.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class BakeCommand : public ::testing::Test {
+ protected:
+  [[nodiscard]] CommandResult bake(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "bake");
+    return run_reliefbench(arguments, folder_.path());
+  }
+  /// One line on stderr with these words, this exit code.
+  void expect_refused(const std::vector<std::string>& arguments, int exit_code, const std::string& words) const {
+    const CommandResult result = bake(arguments);
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  }
+  /// A grey heightmap of bumps that differ.
+  [[nodiscard]] std::string heightmap_file() const {
+    std::vector<std::uint8_t> pixels;
+    for (int i = 0; i < 32 * 32; ++i) {
+      const auto grey = static_cast<std::uint8_t>((i * i * 7 + i / 32 * 31) % 256);
+      pixels.insert(pixels.end(), {grey, grey, grey, 255});
+    }
+    write_png(folder_ / "bumps.png", 32, 32, pixels);
+    return "bumps.png";
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(BakeCommand, a_safe_map_is_proved) {
+  for (const std::string correction : {"safe", "certified", "min4"}) {
+    const CommandResult result =
+        bake({heightmap_file(), "--map", "conservative", "--correction", correction, "--verify"});
+    EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+    EXPECT_THAT(result.out, HasSubstr("1024 of 1024 proved, 0 broken, 0 undecided"));
+    EXPECT_THAT(result.out, HasSubstr("holds"));
+  }
+}
+
+TEST_F(BakeCommand, a_broken_guarantee_exits_1_and_names_the_factor) {
+  const CommandResult result =
+      bake({"checker", "--size", "32x32", "--map", "conservative", "--correction", "min3x3", "--verify"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("1024 broken"));
+  EXPECT_THAT(result.out, HasSubstr("up to 1.41"));
+}
+
+TEST_F(BakeCommand, maps_that_promise_nothing_break_nothing) {
+  const CommandResult result = bake({"spikes", "--size", "32x32", "--map", "relaxed_po07", "--verify"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("cross twice"));
+  EXPECT_THAT(result.out, HasSubstr("promises nothing"));
+}
+
+TEST_F(BakeCommand, json_has_all_figures) {
+  const CommandResult result = bake({"fbm", "--size", "40x24", "--seed", "5", "--map", "conservative", "--wrap",
+                                     "clamp", "--verify", "--json", "-o", "map.ktx2"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json.at("heightmap"), "fbm");
+  EXPECT_EQ(json.at("map"), "conservative");
+  EXPECT_EQ(json.at("correction"), "safe");
+  EXPECT_EQ(json.at("encoding"), "sqrt");
+  EXPECT_EQ(json.at("format"), "rg16");
+  EXPECT_EQ(json.at("wrap"), "clamp");
+  EXPECT_EQ(json.at("device"), "cpu");
+  EXPECT_EQ(json.at("width"), 40);
+  EXPECT_EQ(json.at("height"), 24);
+  EXPECT_GT(json.at("time_ms"), 0);
+  EXPECT_GT(json.at("mean_ratio"), 0);
+  EXPECT_EQ(json.at("closed_share"), 0);
+  EXPECT_EQ(json.at("bytes"), 40 * 24 * 4);
+  EXPECT_EQ(json.at("verify").at("verdict"), "holds");
+  EXPECT_EQ(json.at("verify").at("texels_too_wide"), 0);
+  EXPECT_EQ(json.at("verify").at("cells").at("proved"), 39 * 23);
+  EXPECT_EQ(json.at("files"), nlohmann::json::array({"map.ktx2"}));
+}
+
+TEST_F(BakeCommand, files_hold_the_map_and_say_what_it_is) {
+  ASSERT_EQ(bake({"bricks", "--size", "32x16", "--map", "conservative", "--correction", "certified", "--encoding",
+                  "ratio", "--format", "rg16f", "-o", "map.ktx2"})
+                .exit_code,
+            0);
+  const Ktx2File file = read_ktx2(folder_ / "map.ktx2");
+  EXPECT_EQ(file.image.width, 32);
+  EXPECT_EQ(file.image.height, 16);
+  EXPECT_EQ(file.image.layout, (TexelLayout{.type = TexelType::float16, .channels = 2}));
+  EXPECT_THAT(file.metadata.at("KTXwriter"), HasSubstr("reliefbench "));
+  EXPECT_EQ(file.metadata.at("reliefbench.kind"), "conservative");
+  EXPECT_EQ(file.metadata.at("reliefbench.correction"), "certified");
+  EXPECT_EQ(file.metadata.at("reliefbench.encoding"), "ratio");
+  EXPECT_EQ(file.metadata.at("reliefbench.format"), "rg16f");
+  EXPECT_EQ(file.metadata.at("reliefbench.wrap"), "repeat");
+  EXPECT_EQ(file.metadata.at("reliefbench.relief_range"), "0 1");
+
+  const std::vector<std::string> map{"bricks", "--size", "32x16", "--map", "conservative", "-o"};
+  for (const std::string name : {"map.exr", "map.png"}) {
+    std::vector<std::string> arguments = map;
+    arguments.push_back(name);
+    const CommandResult result = bake(arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(load_image(folder_ / name).channels.size(), 2U);
+  }
+  const CommandResult heights = bake({"bricks", "--size", "32x16", "--map", "height", "-o", "heights.png"});
+  EXPECT_EQ(heights.exit_code, 0) << heights.err;
+  EXPECT_THAT(heights.out, Not(HasSubstr("mean ratio")));
+  EXPECT_EQ(load_image(folder_ / "heights.png").channels.size(), 1U);
+}
+
+TEST_F(BakeCommand, what_makes_no_sense_is_refused_with_the_reason) {
+  const std::vector<std::string> start{"checker", "--size", "8x8", "--map"};
+  const auto refused = [&](const std::vector<std::string>& rest, int exit_code, const std::string& words) {
+    std::vector<std::string> arguments = start;
+    arguments.insert(arguments.end(), rest.begin(), rest.end());
+    expect_refused(arguments, exit_code, words);
+  };
+  refused({"conic"}, 2, "unknown map kind 'conic'");
+  refused({"conservative", "--correction", "maximal"}, 2, "unknown correction 'maximal'");
+  refused({"relaxed_po07", "--correction", "safe"}, 2, "a relaxed_po07 map has no correction safe");
+  refused({"conservative", "--format", "r16"}, 2, "format r16 has room for 0 cone ratios");
+  refused({"conservative", "--format", "rg16", "--max-ratio", "unbounded"}, 2, "cannot hold a ratio over 1");
+  refused({"conservative", "--max-ratio", "2"}, 2, "--max-ratio 2: expected one of 1, unbounded");
+  refused({"conservative", "--encoding", "h_tan", "--correction", "certified"}, 2, "interpolates radii");
+  refused({"conservative", "--search-steps", "64"}, 2, "has no such parameter");
+  refused({"conservative", "--wrap", "mirror"}, 2, "--wrap mirror: expected one of repeat, clamp");
+  refused({"conservative", "--device", "metal"}, 2, "--device metal");
+  refused({"height", "--verify"}, 2, "a height map has no cones to verify");
+  refused({"conservative", "-o", "map.dds"}, 2, ".ktx2, .exr or .png");
+  refused({"conservative", "-o", "none/map.ktx2"}, 2, "none/map.ktx2: cannot be written");
+  expect_refused({"missing.png", "--map", "conservative"}, 2, "missing.png");
+  expect_refused({"checker"}, 2, "--map");
+  expect_refused({"checker", "--map", "conservative", "--size", "8by8"}, 2, "expected WIDTHxHEIGHT");
+}
+
+TEST_F(BakeCommand, an_unbounded_ratio_chooses_floats) {
+  const CommandResult result =
+      bake({"spikes", "--size", "32x32", "--map", "conservative", "--max-ratio", "unbounded", "--verify", "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("format"), "rg16f");
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("verify").at("verdict"), "holds");
+}
+
+}  // namespace
+}  // namespace reliefbench

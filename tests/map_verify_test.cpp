@@ -1,0 +1,256 @@
+#include "kernels/map_verify.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "kernels/cone_map.h"
+#include "kernels/error.h"
+#include "kernels/stored_cones.h"
+#include "tests/cone_test_maps.h"
+#include "tests/slow_cone_map.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr Wrap kWraps[] = {Wrap::repeat, Wrap::clamp};
+
+struct Storage {
+  std::string_view format;
+  std::string_view encoding;
+};
+constexpr Storage kStorages[] = {{"rg32f", "ratio"}, {"rg16", "sqrt"}, {"rg8", "h_tan"}, {"rg16f", "atan"}};
+
+/// A map as it is stored, with the values that a baker would have returned.
+struct Stored {
+  Heightfield heights;
+  MapTextures textures;
+};
+template <typename Bake>
+Stored store(const MapRow& map, const Heightfield& heights, Storage storage, Wrap wrap, const Bake& bake) {
+  const Format& format = find_format(storage.format);
+  Stored stored{.heights = quantise_heights(heights, format.type), .textures = {}};
+  const std::vector<float> values = bake(stored.heights);
+  stored.textures = pack_map({.map = map, .heights = stored.heights, .values = values, .wrap = wrap}, format,
+                             find_encoding(storage.encoding));
+  return stored;
+}
+
+MapVerdict verify(const MapRow& map, const Stored& stored, Storage storage, Correction correction, Wrap wrap,
+                  int rays = 1 << 14) {
+  return verify_map({.map = map,
+                     .textures = stored.textures,
+                     .format = find_format(storage.format),
+                     .encoding = find_encoding(storage.encoding),
+                     .correction = correction,
+                     .wrap = wrap,
+                     .rays = rays,
+                     .threads = 1});
+}
+
+MapVerdict bake_and_verify(const Heightfield& heights, Storage storage, Correction correction, Wrap wrap) {
+  const MapRow& map = find_map(MapKind::conservative);
+  const Stored stored = store(map, heights, storage, wrap, [&](const Heightfield& quantised) {
+    return map.bake({.heights = quantised, .wrap = wrap, .correction = correction, .threads = 1});
+  });
+  return verify(map, stored, storage, correction, wrap);
+}
+
+TEST(MapVerify, ProvesSafeMaps) {
+  for (const ConeTestMap& map : kConeTestMaps) {
+    for (const Heightfield& heights : {map.make(17, 16), map.make(24, 7)}) {
+      for (const Wrap wrap : kWraps) {
+        for (const Storage storage : kStorages) {
+          for (const Correction correction : {Correction::safe, Correction::certified, Correction::min4}) {
+            if (correction == Correction::certified && storage.encoding == "h_tan") continue;  // not made for it
+            SCOPED_TRACE(fmt::format("{} {} {} {} {}", map.id, heights.width, storage.encoding,
+                                     correction_id(correction), wrap == Wrap::repeat ? "repeat" : "clamp"));
+            const MapVerdict verdict = bake_and_verify(heights, storage, correction, wrap);
+            EXPECT_EQ(verdict.texels_too_wide, 0);
+            EXPECT_EQ(verdict.cells.proved, verdict.cells.cells);
+            const int border = wrap == Wrap::clamp ? 1 : 0;
+            EXPECT_EQ(verdict.cells.cells, (heights.width - border) * (heights.height - border));
+            EXPECT_FALSE(verdict.broken || verdict.undecided);
+          }
+        }
+      }
+    }
+  }
+}
+
+// Inside a checkerboard's cell the true ratio is 1/(sqrt2 N), while texels hold 1/N.
+TEST(MapVerify, FindsThatTheMinimumOfNeighboursIsNotEnough) {
+  const MapVerdict checker = bake_and_verify(checker_map(16, 16), {"rg32f", "ratio"}, Correction::min3x3, Wrap::repeat);
+  EXPECT_TRUE(checker.broken);
+  EXPECT_EQ(checker.texels_too_wide, 0);
+  EXPECT_EQ(checker.cells.broken, 256);
+  EXPECT_NEAR(checker.cells.worst.factor, std::numbers::sqrt2, 1e-5);
+  EXPECT_TRUE(bake_and_verify(noise_map(16, 16), {"rg16", "sqrt"}, Correction::min3x3, Wrap::clamp).broken);
+}
+
+TEST(MapVerify, HoldsUncorrectedMapsToTexelCentresOnly) {
+  const MapVerdict verdict = bake_and_verify(noise_map(16, 16), {"rg16", "sqrt"}, Correction::none, Wrap::repeat);
+  EXPECT_GT(verdict.cells.broken, 0);
+  EXPECT_EQ(verdict.texels_too_wide, 0);
+  EXPECT_FALSE(verdict.broken || verdict.undecided);
+}
+
+TEST(MapVerify, NamesTheTexelThatIsTooWideAndByHowMuch) {
+  const MapRow& map = find_map(MapKind::conservative);
+  const Heightfield spike = make_map(16, 8, [](int x, int y) { return x == 5 && y == 3 ? 0.75F : 0.0F; });
+  const Storage storage{"rg32f", "ratio"};
+  for (const Correction correction : {Correction::none, Correction::safe}) {
+    const Stored stored = store(map, spike, storage, Wrap::clamp, [&](const Heightfield& heights) {
+      auto ratios = map.bake({.heights = heights, .wrap = Wrap::clamp, .correction = correction, .threads = 1});
+      ratios[6 * 16 + 9] = 1.25F * static_cast<float>(std::hypot(4 / 16.0, 3 / 8.0) / 0.75);
+      return ratios;
+    });
+    const MapVerdict verdict = verify(map, stored, storage, correction, Wrap::clamp);
+    EXPECT_TRUE(verdict.broken);
+    EXPECT_EQ(verdict.texels_too_wide, 1);
+    EXPECT_NEAR(verdict.worst_texel.factor, 1.25, 1e-6);
+    EXPECT_DOUBLE_EQ(verdict.worst_texel.u, 9.5 / 16);
+    EXPECT_DOUBLE_EQ(verdict.worst_texel.v, 6.5 / 8);
+    EXPECT_GE(verdict.cells.worst.factor, 1.25 - 1e-6);
+    EXPECT_GE(verdict.cells.broken, 4);
+  }
+}
+
+/// The image of texel b nearest to a, and further ones, as offsets in texels.
+std::vector<int> offsets(int a, int b, int side, Wrap wrap) {
+  if (wrap == Wrap::clamp) return {b - a};
+  return {b - a - side, b - a, b - a + side};
+}
+
+/// Texels whose cones hold a texel v that `forbids(u, v, dx, dy)`.
+template <typename Forbids>
+int slow_too_wide(const Heightfield& heights, const std::vector<float>& ratios, Wrap wrap, const Forbids& forbids) {
+  int count = 0;
+  for (int u = 0; u < heights.width * heights.height; ++u) {
+    bool too_wide = false;
+    for (int v = 0; v < heights.width * heights.height; ++v) {
+      const double rise = static_cast<double>(heights.texels[static_cast<std::size_t>(v)]) -
+                          static_cast<double>(heights.texels[static_cast<std::size_t>(u)]);
+      for (const int dy : offsets(u / heights.width, v / heights.width, heights.height, wrap))
+        for (const int dx : offsets(u % heights.width, v % heights.width, heights.width, wrap)) {
+          const double distance =
+              std::hypot(static_cast<double>(dx) / heights.width, static_cast<double>(dy) / heights.height);
+          const double reach = ratios[static_cast<std::size_t>(u)] * rise;
+          too_wide =
+              too_wide || (distance < reach * (1 - 1e-6) && forbids(v % heights.width, v / heights.width, dx, dy));
+        }
+    }
+    count += too_wide ? 1 : 0;
+  }
+  return count;
+}
+
+struct RandomMap {
+  Heightfield heights;
+  std::vector<float> ratios;
+  Wrap wrap;
+};
+RandomMap random_map() {
+  const int width = *rc::gen::inRange(2, 10);
+  const int height = *rc::gen::inRange(2, 10);
+  const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const auto codes = *rc::gen::container<std::vector<int>>(2 * count, rc::gen::inRange(0, 10));
+  RandomMap map{.heights = {.width = width, .height = height, .texels = {}},
+                .ratios = {},
+                .wrap = *rc::gen::element(Wrap::repeat, Wrap::clamp)};
+  for (std::size_t i = 0; i < count; ++i) {
+    map.heights.texels.push_back(static_cast<float>(codes[i]) / 9.0F);
+    map.ratios.push_back(0.0937F * static_cast<float>(codes[count + i]));
+  }
+  return map;
+}
+
+RC_GTEST_PROP(MapVerifyProperty, TexelsAreCountedAsAllPairsCountThem, ()) {
+  const RandomMap random = random_map();
+  const Storage storage{"rg32f", "ratio"};
+  const auto count = [&](MapKind kind) {
+    const MapRow& map = find_map(kind);
+    const Stored stored =
+        store(map, random.heights, storage, random.wrap, [&](const Heightfield&) { return random.ratios; });
+    return verify(map, stored, storage, Correction::none, random.wrap, 1).texels_too_wide;
+  };
+  RC_ASSERT(count(MapKind::conservative) ==
+            slow_too_wide(random.heights, random.ratios, random.wrap, [](int, int, int, int) { return true; }));
+  // Along the way away from the apex, a short piece before and behind the texel.
+  const auto descends = [&](int x, int y, int dx, int dy) {
+    constexpr double kPiece = 1.0 / 1024;
+    const double length = std::max(std::abs(dx), std::abs(dy));
+    const double step_x = dx / length * kPiece;
+    const double step_y = dy / length * kPiece;
+    const auto surface = [&](double i, double j) { return slow_surface(random.heights, random.wrap, i, j); };
+    // The surface is bilinear, so slopes are off by at most the piece's length.
+    const double ahead = surface(x + step_x, y + step_y) - surface(x, y);
+    const double before = surface(x, y) - surface(x - step_x, y - step_y);
+    return std::min(ahead, before) < -2 * kPiece * kPiece;
+  };
+  RC_ASSERT(count(MapKind::relaxed_po07) == slow_too_wide(random.heights, random.ratios, random.wrap, descends));
+}
+
+TEST(MapVerify, RaysThatCrossAThinWallTwiceAreFound) {
+  const MapRow& map = find_map(MapKind::relaxed_po07);
+  const Heightfield wall = make_map(32, 32, [](int x, int) { return x == 16 ? 0.5F : 0.0F; });
+  const Storage storage{"rg32f", "ratio"};
+  const auto rays_with = [&](float ratio) {
+    const Stored stored = store(map, wall, storage, Wrap::clamp,
+                                [&](const Heightfield&) { return std::vector<float>(std::size_t{32} * 32, ratio); });
+    const MapVerdict verdict = verify(map, stored, storage, Correction::min3x3, Wrap::clamp);
+    EXPECT_FALSE(verdict.broken) << "relaxed_po07 promises nothing";
+    EXPECT_GT(verdict.rays.rays, 1000);
+    return verdict.rays;
+  };
+  const RayVerdict wide = rays_with(1);
+  EXPECT_GT(wide.crossing_twice, 0);
+  EXPECT_GT(wide.worst.factor, 1.5);
+  // As steep as the wall's sides: no ray inside such a cone gets through to the other side.
+  EXPECT_EQ(rays_with(1.0F / 32 / 0.5F * 0.999F).crossing_twice, 0);
+}
+
+TEST(MapVerify, RefusesMapsWithoutCones) {
+  const Heightfield heights = constant_map(4, 4);
+  const Format& format = find_format("r16");
+  const MapTextures textures = pack_heights(heights, format);
+  EXPECT_THROW((void)verify_map({.map = find_map(MapKind::height),
+                                 .textures = textures,
+                                 .format = format,
+                                 .encoding = find_encoding("ratio")}),
+               Error);
+}
+
+TEST(StoredCones, NoPointOfABoxIsWiderThanItsBound) {
+  const MapRow& map = find_map(MapKind::conservative);
+  constexpr int kSteps = 16;
+  for (const Storage storage : kStorages) {
+    for (const ConeTestMap& heights : {ConeTestMap{"noise", noise_map}, ConeTestMap{"checker", checker_map},
+                                       ConeTestMap{"pyramids", pyramids_map}}) {
+      const Stored stored = store(map, heights.make(9, 9), storage, Wrap::repeat, [](const Heightfield& quantised) {
+        return bake_conservative({.heights = quantised});
+      });
+      const StoredCones cones(stored.textures, find_format(storage.format), find_encoding(storage.encoding),
+                              Wrap::repeat, false);
+      for (int cell_index = 0; cell_index < 81; ++cell_index) {
+        const StoredCones::Cell cell = cones.cell(cell_index % 9, cell_index / 9);
+        for (const StoredCones::Box box : {StoredCones::Box{0, 0, 1, 1}, StoredCones::Box{0.25, 0.5, 0.5, 0.75}}) {
+          const double bound = cones.widest(cell, box) * (1 + 1e-9);
+          EXPECT_LE(bound, cones.greatest() * (1 + 1e-9));
+          for (int j = 0; j <= kSteps; ++j)
+            for (int i = 0; i <= kSteps; ++i)
+              ASSERT_LE(cones.ratio(cell, std::lerp(box.fx0, box.fx1, static_cast<double>(i) / kSteps),
+                                    std::lerp(box.fy0, box.fy1, static_cast<double>(j) / kSteps)),
+                        bound)
+                  << storage.encoding << " " << heights.id;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,213 @@
+#include "tuner/bake.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "kernels/error.h"
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+
+namespace reliefbench {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  std::string heightmap;
+  std::string map;
+  std::string correction;
+  std::string encoding = "sqrt";
+  std::string format;
+  std::string wrap = "repeat";
+  std::string max_ratio = "1";
+  std::string size;
+  std::uint32_t seed = 1;
+  int search_steps = 0;
+  int threads = 0;
+  std::string device = "cpu";
+  std::string output;
+  bool verify = false;
+  bool json = false;
+};
+
+/// "WxH" into the spec.
+void parse_size(const std::string& text, HeightmapSpec& spec) {
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, spec.width);
+  const bool has_height = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
+  const auto height = has_height ? std::from_chars(width.ptr + 1, end, spec.height) : width;
+  if (!has_height || height.ec != std::errc() || height.ptr != end)
+    fail_input("--size {}: expected WIDTHxHEIGHT in texels, as in 256x256", text);
+}
+
+std::size_t choose(std::string_view option, std::string_view value, const std::vector<std::string_view>& choices) {
+  const auto found = std::find(choices.begin(), choices.end(), value);
+  if (found == choices.end()) fail_input("{} {}: expected one of {}", option, value, fmt::join(choices, ", "));
+  return static_cast<std::size_t>(found - choices.begin());
+}
+
+BakeJob job_of(const Arguments& arguments) {
+  const MapRow& map = find_map(arguments.map);
+  const Encoding& encoding = find_encoding(arguments.encoding);
+  const Correction correction =
+      arguments.correction.empty() ? default_correction(map) : find_correction(arguments.correction);
+  const float max_ratio = choose("--max-ratio", arguments.max_ratio, {"1", "unbounded"}) == 0 ? 1 : kUnboundedRatio;
+  const Format& format =
+      arguments.format.empty() ? default_format(map, encoding, correction, max_ratio) : find_format(arguments.format);
+  BakeJob job{
+      .heightmap = {.source = arguments.heightmap, .seed = arguments.seed},
+      .storage = {.map = map, .format = format, .encoding = encoding, .correction = correction, .max_ratio = max_ratio},
+      .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
+      .threads = arguments.threads,
+      .device = arguments.device,
+      .verify = arguments.verify,
+      .output = arguments.output};
+  choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
+  if (!arguments.size.empty()) parse_size(arguments.size, job.heightmap);
+  if (arguments.search_steps != 0 && map.parameter != "search_steps")
+    fail_input("--search-steps: a {} map has no such parameter", map.id);
+  if (arguments.search_steps != 0) job.search_steps = arguments.search_steps;
+  return job;
+}
+
+std::string_view verdict_id(const MapRow& map, const MapVerdict& verdict) {
+  if (map.promise == MapPromise::none) return "no_promise";
+  if (verdict.broken) return "broken";
+  return verdict.undecided ? "undecided" : "holds";
+}
+
+Json json_of(const WorstCone& worst) { return {{"factor", worst.factor}, {"u", worst.u}, {"v", worst.v}}; }
+
+Json json_of(const MapRow& map, const MapVerdict& verdict) {
+  Json out = {{"verdict", verdict_id(map, verdict)},
+              {"texels", verdict.texels},
+              {"texels_too_wide", verdict.texels_too_wide},
+              {"worst_texel", json_of(verdict.worst_texel)}};
+  if (map.is_relaxed)
+    out["rays"] = {{"count", verdict.rays.rays},
+                   {"crossing_twice", verdict.rays.crossing_twice},
+                   {"worst", json_of(verdict.rays.worst)}};
+  else
+    out["cells"] = {{"count", verdict.cells.cells},   {"proved", verdict.cells.proved},
+                    {"broken", verdict.cells.broken}, {"undecided", verdict.cells.undecided},
+                    {"finest", verdict.cells.finest}, {"worst", json_of(verdict.cells.worst)}};
+  return out;
+}
+
+void print_json(const BakeJob& job, const BakeResult& result) {
+  const MapStorage& storage = job.storage;
+  Json out = {{"heightmap", job.heightmap.source},
+              {"map", storage.map.id},
+              {"correction", correction_id(storage.correction)},
+              {"encoding", storage.encoding.id},
+              {"format", storage.format.id},
+              {"wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"},
+              {"device", job.device},
+              {"width", result.width},
+              {"height", result.height},
+              {"time_ms", result.bake_time_ns * 1e-6}};
+  if (storage.map.ratios > 0) {
+    out["mean_ratio"] = result.mean_ratio;
+    out["closed_share"] = result.closed_share;
+  }
+  out["bytes"] = result.bytes;
+  if (result.verdict) out["verify"] = json_of(storage.map, *result.verdict);
+  out["files"] = Json::array();
+  for (const auto& file : result.files) out["files"].push_back(file.string());
+  fmt::print("{}\n", out.dump(2));
+}
+
+std::string times_too_wide(const WorstCone& worst) {
+  return worst.factor > 1 ? fmt::format(", up to {:.4g} times at uv ({:.4f}, {:.4f})", worst.factor, worst.u, worst.v)
+                          : "";
+}
+
+/// Rows of the proof: what was looked at, and what was found.
+std::vector<std::vector<std::string>> proof_rows(const MapRow& map, const MapVerdict& verdict) {
+  std::vector<std::vector<std::string>> rows;
+  rows.push_back({"texels", fmt::format("{} of {} too wide{}", verdict.texels_too_wide, verdict.texels,
+                                        times_too_wide(verdict.worst_texel))});
+  const RayVerdict& rays = verdict.rays;
+  const CellVerdict& cells = verdict.cells;
+  if (map.is_relaxed)
+    rows.push_back(
+        {"rays", fmt::format("{} of {} cross twice{}", rays.crossing_twice, rays.rays, times_too_wide(rays.worst))});
+  else
+    rows.push_back(
+        {"cells", fmt::format("{} of {} proved, {} broken, {} undecided ({} points a texel){}", cells.proved,
+                              cells.cells, cells.broken, cells.undecided, cells.finest, times_too_wide(cells.worst))});
+  return rows;
+}
+
+std::string verdict_text(const MapRow& map, const MapVerdict& verdict, const Paint& paint) {
+  if (map.promise == MapPromise::none) return "none: the kind promises nothing";
+  if (verdict.broken) return paint.bad("broken");
+  return verdict.undecided ? "undecided" : paint.good("holds");
+}
+
+void print_text(const BakeJob& job, const BakeResult& result) {
+  const MapStorage& storage = job.storage;
+  const Paint paint = paint_for_stdout();
+  const bool has_ratios = storage.map.ratios > 0;
+  std::vector<std::vector<std::string>> rows{
+      {"map",
+       fmt::format("{}{} of {}, {} x {} texels, {}", storage.map.id,
+                   has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "", job.heightmap.source,
+                   result.width, result.height, job.wrap == Wrap::repeat ? "repeat" : "clamp")},
+      {"time", fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
+  if (has_ratios)
+    rows.push_back({"mean ratio", fmt::format("{}; {} % closed", format_number(result.mean_ratio),
+                                              format_number(100 * result.closed_share))});
+  rows.push_back({"bytes", fmt::format("{} as {}{}", format_bytes(static_cast<std::int64_t>(result.bytes)),
+                                       storage.format.id, has_ratios ? fmt::format(", {}", storage.encoding.id) : "")});
+  if (result.verdict) {
+    for (std::vector<std::string>& row : proof_rows(storage.map, *result.verdict)) rows.push_back(std::move(row));
+    rows.push_back({"guarantee", verdict_text(storage.map, *result.verdict, paint)});
+  }
+  for (const auto& file : result.files) rows.push_back({"written", file.string()});
+  fmt::print("{}", columns(rows));
+}
+
+void run(const Arguments& arguments, int& exit_code) {
+  const BakeJob job = job_of(arguments);
+  const BakeResult result = run_bake(job);
+  arguments.json ? print_json(job, result) : print_text(job, result);
+  if (!result.verdict) return;
+  if (result.verdict->broken) exit_code = static_cast<int>(Exit::answer_is_no);
+  if (result.verdict->undecided) exit_code = static_cast<int>(Exit::inconclusive);
+}
+
+}  // namespace
+
+void add_bake_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("bake", "bake one map, prove it, write it");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("HEIGHTMAP", arguments->heightmap, "a file, or a name of `reliefbench list heightmaps`")
+      ->required();
+  command->add_option("--map", arguments->map, "kind, see `reliefbench list maps`")->required();
+  command->add_option("--correction", arguments->correction, "what makes interpolated cones safe; default by kind");
+  command->add_option("--encoding", arguments->encoding, "see `reliefbench list encodings`")->capture_default_str();
+  command->add_option("--format", arguments->format,
+                      "see `reliefbench list formats`; default: the smallest of 16 bits a channel that fits");
+  command->add_option("--wrap", arguments->wrap, "repeat | clamp")->capture_default_str();
+  command->add_option("--max-ratio", arguments->max_ratio, "widest cone: 1 | unbounded")->capture_default_str();
+  command->add_option("--search-steps", arguments->search_steps, "relaxed_po07 only: steps of the search for the exit");
+  command->add_option("--size", arguments->size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
+  command->add_option("--seed", arguments->seed, "of a procedural heightmap")->capture_default_str();
+  command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
+  command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();
+  command->add_option("-o,--output", arguments->output, ".ktx2 (as stored), .exr (decoded) or .png");
+  command->add_flag("--verify", arguments->verify, "prove the stored map: exit 1 if it breaks its kind's guarantee");
+  command->add_flag("--json", arguments->json, "figures as JSON");
+  command->footer(
+      "Example:\n  reliefbench bake rocks --map conservative --correction safe --verify -o rocks.ktx2\n"
+      "Exit: 0 done, 1 the guarantee is broken, 4 neither proved nor broken.");
+  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+}
+
+}  // namespace reliefbench
