@@ -38,6 +38,7 @@ constexpr std::array kMaps{
            .content = MapContent::ratios,
            .ratios = 1,
            .corrections = kConservative,
+           .promise = MapPromise::conservative,
            .bake = bake_conservative,
            .version = 1},
     MapRow{.kind = MapKind::relaxed_po07,

@@ -7,7 +7,26 @@
 
 namespace reliefbench {
 
-enum class MapKind { height, conservative, relaxed_po07 };
+enum class MapKind {
+  height,
+  conservative,
+  quick_naive,
+  quick,
+  quick_published,
+  quick_centre,
+  relaxed_po07,
+  relaxed,
+  quad,
+  hybrid,
+  safety_shape
+};
+
+/// What `bake --verify` holds a map to.
+enum class MapPromise {
+  none,
+  conservative,  ///< no cone contains a texel's surface point
+  relaxed,       ///< no ray crosses the surface twice before it leaves the cone
+};
 
 /// What a baker returns for a map of width x height texels.
 enum class MapContent {
@@ -60,6 +79,7 @@ struct MapRow {
   int ratios = 0;                           ///< cone ratios a texel
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
   std::string_view parameter = "";          ///< bake parameter of its own, "" for none
+  MapPromise promise = MapPromise::none;
   std::vector<float> (*bake)(const BakeRequest&);
   int version;  ///< part of the cache key; raised when the result changes
 };
