@@ -89,5 +89,7 @@ struct MapRow {
 
 /// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
 void check_bakeable(const Heightfield& heights);
+/// throws: Error(bad_input) also if the map kind has no such correction
+void check_request(const BakeRequest& request, MapKind kind);
 
 }  // namespace reliefbench
