@@ -50,6 +50,14 @@ namespace reliefbench {
 /// throws: Error(bad_input) if either side is under 2 texels, or the row has no such correction
 [[nodiscard]] std::vector<float> bake_hybrid(const BakeRequest& request);
 
+/// After [BES12], whose own shape is not public: the union of a relaxed cone and an upright cylinder, in which a ray
+/// that goes down and starts over the texel's surface point crosses the surface at most once. Two values a texel: the
+/// ratio of bake_relaxed, and the cylinder's radius in uv, at most 1: the distance to the nearest cell in which the
+/// surface may go down, or, under the texel's height, may sink out of the texel's sight. Rounded down. `min3x3` makes
+/// both hold for interpolated values: for the radius the 3x3 minimum less a texel's diagonal, and 0 over a twisted
+/// cell. throws: Error(bad_input) if either side is under 2 texels, or the row has no such correction
+[[nodiscard]] std::vector<float> bake_safety_shape(const BakeRequest& request);
+
 /// The minimum over each texel's 3x3 neighbourhood, wrapped.
 [[nodiscard]] std::vector<float> min3x3(std::span<const float> ratios, int width, int height, Wrap wrap);
 

@@ -136,6 +136,19 @@ constexpr std::array kMaps{
            .promise = MapPromise::none,
            .bake = bake_hybrid,
            .version = 1},
+    MapRow{.kind = MapKind::safety_shape,
+           .id = "safety_shape",
+           .description =
+               "the relaxed cone, and the radius of an upright cylinder round the texel: their union is safe; "
+               "the paper's own shape is not public",
+           .source = "[BES12]",
+           .guarantee = "a ray over a texel crosses the surface at most once inside its cone or its cylinder",
+           .content = MapContent::ratios,
+           .ratios = 2,
+           .corrections = kRelaxed,
+           .promise = MapPromise::relaxed,
+           .bake = bake_safety_shape,
+           .version = 1},
 };
 
 }  // namespace
