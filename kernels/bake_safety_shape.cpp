@@ -54,9 +54,9 @@ struct Shape {
   }
 };
 
-/// The texel that a radius belongs to.
+/// The point that a radius belongs to.
 struct Owner {
-  int x, y;
+  double x, y;  ///< in texels; half a texel outside a clamped map, or on a texel
   double height;
   double floor;  ///< cells that rise are harmless from this height on
 };
@@ -105,7 +105,7 @@ class Cells {
 };
 
 /// (dx, dy): from the owner to the first texel of the cell, or of its image.
-bool is_harmful(const std::array<Cells::Corner, 4>& corners, int dx, int dy, const Owner& owner) {
+bool is_harmful(const std::array<Cells::Corner, 4>& corners, double dx, double dy, const Owner& owner) {
   bool rises = true;
   bool stays_in_sight = true;
   bool is_flat = true;
@@ -127,8 +127,8 @@ bool may_harm(const Shape& shape, const Interval& dx, const Interval& dy, const 
   return gain - shape.height.high + owner.height < 0;
 }
 
-/// Distance of texel 0 from cells first .. first + count - 1 along an axis, in texels.
-double gap(int first, int count) { return std::max({first, -(first + count), 0}); }
+/// Distance of 0 from cells first .. first + count - 1 along an axis, in texels.
+double gap(double first, int count) { return std::max({first, -(first + count), 0.0}); }
 
 class RadiusSearch {
  public:
@@ -211,21 +211,18 @@ class RadiusSearch {
   }
 
   /// Branch and bound over one image; (dx, dy): from the owner to its first cell.
-  [[nodiscard]] double search(const Owner& owner, int dx, int dy, double best) const {
+  [[nodiscard]] double search(const Owner& owner, double dx, double dy, double best) const {
     std::array<Node, 64> stack;  // at most three nodes wait on each of 15 levels, and one is open
     std::size_t count = 0;
     stack[count++] = {0, 0, static_cast<int>(levels_.size()) - 1};
     while (count > 0) {
       const Node node = stack[--count];
       const int side = kBlock << node.level;
-      const int x = dx + node.x * side;
-      const int y = dy + node.y * side;
+      const double x = dx + node.x * side;
+      const double y = dy + node.y * side;
       if (distance2(gap(x, side), gap(y, side)) >= best) continue;
       const Shape& shape = levels_[static_cast<std::size_t>(node.level)].at(node.x, node.y);
-      if (!may_harm(shape, {.low = static_cast<double>(x), .high = static_cast<double>(x + side)},
-                    {.low = static_cast<double>(y), .high = static_cast<double>(y + side)}, owner)) {
-        continue;
-      }
+      if (!may_harm(shape, {.low = x, .high = x + side}, {.low = y, .high = y + side}, owner)) continue;
       if (node.level == 0) {
         for_each_cell(node.x, node.y, [&](int i, int j) {
           const double found = distance2(gap(dx + i, 1), gap(dy + j, 1));
@@ -234,8 +231,8 @@ class RadiusSearch {
         });
         continue;
       }
-      const int near_x = x + side / 2 <= 0 ? 1 : 0;
-      const int near_y = y + side / 2 <= 0 ? 1 : 0;
+      const int near_x = x + 0.5 * side <= 0 ? 1 : 0;
+      const int near_y = y + 0.5 * side <= 0 ? 1 : 0;
       for (const int child : {3, 2, 1, 0}) {  // the near child is on top of the stack
         const Node next{.x = 2 * node.x + (near_x ^ (child & 1)),
                         .y = 2 * node.y + (near_y ^ (child >> 1)),
@@ -263,17 +260,31 @@ double highest_neighbour(const Heightfield& heights, Wrap wrap, int x, int y) {
   return highest;
 }
 
+/// Where rays that a texel's values are interpolated for may start: on it, and at the edge of uv half a texel outside.
+std::vector<double> starts(int texel, int side, bool has_edge) {
+  std::vector<double> all{static_cast<double>(texel)};
+  if (has_edge && texel == 0) all.push_back(-0.5);
+  if (has_edge && texel == side - 1) all.push_back(side - 0.5);
+  return all;
+}
+
 /// Radii in uv.
 std::vector<float> safe_radii(const BakeRequest& request) {
   const Heightfield& heights = request.heights;
   const bool is_interpolated = request.correction != Correction::none;
+  const bool has_edge = is_interpolated && request.wrap == Wrap::clamp;
   const RadiusSearch search(request);
   std::vector<float> radii(heights.texels.size());
   parallel_for(heights.height, request.threads, [&](int y) {
     for (int x = 0; x < heights.width; ++x) {
       const double height = heights.at(x, y);
       const double floor = is_interpolated ? highest_neighbour(heights, request.wrap, x, y) : height;
-      const double key = search.nearest({.x = x, .y = y, .height = height, .floor = floor});
+      double key = std::numeric_limits<double>::infinity();
+      for (const double start_y : starts(y, heights.height, has_edge)) {
+        for (const double start_x : starts(x, heights.width, has_edge)) {
+          key = std::min(key, search.nearest({.x = start_x, .y = start_y, .height = height, .floor = floor}));
+        }
+      }
       radii[static_cast<std::size_t>(y) * static_cast<std::size_t>(heights.width) + static_cast<std::size_t>(x)] =
           ratio_of_key(key, search.metric());
     }

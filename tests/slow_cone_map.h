@@ -199,6 +199,38 @@ inline std::vector<float> slow_sector(const BakeRequest& request, int x, int y) 
   });
 }
 
+/// The radius, at most 1 uv, of the largest disc round a texel (or a point at the edge of a clamped map) in which no
+/// ray that goes down and starts over its surface point can leave the surface, cell by cell, as bake_safety_shape
+/// decides it. floor: where it need not stay in sight, the surface must rise from this height on
+inline float slow_radius(const Heightfield& heights, Wrap wrap, double x, double y, double floor) {
+  const SlowMetric metric(heights, Correction::none);
+  const int tiles = wrap == Wrap::repeat ? 1 : 0;
+  const int border = 1 - tiles;
+  const double height = slow_surface(heights, wrap, x, y);
+  double key = metric.unit.tile * metric.unit.tile;
+  for (int l = -border - tiles * heights.height; l < heights.height * (1 + tiles); ++l) {
+    for (int k = -border - tiles * heights.width; k < heights.width * (1 + tiles); ++k) {
+      const auto at = [&](int i, int j) -> double {
+        return heights.at(wrapped(k + i, heights.width, wrap), wrapped(l + j, heights.height, wrap));
+      };
+      bool is_harmless_as_rising = true;
+      bool is_harmless_in_sight = true;
+      for (const int j : {0, 1}) {
+        for (const int i : {0, 1}) {
+          const double climb = (k + i - x) * (at(1, j) - at(0, j)) + (l + j - y) * (at(i, 1) - at(i, 0));
+          is_harmless_as_rising = is_harmless_as_rising && climb >= 0 && at(i, j) >= floor;
+          is_harmless_in_sight = is_harmless_in_sight && climb - at(i, j) + height >= 0;
+        }
+      }
+      const bool is_flat = at(0, 0) == at(1, 0) && at(0, 0) == at(0, 1) && at(0, 0) == at(1, 1);
+      if (is_harmless_as_rising || is_harmless_in_sight || is_flat) continue;
+      const auto gap = [](double from, int to) { return std::max({to - from, from - to - 1, 0.0}); };
+      key = std::min(key, metric.distance2(gap(x, k), gap(y, l)));
+    }
+  }
+  return slow_ratio(key, metric.unit.tile);
+}
+
 /// [VB22] as its pseudo-code has it, with sets of texels; which: 1 or 2, the algorithm.
 /// correction: none or safe, safe without the 3x3 minimum
 inline std::vector<float> slow_quick(const BakeRequest& request, int which) {
