@@ -92,7 +92,8 @@ Param max_ratio() {
   return param;
 }
 Param search_steps() {
-  Param param = range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128);
+  Param param =
+      range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128, "map=relaxed_po07");
   param.stage = Stage::bake;
   return param;
 }
@@ -106,8 +107,9 @@ Technique numbered(Technique technique) {
 }
 
 std::vector<Technique> rows() {
-  const std::vector<MapKind> cone_maps{MapKind::conservative};
-  const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07};
+  const std::vector<MapKind> cone_maps{MapKind::conservative, MapKind::quick, MapKind::quick_naive,
+                                       MapKind::quick_published, MapKind::quick_centre};
+  const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07, MapKind::relaxed, MapKind::hybrid};
   return {
       {.id = "flat",
        .description = "no relief: the floor of frame time",
@@ -145,12 +147,16 @@ std::vector<Technique> rows() {
                   map(cone_maps), correction(cone_maps, "safe"), max_ratio(), format("rg16"), encoding(), filter()},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain; "
-                         "cell_max skips the rest of a cell untested",
+                         "cell_max skips the rest of a cell untested; quick_published and quick_centre maps are not "
+                         "conservative",
        .source = "[DUM06]; cell steps [BVBV24]",
        .guarantee_when =
            [](const Settings& settings) {
              const std::string_view step = settings.choice("step");
-             if (settings.choice("correction") != "safe" || step == "cell_max") return Guarantee::none;
+             const MapKind map = map_of(settings).kind;
+             const bool is_conservative = map != MapKind::quick_published && map != MapKind::quick_centre;
+             if (settings.choice("correction") != "safe" || step == "cell_max" || !is_conservative)
+               return Guarantee::none;
              return step == "cell_quad" ? Guarantee::exact : Guarantee::never_skips;
            }},
       {.id = "relaxed_cone",
