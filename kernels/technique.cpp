@@ -105,7 +105,8 @@ Param max_ratio() {
   return param;
 }
 Param search_steps() {
-  Param param = range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128);
+  Param param =
+      range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128, "map=relaxed_po07");
   param.stage = Stage::bake;
   return param;
 }
@@ -132,15 +133,19 @@ Guarantee cone_guarantee(const Settings& settings) {
   const std::string_view correction = settings.choice("correction");
   const std::string_view step = settings.choice("step");
   const bool is_safe = correction == "safe" || correction == "certified" || correction == "min4";
-  if (!is_safe || step == "cell_max") return Guarantee::none;
+  const MapKind map = map_of(settings).kind;
+  const bool is_conservative = map != MapKind::quick_published && map != MapKind::quick_centre;
+  if (!is_safe || !is_conservative || step == "cell_max") return Guarantee::none;
   const bool is_coarse = settings.technique().find("lod") != nullptr && settings.choice("lod") != "base";
   return step == "cell_quad" && !is_coarse ? Guarantee::exact : Guarantee::never_skips;
 }
 
 std::vector<Technique> rows() {
-  const std::vector<MapKind> cone_maps{MapKind::conservative};
-  const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07};
-  const std::vector<MapKind> interval_maps{MapKind::relaxed_po07, MapKind::conservative};
+  const std::vector<MapKind> cone_maps{MapKind::conservative, MapKind::quick, MapKind::quick_naive,
+                                       MapKind::quick_published, MapKind::quick_centre};
+  const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07, MapKind::relaxed, MapKind::hybrid};
+  const std::vector<MapKind> interval_maps{MapKind::relaxed_po07, MapKind::relaxed, MapKind::conservative,
+                                           MapKind::quick};
   return {
       {.id = "flat",
        .description = "no relief: the floor of frame time",
@@ -195,8 +200,9 @@ std::vector<Technique> rows() {
                   format("rg16"), encoding(), filter()},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe, certified or min4 on the heights as stored: exact with cell_quad, "
-                         "never_skips with plain; cell_max skips the rest of a cell untested. With lod=footprint a ray "
-                         "never passes the base surface, but may stop before it, which unconverged_rate counts",
+                         "never_skips with plain; cell_max skips the rest of a cell untested; quick_published and "
+                         "quick_centre maps are not conservative. With lod=footprint a ray never passes the base "
+                         "surface, but may stop before it, which unconverged_rate counts",
        .source = "[DUM06]; cell steps [BVBV24]",
        .guarantee_when = cone_guarantee},
       {.id = "relaxed_cone",

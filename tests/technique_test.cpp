@@ -138,6 +138,20 @@ TEST(SettingsTest, pyramids_and_volumes_need_formats_of_one_channel) {
   }
 }
 
+TEST(SettingsTest, only_conservative_maps_keep_the_guarantee_of_cone) {
+  for (const std::string_view map : {"conservative", "quick", "quick_naive"})
+    EXPECT_EQ(guarantee_of(settings_of("cone", {{"map", map}})), Guarantee::exact) << map;
+  for (const std::string_view map : {"quick_published", "quick_centre"})
+    EXPECT_EQ(guarantee_of(settings_of("cone", {{"map", map}})), Guarantee::none) << map;
+}
+
+TEST(SettingsTest, search_steps_belong_to_one_map) {
+  EXPECT_NE(settings_of("relaxed_cone").text().find("search_steps=128"), std::string::npos);
+  EXPECT_EQ(settings_of("relaxed_cone", {{"map", "relaxed"}}).text().find("search_steps"), std::string::npos);
+  EXPECT_NE(conflict(settings_of("relaxed_cone", {{"correction", "safe"}})), "");
+  EXPECT_EQ(conflict(settings_of("relaxed_cone", {{"map", "relaxed"}, {"correction", "safe"}})), "");
+}
+
 using TechniqueOnDevices = BackendTest;
 INSTANTIATE_TEST_SUITE_P(AllBackends, TechniqueOnDevices, ::testing::Values("opengl", "vulkan"),
                          [](const auto& parameter) { return std::string(parameter.param); });

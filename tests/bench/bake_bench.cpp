@@ -1,86 +1,81 @@
 #include <benchmark/benchmark.h>
 
 #include <numeric>
+#include <string>
 #include <vector>
 
 #include "kernels/cone_map.h"
 #include "tests/bench/brute_cone_map.h"
-#include "tests/bench/quick_cone_map.h"
 #include "tests/cone_test_maps.h"
 
 namespace reliefbench {
 namespace {
 
 using MakeMap = Heightfield (*)(int width, int height);
+using Bake = std::vector<float> (*)(const BakeRequest& request);
 
-/// Mean ratio, and where the exact ratios are known the share of texels that are wider than those, which must be 0.
-void report(benchmark::State& state, const Heightfield& heights, const std::vector<float>& ratios,
-            const std::vector<float>& exact = {}) {
+struct Variant {
+  Wrap wrap = Wrap::clamp;
+  Correction correction = Correction::none;
+  int threads = 1;
+};
+
+void bake(benchmark::State& state, Bake bake_map, MakeMap make_heights, const Variant& variant) {
+  const auto side = static_cast<int>(state.range(0));
+  const Heightfield heights = make_heights(side, side);
+  const BakeRequest request{
+      .heights = heights, .wrap = variant.wrap, .correction = variant.correction, .threads = variant.threads};
+  std::vector<float> ratios;
+  while (state.KeepRunning()) benchmark::DoNotOptimize(ratios = bake_map(request));
   state.counters["mean_ratio"] =
       std::accumulate(ratios.begin(), ratios.end(), 0.0) / static_cast<double>(ratios.size());
-  if (exact.empty()) return;
-  int wider = 0;
-  for (std::size_t i = 0; i < exact.size(); ++i) wider += ratios[i] > exact[i] * (1 + 1e-6F) ? 1 : 0;
-  state.counters["too_wide"] = wider / static_cast<double>(heights.texels.size());
 }
 
-void bake_exact(benchmark::State& state, MakeMap make_heights, Wrap wrap, Correction correction, int threads) {
-  const Heightfield heights = make_heights(static_cast<int>(state.range(0)), static_cast<int>(state.range(0)));
-  const BakeRequest request{.heights = heights, .wrap = wrap, .correction = correction, .threads = threads};
-  std::vector<float> ratios;
-  while (state.KeepRunning()) benchmark::DoNotOptimize(ratios = bake_conservative(request));
-  report(state, heights, ratios);
+std::vector<float> bake_conservative_by_brute_force(const BakeRequest& request) {
+  return brute_cone_map(request.heights);
+}
+std::vector<float> bake_relaxed_by_brute_force(const BakeRequest& request) {
+  return brute_relaxed_map(request.heights);
 }
 
-void bake_relaxed(benchmark::State& state, MakeMap make_heights, int threads) {
-  const Heightfield heights = make_heights(static_cast<int>(state.range(0)), static_cast<int>(state.range(0)));
-  std::vector<float> ratios;
-  while (state.KeepRunning()) {
-    benchmark::DoNotOptimize(ratios = bake_relaxed_po07({.heights = heights, .wrap = Wrap::clamp, .threads = threads}));
+constexpr Variant kOneThread{};
+constexpr Variant kTwoThreads{.threads = 2};
+constexpr Variant kRepeat{.wrap = Wrap::repeat};
+constexpr Variant kSafe{.correction = Correction::safe};
+
+/// Lines read bake/algorithm/map/variant/side; a speed-up is the ratio of two lines of one run.
+void add(const std::string& name, Bake bake_map, MakeMap make_heights, const Variant& variant,
+         const std::vector<int>& sides) {
+  auto* const benchmark = benchmark::RegisterBenchmark(
+      ("bake/" + name).c_str(), [=](benchmark::State& state) { bake(state, bake_map, make_heights, variant); });
+  for (const int side : sides) benchmark->Arg(side);
+  benchmark->Unit(benchmark::kMillisecond);
+  if (variant.threads > 1) benchmark->UseRealTime();
+}
+
+const bool kAdded = [] {
+  constexpr ConeTestMap kMaps[] = {{"fbm", fbm_map}, {"bricks", bricks_map}, {"spikes", spikes_map}};
+  for (const auto& [id, make_heights] : kMaps) {
+    const auto named = [&, map = std::string(id)](const std::string& algorithm, const std::string& variant) {
+      return algorithm + "/" + map + "/" + variant;
+    };
+    add(named("quick", "1_thread"), bake_quick, make_heights, kOneThread, {256, 512, 1024, 2048, 4096});
+    add(named("conservative", "1_thread"), bake_conservative, make_heights, kOneThread, {256, 512, 1024, 2048, 4096});
+    add(named("conservative", "2_threads"), bake_conservative, make_heights, kTwoThreads, {512, 1024, 2048});
+    add(named("conservative", "safe"), bake_conservative, make_heights, kSafe, {512, 1024, 2048});
+    add(named("conservative", "repeat"), bake_conservative, make_heights, kRepeat, {512, 1024});
+    add(named("conservative_brute_force", "1_thread"), bake_conservative_by_brute_force, make_heights, kOneThread,
+        {256});
+    add(named("relaxed", "1_thread"), bake_relaxed, make_heights, kOneThread, {256, 512, 1024});
+    add(named("relaxed", "2_threads"), bake_relaxed, make_heights, kTwoThreads, {256, 512});
+    add(named("relaxed", "repeat"), bake_relaxed, make_heights, kRepeat, {256});
+    add(named("relaxed_brute_force", "1_thread"), bake_relaxed_by_brute_force, make_heights, kOneThread, {256});
+    add(named("relaxed_po07", "1_thread"), bake_relaxed_po07, make_heights, kOneThread, {128, 256});
+    add(named("quad", "1_thread"), bake_quad, make_heights, kOneThread, {256, 1024});
+    add(named("safety_shape", "1_thread"), bake_safety_shape, make_heights, kOneThread, {256, 1024});
   }
-  report(state, heights, ratios);
-}
-
-void bake_baseline(benchmark::State& state, MakeMap make_heights,
-                   std::vector<float> (*bake)(const Heightfield& heights)) {
-  const Heightfield heights = make_heights(static_cast<int>(state.range(0)), static_cast<int>(state.range(0)));
-  std::vector<float> ratios;
-  while (state.KeepRunning()) benchmark::DoNotOptimize(ratios = bake(heights));
-  report(state, heights, ratios, bake_conservative({.heights = heights, .wrap = Wrap::clamp}));
-}
-
-/// Lines read algorithm/map_threads/side; a speed-up is the ratio of two lines of one run.
-// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): Google Benchmark registers by macro
-#define BAKE_BENCHMARKS(map)                                                                  \
-  BENCHMARK_CAPTURE(bake_exact, map##_1_thread, map##_map, Wrap::clamp, Correction::none, 1)  \
-      ->RangeMultiplier(2)                                                                    \
-      ->Range(256, 2048)                                                                      \
-      ->Unit(benchmark::kMillisecond);                                                        \
-  BENCHMARK_CAPTURE(bake_exact, map##_2_threads, map##_map, Wrap::clamp, Correction::none, 2) \
-      ->RangeMultiplier(2)                                                                    \
-      ->Range(256, 2048)                                                                      \
-      ->UseRealTime()                                                                         \
-      ->Unit(benchmark::kMillisecond);                                                        \
-  BENCHMARK_CAPTURE(bake_exact, map##_repeat, map##_map, Wrap::repeat, Correction::none, 1)   \
-      ->Arg(256)                                                                              \
-      ->Arg(1024)                                                                             \
-      ->Unit(benchmark::kMillisecond);                                                        \
-  BENCHMARK_CAPTURE(bake_exact, map##_safe, map##_map, Wrap::clamp, Correction::safe, 1)      \
-      ->Arg(256)                                                                              \
-      ->Arg(1024)                                                                             \
-      ->Unit(benchmark::kMillisecond);                                                        \
-  BENCHMARK_CAPTURE(bake_baseline, map##_quick, map##_map, quick_cone_map)                    \
-      ->RangeMultiplier(2)                                                                    \
-      ->Range(256, 2048)                                                                      \
-      ->Unit(benchmark::kMillisecond);                                                        \
-  BENCHMARK_CAPTURE(bake_baseline, map##_brute_force, map##_map, brute_cone_map)              \
-      ->Arg(256)                                                                              \
-      ->Iterations(1)                                                                         \
-      ->Unit(benchmark::kMillisecond);                                                        \
-  BENCHMARK_CAPTURE(bake_relaxed, map##_1_thread, map##_map, 1)->Arg(128)->Arg(256)->Unit(benchmark::kMillisecond)
-BAKE_BENCHMARKS(fbm);
-BAKE_BENCHMARKS(bricks);
-BAKE_BENCHMARKS(spikes);
+  return true;
+}();
 
 }  // namespace
 }  // namespace reliefbench

@@ -1,6 +1,7 @@
 #include "tests/bench/brute_cone_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
@@ -13,8 +14,16 @@ namespace reliefbench {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// The targets as one row of owners sees them: of row j those to the left, on the same column, and to the right.
+struct Targets {
+  const float* left;
+  const float* middle;
+  const float* right;
+};
+
 /// One row of texels; each target is met by a full vector of them.
-void brute_row(const Heightfield& heights, int y, float* ratios) {
+template <bool kSided, class TargetsOf>
+void brute_row(const Heightfield& heights, int y, const TargetsOf& targets_of, float* ratios) {
   const HWY_FULL(double) d;
   const std::size_t lanes = hn::Lanes(d);
   const int side = heights.width;
@@ -38,11 +47,17 @@ void brute_row(const Heightfield& heights, int y, float* ratios) {
     for (int j = 0; j < side; ++j) {
       const double dy = j - y;
       const auto dy2 = hn::Set(d, dy * dy);
+      const Targets targets = targets_of(j);
       for (int i = 0; i < side; ++i) {
-        const auto top = hn::Set(d, static_cast<double>(heights.at(i, j)));
+        const auto middle = hn::Set(d, static_cast<double>(targets.middle[i]));
         const auto target_x = hn::Set(d, static_cast<double>(i));
         const auto lower = [&](auto x_lane, auto height, auto key) {
-          const auto dx = hn::Sub(x_lane, target_x);
+          const auto dx = hn::Sub(target_x, x_lane);
+          auto top = middle;
+          if constexpr (kSided) {
+            top = hn::IfThenElse(hn::Gt(dx, zero), hn::Set(d, static_cast<double>(targets.right[i])), top);
+            top = hn::IfThenElse(hn::Lt(dx, zero), hn::Set(d, static_cast<double>(targets.left[i])), top);
+          }
           const auto rise = hn::Sub(top, height);
           const auto found = hn::Div(hn::Add(hn::Mul(dx, dx), dy2), hn::Mul(rise, rise));
           return hn::IfThenElse(hn::Gt(rise, zero), hn::Min(key, found), key);
@@ -64,18 +79,68 @@ void brute_row(const Heightfield& heights, int y, float* ratios) {
   }
 }
 
+void brute_conservative_row(const Heightfield& heights, int y, float* ratios) {
+  const auto targets_of = [&](int j) {
+    const float* const row = &heights.texels[static_cast<std::size_t>(j) * heights.width];
+    return Targets{.left = row, .middle = row, .right = row};
+  };
+  brute_row<false>(heights, y, targets_of, ratios);
+}
+
+void brute_relaxed_row(const Heightfield& heights, const LimitingHeights& limiting, int y, float* ratios) {
+  const auto targets_of = [&](int j) {
+    // 0: up, 1: down, 2: level, where either counts.
+    const std::size_t vertical = j < y ? 0 : j > y ? 1 : 2;
+    const auto row = [&](std::size_t horizontal) {
+      return &limiting[vertical][horizontal][static_cast<std::size_t>(j) * heights.width];
+    };
+    return Targets{.left = row(0), .middle = row(2), .right = row(1)};
+  };
+  brute_row<true>(heights, y, targets_of, ratios);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace reliefbench
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace reliefbench {
-HWY_EXPORT(brute_row);
+HWY_EXPORT(brute_conservative_row);
+HWY_EXPORT(brute_relaxed_row);
 
 std::vector<float> brute_cone_map(const Heightfield& heights) {
   std::vector<float> ratios(heights.texels.size());
   for (int y = 0; y < heights.height; ++y) {
-    HWY_DYNAMIC_DISPATCH(brute_row)(heights, y, &ratios[static_cast<std::size_t>(y) * heights.width]);
+    HWY_DYNAMIC_DISPATCH(brute_conservative_row)(heights, y, &ratios[static_cast<std::size_t>(y) * heights.width]);
+  }
+  return ratios;
+}
+
+std::vector<float> brute_relaxed_map(const Heightfield& heights) {
+  LimitingHeights limiting;
+  for (auto& rows : limiting) rows.fill(std::vector<float>(heights.texels.size(), -1));
+  for (int y = 0; y < heights.height; ++y) {
+    for (int x = 0; x < heights.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * heights.width + static_cast<std::size_t>(x);
+      for (const std::size_t vertical : {0U, 1U}) {
+        for (const std::size_t horizontal : {0U, 1U}) {
+          const int next_x = wrapped(x + (horizontal == 1 ? 1 : -1), heights.width, Wrap::clamp);
+          const int next_y = wrapped(y + (vertical == 1 ? 1 : -1), heights.height, Wrap::clamp);
+          const float across = heights.at(next_x, y);
+          const float along = heights.at(x, next_y);
+          const float far = heights.at(next_x, next_y);
+          const float height = heights.texels[i];
+          if (height <= across && height <= along && across <= far && along <= far) continue;
+          for (const std::size_t v : {vertical, std::size_t{2}}) {
+            for (const std::size_t h : {horizontal, std::size_t{2}}) limiting[v][h][i] = height;
+          }
+        }
+      }
+    }
+  }
+  std::vector<float> ratios(heights.texels.size());
+  for (int y = 0; y < heights.height; ++y) {
+    HWY_DYNAMIC_DISPATCH(brute_relaxed_row)(heights, limiting, y, &ratios[static_cast<std::size_t>(y) * heights.width]);
   }
   return ratios;
 }
