@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/cone_map.h"
+#include "kernels/rounding.h"
 
 namespace reliefbench {
 
@@ -66,11 +67,6 @@ struct ConeSearch {
 /// result has the bits of a loop over all pairs: bounds are pruned with a margin over float's rounding, the keys that
 /// remain are evaluated in double, and a minimum does not depend on the order.
 [[nodiscard]] std::vector<float> search_cones(const ConeSearch& search);
-
-[[nodiscard]] inline float rounded_down(double value) {
-  const auto nearest = static_cast<float>(value);
-  return static_cast<double>(nearest) > value ? std::nextafter(nearest, 0.0F) : nearest;
-}
 
 /// The key as a ratio, rounded down.
 [[nodiscard]] inline float ratio_of_key(double key, const ConeMetric& metric) {

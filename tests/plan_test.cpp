@@ -101,7 +101,8 @@ TEST(Plan, ConflictsAreCountedOncePerSettings) {
       "");
   EXPECT_EQ(plan.cases.size(), 8U);
   ASSERT_EQ(plan.conflicts.size(), 1U);
-  EXPECT_THAT(plan.conflicts[0], AllOf(StartsWith("cone?"), HasSubstr("format=r8"), HasSubstr(": format r8 has room for 0")));
+  EXPECT_THAT(plan.conflicts[0],
+              AllOf(StartsWith("cone?"), HasSubstr("format=r8"), HasSubstr(": format r8 has room for 0")));
 }
 
 TEST(Plan, ASweepWithNothingLeftIsAnErrorWithItsLine) {

@@ -156,8 +156,9 @@ TEST(RelaxedConeMap, RaysDoComeOutOfPlainInterpolationAndOfThePublishedCones) {
 
 /// The radii of bake_safety_shape, by their definition.
 std::vector<float> slow_radii(const BakeRequest& request) {
-  const auto& [heights, wrap, correction, max_ratio, search_steps, threads] = request;
-  const bool is_interpolated = correction == Correction::min3x3;
+  const Heightfield& heights = request.heights;
+  const Wrap wrap = request.wrap;
+  const bool is_interpolated = request.correction == Correction::min3x3;
   std::vector<float> radii;
   for (int y = 0; y < heights.height; ++y) {
     for (int x = 0; x < heights.width; ++x) {

@@ -109,7 +109,7 @@ TEST(Schema, RefusesBrokenConfigs) {
   refused("/scenes/0/relief_depth", -1);
   refused("/scenes/0/frame_px", {256});
   refused("/scenes/0/frame_px", {256, 16385});
-  refused("/scenes/0/views", {{"id", "v"}, {"elevation_deg", 0}});
+  refused("/scenes/0/views", {{"id", "v"}, {"elevation_deg", -91}});
   refused("/measure", {{"samples", 0}});
   refused("/sweeps/0/axes/linear_steps", json::array());
   refused("/sweeps/0/axes/linear_steps", {{"from", 1}, {"to", 2}});
@@ -165,7 +165,7 @@ TEST(Schema, ARunThatWasJustStartedIsValid) {
   { const RunStore store(folder, identity); }
   json info = load_run(folder).info;
   EXPECT_EQ(schema_errors(info, "run"), "");
-  info["identity"]["schema"] = 2;
+  info["identity"]["schema"] = kSchemaVersion + 1;
   EXPECT_NE(schema_errors(info, "run"), "");
   std::filesystem::remove_all(folder);
 }

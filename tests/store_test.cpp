@@ -139,7 +139,8 @@ TEST_F(Store, AnotherIdentityIsRefusedByItsFirstKey) {
   };
   refused("/devices/0/driver", "Mesa 23", R"(its 'devices[0].driver' is "Mesa 22.3.6", now it is "Mesa 23")");
   refused("/config_sha256", "cd", R"('config_sha256' is "ab", now it is "cd")");
-  refused("/schema", 2, "'schema' is 1, now it is 2");
+  refused("/schema", kSchemaVersion + 1,
+          fmt::format("'schema' is {}, now it is {}", kSchemaVersion, kSchemaVersion + 1));
   refused("/filter", "x", R"('filter' is null, now it is "x")");
   refused("/devices/1", {{"backend", "vulkan"}}, "its 'devices' is [");
   EXPECT_EQ(text_of(folder_ / kResultsFile), before);
@@ -156,7 +157,8 @@ TEST_F(Store, NoRunIsSaidSo) {
   write(folder_ / kRunFile, "{}");
   EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("'identity' is missing")));
   write(folder_ / kRunFile, "{\"identity\": {\"schema\": 99}}");
-  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("is 99, this reliefbench reads 1")));
+  EXPECT_THAT([&] { (void)load_run(folder_); },
+              ThrowsMessage<Error>(HasSubstr(fmt::format("is 99, this reliefbench reads {}", kSchemaVersion))));
   write(folder_ / kRunFile, "{\"identity\": ");
   EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("not JSON")));
   fs::remove(folder_ / kRunFile);
