@@ -5,7 +5,7 @@ namespace reliefbench {
 
 std::vector<float> bake_conservative(const BakeRequest& request) {
   const Heightfield& heights = request.heights;
-  check_bakeable(heights);
+  check_request(request, MapKind::conservative);
   if (request.correction == Correction::certified) return certified_cones(request);
   std::vector<float> ratios = search_cones({.heights = heights,
                                             .wrap = request.wrap,

@@ -73,10 +73,8 @@ class ExitKey final : public PairKey {
 
 std::vector<float> bake_relaxed_po07(const BakeRequest& request) {
   const Heightfield& heights = request.heights;
-  check_bakeable(heights);
+  check_request(request, MapKind::relaxed_po07);
   if (request.search_steps < 1) fail_input("search_steps: {}, expected at least 1", request.search_steps);
-  if (request.correction != Correction::none && request.correction != Correction::min3x3)
-    fail_input("relaxed_po07: no correction `{}`, expected none or min3x3", correction_id(request.correction));
   const ExitKey exit_key(request);
   std::vector<float> ratios = search_cones({.heights = heights,
                                             .wrap = request.wrap,

@@ -45,4 +45,22 @@ ConeMetric cone_metric(int width, int height, Correction correction) {
   return metric;
 }
 
+ConeView quadrant_view(const Heightfield& candidates, int x, int y) {
+  const ConeView::Normal across{.x = static_cast<double>(x), .y = 0};
+  const ConeView::Normal along{.x = 0, .y = static_cast<double>(y)};
+  return {.candidates = &candidates, .normals = {across, along, along}};
+}
+
+ConeView sector_view(const Heightfield& candidates, double x, double y, double margin) {
+  // In a unit in which a step between texels is a whole number along both axes.
+  const int common = std::gcd(candidates.width, candidates.height);
+  const double step_x = candidates.height / common;  // NOLINT(bugprone-integer-division): divides
+  const double step_y = candidates.width / common;   // NOLINT(bugprone-integer-division): divides
+  return {.candidates = &candidates,
+          .normals = {{{.x = (x + y) * step_x, .y = (x + y) * step_y},
+                       {.x = (x - y) * step_x, .y = (y - x) * step_y},
+                       {.x = x, .y = y}}},
+          .margin = margin};
+}
+
 }  // namespace reliefbench

@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+#include <cmath>
 #include <vector>
 
 #include "kernels/cone_map.h"
@@ -33,12 +35,29 @@ class PairKey {
   [[nodiscard]] virtual double operator()(const ConePair& pair) const = 0;
 };
 
+/// Texels that count, as the owner of a cone sees them: those at an offset o (texels) with, for all three normals n,
+/// n.x o.x + n.y o.y + margin (|n.x| + |n.y|) >= 0, that is those within `margin` texels of where the half-planes meet.
+/// Under repeat the offsets are those to every image of a texel, not to the nearest one alone.
+struct ConeView {
+  struct Normal {
+    double x, y;  ///< whole numbers
+  };
+  const Heightfield* candidates;  ///< heights of the texels that count, negative where one does not
+  std::array<Normal, 3> normals;
+  double margin = 0;
+};
+/// The quadrant of the signs x and y, its axes included.
+[[nodiscard]] ConeView quadrant_view(const Heightfield& candidates, int x, int y);
+/// The sector of 90 degrees in uv round the axis (x, y), one of which is 0 and the other 1 or -1; its edges included.
+[[nodiscard]] ConeView sector_view(const Heightfield& candidates, double x, double y, double margin);
+
 struct ConeSearch {
   const Heightfield& heights;
   Wrap wrap = Wrap::repeat;
   ConeMetric metric;
   float max_ratio = 1;
   const PairKey* pair_key = nullptr;  ///< null: distance2 / (target_height - height)^2, the conservative cone
+  std::vector<ConeView> views{};      ///< a target counts that any of them has; empty: all texels count
   int threads = 0;
 };
 
@@ -47,5 +66,15 @@ struct ConeSearch {
 /// result has the bits of a loop over all pairs: bounds are pruned with a margin over float's rounding, the keys that
 /// remain are evaluated in double, and a minimum does not depend on the order.
 [[nodiscard]] std::vector<float> search_cones(const ConeSearch& search);
+
+[[nodiscard]] inline float rounded_down(double value) {
+  const auto nearest = static_cast<float>(value);
+  return static_cast<double>(nearest) > value ? std::nextafter(nearest, 0.0F) : nearest;
+}
+
+/// The key as a ratio, rounded down.
+[[nodiscard]] inline float ratio_of_key(double key, const ConeMetric& metric) {
+  return rounded_down(std::sqrt(key) / metric.side);
+}
 
 }  // namespace reliefbench

@@ -16,6 +16,7 @@ namespace {
 constexpr std::array kNone{Correction::none};
 constexpr std::array kConservative{Correction::none, Correction::min3x3, Correction::safe, Correction::certified,
                                    Correction::min4};
+constexpr std::array kSafe{Correction::none, Correction::min3x3, Correction::safe};
 constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
 
 std::vector<float> bake_nothing(const BakeRequest& request) {
@@ -44,6 +45,52 @@ constexpr std::array kMaps{
            .promise = MapPromise::conservative,
            .bake = bake_conservative,
            .version = 1},
+    MapRow{.kind = MapKind::quick_naive,
+           .id = "quick_naive",
+           .description = "conservative cones from a max pyramid: the nearest texel of the 3 x 3 nodes round each "
+                          "texel, on every level",
+           .source = "[VB22] algorithm 1",
+           .guarantee = "never wider than `conservative`, whatever the correction",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kSafe,
+           .promise = MapPromise::conservative,
+           .bake = bake_quick_naive,
+           .version = 1},
+    MapRow{.kind = MapKind::quick,
+           .id = "quick",
+           .description = "the same from each node's nearest texel that no finer level has visited",
+           .source = "[VB22] algorithm 2, corner tests corrected",
+           .guarantee = "at least as wide as `quick_naive`, never wider than `conservative`, whatever the correction",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kSafe,
+           .promise = MapPromise::conservative,
+           .bake = bake_quick,
+           .version = 1},
+    MapRow{
+        .kind = MapKind::quick_published,
+        .id = "quick_published",
+        .description = "`quick` with the corner tests as published: two of the four corners are measured too far away",
+        .source = "[VB22] QuickConemap.cs.slang",
+        .guarantee = "claimed to be conservative, and is not: some cones contain a texel",
+        .content = MapContent::ratios,
+        .ratios = 1,
+        .corrections = kSafe,
+        .promise = MapPromise::conservative,
+        .bake = bake_quick_published,
+        .version = 1},
+    MapRow{.kind = MapKind::quick_centre,
+           .id = "quick_centre",
+           .description = "`quick_naive` with each node's centre instead of its nearest texel: a heuristic, openly",
+           .source = "[VB22] section 3",
+           .guarantee = "",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kSafe,
+           .promise = MapPromise::none,
+           .bake = bake_quick_centre,
+           .version = 1},
     MapRow{.kind = MapKind::relaxed_po07,
            .id = "relaxed_po07",
            .description = "cones inside which a ray from the top plate enters the relief at most once",
@@ -56,6 +103,56 @@ constexpr std::array kMaps{
            .parameter = "search_steps",
            .is_relaxed = true,
            .bake = bake_relaxed_po07,
+           .version = 2},
+    MapRow{.kind = MapKind::relaxed,
+           .id = "relaxed",
+           .description = "widest cones that hold no point where the surface goes down, seen from the texel",
+           .source = "[BVBV24] algorithm 2, axes included, factor 1/N",
+           .guarantee = "a ray over a texel crosses the surface at most once inside its cone; `safe` is not proved for "
+                        "relaxed cones",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kSafe,
+           .promise = MapPromise::relaxed,
+           .bake = bake_relaxed,
+           .version = 1},
+    MapRow{.kind = MapKind::quad,
+           .id = "quad",
+           .description = "four conservative cones a texel, for the directions +x, -x, +y and -y; each bounds the 90 "
+                          "degrees round its axis",
+           .source = "QDCSM",
+           .guarantee =
+               "a sector of a cone contains no texel centre's surface point; with `safe`, no point of the surface",
+           .content = MapContent::ratios,
+           .ratios = 4,
+           .corrections = kSafe,
+           .promise = MapPromise::conservative,
+           .bake = bake_quad,
+           .version = 1},
+    MapRow{.kind = MapKind::hybrid,
+           .id = "hybrid",
+           .description = "the mean of the conservative and the relaxed ratio: a cone between the two; the paper's own "
+                          "rule is not public",
+           .source = "[CHRS17]",
+           .guarantee = "at most `relaxed`, at least `conservative`",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kRelaxed,
+           .promise = MapPromise::none,
+           .bake = bake_hybrid,
+           .version = 1},
+    MapRow{.kind = MapKind::safety_shape,
+           .id = "safety_shape",
+           .description =
+               "the relaxed cone, and the radius of an upright cylinder round the texel: their union is safe; "
+               "the paper's own shape is not public",
+           .source = "[BES12]",
+           .guarantee = "a ray over a texel crosses the surface at most once inside its cone or its cylinder",
+           .content = MapContent::ratios,
+           .ratios = 2,
+           .corrections = kRelaxed,
+           .promise = MapPromise::relaxed,
+           .bake = bake_safety_shape,
            .version = 1},
     MapRow{.kind = MapKind::max_mip,
            .id = "max_mip",
@@ -144,6 +241,17 @@ void check_bakeable(const Heightfield& heights) {
   if (heights.texels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
     fail_input("heightmap: {} texels, expected {} x {}", heights.texels.size(), width, height);
   }
+}
+
+void check_request(const BakeRequest& request, MapKind kind) {
+  check_bakeable(request.heights);
+  const MapRow& row = find_map(kind);
+  if (std::ranges::find(row.corrections, request.correction) != row.corrections.end()) return;
+  std::string choices;
+  for (const Correction choice : row.corrections) {
+    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", correction_id(choice));
+  }
+  fail_input("{}: no correction `{}`, expected one of {}", row.id, correction_id(request.correction), choices);
 }
 
 }  // namespace reliefbench

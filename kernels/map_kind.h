@@ -7,7 +7,22 @@
 
 namespace reliefbench {
 
-enum class MapKind { height, conservative, relaxed_po07, max_mip, quadtree, distance };
+enum class MapKind {
+  height,
+  conservative,
+  quick_naive,
+  quick,
+  quick_published,
+  quick_centre,
+  relaxed_po07,
+  relaxed,
+  quad,
+  hybrid,
+  safety_shape,
+  max_mip,
+  quadtree,
+  distance
+};
 
 /// What `bake --verify` holds a map to.
 enum class MapPromise {
@@ -82,5 +97,7 @@ struct MapRow {
 
 /// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
 void check_bakeable(const Heightfield& heights);
+/// throws: Error(bad_input) also if the map kind has no such correction
+void check_request(const BakeRequest& request, MapKind kind);
 
 }  // namespace reliefbench

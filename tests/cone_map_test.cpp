@@ -4,6 +4,7 @@
 #include <hwy/targets.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <set>
@@ -33,7 +34,7 @@ TEST(ConeMap, RowsAreFoundByKindAndHaveDistinctIds) {
     EXPECT_TRUE(ids.insert(row.id).second) << row.id;
     EXPECT_EQ(row.corrections.front(), Correction::none) << row.id;
   }
-  EXPECT_EQ(ids.size(), 3U);
+  EXPECT_TRUE(ids.contains("conservative"));
   EXPECT_EQ(correction_id(Correction::safe), "safe");
   EXPECT_EQ(correction_id(Correction::min3x3), "min3x3");
 }
@@ -45,8 +46,12 @@ TEST(ConeMap, EveryRowBakesEveryCorrectionItNames) {
       const auto ratios = row.bake({.heights = map, .correction = correction, .search_steps = 16, .threads = 1});
       EXPECT_EQ(ratios.size(), 256U * static_cast<unsigned>(row.ratios)) << row.id;
     }
+    for (const Correction correction : corrections()) {
+      if (row.content != MapContent::ratios) continue;
+      if (std::ranges::find(row.corrections, correction) != row.corrections.end()) continue;
+      EXPECT_THROW((void)row.bake({.heights = map, .correction = correction}), Error) << row.id;
+    }
   }
-  EXPECT_THROW((void)bake_relaxed_po07({.heights = map, .correction = Correction::safe}), Error);
   EXPECT_THROW((void)bake_relaxed_po07({.heights = map, .search_steps = 0}), Error);
 }
 
