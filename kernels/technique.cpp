@@ -182,7 +182,7 @@ std::vector<Technique> rows() {
       {.id = "interval",
        .description = "linear or cone search, then chords of the surface between the bracket's ends; n chords are "
                       "refinement=secant with n - 1 probes",
-       .maps = {MapKind::height, MapKind::relaxed_po07, MapKind::conservative},
+       .maps = {MapKind::height, MapKind::relaxed_po07, MapKind::relaxed, MapKind::conservative, MapKind::quick},
        .params = {choice("search", "what finds the bracket", {"linear", "cone"}, "linear"),
                   only_if("search=linear", linear_steps()), only_if("search=cone", cone_steps(15)),
                   range("interval_steps", "chords that are intersected; the last one is the hit", 0, 32, 2), loop(),
@@ -190,8 +190,10 @@ std::vector<Technique> rows() {
                   only_if("search=cone", correction(interval_maps, "none")), only_if("search=cone", max_ratio()),
                   format("rg16"), only_if("search=cone", encoding()), filter()},
        .guarantee = Guarantee::none,
-       .guarantee_note = "as the search: linear steps and relaxed cones may skip",
-       .source = "[RIS05]"},
+       .guarantee_note = "as the search: linear steps and relaxed cones may skip; an ulp decides whether a step has "
+                         "pierced thin relief",
+       .source = "[RIS05]",
+       .disagreement = 0.05},
       {.id = "cone",
        .description = "conservative cone stepping",
        .maps = cone_maps,
