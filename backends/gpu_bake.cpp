@@ -29,6 +29,8 @@ struct BakeHead {
   std::int32_t pyramid_nodes = 0;
   std::int32_t heights = 0;
   std::int32_t repeats = 0;
+  std::int32_t footpoint = 0;
+  std::int32_t padding = 0;
 };
 struct BakeLevel {
   std::int32_t first_node, stride;
@@ -49,45 +51,68 @@ BakeHead head_of(const BakeRequest& request) {
 
 template <typename T>
 void append(Bytes& bytes, std::span<const T> values) {
-  const auto added = std::as_bytes(values);
-  bytes.insert(bytes.end(), added.begin(), added.end());
+  const std::size_t end = bytes.size();
+  bytes.resize(end + values.size_bytes());
+  std::memcpy(bytes.data() + end, values.data(), values.size_bytes());
 }
 
-/// The nodes of all levels, level 0 first, and where each level begins in a pyramid.
-void append(Bytes& nodes, std::vector<BakeLevel>& levels, const MaxPyramid& pyramid) {
+/// Appends the nodes of all levels, level 0 first; returns where each level begins in the pyramid.
+std::vector<BakeLevel> append(Bytes& nodes, const MaxPyramid& pyramid) {
+  std::vector<BakeLevel> levels;
   std::size_t node = 0;
-  levels.clear();
   for (const MaxPyramid::Level& level : pyramid.levels()) {
     levels.push_back(
         {.first_node = static_cast<std::int32_t>(node), .stride = static_cast<std::int32_t>(level.stride)});
     node += level.nodes.size();
     append<float>(nodes, level.nodes);
   }
+  return levels;
 }
 
-/// Input buffers of the shaders that search all texels.
-std::vector<Bytes> search_inputs(const BakeRequest& request) {
-  Bytes nodes;
-  std::vector<BakeLevel> levels;
-  append(nodes, levels, MaxPyramid(request.heights));
-  BakeHead head = head_of(request);
-  head.root = static_cast<std::int32_t>(levels.size()) - 1;
-  Bytes bake;
-  append<BakeHead>(bake, {&head, 1});
-  append<BakeLevel>(bake, levels);
-  return {std::move(bake), std::move(nodes)};
-}
+/// As in bake_quick.comp.
+enum Footpoint : std::int32_t { kNearest, kUnvisited, kCentre };
 
 struct Row {
   MapKind kind;
   std::string_view shader;  ///< name of the .comp file
-  int inputs;               ///< buffers
-  std::vector<Bytes> (*make_inputs)(const BakeRequest& request);
+  bool quadrants = false;   ///< bake_exact.comp: one pyramid each
+  Footpoint footpoint = kNearest;
 };
 constexpr std::array kRows{
-    Row{.kind = MapKind::conservative, .shader = "bake_exact", .inputs = 2, .make_inputs = search_inputs},
-    Row{.kind = MapKind::relaxed_po07, .shader = "bake_relaxed_po07", .inputs = 2, .make_inputs = search_inputs},
+    Row{.kind = MapKind::conservative, .shader = "bake_exact"},
+    Row{.kind = MapKind::relaxed, .shader = "bake_exact", .quadrants = true},
+    Row{.kind = MapKind::relaxed_po07, .shader = "bake_relaxed_po07"},
+    Row{.kind = MapKind::quick_naive, .shader = "bake_quick", .footpoint = kNearest},
+    Row{.kind = MapKind::quick, .shader = "bake_quick", .footpoint = kUnvisited},
+    Row{.kind = MapKind::quick_centre, .shader = "bake_quick", .footpoint = kCentre},
 };
+
+struct Inputs {
+  Bytes bake;
+  Bytes nodes;
+};
+
+/// The pyramid of all texels; or one a quadrant, of the texels that bound a relaxed cone in it, then the map's heights.
+Inputs make_inputs(const Row& row, const BakeRequest& request) {
+  Inputs inputs;
+  BakeHead head = head_of(request);
+  head.footpoint = row.footpoint;
+  if (row.quadrants) {
+    for (const int y : {1, -1})
+      for (const int x : {1, -1})
+        append(inputs.nodes, MaxPyramid(limiting_heights(request.heights, request.wrap, x, y)));
+    head.pyramids = 4;
+    head.heights = static_cast<std::int32_t>(inputs.nodes.size() / sizeof(float));
+    head.pyramid_nodes = head.heights / head.pyramids;
+  }
+  const std::vector<BakeLevel> levels = append(inputs.nodes, MaxPyramid(request.heights));
+  head.root = static_cast<std::int32_t>(levels.size()) - 1;
+  append<BakeHead>(inputs.bake, {&head, 1});
+  append<BakeLevel>(inputs.bake, levels);
+  return inputs;
+}
+
+constexpr std::array kCorrections{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
 
 const Row& find_row(MapKind kind) {
   const auto* row = std::ranges::find(kRows, kind, &Row::kind);
@@ -95,11 +120,9 @@ const Row& find_row(MapKind kind) {
   return *row;
 }
 
-void check_request(const MapRow& row, const BakeRequest& request) {
-  check_bakeable(request.heights);
-  if (request.search_steps < 1) fail_input("search_steps: {}, expected at least 1", request.search_steps);
-  if (std::ranges::find(row.corrections, request.correction) == row.corrections.end())
-    fail_input("{}: no correction `{}`", row.id, correction_id(request.correction));
+void check_correction(Correction correction) {
+  if (std::ranges::find(kCorrections, correction) == kCorrections.end())
+    fail_input("no GPU baker makes the correction `{}`; the CPU's does", correction_id(correction));
 }
 
 int groups(int texels) { return (texels + kGroupSide - 1) / kGroupSide; }
@@ -120,16 +143,19 @@ GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind) : backend_(b
   const DeviceInfo& device = backend.device();
   if (!device.float64) fail_environment("{}: no double precision in shaders, which a bake needs", device.name);
   const Spirv spirv = compile_compute(row.shader, dialect);
-  pipeline_ = backend.compile_compute({.label = std::string(find_map(kind).id), .spirv = spirv, .inputs = row.inputs});
+  pipeline_ = backend.compile_compute({.label = std::string(find_map(kind).id), .spirv = spirv, .inputs = 2});
 }
 
+std::span<const Correction> gpu_corrections() { return kCorrections; }
+
 std::vector<float> GpuBaker::bake(const BakeRequest& request) const {
-  check_request(find_map(kind_), request);
-  const std::vector<Bytes> inputs = find_row(kind_).make_inputs(request);
+  check_request(request, kind_);
+  check_correction(request.correction);
+  const Inputs inputs = make_inputs(find_row(kind_), request);
   const Heightfield& heights = request.heights;
   std::vector<double> keys(heights.texels.size());
   const Bytes output = backend_.compute({.pipeline = pipeline_.get(),
-                                         .inputs = {inputs.begin(), inputs.end()},
+                                         .inputs = {inputs.bake, inputs.nodes},
                                          .output_bytes = std::span(keys).size_bytes(),
                                          .groups_x = groups(heights.width),
                                          .groups_y = groups(heights.height)});
@@ -138,7 +164,7 @@ std::vector<float> GpuBaker::bake(const BakeRequest& request) const {
   const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
   std::vector<float> ratios(keys.size());
   std::ranges::transform(keys, ratios.begin(), [&](double key) { return ratio_of_key(key, metric); });
-  if (request.correction == Correction::none) return ratios;
+  if (request.correction != Correction::min3x3 && request.correction != Correction::safe) return ratios;
   return min3x3(ratios, heights.width, heights.height, request.wrap);
 }
 

@@ -14,9 +14,17 @@ using ::testing::HasSubstr;
 
 class GpuBakeTest : public BackendTest {};
 
-constexpr std::pair<int, int> kSizes[] = {{2, 2}, {3, 5}, {16, 16}, {37, 21}};
+constexpr std::pair<int, int> kSizes[] = {{2, 2}, {3, 5}, {29, 18}};
 
 GpuBaker baker(const Rig& rig, MapKind kind) { return {*rig.backend, rig.row.dialect, kind}; }
+
+/// Those of the map kind's corrections that a GPU makes.
+std::vector<Correction> corrections_of(MapKind kind) {
+  std::vector<Correction> both;
+  for (const Correction correction : find_map(kind).corrections)
+    if (std::ranges::find(gpu_corrections(), correction) != gpu_corrections().end()) both.push_back(correction);
+  return both;
+}
 
 /// The CPU's bits, with what is wrong in words if they are not.
 void expect_same(const std::vector<float>& found, const std::vector<float>& expected) {
@@ -55,11 +63,11 @@ TEST_P(GpuBakeTest, every_baker_has_the_bits_of_the_cpu) {
 
 TEST_P(GpuBakeTest, every_correction_and_an_unbounded_ratio_have_the_bits_of_the_cpu) {
   on_every_device([](Rig& rig) {
-    const Heightfield heights = bricks_map(33, 24);
+    const Heightfield heights = bricks_map(21, 24);
     const Heightfield long_map = noise_map(24, 9);  // `safe` has another rule there
     for (const MapKind kind : gpu_bakers()) {
       const GpuBaker gpu = baker(rig, kind);
-      for (const Correction correction : find_map(kind).corrections)
+      for (const Correction correction : corrections_of(kind))
         for (const float max_ratio : {1.0F, kUnboundedRatio}) {
           SCOPED_TRACE(fmt::format("{} {} up to {}", find_map(kind).id, correction_id(correction), max_ratio));
           for (const Heightfield* map : {&heights, &long_map})

@@ -21,6 +21,8 @@ layout(BINDING(2), std430) readonly buffer Bake {
   int pyramid_nodes;  // from one pyramid to the next
   int heights;        // first node of the map's heights, laid out as level 0
   bool repeats;       // the map is tiled
+  int footpoint;      // see bake_quick.comp
+  int padding;
   ivec2 levels[];  // of a pyramid: first node, nodes from row to row
 } bake;
 layout(BINDING(3), std430) readonly buffer Pyramids { float nodes[]; };
