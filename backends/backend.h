@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -37,6 +38,7 @@ struct DeviceInfo {
   bool software = false;      ///< a CPU rasteriser
   std::vector<Timer> timers;  ///< that the driver offers; fenced_wall first
   int subtexel_bits = 0;      ///< linear filter's weight precision; 0: not reported by the API
+  bool float64 = false;       ///< doubles in shaders
 };
 
 struct SpecConstant {
@@ -99,6 +101,27 @@ struct Draw {
   FrameUniforms frame{};
 };
 
+/// Storage buffers of a compute shader; its inputs follow one another from kFirstInputBinding on.
+inline constexpr int kOutputBinding = 0;
+inline constexpr int kBandBinding = 1;  ///< int: row of workgroups that this dispatch starts at
+inline constexpr int kFirstInputBinding = 2;
+
+struct ComputeDesc {
+  std::string label;                     ///< for messages and debuggers
+  std::span<const std::uint32_t> spirv;  ///< in the backend's dialect
+  int inputs = 0;                        ///< storage buffers that it reads
+};
+
+/// A compute shader run over a grid of workgroups. It runs as many dispatches, each a band of whole rows of workgroups,
+/// short enough for any watchdog; so a workgroup's row is the band's first row + gl_WorkGroupID.y.
+struct ComputeJob {
+  const Pipeline* pipeline = nullptr;                ///< of compile_compute
+  std::vector<std::span<const std::byte>> inputs{};  ///< as many as the pipeline reads, none empty
+  std::size_t output_bytes = 0;                      ///< at least 1
+  int groups_x = 1;
+  int groups_y = 1;
+};
+
 /// Times of a whole batch of frames.
 struct BatchTime {
   double wall_ns = 0;                 ///< host, first submit to fence
@@ -123,6 +146,11 @@ class Backend {
   [[nodiscard]] virtual std::vector<ScorePixel> read_score() = 0;
   /// The last frame drawn by a Target::color pipeline, RGBA8, same row order.
   [[nodiscard]] virtual std::vector<std::uint8_t> read_color() = 0;
+  /// throws: Error(environment): a shader that the device does not take, or no compute at all
+  [[nodiscard]] virtual std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) = 0;
+  /// Runs the job to its end; returns the output buffer.
+  /// throws: Error(environment): a buffer over the device's limits
+  [[nodiscard]] virtual std::vector<std::byte> compute(const ComputeJob& job) = 0;
   /// Warnings and errors of the API's debug output (Vulkan validation, GL debug) so far; tests want it empty.
   [[nodiscard]] virtual std::vector<std::string> debug_messages() const = 0;
 };

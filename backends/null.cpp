@@ -131,6 +131,12 @@ class NullBackend final : public Backend {
     if (!color_) fail_environment("null: no color frame was drawn");
     return made_up_color(color_->frame, color_->pipeline);
   }
+  [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
+    fail_environment("null: no compute, asked for {}", desc.label);
+  }
+  [[nodiscard]] std::vector<std::byte> compute(const ComputeJob& /*job*/) override {
+    fail_environment("null: no compute");
+  }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return {}; }
 
  private:

@@ -7,6 +7,7 @@
 
 #include "backends/backend.h"
 #include "backends/egl.h"
+#include "backends/opengl_compute.h"
 #include "backends/opengl_objects.h"
 #include "kernels/error.h"
 
@@ -33,7 +34,8 @@ DeviceInfo describe(int index) {
                   .driver = text_of(GL_VERSION),
                   .api_version = "",
                   .software = software,
-                  .timers = {Timer::fenced_wall}};
+                  .timers = {Timer::fenced_wall},
+                  .float64 = true};  // OpenGL 4.0 asks for it
   GLint major = 0;
   GLint minor = 0;
   glGetIntegerv(GL_MAJOR_VERSION, &major);
@@ -92,6 +94,15 @@ class OpenglBackend final : public Backend {
   BatchTime render(const Draw& draw, int frames, Timer timer) override;
   [[nodiscard]] std::vector<ScorePixel> read_score() override;
   [[nodiscard]] std::vector<std::uint8_t> read_color() override;
+  [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
+    context_.make_current();
+    return std::make_unique<OpenglCompute>(context_, desc);
+  }
+  [[nodiscard]] std::vector<std::byte> compute(const ComputeJob& job) override {
+    assert(job.pipeline);
+    context_.make_current();
+    return static_cast<const OpenglCompute&>(*job.pipeline).run(job);
+  }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return messages_; }
 
  private:

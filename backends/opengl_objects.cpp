@@ -107,54 +107,61 @@ OpenglTexture::~OpenglTexture() {
   glDeleteTextures(1, &id_);
 }
 
-OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
-    : context_(context), target_(desc.target), program_(glCreateProgram()) {
+OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
+                             std::span<const SpecConstant> constants)
+    : context_(context), id_(glCreateProgram()) {
   try {
-    attach(GL_VERTEX_SHADER, desc.vertex, desc);
-    attach(GL_FRAGMENT_SHADER, desc.fragment, desc);
-    glLinkProgram(program_);
+    for (const Stage& stage : stages) attach(stage, label, constants);
+    glLinkProgram(id_);
     GLint linked = GL_FALSE;
-    glGetProgramiv(program_, GL_LINK_STATUS, &linked);
-    if (linked != GL_TRUE)
-      fail_environment("OpenGL: {} does not link: {}", desc.label, info_log(program_, glGetProgramInfoLog));
-    const auto length = static_cast<GLsizei>(std::min<std::size_t>(desc.label.size(), 255));
-    glObjectLabel(GL_PROGRAM, program_, length, desc.label.data());
-    check_gl(fmt::format("compile {}", desc.label));
+    glGetProgramiv(id_, GL_LINK_STATUS, &linked);
+    if (linked != GL_TRUE) fail_environment("OpenGL: {} does not link: {}", label, info_log(id_, glGetProgramInfoLog));
+    const auto length = static_cast<GLsizei>(std::min<std::size_t>(label.size(), 255));
+    glObjectLabel(GL_PROGRAM, id_, length, label.data());
+    check_gl(fmt::format("compile {}", label));
   } catch (const Error&) {
-    glDeleteProgram(program_);
+    glDeleteProgram(id_);
     throw;
   }
 }
 
-OpenglPipeline::~OpenglPipeline() {
+OpenglProgram::~OpenglProgram() {
   context_.make_current();
-  glDeleteProgram(program_);
+  glDeleteProgram(id_);
 }
 
-void OpenglPipeline::attach(GLenum stage, std::span<const std::uint32_t> spirv, const PipelineDesc& desc) const {
+void OpenglProgram::attach(const Stage& stage, const std::string& label,
+                           std::span<const SpecConstant> constants) const {
   // OpenGL refuses ids that the module does not declare.
-  const std::vector<DeclaredConstant> declared = declared_constants(spirv);
+  const std::vector<DeclaredConstant> declared = declared_constants(stage.spirv);
   std::vector<GLuint> ids;
   std::vector<GLuint> values;
-  for (const SpecConstant& constant : desc.constants)
+  for (const SpecConstant& constant : constants)
     if (std::any_of(declared.begin(), declared.end(), [&](const auto& known) { return known.id == constant.id; })) {
       ids.push_back(constant.id);
       values.push_back(static_cast<GLuint>(constant.value));
     }
 
-  const GLuint shader = glCreateShader(stage);
-  glAttachShader(program_, shader);
+  const GLuint shader = glCreateShader(stage.kind);
+  glAttachShader(id_, shader);
   glDeleteShader(shader);  // the program keeps it
-  glShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V_ARB, spirv.data(),
-                 static_cast<GLsizei>(spirv.size_bytes()));
+  glShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V_ARB, stage.spirv.data(),
+                 static_cast<GLsizei>(stage.spirv.size_bytes()));
   glSpecializeShaderARB(shader, "main", static_cast<GLuint>(ids.size()), ids.data(), values.data());
   GLint compiled = GL_FALSE;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
   const GLenum error = take_error();
   if (compiled != GL_TRUE || error != GL_NO_ERROR)
-    fail_environment("OpenGL: {} does not specialise ({}): {}", desc.label, error_name(error),
+    fail_environment("OpenGL: {} does not specialise ({}): {}", label, error_name(error),
                      info_log(shader, glGetShaderInfoLog));
 }
+
+OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
+    : program_(context, desc.label,
+               std::array{OpenglProgram::Stage{.kind = GL_VERTEX_SHADER, .spirv = desc.vertex},
+                          OpenglProgram::Stage{.kind = GL_FRAGMENT_SHADER, .spirv = desc.fragment}},
+               desc.constants),
+      target_(desc.target) {}
 
 void FrameTarget::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;

@@ -27,23 +27,37 @@ class OpenglTexture final : public Texture {
   GLuint id_ = 0;
 };
 
-/// A program from two SPIR-V modules.
+/// A program from SPIR-V modules.
+class OpenglProgram {
+ public:
+  struct Stage {
+    GLenum kind;
+    std::span<const std::uint32_t> spirv;
+  };
+  /// throws: Error(environment) with the driver's log: broken module, or it does not specialise or link
+  OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
+                std::span<const SpecConstant> constants);
+  ~OpenglProgram();
+  OpenglProgram(const OpenglProgram&) = delete;
+  OpenglProgram& operator=(const OpenglProgram&) = delete;
+  [[nodiscard]] GLuint id() const { return id_; }
+
+ private:
+  void attach(const Stage& stage, const std::string& label, std::span<const SpecConstant> constants) const;
+
+  const EglContext& context_;
+  GLuint id_;
+};
+
 class OpenglPipeline final : public Pipeline {
  public:
-  /// throws: Error(environment) with the driver's log: broken module, or it does not specialise or link
   OpenglPipeline(const EglContext& context, const PipelineDesc& desc);
-  ~OpenglPipeline() override;
-  OpenglPipeline(const OpenglPipeline&) = delete;
-  OpenglPipeline& operator=(const OpenglPipeline&) = delete;
-  [[nodiscard]] GLuint program() const { return program_; }
+  [[nodiscard]] GLuint program() const { return program_.id(); }
   [[nodiscard]] Target target() const { return target_; }
 
  private:
-  void attach(GLenum stage, std::span<const std::uint32_t> spirv, const PipelineDesc& desc) const;
-
-  const EglContext& context_;
+  OpenglProgram program_;
   Target target_;
-  GLuint program_;
 };
 
 /// The attachments that one Target draws into. The context frees them.

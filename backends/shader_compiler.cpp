@@ -116,6 +116,11 @@ Spirv compile_vertex(Dialect dialect) {
   return compile({.stage_file = "fullscreen.vert", .stage = EShLangVertex, .dialect = dialect});
 }
 
+Spirv compile_compute(std::string_view name, Dialect dialect) {
+  const std::string file = fmt::format("{}.comp", name);
+  return compile({.stage_file = file, .stage = EShLangCompute, .dialect = dialect});
+}
+
 Spirv compile_load(Dialect dialect) {
   return compile({.stage_file = "load.frag", .stage = EShLangFragment, .dialect = dialect});
 }

@@ -25,6 +25,11 @@ struct TechniqueSource {
 /// The full-screen triangle.
 [[nodiscard]] Spirv compile_vertex(Dialect dialect);
 
+/// A compute shader of the binary's own.
+/// name: a shader file's name without `.comp`
+/// throws: Error(environment) where there is no such file
+[[nodiscard]] Spirv compile_compute(std::string_view name, Dialect dialect);
+
 /// The audit's and the control case's load: `load.frag`, an arithmetic loop whose length is constant 0. Target::color
 [[nodiscard]] Spirv compile_load(Dialect dialect);
 

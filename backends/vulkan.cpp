@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "backends/backend.h"
+#include "backends/vulkan_compute.h"
 #include "backends/vulkan_device.h"
 #include "backends/vulkan_memory.h"
 #include "backends/vulkan_pipeline.h"
@@ -55,7 +56,7 @@ FrameTarget make_target(const VulkanDevice& device, VkRenderPass pass, Target ki
 template <typename Mine, typename Base>
 const Mine& own(const Base* object, std::string_view what) {
   const auto* mine = dynamic_cast<const Mine*>(object);
-  if (mine == nullptr) fail_environment("vulkan: the draw's {} is missing or of another backend", what);
+  if (mine == nullptr) fail_environment("vulkan: the {} is missing or of another backend", what);
   return *mine;
 }
 
@@ -78,6 +79,12 @@ class VulkanBackend final : public Backend {
   BatchTime render(const Draw& draw, int frames, Timer timer) override;
   [[nodiscard]] std::vector<ScorePixel> read_score() override;
   [[nodiscard]] std::vector<std::uint8_t> read_color() override;
+  [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
+    return std::make_unique<VulkanCompute>(device_, desc);
+  }
+  [[nodiscard]] std::vector<std::byte> compute(const ComputeJob& job) override {
+    return own<VulkanCompute>(job.pipeline, "compute pipeline").run(job);
+  }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return device_.instance().messages(); }
 
  private:

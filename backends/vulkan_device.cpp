@@ -51,12 +51,16 @@ std::optional<PhysicalDevice> usable(VkPhysicalDevice handle) {
   PhysicalDevice physical{.handle = handle};
   vkGetPhysicalDeviceProperties(handle, &physical.properties);
   if (physical.properties.apiVersion < VK_API_VERSION_1_2) return std::nullopt;
+  VkPhysicalDeviceFeatures features;
+  vkGetPhysicalDeviceFeatures(handle, &features);
+  physical.float64 = features.shaderFloat64 == VK_TRUE;
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(handle, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
   vkGetPhysicalDeviceQueueFamilyProperties(handle, &count, families.data());
+  constexpr VkQueueFlags kNeeded = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT;  // every device that draws has such
   for (std::uint32_t i = 0; i < count; ++i) {
-    if ((families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) == 0) continue;
+    if ((families[i].queueFlags & kNeeded) != kNeeded) continue;
     physical.queue_family = i;
     physical.timestamp_bits = families[i].timestampValidBits;
     return physical;
@@ -102,7 +106,8 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
                                              VK_API_VERSION_PATCH(properties.apiVersion)),
                   .software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU,
                   .timers = {Timer::fenced_wall},
-                  .subtexel_bits = static_cast<int>(properties.limits.subTexelPrecisionBits)};
+                  .subtexel_bits = static_cast<int>(properties.limits.subTexelPrecisionBits),
+                  .float64 = physical.float64};
   if (physical.timestamp_bits > 0 && properties.limits.timestampPeriod > 0) info.timers.push_back(Timer::vk_timestamp);
   return info;
 }
@@ -113,8 +118,11 @@ LogicalDevice::LogicalDevice(const PhysicalDevice& physical) {
                                       .queueFamilyIndex = physical.queue_family,
                                       .queueCount = 1,
                                       .pQueuePriorities = &priority};
-  const VkDeviceCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO, .queueCreateInfoCount = 1, .pQueueCreateInfos = &queue};
+  const VkPhysicalDeviceFeatures features{.shaderFloat64 = physical.float64 ? VK_TRUE : VK_FALSE};
+  const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                .queueCreateInfoCount = 1,
+                                .pQueueCreateInfos = &queue,
+                                .pEnabledFeatures = &features};
   vk_check(vkCreateDevice(physical.handle, &info, nullptr, &handle_), "vkCreateDevice");
   volkLoadDeviceTable(&calls_, handle_);
 }

@@ -43,12 +43,13 @@ class VulkanInstance {
   PFN_vkSetDebugUtilsObjectNameEXT set_object_name_ = nullptr;
 };
 
-/// A device with Vulkan 1.2 and a queue that draws.
+/// A device with Vulkan 1.2 and a queue that draws and computes.
 struct PhysicalDevice {
   VkPhysicalDevice handle;
   VkPhysicalDeviceProperties properties;
   std::uint32_t queue_family;
   std::uint32_t timestamp_bits;  ///< 0: no timestamps
+  bool float64;                  ///< shaderFloat64
 };
 /// In the loader's order; DeviceInfo::index counts these.
 [[nodiscard]] std::vector<PhysicalDevice> physical_devices(const VulkanInstance& instance);

@@ -36,6 +36,20 @@ Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> allocate(const VulkanDevic
   return {device.logical(), memory};
 }
 
+DeviceBuffer make_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage,
+                         VkMemoryPropertyFlags required, VkMemoryPropertyFlags preferred) {
+  const VolkDeviceTable& vk = device.calls();
+  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
+  VkBuffer handle = VK_NULL_HANDLE;
+  vk_check(vk.vkCreateBuffer(device.handle(), &info, nullptr, &handle), "vkCreateBuffer");
+  DeviceBuffer bound{.memory = {}, .buffer = {device.logical(), handle}};
+  VkMemoryRequirements needs;
+  vk.vkGetBufferMemoryRequirements(device.handle(), handle, &needs);
+  bound.memory = allocate(device, needs, required, preferred);
+  vk_check(vk.vkBindBufferMemory(device.handle(), handle, bound.memory.get(), 0), "vkBindBufferMemory");
+  return bound;
+}
+
 VkBufferImageCopy whole_image(VkExtent2D extent) {
   return {.imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
           .imageExtent = {.width = extent.width, .height = extent.height, .depth = 1}};
@@ -78,20 +92,18 @@ void check_supported(const VulkanDevice& device, const DeviceImageDesc& desc) {
 
 HostBuffer make_host_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage,
                             VkMemoryPropertyFlags preferred) {
-  const VolkDeviceTable& vk = device.calls();
-  const VkBufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO, .size = size, .usage = usage};
-  VkBuffer buffer = VK_NULL_HANDLE;
-  vk_check(vk.vkCreateBuffer(device.handle(), &info, nullptr, &buffer), "vkCreateBuffer");
-  HostBuffer host{.memory = {}, .buffer = {device.logical(), buffer}, .bytes = {}};
-  VkMemoryRequirements needs;
-  vk.vkGetBufferMemoryRequirements(device.handle(), buffer, &needs);
-  host.memory =
-      allocate(device, needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, preferred);
-  vk_check(vk.vkBindBufferMemory(device.handle(), buffer, host.memory.get(), 0), "vkBindBufferMemory");
+  DeviceBuffer bound = make_buffer(
+      device, size, usage, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, preferred);
   void* mapped = nullptr;
-  vk_check(vk.vkMapMemory(device.handle(), host.memory.get(), 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
-  host.bytes = {static_cast<std::byte*>(mapped), size};
-  return host;
+  vk_check(device.calls().vkMapMemory(device.handle(), bound.memory.get(), 0, VK_WHOLE_SIZE, 0, &mapped),
+           "vkMapMemory");
+  return {.memory = std::move(bound.memory),
+          .buffer = std::move(bound.buffer),
+          .bytes = {static_cast<std::byte*>(mapped), size}};
+}
+
+DeviceBuffer make_device_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage) {
+  return make_buffer(device, size, usage, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0);
 }
 
 DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc& desc) {

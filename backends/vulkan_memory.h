@@ -16,6 +16,13 @@ struct HostBuffer {
 [[nodiscard]] HostBuffer make_host_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage,
                                           VkMemoryPropertyFlags preferred);
 
+/// Device-local.
+struct DeviceBuffer {
+  Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
+  Owned<VkBuffer, &VolkDeviceTable::vkDestroyBuffer> buffer;
+};
+[[nodiscard]] DeviceBuffer make_device_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage);
+
 /// Device-local, optimal tiling.
 struct DeviceImage {
   Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;

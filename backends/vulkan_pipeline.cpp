@@ -8,8 +8,6 @@
 namespace reliefbench {
 namespace {
 
-using ShaderModule = Owned<VkShaderModule, &VolkDeviceTable::vkDestroyShaderModule>;
-
 VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device) {
   const auto fragment_binding = [](int binding, VkDescriptorType type) {
     return VkDescriptorSetLayoutBinding{.binding = static_cast<std::uint32_t>(binding),
@@ -72,15 +70,6 @@ VkRenderPass make_render_pass(const VulkanDevice& device, Target target) {
   return pass;
 }
 
-ShaderModule make_module(const VulkanDevice& device, std::span<const std::uint32_t> spirv) {
-  static_cast<void>(declared_constants(spirv));  // refuses a broken module; drivers may crash on one
-  const VkShaderModuleCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = spirv.size_bytes(), .pCode = spirv.data()};
-  VkShaderModule module = VK_NULL_HANDLE;
-  vk_check(device.calls().vkCreateShaderModule(device.handle(), &info, nullptr, &module), "vkCreateShaderModule");
-  return {device.logical(), module};
-}
-
 VkPipeline make_graphics_pipeline(const VulkanDevice& device, const PipelineLayouts& layouts, Target target,
                                   std::span<const VkPipelineShaderStageCreateInfo> stages) {
   const VkPipelineVertexInputStateCreateInfo no_vertices{.sType =
@@ -128,6 +117,17 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, const PipelineLayo
   return pipeline;
 }
 
+}  // namespace
+
+ShaderModule make_module(const VulkanDevice& device, std::span<const std::uint32_t> spirv) {
+  static_cast<void>(declared_constants(spirv));  // refuses a broken module; drivers may crash on one
+  const VkShaderModuleCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, .codeSize = spirv.size_bytes(), .pCode = spirv.data()};
+  VkShaderModule module = VK_NULL_HANDLE;
+  vk_check(device.calls().vkCreateShaderModule(device.handle(), &info, nullptr, &module), "vkCreateShaderModule");
+  return {device.logical(), module};
+}
+
 void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string& label) {
   if (device.instance().set_object_name() == nullptr) return;
   const VkDebugUtilsObjectNameInfoEXT info{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
@@ -137,8 +137,6 @@ void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string
                                            .pObjectName = label.c_str()};
   vk_check(device.instance().set_object_name()(device.handle(), &info), "vkSetDebugUtilsObjectNameEXT");
 }
-
-}  // namespace
 
 std::span<const VkFormat> attachment_formats(Target target) {
   static constexpr std::array kColor = {VK_FORMAT_R8G8B8A8_UNORM};

@@ -6,6 +6,12 @@
 
 namespace reliefbench {
 
+using ShaderModule = Owned<VkShaderModule, &VolkDeviceTable::vkDestroyShaderModule>;
+/// throws: Error(environment): not a SPIR-V module, or the device does not take it
+[[nodiscard]] ShaderModule make_module(const VulkanDevice& device, std::span<const std::uint32_t> spirv);
+/// For debuggers; nothing without debug.
+void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string& label);
+
 /// A case's pipeline.
 struct VulkanPipeline final : Pipeline {
   Owned<VkPipeline, &VolkDeviceTable::vkDestroyPipeline> handle;

@@ -5,10 +5,7 @@
 #include "kernels/cone_search.h"
 
 namespace reliefbench {
-namespace {
 
-/// The heights of the texels whose cell in the quadrant of the signs x and y goes down along an edge; -1 for the
-/// others.
 Heightfield limiting_heights(const Heightfield& heights, Wrap wrap, int x, int y) {
   Heightfield limiting = heights;
   auto texel = limiting.texels.begin();
@@ -25,8 +22,6 @@ Heightfield limiting_heights(const Heightfield& heights, Wrap wrap, int x, int y
   }
   return limiting;
 }
-
-}  // namespace
 
 std::vector<float> bake_relaxed(const BakeRequest& request) {
   check_request(request, MapKind::relaxed);

@@ -52,6 +52,10 @@ struct ConeView {
 /// The sector of 90 degrees in uv round the axis (x, y), one of which is 0 and the other 1 or -1; its edges included.
 [[nodiscard]] ConeView sector_view(const Heightfield& candidates, double x, double y, double margin);
 
+/// The heights of the texels whose cell in the quadrant of the signs x and y goes down along an edge, -1 for the
+/// others: the candidates of a relaxed cone in that quadrant [BVBV24].
+[[nodiscard]] Heightfield limiting_heights(const Heightfield& heights, Wrap wrap, int x, int y);
+
 struct ConeSearch {
   const Heightfield& heights;
   Wrap wrap = Wrap::repeat;

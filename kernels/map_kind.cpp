@@ -250,6 +250,9 @@ void check_bakeable(const Heightfield& heights) {
 void check_request(const BakeRequest& request, MapKind kind) {
   check_bakeable(request.heights);
   const MapRow& row = find_map(kind);
+  if (row.parameter == "search_steps" && request.search_steps < 1) {
+    fail_input("search_steps: {}, expected at least 1", request.search_steps);
+  }
   if (std::ranges::find(row.corrections, request.correction) != row.corrections.end()) return;
   std::string choices;
   for (const Correction choice : row.corrections) {

@@ -97,7 +97,7 @@ struct MapRow {
 
 /// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
 void check_bakeable(const Heightfield& heights);
-/// throws: Error(bad_input) also if the map kind has no such correction
+/// throws: Error(bad_input) also if the map kind has no such correction, or its search_steps are under 1
 void check_request(const BakeRequest& request, MapKind kind);
 
 }  // namespace reliefbench

@@ -45,6 +45,8 @@ class ClockedBackend final : public Backend {
   }
   std::vector<ScorePixel> read_score() override { return {}; }
   std::vector<std::uint8_t> read_color() override { return {}; }
+  std::unique_ptr<Pipeline> compile_compute(const ComputeDesc&) override { return nullptr; }
+  std::vector<std::byte> compute(const ComputeJob&) override { return {}; }
   std::vector<std::string> debug_messages() const override { return {}; }
 
  private:
