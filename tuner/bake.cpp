@@ -34,6 +34,11 @@ std::map<std::string, std::string> metadata_of(const BakeJob& job) {
           {"reliefbench.wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"}};
 }
 
+void set_parameter(BakeRequest& request, const MapRow& map, int value) {
+  if (map.parameter == "search_steps") request.search_steps = value;
+  if (map.parameter == "distance_slices") request.distance_slices = value;
+}
+
 void check(const BakeJob& job) {
   if (const std::string reason = conflict(job.storage); !reason.empty()) fail_input("{}", reason);
   if (job.verify && job.storage.map.content != MapContent::ratios)
@@ -95,12 +100,12 @@ BakeResult run_bake(const BakeJob& job) {
   check(job);
   const MapStorage& storage = job.storage;
   const Heightfield heights = quantise_heights(load_heightmap(job.heightmap), storage.format.type);
-  const BakeRequest request{.heights = heights,
-                            .wrap = job.wrap,
-                            .correction = storage.correction,
-                            .max_ratio = storage.max_ratio,
-                            .search_steps = job.search_steps,
-                            .threads = job.threads};
+  BakeRequest request{.heights = heights,
+                      .wrap = job.wrap,
+                      .correction = storage.correction,
+                      .max_ratio = storage.max_ratio,
+                      .threads = job.threads};
+  if (job.parameter) set_parameter(request, storage.map, *job.parameter);
   BakeResult result{.width = heights.width, .height = heights.height, .verdict = {}, .files = {}};
   const auto start = std::chrono::steady_clock::now();
   const std::vector<float> values = bake_on_device(job.device, storage.map, request);

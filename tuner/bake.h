@@ -17,7 +17,7 @@ struct BakeJob {
   HeightmapSpec heightmap;
   MapStorage storage;
   Wrap wrap = Wrap::repeat;
-  int search_steps = 128;
+  std::optional<int> parameter{};  ///< MapRow::parameter; its default where there is none
   int threads = 0;
   std::string device = "cpu";  ///< cpu | opengl | vulkan
   bool verify = false;

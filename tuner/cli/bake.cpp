@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "kernels/error.h"
@@ -27,7 +29,8 @@ struct Arguments {
   std::string max_ratio = "1";
   std::string size;
   std::uint32_t seed = 1;
-  int search_steps = 0;
+  std::optional<int> search_steps;
+  std::optional<int> distance_slices;
   int threads = 0;
   std::string device = "cpu";
   std::string output;
@@ -69,9 +72,13 @@ BakeJob job_of(const Arguments& arguments) {
       .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
   if (!arguments.size.empty()) parse_size(arguments.size, job.heightmap);
-  if (arguments.search_steps != 0 && map.parameter != "search_steps")
-    fail_input("--search-steps: a {} map has no such parameter", map.id);
-  if (arguments.search_steps != 0) job.search_steps = arguments.search_steps;
+  const auto parameter = [&](std::string_view option, std::string_view id, const std::optional<int>& value) {
+    if (!value) return;
+    if (map.parameter != id) fail_input("{}: a {} map has no such parameter", option, map.id);
+    job.parameter = value;
+  };
+  parameter("--search-steps", "search_steps", arguments.search_steps);
+  parameter("--distance-slices", "distance_slices", arguments.distance_slices);
   return job;
 }
 
@@ -197,6 +204,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->capture_default_str();
   command->add_option("--max-ratio", arguments->max_ratio, "widest cone: 1 | unbounded")->capture_default_str();
   command->add_option("--search-steps", arguments->search_steps, "relaxed_po07 only: steps of the search for the exit");
+  command->add_option("--distance-slices", arguments->distance_slices, "distance only: voxels from bottom to top");
   command->add_option("--size", arguments->size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
   command->add_option("--seed", arguments->seed, "of a procedural heightmap")->capture_default_str();
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
