@@ -6,6 +6,7 @@
 #include "kernels/error.h"
 #include "kernels/image.h"
 #include "kernels/parallel.h"
+#include "kernels/rounding.h"
 
 namespace reliefbench {
 namespace {
@@ -93,10 +94,8 @@ class AxisTransform {
   std::vector<Piece> pieces_;
 };
 
-float rounded_down(double squared) {
-  const double distance = std::sqrt(std::max(squared - kSquareGuard, 0.0)) * kShaderGuard;
-  const auto rounded = static_cast<float>(distance);
-  return static_cast<double>(rounded) > distance ? std::nextafter(rounded, 0.0F) : rounded;
+float guarded_distance(double squared) {
+  return rounded_down(std::sqrt(std::max(squared - kSquareGuard, 0.0)) * kShaderGuard);
 }
 
 }  // namespace
@@ -126,7 +125,7 @@ std::vector<float> bake_distance(const BakeRequest& request) {
     AxisTransform along_y(height, request.wrap);
     for (std::size_t x = 0; x < columns; ++x) along_y.run(&squared[x], width);
     std::transform(squared.begin(), squared.end(), &values[static_cast<std::size_t>(slice) * squared.size()],
-                   rounded_down);
+                   guarded_distance);
   });
   return values;
 }
