@@ -10,17 +10,17 @@ namespace reliefbench {
 std::vector<float> bake_quad(const BakeRequest& request) {
   check_request(request, MapKind::quad);
   const Heightfield& heights = request.heights;
-  constexpr ConeView::Normal kAxes[] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-  constexpr std::size_t kCount = std::size(kAxes);
+  constexpr std::size_t kCount = kQuadAxes.size();
   const double margin = request.correction == Correction::safe ? 1 : 0;
   std::vector<float> quads(kCount * heights.texels.size());
   for (std::size_t k = 0; k < kCount; ++k) {
-    std::vector<float> ratios = search_cones({.heights = heights,
-                                              .wrap = request.wrap,
-                                              .metric = cone_metric(heights.width, heights.height, request.correction),
-                                              .max_ratio = request.max_ratio,
-                                              .views = {sector_view(heights, kAxes[k].x, kAxes[k].y, margin)},
-                                              .threads = request.threads});
+    std::vector<float> ratios =
+        search_cones({.heights = heights,
+                      .wrap = request.wrap,
+                      .metric = cone_metric(heights.width, heights.height, request.correction),
+                      .max_ratio = request.max_ratio,
+                      .views = {sector_view(heights, heights.width, heights.height, kQuadAxes.at(k), margin)},
+                      .threads = request.threads});
     if (request.correction != Correction::none) ratios = min3x3(ratios, heights.width, heights.height, request.wrap);
     for (std::size_t i = 0; i < ratios.size(); ++i) quads[kCount * i + k] = ratios[i];
   }

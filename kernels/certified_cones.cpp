@@ -4,7 +4,7 @@
 
 #include "kernels/cone_bounds.h"
 #include "kernels/cone_map.h"
-#include "kernels/rounding.h"
+#include "kernels/cone_search.h"
 
 namespace reliefbench {
 namespace {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "kernels/cone_search.h"
-#include "kernels/rounding.h"
 
 namespace reliefbench {
 namespace {
@@ -25,7 +24,11 @@ Search search(const BoundRequest& request, Correction correction) {
   const auto [by_x, by_y] = request.by;
   const Heightfield fine = refine(request.heights, request.wrap, request.by);
   // Of the whole torus, though a clamped grid has fewer points: uv are of the original tile.
-  const ConeMetric metric = cone_metric(request.heights.width * by_x, request.heights.height * by_y, correction);
+  const int width = request.heights.width * by_x;
+  const int height = request.heights.height * by_y;
+  const ConeMetric metric = cone_metric(width, height, correction);
+  std::vector<ConeView> views;
+  if (request.axis) views = {sector_view(fine, width, height, *request.axis, correction == Correction::safe ? 1 : 0)};
   const double nearest = std::sqrt(std::min(metric.weight_x, metric.weight_y) - metric.slack) / metric.side;
   const float max_ratio = request.max_ratio * kBeyond;
   return {.found = {.width = fine.width,
@@ -34,6 +37,7 @@ Search search(const BoundRequest& request, Correction correction) {
                                             .wrap = request.wrap,
                                             .metric = metric,
                                             .max_ratio = max_ratio,
+                                            .views = views,
                                             .threads = request.threads})},
           .max_ratio = max_ratio,
           .guard = request.by == Subdivision{} ? 0 : kRiseError / nearest};

@@ -1,7 +1,9 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <vector>
 
+#include "kernels/cone_search.h"
 #include "kernels/fine_grid.h"
 
 namespace reliefbench {
@@ -23,6 +25,8 @@ struct BoundRequest {
   Wrap wrap = Wrap::repeat;
   Subdivision by{};
   float max_ratio = 1;  ///< wider cones do not matter
+  /// Only points in the sector round this axis bound the cone (quad).
+  std::optional<ConeView::Normal> axis{};
   int threads = 0;
 };
 

@@ -51,11 +51,12 @@ ConeView quadrant_view(const Heightfield& candidates, int x, int y) {
   return {.candidates = &candidates, .normals = {across, along, along}};
 }
 
-ConeView sector_view(const Heightfield& candidates, double x, double y, double margin) {
+ConeView sector_view(const Heightfield& candidates, int width, int height, ConeView::Normal axis, double margin) {
   // In a unit in which a step between texels is a whole number along both axes.
-  const int common = std::gcd(candidates.width, candidates.height);
-  const double step_x = candidates.height / common;  // NOLINT(bugprone-integer-division): divides
-  const double step_y = candidates.width / common;   // NOLINT(bugprone-integer-division): divides
+  const int common = std::gcd(width, height);
+  const double step_x = height / common;  // NOLINT(bugprone-integer-division): divides
+  const double step_y = width / common;   // NOLINT(bugprone-integer-division): divides
+  const auto [x, y] = axis;
   return {.candidates = &candidates,
           .normals = {{{.x = (x + y) * step_x, .y = (x + y) * step_y},
                        {.x = (x - y) * step_x, .y = (y - x) * step_y},

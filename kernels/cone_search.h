@@ -49,8 +49,12 @@ struct ConeView {
 };
 /// The quadrant of the signs x and y, its axes included.
 [[nodiscard]] ConeView quadrant_view(const Heightfield& candidates, int x, int y);
-/// The sector of 90 degrees in uv round the axis (x, y), one of which is 0 and the other 1 or -1; its edges included.
-[[nodiscard]] ConeView sector_view(const Heightfield& candidates, double x, double y, double margin);
+/// The sector of 90 degrees in uv round an axis, one of whose coordinates is 0 and the other 1 or -1; its edges
+/// included. width, height: texels along one uv, which a finer grid under clamp has less of
+[[nodiscard]] ConeView sector_view(const Heightfield& candidates, int width, int height, ConeView::Normal axis,
+                                   double margin);
+/// The sectors of `quad`, in the order of its ratios.
+inline constexpr std::array<ConeView::Normal, 4> kQuadAxes{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
 /// The heights of the texels whose cell in the quadrant of the signs x and y goes down along an edge, -1 for the
 /// others: the candidates of a relaxed cone in that quadrant [BVBV24].

@@ -42,7 +42,7 @@ struct RayVerdict {
 
 /// What a stored map was found to be.
 struct MapVerdict {
-  std::int64_t texels = 0;
+  std::int64_t texels = 0;           ///< cones at texel centres; quad has four a texel, and four of each cell
   std::int64_t texels_too_wide = 0;  ///< cones at texel centres that another texel's surface point forbids; exact
   WorstCone worst_texel{};
   CellVerdict cells{};  ///< conservative cones
@@ -58,8 +58,10 @@ struct MapVerdict {
 ///
 /// Conservative cones: texel centres are compared with the exact ratios, cells with the bounds of cone_bounds.h on
 /// grids 1, 2, 4, 8 times finer, as far as cells are undecided (within kMaxFineSide).
+/// The sectors of `quad` each by itself, likewise.
 /// Relaxed cones: a texel is too wide where its cone holds a texel v whose surface descends away from the apex u,
-/// (v-u).grad H(v) < 0 on either side of v ([BVBV24] section 5); between texels, rays are traced exactly.
+/// (v-u).grad H(v) < 0 on either side of v ([BVBV24] section 5); between texels, rays are traced exactly; that finds
+/// what is wrong, but proves nothing. safety_shape's rays are seen inside the union of its cone and cylinder.
 /// throws: Error(bad_input): the map's content is not ratios
 [[nodiscard]] MapVerdict verify_map(const VerifyRequest& request);
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -12,7 +13,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kProofGuard = 1 + 0x1p-40;  // over the rounding of an interpolation in double
+constexpr double kProofGuard = 1 + 0x1p-40;                   // over the rounding of an interpolation in double
+constexpr double kInSector = std::numbers::sqrt2 / 2 + 1e-9;  // cosine of 45 degrees, and a guard
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double in_tile(double uv) { return uv - std::floor(uv); }
@@ -22,11 +24,12 @@ enum class CellState : std::uint8_t { undecided, proved, broken };
 /// All cells of a map, examined on one finer grid after the other.
 class CellProof {
  public:
-  CellProof(const StoredCones& cones, int threads)
-      : cones_(cones),
-        threads_(threads),
-        greatest_(cones.greatest()),
-        states_(static_cast<std::size_t>(cones.cells_x()) * static_cast<std::size_t>(cones.cells_y())) {}
+  explicit CellProof(const ConservativeCones& request)
+      : cones_(request.cones),
+        axis_(request.axis),
+        threads_(request.threads),
+        greatest_(cones_.greatest()),
+        states_(static_cast<std::size_t>(cones_.cells_x()) * static_cast<std::size_t>(cones_.cells_y())) {}
 
   void examine(Subdivision by) {
     by_ = by;
@@ -104,10 +107,12 @@ class CellProof {
     const double along_y = cones_.heights().height * ((h01 - h00) * (1 - fx) + (h11 - h10) * fx);
     const auto leaves = [](double along, double f) { return (along < 0 && f == 0) || (along > 0 && f == 1); };
     if (leaves(along_x, fx) || leaves(along_y, fy)) return kInfinity;
+    if (axis_ && along_x * axis_->x + along_y * axis_->y < std::hypot(along_x, along_y) * kInSector) return kInfinity;
     return 1 / std::hypot(along_x, along_y);
   }
 
   const StoredCones& cones_;
+  std::optional<ConeView::Normal> axis_;
   int threads_;
   float greatest_;
   Subdivision by_{};
@@ -127,13 +132,17 @@ void TexelVerdict::add(const TexelVerdict& other) {
   keep_worse(worst, other.worst);
 }
 
-TexelVerdict verify_conservative_texels(const StoredCones& cones, int threads) {
+TexelVerdict verify_conservative_texels(const ConservativeCones& request) {
+  const StoredCones& cones = request.cones;
   const Heightfield& heights = cones.heights();
+  std::vector<ConeView> views;
+  if (request.axis) views = {sector_view(heights, heights.width, heights.height, *request.axis, 0)};
   const std::vector<float> exact = search_cones({.heights = heights,
                                                  .wrap = cones.wrap(),
                                                  .metric = cone_metric(heights.width, heights.height, Correction::none),
                                                  .max_ratio = cones.greatest(),
-                                                 .threads = threads});
+                                                 .views = views,
+                                                 .threads = request.threads});
   TexelVerdict verdict;
   for (std::size_t i = 0; i < exact.size(); ++i) {
     // `exact` is rounded down to float: a float above it is above the ratio itself.
@@ -148,9 +157,9 @@ TexelVerdict verify_conservative_texels(const StoredCones& cones, int threads) {
   return verdict;
 }
 
-CellVerdict verify_cells(const StoredCones& cones, int finest, int threads) {
-  const Heightfield& heights = cones.heights();
-  CellProof proof(cones, threads);
+CellVerdict verify_cells(const ConservativeCones& request, int finest) {
+  const Heightfield& heights = request.cones.heights();
+  CellProof proof(request);
   CellVerdict verdict;
   for (int k = 1; k <= finest; k *= 2) {
     const Subdivision by = subdivision(heights.width, heights.height, k);

@@ -1,6 +1,8 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 
+#include "kernels/cone_search.h"
 #include "kernels/map_verify.h"
 #include "kernels/stored_cones.h"
 
@@ -19,12 +21,19 @@ struct TexelVerdict {
 };
 void keep_worse(WorstCone& worst, const WorstCone& other);
 
+/// Conservative cones, or the sectors of such cones round an axis.
+struct ConservativeCones {
+  const StoredCones& cones;
+  std::optional<ConeView::Normal> axis{};
+  int threads = 0;
+};
 /// Texels whose open cone holds another texel's surface point.
-[[nodiscard]] TexelVerdict verify_conservative_texels(const StoredCones& cones, int threads);
-[[nodiscard]] CellVerdict verify_cells(const StoredCones& cones, int finest, int threads);
+[[nodiscard]] TexelVerdict verify_conservative_texels(const ConservativeCones& request);
+[[nodiscard]] CellVerdict verify_cells(const ConservativeCones& request, int finest);
 
 /// Texels whose open cone holds a texel's surface point that descends away from the apex.
 [[nodiscard]] TexelVerdict verify_relaxed_texels(const StoredCones& cones, int threads);
-[[nodiscard]] RayVerdict verify_rays(const StoredCones& cones, int rays, int threads);
+/// radii: of cylinders that the cones are united with (safety_shape), or null
+[[nodiscard]] RayVerdict verify_rays(const StoredCones& cones, const StoredCones* radii, int rays, int threads);
 
 }  // namespace reliefbench

@@ -125,22 +125,34 @@ ConeRay cone_ray(const StoredCones& cones, int i) {
           .t = t};
 }
 
-void trace(const StoredCones& cones, const ReferenceTracer& tracer, const ConeRay& cone_ray, RayVerdict& verdict) {
+/// Relaxed cones, and what they are united with.
+struct Shapes {
+  const StoredCones& cones;
+  const StoredCones* radii;
+};
+
+void trace(const Shapes& shapes, const ReferenceTracer& tracer, const ConeRay& cone_ray, RayVerdict& verdict) {
   constexpr double kTouch = 1e-9;  // no thicker than rounding
   const auto& [ray, t] = cone_ray;
   // The apex is where the ray's floats lead.
   const double u = ray.u + double{ray.slope_u} * t;
   const double v = ray.v + double{ray.slope_v} * t;
-  const auto [cell, fx, fy] = cones.at(u, v);
-  const double ratio = cones.ratio(cell, fx, fy);
+  const auto [cell, fx, fy] = shapes.cones.at(u, v);
+  const double ratio = shapes.cones.ratio(cell, fx, fy);
+  double radius = 0;
+  if (shapes.radii != nullptr) {
+    const StoredCones::Place place = shapes.radii->at(u, v);
+    radius = shapes.radii->ratio(place.cell, place.fx, place.fy);
+  }
   const ReferenceHit hit = tracer.trace(ray);
-  if (ratio <= 0 || hit.t_enter < t) return;
+  if (hit.t_enter < t) return;
   verdict.rays += 1;
   const double rise = 1 - hit.t_exit - StoredCones::height(cell, fx, fy);
   const double distance = std::hypot(double{ray.slope_u}, double{ray.slope_v}) * (hit.t_exit - t);
-  if (hit.t_exit <= hit.t_enter + kTouch || distance >= ratio * rise * kWitnessGuard) return;
+  const double reach = std::max(ratio * rise, radius);
+  if (hit.t_exit <= hit.t_enter + kTouch || !(distance < reach * kWitnessGuard)) return;
   verdict.crossing_twice += 1;
-  keep_worse(verdict.worst, {.factor = ratio * rise / distance, .u = u - std::floor(u), .v = v - std::floor(v)});
+  keep_worse(verdict.worst, {.factor = reach / distance, .u = u - std::floor(u), .v = v - std::floor(v)});
 }
 
 }  // namespace
@@ -164,13 +176,13 @@ TexelVerdict verify_relaxed_texels(const StoredCones& cones, int threads) {
   return verdict;
 }
 
-RayVerdict verify_rays(const StoredCones& cones, int rays, int threads) {
+RayVerdict verify_rays(const StoredCones& cones, const StoredCones* radii, int rays, int threads) {
   constexpr int kBatch = 4096;
   const ReferenceTracer tracer(cones.heights(), cones.wrap());
   std::vector<RayVerdict> batches(static_cast<std::size_t>((rays + kBatch - 1) / kBatch));
   parallel_for(static_cast<int>(batches.size()), threads, [&](int batch) {
     for (int i = batch * kBatch; i < std::min((batch + 1) * kBatch, rays); ++i)
-      trace(cones, tracer, cone_ray(cones, i), batches[static_cast<std::size_t>(batch)]);
+      trace({cones, radii}, tracer, cone_ray(cones, i), batches[static_cast<std::size_t>(batch)]);
   });
   RayVerdict verdict;
   for (const RayVerdict& batch : batches) {

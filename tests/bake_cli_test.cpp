@@ -13,6 +13,7 @@
 namespace reliefbench {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -59,6 +60,13 @@ TEST_F(BakeCommand, a_broken_guarantee_exits_1_and_names_the_factor) {
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_THAT(result.out, HasSubstr("1024 broken"));
   EXPECT_THAT(result.out, HasSubstr("up to 1.41"));
+}
+
+TEST_F(BakeCommand, the_published_quick_map_is_broken_by_default) {
+  const CommandResult result = bake({"spikes", "--size", "128x128", "--map", "quick_published", "--verify"});
+  EXPECT_EQ(result.exit_code, 1) << result.out << result.err;
+  EXPECT_THAT(result.out, HasSubstr("quick_published (none)"));
+  EXPECT_THAT(result.out, ContainsRegex("[1-9][0-9]* of 16384 too wide, up to 1\\.[0-9]+ times"));
 }
 
 TEST_F(BakeCommand, maps_that_promise_nothing_break_nothing) {

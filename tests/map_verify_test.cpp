@@ -9,6 +9,7 @@
 
 #include "kernels/cone_map.h"
 #include "kernels/error.h"
+#include "kernels/heightmap.h"
 #include "kernels/stored_cones.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
@@ -51,8 +52,9 @@ MapVerdict verify(const MapRow& map, const Stored& stored, Storage storage, Corr
                      .threads = 1});
 }
 
-MapVerdict bake_and_verify(const Heightfield& heights, Storage storage, Correction correction, Wrap wrap) {
-  const MapRow& map = find_map(MapKind::conservative);
+MapVerdict bake_and_verify(const Heightfield& heights, Storage storage, Correction correction, Wrap wrap,
+                           MapKind kind = MapKind::conservative) {
+  const MapRow& map = find_map(kind);
   const Stored stored = store(map, heights, storage, wrap, [&](const Heightfield& quantised) {
     return map.bake({.heights = quantised, .wrap = wrap, .correction = correction, .threads = 1});
   });
@@ -77,6 +79,68 @@ TEST(MapVerify, ProvesSafeMaps) {
           }
         }
       }
+    }
+  }
+}
+
+TEST(MapVerify, ProvesSafeMapsOfTheOtherConservativeKinds) {
+  const Storage one{"rg16", "sqrt"};
+  const Storage four{"r16+rgba16", "sqrt"};
+  for (const auto make : {fbm_map, noise_map, checker_map, cliff_map}) {
+    for (const Heightfield& heights : {make(16, 15), make(24, 8)}) {
+      for (const Wrap wrap : kWraps) {
+        EXPECT_EQ(bake_and_verify(heights, one, Correction::safe, wrap, MapKind::quick).cells.undecided, 0);
+        EXPECT_EQ(bake_and_verify(heights, one, Correction::min4, wrap, MapKind::quick).cells.undecided, 0);
+        const MapVerdict quad = bake_and_verify(heights, four, Correction::safe, wrap, MapKind::quad);
+        EXPECT_EQ(quad.texels, 4 * heights.width * heights.height);
+        EXPECT_EQ(quad.texels_too_wide, 0);
+        EXPECT_EQ(quad.cells.proved, quad.cells.cells);
+        EXPECT_FALSE(quad.broken || quad.undecided);
+      }
+    }
+  }
+}
+
+TEST(MapVerify, EverySectorIsHeldToItsOwnTexels) {
+  const MapRow& map = find_map(MapKind::quad);
+  const Storage storage{"r32f+rgba32f", "ratio"};
+  // A spike to the right of texel (2, 3): only the first sector sees it from there.
+  const Heightfield spike = make_map(8, 8, [](int x, int y) { return x == 5 && y == 3 ? 0.5F : 0.0F; });
+  for (const std::size_t sector : {0U, 1U, 2U, 3U}) {
+    const Stored stored = store(map, spike, storage, Wrap::clamp, [&](const Heightfield&) {
+      std::vector<float> ratios(std::size_t{4} * 64, 0.0F);
+      ratios[4 * (3 * 8 + 2) + sector] = 0.9F;
+      return ratios;
+    });
+    const MapVerdict verdict = verify(map, stored, storage, Correction::safe, Wrap::clamp);
+    EXPECT_EQ(verdict.texels_too_wide, sector == 0 ? 1 : 0);
+    EXPECT_EQ(verdict.broken, sector == 0);
+    if (sector == 0) EXPECT_NEAR(verdict.worst_texel.factor, 0.9 / (3.0 / 8 / 0.5), 1e-6);
+  }
+}
+
+TEST(MapVerify, ThePublishedQuickMapIsBrokenOnSpikes) {
+  const Heightfield spikes = load_heightmap({.source = "spikes", .width = 128, .height = 128});
+  const Storage storage{"rg16", "sqrt"};
+  const MapVerdict published =
+      bake_and_verify(spikes, storage, Correction::none, Wrap::repeat, MapKind::quick_published);
+  EXPECT_TRUE(published.broken);
+  EXPECT_GT(published.texels_too_wide, 0);
+  EXPECT_GT(published.worst_texel.factor, 1.05);
+  EXPECT_EQ(bake_and_verify(spikes, storage, Correction::none, Wrap::repeat, MapKind::quick).texels_too_wide, 0);
+}
+
+TEST(MapVerify, ExactRelaxedConesHoldAtTexels) {
+  for (const auto make : {fbm_map, noise_map, bricks_map, spikes_map, pyramids_map, cliff_map}) {
+    for (const Wrap wrap : kWraps) {
+      const Heightfield heights = make(24, 20);
+      const MapVerdict relaxed = bake_and_verify(heights, {"rg32f", "ratio"}, Correction::none, wrap, MapKind::relaxed);
+      EXPECT_EQ(relaxed.texels_too_wide, 0);
+      EXPECT_FALSE(relaxed.broken);
+      const MapVerdict shape =
+          bake_and_verify(heights, {"r32f+rgba32f", "ratio"}, Correction::min3x3, wrap, MapKind::safety_shape);
+      EXPECT_EQ(shape.texels_too_wide, 0);
+      EXPECT_GT(shape.rays.rays, 1000);
     }
   }
 }
