@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "backends/gpu_bake.h"
 #include "kernels/error.h"
 #include "kernels/ktx2.h"
 #include "kernels/map_file.h"
@@ -16,9 +17,27 @@
 namespace reliefbench {
 namespace {
 
-std::vector<float> bake_on_device(std::string_view device, const MapRow& map, const BakeRequest& request) {
-  if (device == "cpu") return map.bake(request);
-  fail_environment("no GPU baker for {} on {}", map.id, device);
+struct Baked {
+  std::vector<float> values;
+  double time_ns;  ///< of the bake alone: devices are opened and shaders compiled before
+};
+
+template <typename Bake>
+Baked timed(const Bake& bake) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<float> values = bake();
+  return {.values = std::move(values),
+          .time_ns = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count()};
+}
+
+Baked bake_on_device(std::string_view device, const MapRow& map, const BakeRequest& request) {
+  if (device == "cpu") return timed([&] { return map.bake(request); });
+  if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end())
+    fail_environment("no GPU baker for {} on {}", map.id, device);
+  const BackendRow& row = find_backend(device);
+  const std::unique_ptr<Backend> backend = row.open(0, {});
+  const GpuBaker baker(*backend, row.dialect, map.kind);
+  return timed([&] { return baker.bake(request); });
 }
 
 std::map<std::string, std::string> metadata_of(const BakeJob& job) {
@@ -107,11 +126,11 @@ BakeResult run_bake(const BakeJob& job) {
                       .threads = job.threads};
   if (job.parameter) set_parameter(request, storage.map, *job.parameter);
   BakeResult result{.width = heights.width, .height = heights.height, .verdict = {}, .files = {}};
-  const auto start = std::chrono::steady_clock::now();
-  const std::vector<float> values = bake_on_device(job.device, storage.map, request);
-  result.bake_time_ns = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
-  const MapTextures textures = pack_map({.map = storage.map, .heights = heights, .values = values, .wrap = job.wrap},
-                                        storage.format, storage.encoding);
+  const Baked baked = bake_on_device(job.device, storage.map, request);
+  result.bake_time_ns = baked.time_ns;
+  const MapTextures textures =
+      pack_map({.map = storage.map, .heights = heights, .values = baked.values, .wrap = job.wrap}, storage.format,
+               storage.encoding);
   result.bytes = textures.bytes();
   count_ratios(job, textures, result);
   if (job.verify)
