@@ -42,8 +42,8 @@ std::string ratio_conflict(const MapStorage& storage) {
 }  // namespace
 
 std::string conflict(const MapStorage& storage) {
-  if (std::string reason = format_conflict(storage.map, storage.format); !reason.empty()) return reason;
   if (std::string reason = correction_conflict(storage); !reason.empty()) return reason;
+  if (std::string reason = format_conflict(storage.map, storage.format); !reason.empty()) return reason;
   return ratio_conflict(storage);
 }
 

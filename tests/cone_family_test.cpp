@@ -151,9 +151,10 @@ TEST(QuadConeMap, SafeConesNeverMeetTheInterpolatedSurface) {
       }
     }
   }
-  const Heightfield checker = checker_map(8, 8);
-  const auto minimum = bake_quad({.heights = checker, .correction = Correction::min3x3, .threads = 1});
-  EXPECT_GT(surface_points_in_quads(checker, minimum, Wrap::repeat), 0);
+  // That this can fail: cones of the texels alone are too wide between them.
+  const Heightfield noise = noise_map(8, 8);
+  const auto plain = bake_quad({.heights = noise, .correction = Correction::none, .threads = 1});
+  EXPECT_GT(surface_points_in_quads(noise, plain, Wrap::repeat), 0);
 }
 
 TEST(QuadConeMap, ASpikeBoundsTheConeThatFacesItAlone) {

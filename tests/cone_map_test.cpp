@@ -264,7 +264,8 @@ TEST(ConeMap, NoCertifiedConeIsNarrowerThanTheSafeOne) {
         ASSERT_GE(certified[i], safe[i] * (1 - 2e-7)) << map.id;
         gained += static_cast<double>(certified[i]) / static_cast<double>(safe[i]) - 1;
       }
-      const bool is_tight = map.id == "checker" || map.id == "constant";  // nothing to gain there
+      const bool is_tight =
+          map.id == "checker" || map.id == "constant" || map.id == "pyramids";  // little to gain there
       EXPECT_EQ(gained / static_cast<double>(safe.size()) > 0.02, !is_tight) << map.id;
     }
   }

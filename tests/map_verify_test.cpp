@@ -115,7 +115,9 @@ TEST(MapVerify, EverySectorIsHeldToItsOwnTexels) {
     const MapVerdict verdict = verify(map, stored, storage, Correction::safe, Wrap::clamp);
     EXPECT_EQ(verdict.texels_too_wide, sector == 0 ? 1 : 0);
     EXPECT_EQ(verdict.broken, sector == 0);
-    if (sector == 0) EXPECT_NEAR(verdict.worst_texel.factor, 0.9 / (3.0 / 8 / 0.5), 1e-6);
+    if (sector == 0) {
+      EXPECT_NEAR(verdict.worst_texel.factor, 0.9 / (3.0 / 8 / 0.5), 1e-6);
+    }
   }
 }
 

@@ -225,7 +225,7 @@ TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
         Settings settings(technique);
         settings.set("format", float_format(technique));
         if (technique.id == "parallax") settings.set("variant", "plain");
-        if (technique.id == "relief") settings.set("binary_steps", 16);
+        if (technique.find("binary_steps") != nullptr) settings.set("binary_steps", 16);
         if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 500);
         if (technique.id == "depth_slices") settings.set("slices", 4096);
         const double tolerance = technique.id == "depth_slices" ? 1.0 / 4096 : 1e-4;
