@@ -67,7 +67,8 @@ std::vector<VkBufferImageCopy> all_levels(const DeviceImage& image, std::size_t 
     regions.back().bufferOffset = texels;
     texels += std::size_t{extent.width} * extent.height;
   }
-  for (VkBufferImageCopy& region : regions) region.bufferOffset *= bytes / texels;
+  const std::size_t texel_bytes = bytes / std::max(texels, std::size_t{1});
+  for (VkBufferImageCopy& region : regions) region.bufferOffset *= texel_bytes;
   return regions;
 }
 

@@ -90,7 +90,8 @@ class Axis {
     const int new_from = std::max(from, visited.low + 1);
     const int new_to = std::min(to, ring - visited.high - 1);
     const bool is_visited = new_from > new_to;
-    return {.near = near, .far = is_visited ? kNone : std::min(around(new_from), around(new_to)), .node = node};
+    if (is_visited) return {.near = near, .far = kNone, .node = node};
+    return {.near = near, .far = std::min(around(new_from), around(new_to)), .node = node};
   }
 
   int side_;
@@ -136,7 +137,7 @@ struct PublishedArm {
   static Number distance2(const Squares<Number>& column, const Squares<Number>& row) {
     const Number beyond_columns = column.far + row.near;
     const Number beyond_rows = column.near + row.far;
-    Number published = static_cast<Number>(kNone);
+    auto published = static_cast<Number>(kNone);
     if constexpr (kCorner == Corner::low_low) published = std::max(beyond_columns, beyond_rows);
     if constexpr (kCorner == Corner::low_high) published = beyond_columns;
     // Its maps have powers of two for sides, where both parts exist.

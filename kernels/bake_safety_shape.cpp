@@ -111,7 +111,7 @@ bool is_harmful(const std::array<Cells::Corner, 4>& corners, double dx, double d
   bool is_flat = true;
   for (int k = 0; k < 4; ++k) {
     const auto& [height, slope_x, slope_y] = corners[static_cast<std::size_t>(k)];
-    const double gain = (dx + k % 2) * slope_x + (dy + k / 2) * slope_y;
+    const double gain = (dx + k % 2) * slope_x + (dy + (k >> 1)) * slope_y;
     rises = rises && gain >= 0 && height >= owner.floor;
     stays_in_sight = stays_in_sight && gain - height + owner.height >= 0;
     is_flat = is_flat && slope_x == 0 && slope_y == 0;
@@ -212,7 +212,7 @@ class RadiusSearch {
 
   /// Branch and bound over one image; (dx, dy): from the owner to its first cell.
   [[nodiscard]] double search(const Owner& owner, double dx, double dy, double best) const {
-    std::array<Node, 64> stack;  // at most three nodes wait on each of 15 levels, and one is open
+    std::array<Node, 64> stack{};  // at most three nodes wait on each of 15 levels, and one is open
     std::size_t count = 0;
     stack[count++] = {0, 0, static_cast<int>(levels_.size()) - 1};
     while (count > 0) {

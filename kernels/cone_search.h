@@ -41,10 +41,10 @@ class PairKey {
 /// Under repeat the offsets are those to every image of a texel, not to the nearest one alone.
 struct ConeView {
   struct Normal {
-    double x, y;  ///< whole numbers
+    double x = 0, y = 0;  ///< whole numbers
   };
-  const Heightfield* candidates;  ///< heights of the texels that count, negative where one does not
-  std::array<Normal, 3> normals;
+  const Heightfield* candidates = nullptr;  ///< heights of the texels that count, negative where one does not
+  std::array<Normal, 3> normals{};
   double margin = 0;
 };
 /// The quadrant of the signs x and y, its axes included.

@@ -22,8 +22,8 @@ void filter_line(int n, const std::vector<double>& kernel, Edge edge, const At& 
   const int radius = static_cast<int>(kernel.size() / 2);
   for (int i = 0; i < n; ++i) {
     double sum = 0;
-    for (int k = -radius; k <= radius; ++k)
-      sum += kernel[static_cast<std::size_t>(k + radius)] * static_cast<double>(at(inside(i + k, n, edge)));
+    int j = i - radius;
+    for (const double weight : kernel) sum += weight * static_cast<double>(at(inside(j++, n, edge)));
     store(i, static_cast<float>(sum));
   }
 }

@@ -152,8 +152,8 @@ Features features(const Plane& y, double pixels_per_degree) {
   const std::vector<double> bell = gaussian(sigma, radius);
   std::vector<double> first = bell;
   std::vector<double> second = bell;
-  for (int x = -radius; x <= radius; ++x) {
-    const auto i = static_cast<std::size_t>(x + radius);
+  int x = -radius;
+  for (std::size_t i = 0; i < bell.size(); ++i, ++x) {
     first[i] *= -x;
     second[i] *= x * x / (sigma * sigma) - 1;
   }

@@ -85,7 +85,7 @@ struct MapRow {
   MapContent content;
   int ratios = 0;                           ///< cone ratios a texel
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
-  std::string_view parameter = "";          ///< bake parameter of its own, "" for none
+  std::string_view parameter{};             ///< bake parameter of its own, "" for none
   MapPromise promise = MapPromise::none;
   bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
   std::vector<float> (*bake)(const BakeRequest&);

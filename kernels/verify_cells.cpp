@@ -33,8 +33,12 @@ class CellProof {
 
   void examine(Subdivision by) {
     by_ = by;
-    const BoundRequest request{
-        .heights = cones_.heights(), .wrap = cones_.wrap(), .by = by, .max_ratio = greatest_, .threads = threads_};
+    const BoundRequest request{.heights = cones_.heights(),
+                               .wrap = cones_.wrap(),
+                               .by = by,
+                               .max_ratio = greatest_,
+                               .axis = axis_,
+                               .threads = threads_};
     FineRatios lower = lower_cone_bounds(request);
     if (!lower_.ratios.empty()) keep_coarser(lower, lower_);
     lower_ = std::move(lower);
