@@ -51,7 +51,7 @@ static_assert(sizeof(LevelIndex) == 24);
 /// VkFormat of a texel layout.
 struct FormatRow {
   TexelLayout layout;
-  std::uint32_t vk_format;
+  std::uint32_t vk_format = 0;
 };
 constexpr std::array kFormats{
     FormatRow{{TexelType::unorm8, 1}, 9},    FormatRow{{TexelType::unorm8, 2}, 16},
@@ -186,7 +186,7 @@ std::map<std::string, std::string> decoded_metadata(const Reader& reader, const 
     if (!value.empty() && value.back() == '\0') value.remove_suffix(1);
     if (!metadata.emplace(entry.substr(0, end), value).second)
       reader.fail("the metadata has '{}' twice", entry.substr(0, end));
-    at += std::min<std::size_t>((size + 3) / 4 * 4, text.size() - at);
+    at += std::min((std::size_t{size} + 3) / 4 * 4, text.size() - at);
   }
   return metadata;
 }

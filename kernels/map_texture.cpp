@@ -22,7 +22,7 @@ std::size_t texel_count(int width, int height) {
 
 /// Levels down to 1 x 1.
 int chain_length(const Heightfield& heights) {
-  return std::bit_width(static_cast<unsigned>(std::max(heights.width, heights.height)));
+  return static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(heights.width, heights.height))));
 }
 
 TextureImage blank(int width, int height, const TexelLayout& layout, int levels = 1) {
@@ -89,13 +89,14 @@ struct RatioLayout {
 
 void write_ratios(MapTextures& textures, const Heightfield& heights, std::span<const float> values,
                   const RatioLayout& layout, std::size_t first_texel = 0) {
-  const auto [have, format, encoding] = layout;
+  const int have = layout.ratios;
+  const Format& format = layout.format;
   const int first = format.extra_channels > 0 ? 0 : 1;  // channel of the first ratio
   TextureImage& image = format.extra_channels > 0 ? *textures.extra : textures.relief;
   for_each_texel(heights, [&](std::size_t i) {
     for (int k = 0; k < format.ratios(); ++k) {
       const float ratio = k < have ? values[i * static_cast<std::size_t>(have) + static_cast<std::size_t>(k)] : 0;
-      write_code(image, first_texel + i, first + k, floor_code(ratio, heights.texels[i], format.type, encoding));
+      write_code(image, first_texel + i, first + k, floor_code(ratio, heights.texels[i], format.type, layout.encoding));
     }
   });
 }

@@ -92,6 +92,7 @@ Param correction(const std::vector<MapKind>& maps, std::string_view fallback) {
 }
 Param map(const std::vector<MapKind>& maps) {
   std::vector<std::string_view> ids;
+  ids.reserve(maps.size());
   for (const MapKind kind : maps) ids.push_back(find_map(kind).id);
   const std::string_view fallback = ids.front();
   Param param = choice("map", "which map is baked", std::move(ids), fallback);

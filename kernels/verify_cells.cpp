@@ -153,10 +153,11 @@ TexelVerdict verify_conservative_texels(const ConservativeCones& request) {
     const float ratio = cones.at_texels()[i];
     if (ratio <= exact[i]) continue;
     const auto width = static_cast<std::size_t>(heights.width);
+    const std::size_t row = i / width;
     verdict.add({.too_wide = 1,
                  .worst = {.factor = double{ratio} / exact[i],
                            .u = (static_cast<double>(i % width) + 0.5) / heights.width,
-                           .v = (static_cast<double>(i / width) + 0.5) / heights.height}});
+                           .v = (static_cast<double>(row) + 0.5) / heights.height}});
   }
   return verdict;
 }

@@ -107,7 +107,7 @@ std::array<double, 5> even_point(int i) {
 /// A ray from the top plate, and t at the point from which on it is seen inside the cone below that point.
 struct ConeRay {
   TextureRay ray;
-  double t;
+  double t = 0;
 };
 
 /// Through any point over the relief, in any direction, from half to 16 times as far per height as its cone is wide.

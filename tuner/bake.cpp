@@ -80,7 +80,8 @@ void count_ratios(const BakeJob& job, const MapTextures& textures, BakeResult& r
     sum += ratios[i];
     closed += ratios[i] == 0 ? 1 : 0;
   }
-  const auto count = static_cast<double>(ratios.size() / stored * filled);
+  const std::size_t texels = ratios.size() / stored;
+  const auto count = static_cast<double>(texels * filled);
   result.mean_ratio = sum / count;
   result.closed_share = closed / count;
 }

@@ -60,10 +60,14 @@ JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& s
   return judged;
 }
 
+bool is_same_ray(const TextureRay& a, const TextureRay& b) {
+  return a.u == b.u && a.v == b.v && a.slope_u == b.slope_u && a.slope_v == b.slope_v;
+}
+
 void compare_frames(const std::vector<ScorePixel>& a, const std::vector<ScorePixel>& b, StressResult& result) {
   std::int64_t differing = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const bool same_ray = std::memcmp(&a[i].ray, &b[i].ray, sizeof(TextureRay)) == 0;
+    const bool same_ray = is_same_ray(a[i].ray, b[i].ray);
     if (!same_ray || !(std::abs(a[i].t - b[i].t) <= static_cast<float>(kAgreement))) ++differing;
   }
   if (result.pixels == 0) return;
@@ -82,7 +86,7 @@ class Run {
 
   StressReport all() {
     plan();
-    const double total = static_cast<double>(planned_.size());
+    const auto total = static_cast<double>(planned_.size());
     for (std::size_t i = 0; i < planned_.size(); ++i) {
       const Planned& planned = planned_[i];
       progress_.update(static_cast<double>(i) / total,
