@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tuner/search/space.h"
+
+namespace reliefbench {
+
+/// An exhaustive sweep of one scene on one device, as replay needs it.
+struct RecordedTable {
+  SearchSpace space;
+  std::string backend;
+  std::string device;
+  std::string scene;
+  std::string error_metric;
+  std::vector<std::string> constraints;      ///< Budget::text(), behind Candidate::is_feasible
+  std::vector<std::vector<double>> samples;  ///< ns a frame, corrected for drift; one list a candidate, none empty
+};
+
+/// Draws a candidate's recorded samples with replacement. The draw is a function of (seed, candidate, index) alone, so
+/// that a search that was killed meets the same noise again.
+class ReplaySource final : public TimeSource {
+ public:
+  ReplaySource(const RecordedTable& table, std::uint64_t seed) : table_(table), seed_(seed) {}
+  [[nodiscard]] double frame_ns(std::size_t candidate, int index) override;
+
+ private:
+  const RecordedTable& table_;
+  std::uint64_t seed_;
+};
+
+}  // namespace reliefbench

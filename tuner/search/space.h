@@ -1,0 +1,39 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace reliefbench {
+
+/// A setting as the search sees it: its error is known exactly, its time is not.
+struct Candidate {
+  std::string id;               ///< case id, unique in its space
+  std::vector<int> categories;  ///< value of each categorical axis, -1 where inactive; equal tuples make one chain
+  std::vector<double> steps;    ///< count of each step axis, 0 where inactive
+  double error = 0;             ///< of the front's metric, >= 0
+  bool is_feasible = true;      ///< meets the constraints on the other metrics
+};
+
+/// The settings among which is searched. Chains (equal categories) hold lattices (step counts).
+struct SearchSpace {
+  std::vector<std::string> category_axes;
+  std::vector<std::string> step_axes;
+  std::vector<Candidate> candidates;
+
+  /// throws: Error(bad_input): no candidate, a duplicate id, an error that is NaN or negative, tuples of other lengths
+  void check() const;
+};
+
+/// Where frame times come from: a device, or a recorded table.
+class TimeSource {
+ public:
+  TimeSource() = default;
+  TimeSource(const TimeSource&) = delete;
+  TimeSource& operator=(const TimeSource&) = delete;
+  virtual ~TimeSource() = default;
+
+  /// The index-th sample of a candidate (counted from 0 for each), corrected for drift, in ns a frame.
+  [[nodiscard]] virtual double frame_ns(std::size_t candidate, int index) = 0;
+};
+
+}  // namespace reliefbench
