@@ -99,9 +99,12 @@ std::optional<double> metric_value(const Record& record, std::string_view metric
 }
 
 bool meets(const Record& record, const Budget& budget) {
-  if (record.status != Status::ok || !record.error) return false;
+  return record.status == Status::ok && record.error && meets(*record.error, budget);
+}
+
+bool meets(const FrameScore& score, const Budget& budget) {
   const MetricRow& metric = find_metric(budget.metric);
-  const std::optional<double> value = metric.value(*record.error);
+  const std::optional<double> value = metric.value(score);
   if (!value) return !metric.lower_is_better;  // identical pictures have no psnr: nothing is better
   return metric.lower_is_better ? *value <= budget.limit : *value >= budget.limit;
 }

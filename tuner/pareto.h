@@ -56,6 +56,7 @@ struct Front {
 [[nodiscard]] std::optional<double> metric_value(const Record& record, std::string_view metric_id);
 /// Whether the record meets the budget; for higher-is-better metrics the limit is a least value, and a missing psnr
 /// (identical pictures) meets it.
+[[nodiscard]] bool meets(const FrameScore& score, const Budget& budget);
 [[nodiscard]] bool meets(const Record& record, const Budget& budget);
 
 [[nodiscard]] nlohmann::json fronts_json(std::span<const Front> fronts);  ///< front.json
