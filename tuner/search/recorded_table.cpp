@@ -1,5 +1,10 @@
 #include "tuner/search/recorded_table.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/error.h"
+
 namespace reliefbench {
 namespace {
 
@@ -12,6 +17,20 @@ std::uint64_t mixed(std::uint64_t x) {
 }
 
 }  // namespace
+
+double true_log_time(std::span<const double> samples) {
+  if (samples.empty()) fail_input("a setting without samples has no time");
+  std::vector<double> sorted(samples.begin(), samples.end());
+  std::ranges::sort(sorted);
+  // P(median of 3 <= the r-th of n) = 3 p^2 - 2 p^3 with p = r / n.
+  const auto below = [&](std::size_t rank) {
+    const double p = static_cast<double>(rank) / static_cast<double>(sorted.size());
+    return p * p * (3 - 2 * p);
+  };
+  double sum = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) sum += (below(i + 1) - below(i)) * std::log(sorted[i]);
+  return sum;
+}
 
 double ReplaySource::frame_ns(std::size_t candidate, int index) {
   const std::vector<double>& samples = table_.samples.at(candidate);
