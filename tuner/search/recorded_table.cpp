@@ -4,20 +4,9 @@
 #include <cmath>
 
 #include "kernels/error.h"
+#include "tuner/search/random.h"
 
 namespace reliefbench {
-namespace {
-
-/// SplitMix64's finaliser: every bit of the input reaches every bit of the output.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15U;
-  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
-  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
-  return x ^ (x >> 31U);
-}
-
-}  // namespace
-
 double true_log_time(std::span<const double> samples) {
   if (samples.empty()) fail_input("a setting without samples has no time");
   std::vector<double> sorted(samples.begin(), samples.end());
