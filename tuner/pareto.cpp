@@ -103,10 +103,18 @@ bool meets(const Record& record, const Budget& budget) {
 }
 
 bool meets(const FrameScore& score, const Budget& budget) {
+  return within(find_metric(budget.metric).value(score), budget);
+}
+
+bool within(std::optional<double> value, const Budget& budget) {
   const MetricRow& metric = find_metric(budget.metric);
-  const std::optional<double> value = metric.value(score);
   if (!value) return !metric.lower_is_better;  // identical pictures have no psnr: nothing is better
   return metric.lower_is_better ? *value <= budget.limit : *value >= budget.limit;
+}
+
+bool meets(const Record& record, const Budget& budget) {
+  if (record.status != Status::ok || !record.error) return false;
+  return within(find_metric(budget.metric).value(*record.error), budget);
 }
 
 nlohmann::json fronts_json(std::span<const Front> fronts) {

@@ -54,9 +54,11 @@ struct Front {
 
 /// A metric's value; nothing where the record has none (not ok, or psnr of identical pictures).
 [[nodiscard]] std::optional<double> metric_value(const Record& record, std::string_view metric_id);
-/// Whether the record meets the budget; for higher-is-better metrics the limit is a least value, and a missing psnr
-/// (identical pictures) meets it.
+/// Whether a value of the budget's metric is within it; for higher-is-better metrics the limit is a least value, and a
+/// missing psnr (identical pictures) is within.
+[[nodiscard]] bool within(std::optional<double> value, const Budget& budget);
 [[nodiscard]] bool meets(const FrameScore& score, const Budget& budget);
+/// Whether the record is ok and within the budget.
 [[nodiscard]] bool meets(const Record& record, const Budget& budget);
 
 [[nodiscard]] nlohmann::json fronts_json(std::span<const Front> fronts);  ///< front.json

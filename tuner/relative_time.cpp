@@ -54,4 +54,11 @@ std::vector<double> relative_times(std::span<const Sample> samples, std::span<co
   return times;
 }
 
+std::vector<double> corrected_times_ns(std::span<const Sample> samples, std::span<const Sample> control,
+                                       double reference_ns) {
+  std::vector<double> times = relative_times(samples, control);
+  for (double& time : times) time *= reference_ns;
+  return times;
+}
+
 }  // namespace reliefbench

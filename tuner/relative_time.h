@@ -24,4 +24,10 @@ using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 /// samples, control: by rising time; control not empty
 [[nodiscard]] std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control);
 
+/// A case's frame times corrected for drift: relative_times() at the speed that the device had when the run began.
+/// reference_ns: the control case's time then (run.json, "control_reference_ns")
+/// returns: ns a frame, in the samples' order
+[[nodiscard]] std::vector<double> corrected_times_ns(std::span<const Sample> samples, std::span<const Sample> control,
+                                                     double reference_ns);
+
 }  // namespace reliefbench

@@ -11,6 +11,8 @@ inline constexpr std::string_view kResultsFile = "results.jsonl";
 inline constexpr std::string_view kSamplesFile = "samples.jsonl";
 inline constexpr std::string_view kBenchmarkFile = "benchmark.json";
 inline constexpr std::string_view kFrontFile = "front.json";
+inline constexpr std::string_view kTableFile = "table.csv";
+inline constexpr std::string_view kT4File = "t4.json";
 inline constexpr std::string_view kReportFile = "report.html";
 
 /// The picture of a case (relative to the run folder): images/<hash of key>-<kind>.png

@@ -12,6 +12,7 @@
 #include "kernels/map_kind.h"
 #include "kernels/reference.h"
 #include "kernels/sha256.h"
+#include "tuner/case_table.h"
 #include "tuner/device_json.h"
 #include "tuner/harness.h"
 #include "tuner/host.h"
@@ -19,6 +20,7 @@
 #include "tuner/prepare.h"
 #include "tuner/recommend.h"
 #include "tuner/run_files.h"
+#include "tuner/t4.h"
 
 namespace reliefbench {
 namespace {
@@ -119,6 +121,12 @@ void write_results(const Config& config, const Run& run) {
   const std::vector<Front> all = fronts(run.records, config.front_error, config.front_constraints);
   write_atomically(run.folder / kFrontFile, fronts_json(all).dump(1) + "\n");
   write_atomically(run.folder / kBenchmarkFile, benchmark_json(run.samples));
+  const std::vector<TableRow> table = case_table(run);
+  write_atomically(run.folder / kTableFile, case_table_csv(table));
+  write_atomically(
+      run.folder / kT4File,
+      t4_json(run, table, config.front_constraints).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
+          "\n");
 
   std::set<std::filesystem::path> kept;
   const auto keep = [&](const Record* record) {

@@ -23,8 +23,8 @@ namespace reliefbench {
 /// "2026-11-22T12:00:00Z" of ns since 1970.
 [[nodiscard]] std::string utc_text(double unix_ns);
 
-/// Writes front.json and benchmark.json of a complete run, and removes the pictures of cases that are neither on a
-/// front nor recommended.
+/// Writes front.json, benchmark.json, table.csv and t4.json of a complete run, and removes the pictures of cases that
+/// are neither on a front nor recommended.
 void write_results(const Config& config, const Run& run);
 
 }  // namespace reliefbench

@@ -52,11 +52,10 @@ void set_frame_time(Record& record, const SamplesByCase& samples, const Session&
   const std::vector<Sample>& own = samples.at(record.case_id);
   const std::vector<Sample>& control = samples.at(control_case_id(record.backend));
   const std::vector<double> raw_ns = raw_times(own);
-  std::vector<double> corrected_ns = relative_times(own, control);
-  for (double& value : corrected_ns) value *= session.calibration().reference_ns;
-  record.frame_time = FrameTime{.summary = summarise(corrected_ns),
-                                .raw_median = median(raw_ns),
-                                .timer = std::string(timer_id(session.calibration().timer))};
+  record.frame_time =
+      FrameTime{.summary = summarise(corrected_times_ns(own, control, session.calibration().reference_ns)),
+                .raw_median = median(raw_ns),
+                .timer = std::string(timer_id(session.calibration().timer))};
   const double slowdown = record.frame_time->raw_median / record.frame_time->summary.median;
   if (slowdown > kThrottledRatio) {
     record.status = Status::throttled;
