@@ -112,11 +112,6 @@ bool within(std::optional<double> value, const Budget& budget) {
   return metric.lower_is_better ? *value <= budget.limit : *value >= budget.limit;
 }
 
-bool meets(const Record& record, const Budget& budget) {
-  if (record.status != Status::ok || !record.error) return false;
-  return within(find_metric(budget.metric).value(*record.error), budget);
-}
-
 nlohmann::json fronts_json(std::span<const Front> fronts) {
   nlohmann::json list = nlohmann::json::array();
   for (const Front& front : fronts) {

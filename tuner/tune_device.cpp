@@ -1,7 +1,10 @@
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <set>
 
 #include "kernels/atomic_file.h"

@@ -1,6 +1,8 @@
 #include "tuner/tune_search.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
