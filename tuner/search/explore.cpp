@@ -43,11 +43,12 @@ void Explorer::learn(std::span<const Observed> observed, std::span<const double>
   std::ranges::sort(fresh, {}, [&](std::size_t i) { return observed[i].order; });
   for (const std::size_t i : fresh) {
     if (learned_.size() + kBatch >= capacity()) break;
-    surrogate_.add(i, observed[i].mean, scales[i] * scales[i] / observed[i].count());
+    surrogate_.add(i, observed[i].clipped, scales[i] * scales[i] / observed[i].blocks());
     learned_.push_back(i);
     is_learned_[i] = 1;
   }
-  for (std::size_t point = 0; point < learned_.size(); ++point) surrogate_.set(point, observed[learned_[point]].mean);
+  for (std::size_t point = 0; point < learned_.size(); ++point)
+    surrogate_.set(point, observed[learned_[point]].clipped);
   surrogate_.fit_if_due();
   surrogate_.update();
 }
@@ -61,13 +62,13 @@ std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, s
   std::vector<std::size_t> left;
   for (const std::size_t i : feasible_) {
     if (observed[i].is_measured())
-      slowest = std::max(slowest, observed[i].mean);
+      slowest = std::max(slowest, observed[i].clipped);
     else
       left.push_back(i);
   }
   Staircase front(ranks_, slowest);
   for (const std::size_t i : feasible_) {
-    if (observed[i].is_measured()) front.add(rank_[i], observed[i].mean);
+    if (observed[i].is_measured()) front.add(rank_[i], observed[i].clipped);
   }
   const bool is_rough = static_cast<double>(known) >= kRough * static_cast<double>(feasible_.size());
   const bool by_volume = !is_rough || batches_++ % 2 == 0;
