@@ -119,8 +119,7 @@ double NoiseModel::scale(const Observed& observed) const {
   if (!observed.is_measured()) return std::sqrt(variance_.front());
   const double pooled = pooled_variance(middle_of(observed.frames));
   const double deviations = clipped_deviations(observed, std::sqrt(pooled));
-  const double own = (kShrinkage * pooled + deviations) / (kShrinkage + degrees_of(observed));
-  return std::sqrt(std::max(pooled, own));
+  return std::sqrt((kShrinkage * pooled + deviations) / (kShrinkage + degrees_of(observed)));
 }
 
 void NoiseModel::fit_tails(std::span<const Observed> observed) {
@@ -221,16 +220,20 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   observed.mean = plain.mean;
   observed.clipped = plain.mean;
   const double most = frames[frames.size() / 4] + kClip * own;
-  double outliers = 0;  // variance that they add
+  double error = 0;     // of what outliers add
+  double at_least = 0;  // of it
   if (frames.back() > most) {
     std::vector<double> tame = frames;
     for (double& frame : tame) frame = std::min(frame, most);
     const MedianStatistic clipped = median_statistic(tame);
     observed.clipped = clipped.mean;
-    outliers = std::max(0.0, plain.variance - clipped.variance) / static_cast<double>(frames.size());
+    const double added = std::max(0.0, plain.variance - clipped.variance);
+    error = kOutlier * std::sqrt(added / static_cast<double>(frames.size()));
+    if (frames.end() - std::ranges::upper_bound(frames, most) >= kSeenOutliers)
+      at_least = std::max(0.0, plain.mean - clipped.mean - error);
   }
-  return {.lower = observed.clipped - own * radius(above_, observed),
-          .upper = observed.mean + own * radius(below_, observed) + kOutlier * std::sqrt(outliers)};
+  return {.lower = observed.clipped + at_least - own * radius(above_, observed),
+          .upper = observed.mean + own * radius(below_, observed) + error};
 }
 
 }  // namespace reliefbench

@@ -19,15 +19,16 @@ namespace reliefbench {
 /// 1963); from kLinear blocks on psi is that of its first-order projection.
 ///
 /// What is plugged in and so assumed, not proven: frames of a setting are independent. s^2 is the variance of clipped
-/// frames within a setting, pooled over settings of similar time (fast ones are noisier), or the setting's own shrunk
-/// towards that where it is larger. psi is the cumulant function of pooled standardised frames, one more extreme than
+/// frames within a setting, pooled over settings of similar time (fast ones are noisier), and the setting's own shrunk
+/// towards that. psi is the cumulant function of pooled standardised frames, one more extreme than
 /// any seen added at either end; deviations are inflated by kInflation; psi is no less than the normal one.
 ///
 /// Slow outliers (another process takes a core for a time slice: the frame takes several times as long) have no useful
 /// psi. The lower bound therefore takes frames slower than the lower quartile + kClip s as that: their expectation is
-/// no larger, so the bound holds, and its tail is light. The upper bound takes frames as they are, so it contains what
-/// outliers were seen, and adds kOutlier standard errors of what they contribute: pointwise, not anytime, because an
-/// upper bound fails by no more than outliers add to the mean, 3 p^2 of their size if they have share p.
+/// no larger, so the bound holds, and its tail is light; once kSeenOutliers were seen it has what they add less
+/// kOutlier standard errors. The upper bound takes frames as they are, so it contains what outliers were seen, and adds
+/// kOutlier standard errors of what they contribute: pointwise, not anytime, because an upper bound fails by no more
+/// than outliers add to the mean, 3 p^2 of their size if they have share p.
 ///
 /// Union bound: alpha is confidence's complement, halved for the sides, split among settings by the order in which they
 /// are first timed: the first kEarly of all share one half, the rest the other. The order is known before a setting's
@@ -50,9 +51,10 @@ class NoiseModel {
   Bounds bound(Observed& observed) const;
 
   static constexpr double kEarly = 1.0 / 16;
-  static constexpr double kInflation = 1.1;
+  static constexpr double kInflation = 1.05;
   static constexpr double kClip = 6;
-  static constexpr double kOutlier = 2.5;
+  static constexpr double kOutlier = 2;
+  static constexpr std::ptrdiff_t kSeenOutliers = 8;  ///< from which the lower bound takes them for real
   static constexpr int kLinear = 8;
 
  private:

@@ -267,8 +267,8 @@ class Search {
                                  .pick = answer.pick,
                                  .time_ns = std::exp(observed_[answer.pick].mean),
                                  .high_ns = std::exp(upper),
-                                 .best_low_ns = std::exp(answer.best_lower),
-                                 .gap = std::expm1(upper - answer.best_lower)});
+                                 .rival_low_ns = std::exp(answer.rival_lower),
+                                 .gap = std::expm1(answer.log_gap)});
     }
     if (options_.on_progress)
       options_.on_progress({.samples = result_.samples,
