@@ -22,6 +22,7 @@ constexpr double kAuditShare = 0.03;     // of the settings ruled out by assumpt
 constexpr std::size_t kLeastAudits = 10;
 constexpr double kAuditMargin = 1.5;  // how much more slack than the failure needs
 constexpr double kPickIsSharp = 0.4;  // a pick whose bounds are so much narrower than its rival's is not drawn again
+constexpr double kBlockNoise = 0.67;  // standard deviation of a block's median in that of a frame, if normal
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void check(const SearchSpace& space, const SearchOptions& options) {
@@ -80,12 +81,16 @@ class Search {
   }
 
   void bound(std::size_t candidate) {
-    const Observed& observed = observed_[candidate];
-    scales_[candidate] = noise_.scale(observed);
-    gaps_.set(candidate, noise_.lower(observed), noise_.upper(observed));
+    set_bounds(candidate);
     for (const std::size_t larger : chains_.larger(candidate)) {
       if (!observed_[larger].is_measured()) assume(larger);
     }
+  }
+
+  void set_bounds(std::size_t candidate) {
+    const NoiseModel::Bounds bounds = noise_.bound(observed_[candidate]);
+    scales_[candidate] = kBlockNoise * noise_.scale(observed_[candidate]);
+    gaps_.set(candidate, bounds.lower, bounds.upper);
   }
 
   void assume(std::size_t candidate) {
@@ -102,8 +107,10 @@ class Search {
     refitted_at_ = result_.samples;
     noise_.fit(observed_);
     for (const std::size_t i : gaps_.by_error()) {
-      scales_[i] = noise_.scale(observed_[i]);
-      if (observed_[i].is_measured()) gaps_.set(i, noise_.lower(observed_[i]), noise_.upper(observed_[i]));
+      if (observed_[i].is_measured())
+        set_bounds(i);
+      else
+        scales_[i] = kBlockNoise * noise_.scale(observed_[i]);
     }
     slack_ = std::max(estimate_slack(chains_, observed_, scales_), audited_slack_);
     for (const std::size_t i : gaps_.by_error()) {
@@ -212,10 +219,10 @@ class Search {
       const double lower = gaps_.lower(i);
       if (!draw(i)) return is_audited_ = false;
       ++result_.audits;
-      if (observed_[i].mean >= lower) continue;
+      if (observed_[i].clipped >= lower) continue;
       ++result_.audit_failures;
       is_audited_ = false;
-      audited_slack_ = std::max(audited_slack_, slack_ + kAuditMargin * (lower - observed_[i].mean));
+      audited_slack_ = std::max(audited_slack_, slack_ + kAuditMargin * (lower - observed_[i].clipped));
     }
     return true;
   }
@@ -260,8 +267,8 @@ class Search {
                                  .pick = answer.pick,
                                  .time_ns = std::exp(observed_[answer.pick].mean),
                                  .high_ns = std::exp(upper),
-                                 .best_low_ns = std::exp(answer.best_lower),
-                                 .gap = std::expm1(upper - answer.best_lower)});
+                                 .rival_low_ns = std::exp(answer.rival_lower),
+                                 .gap = std::expm1(answer.log_gap)});
     }
     if (options_.on_progress)
       options_.on_progress({.samples = result_.samples,

@@ -68,7 +68,7 @@ class Judge {
   double slowest_ = 0;
 };
 
-/// Runs a strategy on replay, once for each share of the feasible settings that it may time (1: until it ends).
+/// Runs a strategy on replay, once for each share of the table's settings that it may time (1: until it ends).
 [[nodiscard]] std::vector<Checkpoint> evaluate(const RecordedTable& table, const Judge& judge, const Strategy& strategy,
                                                const StrategyTask& task, std::span<const double> shares);
 
