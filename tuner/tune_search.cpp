@@ -114,7 +114,7 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
                   .error = candidate.error,
                   .time_ns = answer->time_ns,
                   .high_ns = answer->high_ns,
-                  .best_low_ns = answer->best_low_ns,
+                  .rival_low_ns = answer->rival_low_ns,
                   .gap = answer->gap};
 }
 
