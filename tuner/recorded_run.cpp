@@ -3,58 +3,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 #include <tuple>
 
 #include "kernels/error.h"
 #include "tuner/append_file.h"
 #include "tuner/pareto.h"
+#include "tuner/registry_params.h"
 #include "tuner/run_files.h"
 
 namespace reliefbench {
 namespace {
 
-/// The axes of the registry: parameters by id, with the values that any technique gives them.
-struct Axes {
-  std::vector<std::string> categories = {"technique"};
-  std::vector<std::string> steps;
-  std::map<std::string, std::vector<std::string_view>, std::less<>> values;  ///< of a category axis
+/// The parameters with named values, or those without.
+std::vector<const RegistryParam*> params_where(bool named) {
+  std::vector<const RegistryParam*> params;
+  for (const RegistryParam& param : registry_params())
+    if (param.values.empty() != named) params.push_back(&param);
+  return params;
+}
 
-  Axes() {
-    for (const Technique& technique : techniques()) {
-      values["technique"].push_back(technique.id);
-      for (const Param& param : technique.params) {
-        std::vector<std::string>& axes = param.choices.empty() ? steps : categories;
-        if (std::ranges::find(axes, param.id) == axes.end()) axes.emplace_back(param.id);
-        std::vector<std::string_view>& known = values[std::string(param.id)];
-        for (const std::string_view choice : param.choices)
-          if (std::ranges::find(known, choice) == known.end()) known.push_back(choice);
-      }
-    }
-  }
-
-  [[nodiscard]] int index(std::string_view axis, std::string_view value) const {
-    const std::vector<std::string_view>& known = values.find(axis)->second;
-    return static_cast<int>(std::ranges::find(known, value) - known.begin());
-  }
-};
-
-Candidate candidate_of(const TableRow& row, const Axes& axes) {
-  const Settings& settings = row.settings;
-  const auto active = [&](const std::string& id) {
-    const Param* const param = settings.technique().find(id);
-    return param != nullptr && settings.is_active(*param);
-  };
-  Candidate candidate{.id = row.case_id, .categories = {}, .steps = {}};
-  for (const std::string& axis : axes.categories) {
-    if (axis == "technique")
-      candidate.categories.push_back(axes.index(axis, settings.technique().id));
-    else
-      candidate.categories.push_back(active(axis) ? axes.index(axis, settings.choice(axis)) : -1);
-  }
-  for (const std::string& axis : axes.steps) candidate.steps.push_back(active(axis) ? settings.get(axis) : 0);
-  return candidate;
+/// Names of the axes: what stands first, then the parameters.
+std::vector<std::string> axes_of(std::vector<std::string> names, bool named) {
+  for (const RegistryParam* param : params_where(named)) names.emplace_back(param->id);
+  return names;
 }
 
 using Group = std::tuple<std::string, std::string, std::string>;  ///< backend, scene, device
@@ -94,24 +66,39 @@ std::size_t metric_index(std::string_view id) { return static_cast<std::size_t>(
 
 }  // namespace
 
+Candidate candidate_of(const Settings& settings) {
+  const auto active = [&](std::string_view id) {
+    const Param* const param = settings.technique().find(id);
+    return param != nullptr && settings.is_active(*param);
+  };
+  const auto technique = static_cast<int>(&settings.technique() - techniques().data());
+  Candidate candidate{.id = {}, .categories = {technique}, .steps = {}};
+  for (const RegistryParam* param : params_where(true))
+    candidate.categories.push_back(active(param->id) ? param->index(settings.choice(param->id)) : -1);
+  for (const RegistryParam* param : params_where(false))
+    candidate.steps.push_back(active(param->id) ? settings.get(param->id) : 0);
+  return candidate;
+}
+
 RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery& query, std::string_view file) {
   const std::size_t error = metric_index(query.error_metric.value());
   if (!metrics()[error].lower_is_better) fail_input("'{}' is no error: higher is better", *query.error_metric);
   const Group group = choose(rows, query, file);
-  const Axes axes;
-  RecordedTable table{.space = {.category_axes = axes.categories, .step_axes = axes.steps, .candidates = {}},
-                      .backend = std::get<0>(group),
-                      .device = std::get<2>(group),
-                      .scene = std::get<1>(group),
-                      .error_metric = *query.error_metric,
-                      .constraints = {},
-                      .samples = {}};
+  RecordedTable table{
+      .space = {.category_axes = axes_of({"technique"}, true), .step_axes = axes_of({}, false), .candidates = {}},
+      .backend = std::get<0>(group),
+      .device = std::get<2>(group),
+      .scene = std::get<1>(group),
+      .error_metric = *query.error_metric,
+      .constraints = {},
+      .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
   for (const Budget& budget : constraints) table.constraints.push_back(budget.text());
   for (const TableRow& row : rows) {
     if (group_of(row) != group || row.status != Status::ok || !row.errors[error]) continue;
     if (row.samples_ns.empty()) fail_input("{}: case '{}' has no samples", file, row.case_id);
-    Candidate candidate = candidate_of(row, axes);
+    Candidate candidate = candidate_of(row.settings);
+    candidate.id = row.case_id;
     candidate.error = *row.errors[error];
     candidate.is_feasible = std::ranges::all_of(
         constraints, [&](const Budget& budget) { return within(row.errors[metric_index(budget.metric)], budget); });
@@ -134,11 +121,8 @@ RecordedTable load_recorded(const std::filesystem::path& path, const RecordedQue
     const Run run = load_run(path);
     const nlohmann::json front = run.info.value("front", nlohmann::json::object());
     if (!full.error_metric && front.contains("error")) full.error_metric = front.at("error").get<std::string>();
-    if (!full.constraints && front.contains("constraints")) {
-      full.constraints.emplace();
-      for (const nlohmann::json& text : front.at("constraints"))
-        full.constraints->push_back(parse_budget(text.get<std::string>()));
-    }
+    if (!full.constraints && front.contains("constraints"))
+      full.constraints = parse_budgets(front.at("constraints").get<std::vector<std::string>>());
     rows = case_table(run);
   }
   const Config defaults;
