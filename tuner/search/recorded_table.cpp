@@ -1,17 +1,25 @@
 #include "tuner/search/recorded_table.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/error.h"
+#include "tuner/search/random.h"
+
 namespace reliefbench {
-namespace {
-
-/// SplitMix64's finaliser: every bit of the input reaches every bit of the output.
-std::uint64_t mixed(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15U;
-  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
-  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
-  return x ^ (x >> 31U);
+double true_log_time(std::span<const double> samples) {
+  if (samples.empty()) fail_input("a setting without samples has no time");
+  std::vector<double> sorted(samples.begin(), samples.end());
+  std::ranges::sort(sorted);
+  // P(median of 3 <= the r-th of n) = 3 p^2 - 2 p^3 with p = r / n.
+  const auto below = [&](std::size_t rank) {
+    const double p = static_cast<double>(rank) / static_cast<double>(sorted.size());
+    return p * p * (3 - 2 * p);
+  };
+  double sum = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) sum += (below(i + 1) - below(i)) * std::log(sorted[i]);
+  return sum;
 }
-
-}  // namespace
 
 double ReplaySource::frame_ns(std::size_t candidate, int index) {
   const std::vector<double>& samples = table_.samples.at(candidate);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct RecordedTable {
   std::vector<std::string> constraints;      ///< Budget::text(), behind Candidate::is_feasible
   std::vector<std::vector<double>> samples;  ///< ns a frame, corrected for drift; one list a candidate, none empty
 };
+
+/// The time that the search estimates: the expectation of the log of the median of kBlock samples drawn with
+/// replacement, exactly, from the order statistics.
+[[nodiscard]] double true_log_time(std::span<const double> samples);
 
 /// Draws a candidate's recorded samples with replacement. The draw is a function of (seed, candidate, index) alone, so
 /// that a search that was killed meets the same noise again.

@@ -1,0 +1,102 @@
+#include "tuner/search/explore.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "tuner/search/improvement.h"
+
+namespace reliefbench {
+namespace {
+
+std::vector<std::size_t> feasible_of(const SearchSpace& space) {
+  std::vector<std::size_t> feasible;
+  for (std::size_t i = 0; i < space.candidates.size(); ++i) {
+    if (space.candidates[i].is_feasible) feasible.push_back(i);
+  }
+  return feasible;
+}
+
+std::size_t capacity_for(std::size_t feasible) {
+  const auto share = static_cast<std::size_t>(static_cast<double>(feasible) * Explorer::kShare);
+  return std::min({feasible, std::max(share, Explorer::kLeast), Explorer::kMost});
+}
+
+}  // namespace
+
+Explorer::Explorer(const SearchSpace& space)
+    : feasible_(feasible_of(space)),
+      rank_(space.candidates.size(), 0),
+      surrogate_(space, capacity_for(feasible_.size()) + kBatch),
+      is_learned_(space.candidates.size(), 0) {
+  std::vector<double> errors;
+  for (const std::size_t i : feasible_) errors.push_back(space.candidates[i].error);
+  const std::vector<std::size_t> ranks = error_ranks(errors);
+  for (std::size_t i = 0; i < feasible_.size(); ++i) rank_[feasible_[i]] = ranks[i];
+  ranks_ = ranks.empty() ? 0 : std::ranges::max(ranks) + 1;
+}
+
+void Explorer::learn(std::span<const Observed> observed, std::span<const double> scales) {
+  std::vector<std::size_t> fresh;
+  for (const std::size_t i : feasible_) {
+    if (observed[i].is_measured() && is_learned_[i] == 0) fresh.push_back(i);
+  }
+  std::ranges::sort(fresh, {}, [&](std::size_t i) { return observed[i].order; });
+  for (const std::size_t i : fresh) {
+    if (learned_.size() + kBatch >= capacity()) break;
+    surrogate_.add(i, observed[i].mean, scales[i] * scales[i] / observed[i].count());
+    learned_.push_back(i);
+    is_learned_[i] = 1;
+  }
+  for (std::size_t point = 0; point < learned_.size(); ++point) surrogate_.set(point, observed[learned_[point]].mean);
+  surrogate_.fit_if_due();
+  surrogate_.update();
+}
+
+std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, std::span<const double> scales) {
+  learn(observed, scales);
+  const std::size_t known = learned_.size();
+  if (known + kBatch >= capacity()) return {};
+
+  double slowest = -std::numeric_limits<double>::infinity();
+  std::vector<std::size_t> left;
+  for (const std::size_t i : feasible_) {
+    if (observed[i].is_measured())
+      slowest = std::max(slowest, observed[i].mean);
+    else
+      left.push_back(i);
+  }
+  Staircase front(ranks_, slowest);
+  for (const std::size_t i : feasible_) {
+    if (observed[i].is_measured()) front.add(rank_[i], observed[i].mean);
+  }
+  const bool is_rough = static_cast<double>(known) >= kRough * static_cast<double>(feasible_.size());
+  const bool by_volume = !is_rough || batches_++ % 2 == 0;
+
+  std::vector<std::size_t> batch;
+  while (batch.size() < kBatch && !left.empty()) {
+    std::size_t best = 0;
+    double most = -1;
+    for (std::size_t place = 0; place < left.size(); ++place) {
+      const std::size_t i = left[place];
+      const double mean = surrogate_.mean(i);
+      const double deviation = surrogate_.deviation(i);
+      const double gain = by_volume ? front.expected_growth(rank_[i], mean, deviation)
+                                    : expected_improvement(front.best(rank_[i]), mean, deviation);
+      if (gain <= most) continue;
+      most = gain;
+      best = place;
+    }
+    const std::size_t chosen = left[best];
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
+    batch.push_back(chosen);
+    const double believed = surrogate_.mean(chosen);
+    front.add(rank_[chosen], believed);
+    surrogate_.add(chosen, believed, scales[chosen] * scales[chosen]);
+    surrogate_.update();
+  }
+  surrogate_.shrink(known);
+  surrogate_.update();
+  return batch;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,53 @@
+#pragma once
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "tuner/search/space.h"
+
+namespace reliefbench {
+
+/// The widest gap over the error budgets and the two settings that decide it.
+struct WidestGap {
+  double log_gap = std::numeric_limits<double>::infinity();  ///< least upper bound - least lower bound, log time
+  std::size_t pick = 0;                                      ///< of the least upper bound; if it is finite
+  std::size_t rival = 0;                                     ///< of the least lower bound
+  double budget = 0;                                         ///< error
+};
+
+/// Bounds on log time of the feasible settings, kept by rising error, so that what is feasible within a budget is a
+/// prefix and one scan finds the gap of every budget. Where a bound is unknown it is infinite.
+class Gaps {
+ public:
+  explicit Gaps(const SearchSpace& space);
+  void set(std::size_t candidate, double lower, double upper);
+  [[nodiscard]] double lower(std::size_t candidate) const { return lower_[place_[candidate]]; }
+  [[nodiscard]] double upper(std::size_t candidate) const { return upper_[place_[candidate]]; }
+
+  /// O(n). Of budgets with equal gaps, the tightest; of settings with equal bounds, the more accurate.
+  [[nodiscard]] WidestGap widest() const;
+
+  /// A run of budgets with one pick.
+  struct Answer {
+    std::size_t pick = 0;
+    double best_lower = 0;  ///< least over the run
+  };
+  /// By falling error; budgets within which nothing has an upper bound have none.
+  [[nodiscard]] std::vector<Answer> answers() const;
+
+  /// Feasible candidates by rising error, then index.
+  [[nodiscard]] std::span<const std::size_t> by_error() const { return candidates_; }
+  /// Least upper bound among the settings as accurate as this one.
+  [[nodiscard]] std::vector<double> best_upper() const;
+
+ private:
+  std::vector<std::size_t> candidates_;
+  std::vector<std::size_t> place_;  // in the arrays below, one a candidate
+  std::vector<double> error_;
+  std::vector<double> lower_;
+  std::vector<double> upper_;
+  std::vector<char> ends_budget_;  // the next setting has a larger error
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,61 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "tuner/search/space.h"
+
+namespace reliefbench {
+
+/// A Gaussian process on log time over the settings of a space: Matern 5/2 with a length for each axis (automatic
+/// relevance determination) on log1p of step counts, Hamming distance on categories, constant mean.
+/// Adding a point costs O(points x settings): the Cholesky factor and, with it, the factor's columns for all settings
+/// grow by a row. Hyper-parameters maximise the marginal likelihood and are refitted when the points have doubled.
+/// source: Rasmussen & Williams, "Gaussian Processes for Machine Learning", 2006, sections 2.2, 5.4.1
+class Surrogate {
+ public:
+  /// capacity: most points at once
+  Surrogate(const SearchSpace& space, std::size_t capacity);
+
+  /// Adds a point, the setting's log time and the variance of its noise. A setting is added once.
+  void add(std::size_t candidate, double log_time, double noise_variance);
+  void set(std::size_t point, double log_time) { values_[static_cast<Eigen::Index>(point)] = log_time; }
+  /// Takes the last points away again.
+  void shrink(std::size_t points);
+  /// Fits the hyper-parameters if the points have doubled since they were last.
+  void fit_if_due();
+  /// Brings mean() up to date with the points; deviation() always is.
+  void update();
+
+  [[nodiscard]] std::size_t size() const { return points_.size(); }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+  [[nodiscard]] double mean(std::size_t candidate) const { return mean_[static_cast<Eigen::Index>(candidate)]; }
+  [[nodiscard]] double deviation(std::size_t candidate) const;  ///< of the noiseless log time
+
+ private:
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  [[nodiscard]] Eigen::VectorXd correlations(std::size_t candidate) const;  // with all settings
+  [[nodiscard]] double log_likelihood(const Eigen::VectorXd& log_weights, std::span<const std::size_t> points,
+                                      double& variance) const;
+  void fit();
+  void append(std::size_t candidate, double noise_variance);
+  void rebuild();
+
+  std::size_t capacity_;
+  Eigen::Index steps_ = 0;    // step axes, first columns of features_
+  Eigen::MatrixXd features_;  // settings x axes
+  Eigen::VectorXd weights_;   // 1 / length^2 of each axis
+  double variance_ = 1;       // of the process
+  double centre_ = 0;         // its mean
+  std::size_t next_fit_ = 6;  // points
+  std::vector<std::size_t> points_;
+  std::vector<double> noise_;
+  Eigen::VectorXd values_;     // log time of the points
+  RowMajor factor_;            // Cholesky, of the points' covariance
+  RowMajor columns_;           // factor^-1 x covariance of points and settings
+  Eigen::VectorXd explained_;  // variance, of each setting
+  Eigen::VectorXd mean_;
+};
+
+}  // namespace reliefbench
