@@ -30,13 +30,14 @@ std::string comment(std::string_view text) {
   std::string safe(text);
   std::ranges::replace_if(
       safe, [](char c) { return c < ' ' || c > '~' || c == '\\'; }, '?');
-  return "// " + safe + "\n";
+  return fmt::format("// {}\n", safe);
 }
 
 std::string define(const std::string& name, const std::string& value) {
   return fmt::format("#define {} {}\n", name, value);
 }
 
+/// "RELIEF_MAP_QUICK"
 std::string value_name(std::string_view param, std::string_view value) {
   return fmt::format("RELIEF_{}_{}", macro_name(param), macro_name(value));
 }
@@ -77,13 +78,15 @@ std::string presets_header(const Presets& presets) {
       for (const auto& [id, ignored] : level.evidence.front().record->params) used.insert(id);
 
   std::string text = comment("Quality levels of relief mapping, for C++ and GLSL. Made by `reliefbench presets`.");
-  text += "#ifndef RELIEF_PRESETS_H\n#define RELIEF_PRESETS_H\n\n" + constants(used);
+  text += "#ifndef RELIEF_PRESETS_H\n#define RELIEF_PRESETS_H\n\n";
+  text += constants(used);
   std::set<std::string> prefixes;
   for (const DevicePresets& device : presets.devices) {
-    const std::string name = "RELIEF_" + macro_name(device.backend + " " + device.device);
+    const std::string name = value_name(device.backend, device.device);
     std::string prefix = name;
     for (int i = 2; !prefixes.insert(prefix).second; ++i) prefix = fmt::format("{}_{}", name, i);
-    text += "\n" + comment(fmt::format("{}, {}, driver {}", device.backend, device.device, device.driver));
+    text += "\n";
+    text += comment(fmt::format("{}, {}, driver {}", device.backend, device.device, device.driver));
     for (const PresetLevel& level : device.levels) text += level_text(prefix, level, presets);
   }
   return text + "\n#endif\n";
