@@ -57,6 +57,7 @@ struct Front {
 /// Whether a value of the budget's metric is within it; for higher-is-better metrics the limit is a least value, and a
 /// missing psnr (identical pictures) is within.
 [[nodiscard]] bool within(std::optional<double> value, const Budget& budget);
+[[nodiscard]] bool meets(const FrameScore& score, const Budget& budget);
 /// Whether the record is ok and within the budget.
 [[nodiscard]] bool meets(const Record& record, const Budget& budget);
 

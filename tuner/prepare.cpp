@@ -85,8 +85,7 @@ PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
   return prepared;
 }
 
-void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
-                               Status& on_failure) {
+void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state) {
   Session& session = context_.session;
   const Settings& settings = prepared.spec->settings;
   prepared.draw = {.relief = state.normals.get(),
@@ -107,6 +106,13 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
     prepared.record.bake_time_ns = map.bake_time_ns;
     prepared.record.bake_key = map.key;
   }
+}
+
+void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
+                               Status& on_failure) {
+  Session& session = context_.session;
+  const Settings& settings = prepared.spec->settings;
+  upload(prepared, scene, state);
 
   on_failure = Status::compile_error;
   Session::Compiled& shade = session.pipeline(settings.technique().id, &settings, Target::color, scene.scene.wrap);
@@ -134,10 +140,7 @@ Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scen
   std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return session.backend().read_color(); });
   Draw draw = prepared.draw;
   draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
-  const std::vector<ScorePixel> pixels = split.book(Part::score, [&] {
-    session.backend().render(draw, 1, Timer::fenced_wall);
-    return session.backend().read_score();
-  });
+  const std::vector<ScorePixel> pixels = score_frame(draw);
   const Reference& reference = reference_of(pixels, scene, state);
   const std::optional<double> flicker = measure_flicker(prepared, draw, scene, state);
   return split.book(Part::score, [&] {
@@ -153,6 +156,48 @@ Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scen
     return Pictures{.frame = std::move(frame),
                     .error = heat_map(judged.pixels, scene.scene.width_px, scene.scene.height_px)};
   });
+}
+
+std::vector<ScorePixel> Preparer::score_frame(const Draw& draw) {
+  return context_.split.book(Part::score, [&] {
+    context_.session.backend().render(draw, 1, Timer::fenced_wall);
+    return context_.session.backend().read_score();
+  });
+}
+
+FrameScore Preparer::judge(const Case& c, const SceneSpec& scene) {
+  static_assert(std::is_trivially_copyable_v<FrameScore>);
+  const std::string key = judge_key(c, scene);
+  FrameScore score;
+  if (const auto bytes = context_.cache.get(key); bytes && bytes->size() == sizeof(FrameScore)) {
+    std::memcpy(static_cast<void*>(&score), bytes->data(), sizeof(FrameScore));
+    return score;
+  }
+  SceneState& state = state_of(scene);
+  PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  upload(prepared, scene, state);
+  const std::string_view source = c.settings.technique().id;
+  prepared.draw.pipeline =
+      context_.session.pipeline(source, &c.settings, Target::score, scene.scene.wrap).pipeline.get();
+  const std::vector<ScorePixel> pixels = score_frame(prepared.draw);
+  const Reference& reference = reference_of(pixels, scene, state);
+  ++frames_judged_;
+  score = context_.split.book(Part::score, [&] {
+    return judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]).score;
+  });
+  context_.cache.put(key, std::as_bytes(std::span(&score, 1)));
+  return score;
+}
+
+std::string Preparer::judge_key(const Case& c, const SceneSpec& scene) {
+  const DeviceInfo& device = context_.session.device();
+  const FrameUniforms& frame = state_of(scene).frame;
+  return sha256(fmt::format("judge|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}x{}", c.settings.technique().id, c.settings.text(),
+                            context_.session.fragment_sha256(c.settings.technique().id, Target::score),
+                            map_of(c.settings).version, hash_of(context_.library.heights(scene).texels),
+                            sha256(std::as_bytes(std::span(&frame, 1))), static_cast<int>(scene.scene.wrap),
+                            scene.scene.relief_depth, ReferenceTracer::kVersion, device.name + "|" + device.driver,
+                            scene.scene.width_px, scene.scene.height_px));
 }
 
 const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,

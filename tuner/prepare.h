@@ -41,6 +41,11 @@ class Preparer {
   /// Never throws for a case's own failure: that becomes its record's status and reason.
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
+  /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
+  /// content. throws: Error: what prepare() would make a status of
+  [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
+  [[nodiscard]] int frames_judged() const { return frames_judged_; }
+
   [[nodiscard]] int references_traced() const { return references_traced_; }
   [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
 
@@ -76,6 +81,10 @@ class Preparer {
   /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
   [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
                                                       const SceneSpec& scene, SceneState& state);
+  /// Fills the draw but for its pipeline.
+  void upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state);
+  [[nodiscard]] std::vector<ScorePixel> score_frame(const Draw& draw);
+  [[nodiscard]] std::string judge_key(const Case& c, const SceneSpec& scene);
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
   struct Pictures {
     std::vector<std::uint8_t> frame{};  ///< RGBA8
@@ -87,6 +96,7 @@ class Preparer {
   std::map<std::string, SceneState> scenes_;
   int references_traced_ = 0;
   int references_from_cache_ = 0;
+  int frames_judged_ = 0;
 };
 
 }  // namespace reliefbench

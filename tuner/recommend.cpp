@@ -47,36 +47,22 @@ std::size_t simplicity(const Record& record) {
   return static_cast<std::size_t>(row - rows.begin());
 }
 
-/// How far over its limits a record is: the worst of them, relative.
+double relative_miss(double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); }
+
 double worst_miss(const Record& record, const Question& question) {
-  const auto relative = [](double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); };
-  double worst = 0;
-  for (const Budget& budget : question.budgets) {
-    if (meets(record, budget)) continue;
-    const double value = metric_value(record, budget.metric).value_or(std::numeric_limits<double>::infinity());
-    worst = std::max(worst, relative(std::abs(value - budget.limit), budget.limit));
-  }
-  if (question.max_time_ms) {
-    const double excess_ms = judged_time_ns(record) / kNsPerMs - *question.max_time_ms;
-    worst = std::max(worst, relative(excess_ms, *question.max_time_ms));
-  }
-  return worst;
+  const double worst = worst_miss(*record.error, question.budgets);
+  if (!question.max_time_ms) return worst;
+  const double excess_ms = judged_time_ns(record) / kNsPerMs - *question.max_time_ms;
+  return std::max(worst, relative_miss(excess_ms, *question.max_time_ms));
 }
 
 std::string miss_text(const Record& record, const Question& question) {
-  std::vector<std::string> misses;
-  for (const Budget& budget : question.budgets) {
-    if (meets(record, budget)) continue;
-    const std::optional<double> value = metric_value(record, budget.metric);
-    const std::string is = value ? fmt::format("{:.4g}", *value) : "undefined";
-    misses.push_back(fmt::format("{} is {} where {:.4g} is asked", budget.metric, is, budget.limit));
-  }
+  std::string text = miss_text(*record.error, question.budgets);
   const double time_ms = judged_time_ns(record) / kNsPerMs;
-  if (question.max_time_ms && time_ms > *question.max_time_ms) {
-    misses.push_back(
-        fmt::format("frame time is up to {:.4g} ms where {:.4g} ms is asked", time_ms, *question.max_time_ms));
-  }
-  return fmt::format("{}", fmt::join(misses, ", "));
+  if (question.max_time_ms && time_ms > *question.max_time_ms)
+    text += fmt::format("{}frame time is up to {:.4g} ms where {:.4g} ms is asked", text.empty() ? "" : ", ", time_ms,
+                        *question.max_time_ms);
+  return text;
 }
 
 Answer answer_of(const RecordGroup& group, const Question& question) {
@@ -121,6 +107,27 @@ nlohmann::json record_or_null(const Record* record) {
 }
 
 }  // namespace
+
+double worst_miss(const FrameScore& score, std::span<const Budget> budgets) {
+  double worst = 0;
+  for (const Budget& budget : budgets) {
+    if (meets(score, budget)) continue;
+    const double value = find_metric(budget.metric).value(score).value_or(std::numeric_limits<double>::infinity());
+    worst = std::max(worst, relative_miss(std::abs(value - budget.limit), budget.limit));
+  }
+  return worst;
+}
+
+std::string miss_text(const FrameScore& score, std::span<const Budget> budgets) {
+  std::vector<std::string> misses;
+  for (const Budget& budget : budgets) {
+    if (meets(score, budget)) continue;
+    const std::optional<double> value = find_metric(budget.metric).value(score);
+    const std::string is = value ? fmt::format("{:.4g}", *value) : "undefined";
+    misses.push_back(fmt::format("{} is {} where {:.4g} is asked", budget.metric, is, budget.limit));
+  }
+  return fmt::format("{}", fmt::join(misses, ", "));
+}
 
 double judged_time_ns(const Record& record) {
   if (!record.frame_time) fail_input("case {} has no frame time to judge", record.case_id);

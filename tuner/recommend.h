@@ -31,6 +31,11 @@ struct Answer {
   std::string miss{};               ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
 };
 
+/// How far over its limits a frame is: the worst of them, relative to the limit (to 1 where the limit is 0).
+[[nodiscard]] double worst_miss(const FrameScore& score, std::span<const Budget> budgets);
+/// "e_xy.p99 is 0.61 where 0.5 is asked, ..."; "" where it meets the budgets
+[[nodiscard]] std::string miss_text(const FrameScore& score, std::span<const Budget> budgets);
+
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);
 

@@ -9,25 +9,11 @@
 #include "kernels/error.h"
 #include "tuner/append_file.h"
 #include "tuner/pareto.h"
-#include "tuner/registry_params.h"
 #include "tuner/run_files.h"
+#include "tuner/setting_space.h"
 
 namespace reliefbench {
 namespace {
-
-/// The parameters with named values, or those without.
-std::vector<const RegistryParam*> params_where(bool named) {
-  std::vector<const RegistryParam*> params;
-  for (const RegistryParam& param : registry_params())
-    if (param.values.empty() != named) params.push_back(&param);
-  return params;
-}
-
-/// Names of the axes: what stands first, then the parameters.
-std::vector<std::string> axes_of(std::vector<std::string> names, bool named) {
-  for (const RegistryParam* param : params_where(named)) names.emplace_back(param->id);
-  return names;
-}
 
 using Group = std::tuple<std::string, std::string, std::string>;  ///< backend, scene, device
 Group group_of(const TableRow& row) { return {row.backend, row.scene, row.device}; }
@@ -66,39 +52,23 @@ std::size_t metric_index(std::string_view id) { return static_cast<std::size_t>(
 
 }  // namespace
 
-Candidate candidate_of(const Settings& settings) {
-  const auto active = [&](std::string_view id) {
-    const Param* const param = settings.technique().find(id);
-    return param != nullptr && settings.is_active(*param);
-  };
-  const auto technique = static_cast<int>(&settings.technique() - techniques().data());
-  Candidate candidate{.id = {}, .categories = {technique}, .steps = {}};
-  for (const RegistryParam* param : params_where(true))
-    candidate.categories.push_back(active(param->id) ? param->index(settings.choice(param->id)) : -1);
-  for (const RegistryParam* param : params_where(false))
-    candidate.steps.push_back(active(param->id) ? settings.get(param->id) : 0);
-  return candidate;
-}
-
 RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery& query, std::string_view file) {
   const std::size_t error = metric_index(query.error_metric.value());
   if (!metrics()[error].lower_is_better) fail_input("'{}' is no error: higher is better", *query.error_metric);
   const Group group = choose(rows, query, file);
-  RecordedTable table{
-      .space = {.category_axes = axes_of({"technique"}, true), .step_axes = axes_of({}, false), .candidates = {}},
-      .backend = std::get<0>(group),
-      .device = std::get<2>(group),
-      .scene = std::get<1>(group),
-      .error_metric = *query.error_metric,
-      .constraints = {},
-      .samples = {}};
+  RecordedTable table{.space = empty_setting_space(),
+                      .backend = std::get<0>(group),
+                      .device = std::get<2>(group),
+                      .scene = std::get<1>(group),
+                      .error_metric = *query.error_metric,
+                      .constraints = {},
+                      .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
   for (const Budget& budget : constraints) table.constraints.push_back(budget.text());
   for (const TableRow& row : rows) {
     if (group_of(row) != group || row.status != Status::ok || !row.errors[error]) continue;
     if (row.samples_ns.empty()) fail_input("{}: case '{}' has no samples", file, row.case_id);
-    Candidate candidate = candidate_of(row.settings);
-    candidate.id = row.case_id;
+    Candidate candidate = candidate_of(table.space, row.settings, row.case_id);
     candidate.error = *row.errors[error];
     candidate.is_feasible = std::ranges::all_of(
         constraints, [&](const Budget& budget) { return within(row.errors[metric_index(budget.metric)], budget); });

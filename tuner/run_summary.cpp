@@ -8,11 +8,16 @@
 #include <set>
 
 #include "kernels/atomic_file.h"
+#include "kernels/embedded.h"
+#include "kernels/map_kind.h"
+#include "kernels/reference.h"
+#include "kernels/sha256.h"
 #include "tuner/case_table.h"
 #include "tuner/device_json.h"
 #include "tuner/harness.h"
 #include "tuner/host.h"
 #include "tuner/pareto.h"
+#include "tuner/prepare.h"
 #include "tuner/recommend.h"
 #include "tuner/run_files.h"
 #include "tuner/t4.h"
@@ -43,6 +48,13 @@ std::vector<std::string> command_line() {
 }
 
 }  // namespace
+
+std::string kernels_sha256() {
+  std::string text = fmt::format("harness {} tracer {}\n", kHarnessVersion, ReferenceTracer::kVersion);
+  for (const MapRow& row : map_kinds()) text += fmt::format("{} {}\n", row.id, row.version);
+  for (const EmbeddedFile& file : embedded_shaders()) text += fmt::format("{}\n{}\n", file.name, file.text);
+  return sha256(text);
+}
 
 std::string utc_text(double unix_ns) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(unix_ns * 1e-9)));

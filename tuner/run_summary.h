@@ -17,6 +17,9 @@ namespace reliefbench {
 [[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,
                                       const SweepSummary& summary, double started_ns, bool finished);
 
+/// What the numbers depend on in this build: shaders, bakers, tracer, harness.
+[[nodiscard]] std::string kernels_sha256();
+
 /// "2026-11-22T12:00:00Z" of ns since 1970.
 [[nodiscard]] std::string utc_text(double unix_ns);
 

@@ -57,6 +57,10 @@ const Spirv& Session::fragment(std::string_view source, Target target) {
   return found->second;
 }
 
+std::string Session::fragment_sha256(std::string_view source, Target target) {
+  return sha256(std::as_bytes(std::span(fragment(source, target))));
+}
+
 Session::Compiled& Session::pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap) {
   const std::vector<SpecConstant> constants = constants_of(settings, wrap);
   std::string key = shader_key(source, target);

@@ -42,6 +42,8 @@ class Session {
   /// The pipeline of a technique for a target, from the run-time settings. source: the shader file's name.
   /// settings: may be null (the reference's shader has none). throws: Error(environment): compiler's words
   [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap);
+  /// Of a technique's SPIR-V, before its settings are specialised.
+  [[nodiscard]] std::string fragment_sha256(std::string_view source, Target target);
   [[nodiscard]] int shaders_compiled() const { return static_cast<int>(pipelines_.size()); }
 
   /// `known`: the calibration of an earlier start of the same run, or null to settle one now.

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "kernels/error.h"
+#include "kernels/guarantee.h"
 #include "kernels/heat_map.h"
 #include "kernels/heightmap.h"
 #include "tuner/plan.h"
@@ -32,7 +33,7 @@ bool is_finite(const ScorePixel& pixel) {
 
 /// What one frame says by itself.
 JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const BakedScene& baked,
-                        StressResult& result) {
+                        Wrap wrap, StressResult& result) {
   const auto cap = static_cast<float>(step_cap(settings));
   std::vector<TextureRay> rays;
   rays.reserve(pixels.size());
@@ -44,18 +45,18 @@ JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& s
     if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
     if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
   }
-  JudgedFrame judged = judge_frame(pixels, baked.tracer.trace(rays), baked.map.heights.width, baked.map.heights.height);
+  const Heightfield& surface = baked.map.heights;
+  const std::vector<ReferenceHit> reference = baked.tracer.trace(rays);
+  JudgedFrame judged = judge_frame(pixels, reference, surface.width, surface.height);
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.missed_rate;
   result.unconverged_rate = judged.score.unconverged_rate;
   result.e_xy_p99 = judged.score.e_xy.p99;
   result.e_xy_max = judged.score.e_xy.max;
-  for (std::size_t i = 0; result.guarantee != Guarantee::none && i < pixels.size(); ++i) {
-    const Verdict verdict = judged.pixels[i].verdict;
-    const bool is_capped = pixels[i].status == static_cast<float>(PixelStatus::step_cap);
-    const bool is_short = verdict == Verdict::unconverged && !is_capped;
-    if (verdict == Verdict::missed || (is_short && result.guarantee == Guarantee::exact))
-      ++fault(result, StressCheck::guarantee);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], reference[i], surface, wrap);
+    if (kept == Kept::no) ++fault(result, StressCheck::guarantee);
+    if (kept == Kept::unresolved) ++result.unresolved;
   }
   return judged;
 }
@@ -161,7 +162,7 @@ class Run {
         here.backend = device->info().backend;
         const TraceDevice::Frame frame = device->frame(planned.settings, baked, extreme.scene.scene, Target::score);
         std::array frames{device->trace(frame), device->trace(frame)};
-        const JudgedFrame judged = check_frame(frames[0], planned.settings, baked, here);
+        const JudgedFrame judged = check_frame(frames[0], planned.settings, baked, extreme.scene.scene.wrap, here);
         if (std::memcmp(frames[0].data(), frames[1].data(), frames[0].size() * sizeof(ScorePixel)) != 0)
           fault(here, StressCheck::repeatable) = 1;
         if (first) compare_frames(*first, frames[0], here);

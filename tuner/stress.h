@@ -36,8 +36,9 @@ struct StressResult {
   std::string skipped{};  ///< why nothing was drawn; "" if it was
   /// Pixels at fault by StressCheck; 0 where the check holds.
   std::array<std::int64_t, kStressCheckIds.size()> faults{};
-  std::int64_t pixels = 0;  ///< with a ray
-  std::int64_t capped = 0;  ///< that ended at the step cap
+  std::int64_t pixels = 0;      ///< with a ray
+  std::int64_t capped = 0;      ///< that ended at the step cap
+  std::int64_t unresolved = 0;  ///< that floats can't tell from keeping the guarantee (Kept::unresolved)
   double missed_rate = 0;
   double unconverged_rate = 0;
   double e_xy_p99 = 0;  ///< texels

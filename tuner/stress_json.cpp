@@ -26,6 +26,7 @@ json result_json(const StressResult& result) {
                {"faults", std::move(faults)},
                {"pixels", result.pixels},
                {"capped", result.capped},
+               {"unresolved", result.unresolved},
                {"missed_rate", result.missed_rate},
                {"unconverged_rate", result.unconverged_rate},
                {"e_xy_p99", result.e_xy_p99},

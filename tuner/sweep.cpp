@@ -6,7 +6,6 @@
 #include <chrono>
 #include <set>
 
-#include "kernels/embedded.h"
 #include "kernels/error.h"
 #include "kernels/sha256.h"
 #include "tuner/plan.h"
@@ -31,14 +30,6 @@ double unix_ns() {
 const SceneSpec& scene_of(const Config& config, const Case& c) {
   return *std::find_if(config.scenes.begin(), config.scenes.end(),
                        [&](const SceneSpec& s) { return s.id == c.scene_id; });
-}
-
-/// What the numbers depend on in this build: shaders, bakers, tracer, harness.
-std::string kernels_sha256() {
-  std::string text = fmt::format("harness {} tracer {}\n", kHarnessVersion, ReferenceTracer::kVersion);
-  for (const MapRow& row : map_kinds()) text += fmt::format("{} {}\n", row.id, row.version);
-  for (const EmbeddedFile& file : embedded_shaders()) text += fmt::format("{}\n{}\n", file.name, file.text);
-  return sha256(text);
 }
 
 nlohmann::json identity_of(const Config& config, const SweepOptions& options,

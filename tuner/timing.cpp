@@ -20,7 +20,8 @@ int frames_for(double frame_ns, const MeasureSpec& measure) {
   return std::max(1, static_cast<int>(std::ceil(measure.batch_ms * 1e6 / std::max(frame_ns, 1.0))));
 }
 
-/// Draws batches until two in a row agree within 5 %; returns how many frames a batch takes.
+}  // namespace
+
 int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure) {
   double previous_ns = session.draw_ns(draw, 1);
   int frames = frames_for(previous_ns, measure);
@@ -33,8 +34,6 @@ int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure) {
   }
   return frames;
 }
-
-}  // namespace
 
 void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context) {
   Session& session = context.session;

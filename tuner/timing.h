@@ -21,6 +21,10 @@ struct TimingContext {
   std::function<void(double fraction)> on_progress;  ///< of the block
 };
 
+/// Draws batches until two in a row agree within 5 %, or as often as `measure` allows.
+/// returns: frames that make a batch of the asked length
+[[nodiscard]] int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure);
+
 /// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
 /// shuffled anew, with the control case first, last and between.
 void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context);

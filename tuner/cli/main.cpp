@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   add_sweep_command(app, exit_code);
   add_recommend_command(app, exit_code);
+  add_tune_command(app, exit_code);
   add_report_command(app, exit_code);
   add_compare_command(app, exit_code);
   add_stress_command(app, exit_code);

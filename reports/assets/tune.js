@@ -1,0 +1,200 @@
+'use strict';
+const data = JSON.parse(document.getElementById('data').textContent);
+const byId = (id) => document.getElementById(id);
+const theme = readTheme();
+
+function make(tag, text = '', className = '') {
+  const element = document.createElement(tag);
+  element.textContent = text;
+  if (className) element.className = className;
+  return element;
+}
+const number = (value) => (value === 0 ? '0' : Number(value.toPrecision(4)).toString());
+const time = (ns) => (ns === null ? '' : `${number(ns / 1e6)} ms`);
+const percent = (ratio) => (ratio === null ? 'unknown' : `${number(100 * ratio)} %`);
+
+function fillTable(id, head, rows) {
+  const table = byId(id);
+  const headRow = table.appendChild(make('tr'));
+  for (const name of head) headRow.appendChild(make('th', name));
+  for (const row of rows) {
+    const line = table.appendChild(make('tr'));
+    row.forEach((value, column) => {
+      const isSetting = head[column] === 'setting';
+      line.appendChild(make('td', value, isSetting ? 'setting' : /^[\d.]+( (ms|%))?$/.test(value) ? 'number' : ''));
+    });
+  }
+}
+
+function showPick() {
+  const card = byId('pick');
+  const {certificate: c, question: q} = data;
+  if (data.pick) {
+    card.appendChild(make('p', data.pick.setting, 'setting'));
+    card.appendChild(make('p', `${time(data.pick.time_ns)}, at most ${time(data.pick.high_ns)}; ${data.error_metric} ` +
+                                   `${number(data.pick.error)}; within ${percent(data.pick.gap)} of the best`));
+  } else {
+    card.appendChild(make('p', data.nearest ? `Nothing meets the budgets: ${data.miss}` : 'No pick.', 'open'));
+    if (data.nearest) card.appendChild(make('p', `nearest: ${data.nearest}`, 'setting'));
+  }
+  const claim = `every answer is within ${percent(c.worst_gap)} of the best, with ${number(100 * q.confidence)} % confidence`;
+  card.appendChild(c.held ? make('p', `Certified: ${claim}.`, 'held')
+                          : make('p', `Not certified to ${percent(q.epsilon)}: ${claim}.`, 'open'));
+  card.appendChild(make('p', `${c.measured} settings timed with ${c.samples} samples; slack of the monotone assumption ` +
+                                 `${percent(c.slack)}, ${c.audits} audits, ${c.audit_failures} wrong.`, 'muted'));
+}
+
+function showRungs() {
+  fillTable('rungs', ['time', 'setting', 'more', 'less', 'buys'], data.rungs.map((rung, i) => {
+    const before = data.rungs[i - 1];
+    return [time(rung.time_ns), rung.setting, rung.gained.join(', '), rung.dropped.join(', '),
+            before ? `${number(100 * (1 - rung.time_ns / before.time_ns))} % of the time` : ''];
+  }));
+}
+
+function showScenes() {
+  const place = byId('scenes');
+  for (const [title, list, text] of
+           [['Each scene by itself', data.scene_answers,
+             (s) => s.own ? `${time(s.own.time_ns)} (the common pick takes ${time(s.common_time_ns)}): ${s.own.setting}` :
+                            'no answer'],
+            ['Held out', data.holdout, (s) => s.failure || `${s.meets ? 'meets the budgets' : s.miss}, ${time(s.time_ns)}`]]) {
+    if (list.length === 0) continue;
+    place.appendChild(make('h3', title));
+    const items = place.appendChild(make('ul'));
+    for (const scene of list) items.appendChild(make('li', `${scene.scene}: ${text(scene)}`));
+  }
+}
+
+// Errors reach from exact zero over many decades: log10, zeros at a place of their own under the least other error.
+const errors = data.settings.map((s) => s.error).filter((e) => e > 0);
+const leastError = errors.reduce((a, b) => Math.min(a, b), errors[0] || 1);
+const placeError = (error) => Math.log10(error > 0 ? error : leastError / 10);
+const placeTime = (ns) => Math.log10(ns / 1e6);
+const errorTick = (value) => (errors.length < data.settings.length && value <= Math.log10(leastError / 5) ? '0' :
+                                  number(10 ** value));
+
+const axis = (title, callback) => ({
+  type: 'linear',
+  title: {display: true, text: title, color: theme.muted},
+  grid: {color: theme.grid, drawBorder: false},
+  ticks: {color: theme.muted, callback, maxTicksLimit: 7, maxRotation: 0},
+});
+const power = (value) => number(Number((10 ** value).toPrecision(2)));
+
+function draw(id, datasets, x, y, tooltip) {
+  new Chart(byId(id), {
+    type: 'scatter',
+    data: {datasets},
+    options: {
+      animation: false,
+      maintainAspectRatio: false,
+      scales: {x, y},
+      plugins: {
+        legend: {display: datasets.length > 1, labels: {color: theme.ink, usePointStyle: true}},
+        tooltip: {callbacks: {label: (item) => tooltip(item.raw)}},
+      },
+    },
+  });
+}
+
+/** The front as steps: each answer holds up to the error of the next cheaper one. */
+function steps(points) {
+  const corners = [];
+  points.forEach((point, i) => {
+    corners.push(point);
+    if (points[i + 1]) corners.push({...point, y: points[i + 1].y});
+  });
+  return corners;
+}
+
+function drawFront() {
+  const of = (evidence, bound) =>
+      data.settings.filter((s) => s.feasible && s.evidence === evidence && s[bound] !== null).map((s) => ({
+        x: placeTime(s[bound]),
+        y: placeError(s.error),
+        s,
+      }));
+  const picks = steps(data.answers.map((a) => ({x: placeTime(a.time_ns), y: placeError(a.error), s: a})));
+  const dots = (label, points, series) => ({
+    label,
+    data: points,
+    backgroundColor: withAlpha(seriesColor(theme, series), 0.6),
+    borderColor: seriesColor(theme, series),
+    pointStyle: shapeOf(series),
+    radius: 3.5,
+  });
+  draw('front',
+       [{label: 'answers', data: picks, showLine: true, borderColor: theme.ink, backgroundColor: theme.ink, borderWidth: 1.5, radius: 0},
+        dots('measured', of('measured', 'time_ns'), 0), dots('ruled out: lower bound', of('assumed', 'low_ns'), 1)],
+       axis('frame time, ms', power), axis(data.error_metric, errorTick),
+       ({s}) => `${time(s.time_ns || s.low_ns)}, ${number(s.error)}: ${s.setting}`);
+}
+
+function drawGap() {
+  const points = data.path.filter((p) => p.worst_gap !== null).map((p) => ({x: p.samples, y: Math.log10(p.worst_gap), p}));
+  const asked = Math.log10(data.question.epsilon);
+  const ends = points.length ? [points[0].x, points[points.length - 1].x] : [0, 1];
+  draw('gap',
+       [{label: 'worst gap', data: points, showLine: true, borderColor: seriesColor(theme, 0), backgroundColor: seriesColor(theme, 0), radius: 1.5},
+        {label: 'asked', data: ends.map((x) => ({x, y: asked})), showLine: true, borderColor: seriesColor(theme, 3), borderDash: [6, 4], radius: 0, pointStyle: 'line'}],
+       axis('samples', number), axis('gap, %', (value) => number(Number((100 * 10 ** value).toPrecision(2)))),
+       ({p}) => (p ? `${p.samples} samples, ${p.measured} settings: ${percent(p.worst_gap)}` : 'asked'));
+}
+
+function drawHistory() {
+  const shown = [0.05, 0.2, 0.5, 1].map((share) => data.path[Math.ceil(share * data.path.length) - 1]).filter(Boolean);
+  const fronts = shown.map((point, i) => {
+    const picks = point.picks.map((index) => data.settings[index]).filter((s) => s.time_ns !== null);
+    const color = seriesColor(theme, i);
+    return {
+      label: `${point.samples} samples`,
+      data: steps(picks.map((s) => ({x: placeTime(s.time_ns), y: placeError(s.error), s}))),
+      showLine: true,
+      borderColor: color,
+      backgroundColor: color,
+      borderWidth: 1 + 0.5 * i,
+      pointStyle: shapeOf(i),
+      radius: 2,
+    };
+  });
+  draw('history', fronts, axis('frame time, ms (final estimate)', power), axis(data.error_metric, errorTick),
+       ({s}) => `${time(s.time_ns)}, ${number(s.error)}: ${s.setting}`);
+}
+
+function drawBudgetGap() {
+  const points = data.answers.filter((a) => a.gap !== null).map((a) => ({x: placeError(a.error), y: 100 * a.gap, a}));
+  draw('budget-gap',
+       [{label: 'gap', data: points, backgroundColor: seriesColor(theme, 0), borderColor: seriesColor(theme, 0), radius: 4}],
+       axis(`${data.error_metric} at most`, errorTick), {...axis('gap, %', number), min: 0},
+       ({a}) => `${number(a.error)}: ${time(a.time_ns)}, within ${percent(a.gap)}: ${a.setting}`);
+}
+
+function showSettings() {
+  const {space} = data;
+  const count = (evidence) => data.settings.filter((s) => s.evidence === evidence).length;
+  byId('counts').textContent =
+      `${space.settings} settings, ${space.conflicts} combinations refused by the registry. ${space.scored} scored` +
+      (space.bisected ? `, by bisection: ${space.assumed} taken to be no faster than a scored one with fewer steps, ` +
+                            `${space.hopeless} miss the budgets as more steps do` : '') +
+      `; ${space.failed} failed, ${space.unscored} left when the time was up. Of the scored: ${count('measured')} measured, ` +
+      `${count('assumed')} ruled out by assumption, ${data.settings.filter((s) => !s.feasible).length} miss the budgets.`;
+  const rows = data.settings.filter((s) => s.evidence === 'measured' || s.evidence === 'assumed')
+                   .sort((a, b) => (a.time_ns || a.low_ns) - (b.time_ns || b.low_ns));
+  fillTable('states', ['time', 'low', 'high', data.error_metric, 'samples', 'evidence', 'setting'],
+            rows.map((s) => [time(s.time_ns), time(s.low_ns), time(s.high_ns), number(s.error), String(s.samples), s.evidence, s.setting]));
+}
+
+byId('subtitle').textContent = `${data.scenes.join(', ')}; ${data.backend}, ${data.device}` +
+    (data.replayed ? `; replayed from ${data.replayed}` : '') +
+    (data.question.max_error.length ? `; asked: ${data.question.max_error.join(', ')}` : '; asked: every budget');
+showPick();
+showRungs();
+showScenes();
+drawFront();
+drawGap();
+drawHistory();
+drawBudgetGap();
+fillTable('answers', [`${data.error_metric} at most`, 'time', 'at most', 'within', 'setting'],
+          data.answers.map((a) => [number(a.error), time(a.time_ns), time(a.high_ns), percent(a.gap), a.setting]));
+showSettings();

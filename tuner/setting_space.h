@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+
+#include "kernels/technique.h"
+#include "tuner/search/space.h"
+
+namespace reliefbench {
+
+/// A space without candidates whose axes are those of the registry: "technique" and every parameter with named choices
+/// as categories, every integer parameter as steps, in the order in which the techniques first have them.
+[[nodiscard]] SearchSpace empty_setting_space();
+
+/// Settings as a candidate of such a space, without its error.
+[[nodiscard]] Candidate candidate_of(const SearchSpace& space, const Settings& settings, std::string id);
+
+/// "cone?cone_steps=32&...": settings without the scene and the backend of a case.
+[[nodiscard]] std::string setting_id(const Settings& settings);
+/// The settings of a setting's or a case's id. throws: Error(bad_input): no such technique, parameter or value
+[[nodiscard]] Settings parse_setting(std::string_view id);
+
+}  // namespace reliefbench
