@@ -9,6 +9,7 @@
 #include "kernels/error.h"
 #include "tuner/case_table.h"
 #include "tuner/csv.h"
+#include "tuner/registry_params.h"
 
 namespace reliefbench {
 namespace {
@@ -19,12 +20,10 @@ constexpr std::string_view kTrailing[] = {"memory_bytes", "bake_time_ns", "first
                                           "mad_ns",       "ci_low_ns",    "ci_high_ns",    "samples_ns"};
 constexpr std::string_view kMapColumn = "map";  // the map that the case ran on; where it is a parameter, its value
 
-/// Every parameter of the registry but `map`, once, in the order of first appearance.
 std::vector<std::string> param_columns() {
   std::vector<std::string> ids;
-  for (const Technique& technique : techniques())
-    for (const Param& param : technique.params)
-      if (param.id != kMapColumn && std::ranges::find(ids, param.id) == ids.end()) ids.emplace_back(param.id);
+  for (const RegistryParam& param : registry_params())
+    if (param.id != kMapColumn) ids.emplace_back(param.id);
   return ids;
 }
 

@@ -115,6 +115,13 @@ Budget parse_budget(std::string_view text) {
   return {.metric = std::string(metric.id), .limit = limit};
 }
 
+std::vector<Budget> parse_budgets(std::span<const std::string> texts) {
+  std::vector<Budget> budgets;
+  budgets.reserve(texts.size());
+  for (const std::string& text : texts) budgets.push_back(parse_budget(text));
+  return budgets;
+}
+
 Config load_config(const std::filesystem::path& path) { return parse_config(read_file(path), path); }
 
 Config parse_config(std::string text, const std::filesystem::path& path) {
@@ -122,8 +129,13 @@ Config parse_config(std::string text, const std::filesystem::path& path) {
   const JsonNode root = parse_json_lines(text, path.string());
   reader.check_object(root, "config");
 
-  Config config{
-      .path = path, .text = std::move(text), .name = path.stem().string(), .scenes = {}, .sweeps = {}, .measure = {}};
+  Config config{.path = path,
+                .text = std::move(text),
+                .name = path.stem().string(),
+                .included = {},
+                .scenes = {},
+                .sweeps = {},
+                .measure = {}};
   if (const JsonNode* name = root.find("name")) config.name = reader.text(*name);
   if (const JsonNode* seed = root.find("seed"))
     config.seed = static_cast<std::uint64_t>(reader.integer(*seed, 0, std::numeric_limits<std::int64_t>::max()));
@@ -132,7 +144,10 @@ Config parse_config(std::string text, const std::filesystem::path& path) {
   if (const JsonNode* front = root.find("front")) read_front(reader, *front, config);
   if (const JsonNode* budgets = root.find("budgets")) config.budgets = read_budgets(reader, *budgets);
   for (const JsonNode& sweep : reader.items(reader.required(root, "sweeps")))
-    config.sweeps.push_back(read_sweep(reader, sweep));
+    if (sweep.find("presets") != nullptr)
+      read_presets_sweep(reader, sweep, config);
+    else
+      config.sweeps.push_back(read_sweep(reader, sweep));
   return config;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,7 @@ struct Budget {
   [[nodiscard]] std::string text() const;
 };
 [[nodiscard]] Budget parse_budget(std::string_view text);  ///< throws: Error(bad_input)
+[[nodiscard]] std::vector<Budget> parse_budgets(std::span<const std::string> texts);
 
 /// An axis of a sweep: one parameter, or several linked ones that move together.
 struct Axis {
@@ -54,6 +56,7 @@ struct Config {
   std::string text;  ///< as read
   std::string name;
   std::uint64_t seed = 1;
+  std::vector<std::string> included;  ///< text of the presets files that it names: what it means depends on them
   std::vector<SceneSpec> scenes;
   std::vector<SweepSpec> sweeps;
   MeasureSpec measure;

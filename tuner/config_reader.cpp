@@ -19,18 +19,20 @@ constexpr std::array<std::string_view, 7> kMeasureKeys{
     "samples", "batch_ms", "warmup_batches_max", "control_every", "block_cases", "flicker_frames", "timeout_s"};
 constexpr std::array<std::string_view, 2> kFrontKeys{"error", "constraints"};
 constexpr std::array<std::string_view, 4> kSweepKeys{"technique", "combine", "axes", "where"};
+constexpr std::array<std::string_view, 3> kPresetsSweepKeys{"presets", "quality", "device"};
 constexpr std::array<std::string_view, 2> kRuleKeys{"if", "then"};
 constexpr std::array<std::string_view, 4> kRangeKeys{"from", "to", "times", "step"};
 
-constexpr std::array<ConfigKeys, 9> kObjects{{{.object = "config", .keys = kConfigKeys},
-                                              {.object = "scene", .keys = kSceneKeys},
-                                              {.object = "heightmap", .keys = kHeightmapKeys},
-                                              {.object = "view", .keys = kViewKeys},
-                                              {.object = "measure", .keys = kMeasureKeys},
-                                              {.object = "front", .keys = kFrontKeys},
-                                              {.object = "sweep", .keys = kSweepKeys},
-                                              {.object = "rule", .keys = kRuleKeys},
-                                              {.object = "range", .keys = kRangeKeys}}};
+constexpr std::array<ConfigKeys, 10> kObjects{{{.object = "config", .keys = kConfigKeys},
+                                               {.object = "scene", .keys = kSceneKeys},
+                                               {.object = "heightmap", .keys = kHeightmapKeys},
+                                               {.object = "view", .keys = kViewKeys},
+                                               {.object = "measure", .keys = kMeasureKeys},
+                                               {.object = "front", .keys = kFrontKeys},
+                                               {.object = "sweep", .keys = kSweepKeys},
+                                               {.object = "presets_sweep", .keys = kPresetsSweepKeys},
+                                               {.object = "rule", .keys = kRuleKeys},
+                                               {.object = "range", .keys = kRangeKeys}}};
 
 /// Levenshtein distance.
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -14,7 +14,8 @@ namespace reliefbench {
 
 /// The keys of one kind of object in a config. `object` is its name in configs/schema/config.schema.json too.
 struct ConfigKeys {
-  std::string_view object;  ///< config | scene | heightmap | view | measure | front | sweep | rule | range
+  std::string_view
+      object;  ///< config | scene | heightmap | view | measure | front | sweep | presets_sweep | rule | range
   std::span<const std::string_view> keys;
 };
 [[nodiscard]] std::span<const ConfigKeys> config_keys();
@@ -63,5 +64,10 @@ class ConfigReader {
                                                 const std::filesystem::path& folder);
 
 [[nodiscard]] SweepSpec read_sweep(const ConfigReader& reader, const JsonNode& node);
+
+/// {"presets": FILE, "quality": [0, 50], "device": ID}: adds a sweep of one setting for each level that is meant.
+/// FILE is relative to the config; without quality all levels are meant, without device (a backend's id or a device's
+/// name) those of all devices.
+void read_presets_sweep(const ConfigReader& reader, const JsonNode& node, Config& config);
 
 }  // namespace reliefbench

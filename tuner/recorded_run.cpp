@@ -91,11 +91,8 @@ RecordedTable load_recorded(const std::filesystem::path& path, const RecordedQue
     const Run run = load_run(path);
     const nlohmann::json front = run.info.value("front", nlohmann::json::object());
     if (!full.error_metric && front.contains("error")) full.error_metric = front.at("error").get<std::string>();
-    if (!full.constraints && front.contains("constraints")) {
-      full.constraints.emplace();
-      for (const nlohmann::json& text : front.at("constraints"))
-        full.constraints->push_back(parse_budget(text.get<std::string>()));
-    }
+    if (!full.constraints && front.contains("constraints"))
+      full.constraints = parse_budgets(front.at("constraints").get<std::vector<std::string>>());
     rows = case_table(run);
   }
   const Config defaults;

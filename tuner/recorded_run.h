@@ -19,10 +19,8 @@ struct RecordedQuery {
   std::optional<std::vector<Budget>> constraints{};  ///< likewise
 };
 
-/// The measured cases of one backend and scene as a search space with recorded times.
-/// Category axes are the technique, then every parameter of the registry with named values, whose values are numbered
-/// by first appearance in the registry; step axes are its integer parameters. Cases that are not ok, or have no value
-/// of the metric, are left out.
+/// The measured cases of one backend and scene as a search space (empty_setting_space()) with recorded
+/// times; a candidate's id is its case's. Cases that are not ok, or have no value of the metric, are left out.
 /// query: its error_metric and constraints must be set; file: for messages only
 /// throws: Error(bad_input): no such backend or scene, several to choose from, a metric where higher is better,
 ///         nothing was measured, a case without samples

@@ -41,7 +41,7 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                        {"name", session->device().name},
                        {"driver", session->device().driver}});
   return {{"schema", kSchemaVersion},
-          {"config_sha256", sha256(config.text)},
+          {"config_sha256", sha256(fmt::format("{}{}", config.text, fmt::join(config.included, "")))},
           {"kernels_sha256", kernels_sha256()},
           {"filter", options.filter},
           {"devices", devices}};

@@ -17,6 +17,8 @@ void add_compare_command(CLI::App& app, int& exit_code);
 void add_stress_command(CLI::App& app, int& exit_code);
 void add_claims_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
+void add_presets_command(CLI::App& app, int& exit_code);
+void add_tuners_command(CLI::App& app, int& exit_code);
 void add_bake_command(CLI::App& app, int& exit_code);
 void add_tune_command(CLI::App& app, int& exit_code);
 

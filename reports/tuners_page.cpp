@@ -1,0 +1,12 @@
+#include "reports/tuners_page.h"
+
+#include "kernels/atomic_file.h"
+#include "reports/template.h"
+
+namespace reliefbench {
+
+void write_tuners_page(const TunerComparison& comparison, const std::filesystem::path& path) {
+  write_atomically(path, fill_page("tuners.html", tuners_json(comparison)));
+}
+
+}  // namespace reliefbench

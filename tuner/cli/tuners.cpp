@@ -1,0 +1,125 @@
+#include "tuner/tuners.h"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+#include "reports/tuners_page.h"
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+#include "tuner/progress.h"
+#include "tuner/recorded_run.h"
+
+namespace reliefbench {
+namespace {
+
+struct Arguments {
+  std::string path;
+  RecordedQuery query;
+  int seeds = 20;
+  std::vector<double> shares;
+  std::string output;
+  bool quiet = false;
+  bool json = false;
+};
+
+std::string percent(double ratio) {
+  return std::isinf(ratio) ? "none" : fmt::format("{} %", format_number(100 * ratio));
+}
+
+/// "mean / worst"
+template <typename Text>
+std::string both(const Spread& figure, Text&& text) {
+  return fmt::format("{} / {}", text(figure.mean), text(figure.worst));
+}
+
+void print_line(const TunerLine& line, const Paint& paint) {
+  const auto count = [](double value) { return fmt::format("{:.0f}", value); };
+  const auto share = [](double value) { return fmt::format("{:.4f}", value); };
+  fmt::print("\n{}  {}\n", paint.bold(line.strategy), paint.dim(line.description));
+  std::vector<std::vector<std::string>> rows = {
+      {"budget", "settings", "frames", "worst regret", "mean regret", "hypervolume", "false front"}};
+  for (const TunerPoint& point : line.points)
+    rows.push_back({point.share < 1 ? percent(point.share) : "to its end", both(point.timed, count),
+                    both(point.samples, count), both(point.worst_regret, percent), both(point.mean_regret, percent),
+                    both(point.hypervolume, share), both(point.false_front, percent)});
+  fmt::print("{}", columns(rows, "  "));
+}
+
+void print_comparison(const TunerComparison& comparison) {
+  const Paint paint = paint_for_stdout();
+  fmt::print("{}\n", paint.bold(fmt::format("{}, {}, {}", comparison.scene, comparison.backend, comparison.device)));
+  fmt::print(
+      "{} settings, {} feasible ({}), {} on the front of {}\n", comparison.settings, comparison.feasible,
+      comparison.constraints.empty() ? "no constraint" : fmt::format("{}", fmt::join(comparison.constraints, ", ")),
+      comparison.on_front, comparison.error_metric);
+  fmt::print("{}\n",
+             paint.dim(fmt::format("Figures: mean over {} seeds / the worst of them. Regret \"none\": some error "
+                                   "budget is left without an answer.",
+                                   comparison.seeds)));
+  for (const TunerLine& line : comparison.lines) print_line(line, paint);
+}
+
+void run(const Arguments& arguments) {
+  const RecordedTable table = load_recorded(arguments.path, arguments.query);
+  Progress progress(arguments.quiet);
+  TunersOptions options{.seeds = arguments.seeds};
+  if (!arguments.shares.empty()) options.shares = arguments.shares;
+  options.on_progress = [&](double fraction) {
+    progress.update(fraction, fmt::format("{} seeds on {} settings", arguments.seeds, table.samples.size()));
+  };
+  const TunerComparison comparison = compare_tuners(table, options);
+  progress.finish();
+  if (!arguments.output.empty()) write_tuners_page(comparison, arguments.output);
+  if (arguments.json) {
+    fmt::print("{}\n", tuners_json(comparison).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return;
+  }
+  print_comparison(comparison);
+  if (!arguments.output.empty()) fmt::print("\nwritten: {}\n", arguments.output);
+}
+
+}  // namespace
+
+void add_tuners_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("tuners", "search strategies compared on a recorded sweep");
+  const CLI::Option* path = command->add_option("RUN", "a finished sweep: its folder or its table.csv")->required();
+  const CLI::Option* backend = command->add_option("--backend", "of several in the run, this one")->type_name("ID");
+  const CLI::Option* scene = command->add_option("--scene", "likewise")->type_name("ID");
+  const CLI::Option* error =
+      command->add_option("--error", "metric of the error; default: the run's")->type_name("METRIC");
+  const CLI::Option* constraints =
+      command->add_option("--constraint", "bound that every setting keeps; may be repeated; default: the run's")
+          ->type_name("BOUND")
+          ->expected(1)
+          ->take_all();
+  const CLI::Option* seeds =
+      command->add_option("--seeds", "how often each strategy is run; default 20")->check(CLI::Range(1, 10000));
+  const CLI::Option* shares =
+      command->add_option("--share", "of the feasible settings that may be timed, 1: until it ends; may be repeated")
+          ->check(CLI::Range(1e-9, 1.0))
+          ->expected(1)
+          ->take_all();
+  const CLI::Option* output = command->add_option("-o,--output", "also as an HTML page")->type_name("FILE");
+  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
+  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  command->footer(
+      "No device is needed: times are drawn from the recorded samples, and answers judged by their true medians.\n"
+      "Example:\n"
+      "  reliefbench tuners out/quickstart --backend opengl --scene rocks/grazing -o tuners.html");
+  command->callback([=, &exit_code] {
+    Arguments arguments{.path = path->as<std::string>(),
+                        .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
+                        .seeds = value_or(seeds, 20),
+                        .shares = value_or(shares, std::vector<double>{}),
+                        .output = value_or(output, std::string()),
+                        .quiet = is_set(quiet),
+                        .json = is_set(json)};
+    if (!error->empty()) arguments.query.error_metric = error->as<std::string>();
+    if (!constraints->empty()) arguments.query.constraints = parse_budgets(constraints->as<std::vector<std::string>>());
+    run(arguments);
+    exit_code = 0;
+  });
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kernels/error.h"
+#include "tuner/case_table.h"
+#include "tuner/config_reader.h"
+#include "tuner/host.h"
+#include "tuner/presets.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+
+json run_json(const Run& run) {
+  const json identity = run.info.value("identity", json::object());
+  return {{"folder", run.folder.string()},
+          {"name", run.info.value("name", "")},
+          {"started", run.info.value("started", "")},
+          {"git_sha", run.info.value("git_sha", "")},
+          {"config_sha256", identity.value("config_sha256", "")},
+          {"kernels_sha256", identity.value("kernels_sha256", "")}};
+}
+
+json evidence_json(const PresetEvidence& evidence, const Presets& presets) {
+  const Summary& time = evidence.record->frame_time->summary;
+  return {{"scene", evidence.record->scene},
+          {"run", std::ranges::find(presets.runs, evidence.run) - presets.runs.begin()},
+          {"case", evidence.record->case_id},
+          {"time_ns", time.median},
+          {"ci", {time.ci_low, time.ci_high}},
+          {"error", evidence.error}};
+}
+
+json level_json(const PresetLevel& level, const Presets& presets) {
+  const Record& record = *level.evidence.front().record;
+  json params = json::object();
+  for (const auto& [id, text] : record.params) params[id] = text;
+  json evidence = json::array();
+  for (const PresetEvidence& one : level.evidence) evidence.push_back(evidence_json(one, presets));
+  return {{"quality", level.quality},    {"technique", record.technique},
+          {"params", std::move(params)}, {"relative_time", level.relative_time},
+          {"error", level.error},        {"evidence", std::move(evidence)}};
+}
+
+json device_json(const DevicePresets& device, const Presets& presets) {
+  json scenes = json::array();
+  for (const SceneFloor& floor : device.scenes)
+    scenes.push_back({{"scene", floor.scene},
+                      {"fastest_case", floor.fastest->case_id},
+                      {"fastest_ns", floor.fastest->frame_time->summary.median}});
+  json levels = json::array();
+  for (const PresetLevel& level : device.levels) levels.push_back(level_json(level, presets));
+  return {{"backend", device.backend},
+          {"device", device.device},
+          {"driver", device.driver},
+          {"scenes", std::move(scenes)},
+          {"settings",
+           {{"measured", device.measured},
+            {"shared", device.shared},
+            {"feasible", device.feasible},
+            {"front", device.on_front}}},
+          {"levels", std::move(levels)}};
+}
+
+LoadedPreset read_level(const ConfigReader& reader, const JsonNode& device, const JsonNode& level) {
+  const JsonNode& technique = reader.required(level, "technique");
+  const std::string id = reader.text(technique);
+  Settings known(reader.at(technique, [&]() -> const Technique& { return find_technique(id); }));
+  const JsonNode& params = reader.required(level, "params");
+  if (!params.value.is_object()) reader.fail(params, "expected an object");
+  std::vector<std::pair<std::string, std::string>> texts;
+  for (const JsonNode& param : params.children) {
+    texts.emplace_back(param.key, reader.text(param));
+    reader.at(param, [&] { known.set(param.key, texts.back().second); });
+  }
+  Settings settings = reader.at(params, [&] { return settings_of(id, texts); });
+  return {.backend = reader.text(reader.required(device, "backend")),
+          .device = reader.text(reader.required(device, "device")),
+          .quality = static_cast<int>(reader.integer(reader.required(level, "quality"), 0, 100)),
+          .settings = std::move(settings)};
+}
+
+}  // namespace
+
+json presets_json(const Presets& presets) {
+  std::vector<std::string> constraints;
+  for (const Budget& budget : presets.constraints) constraints.push_back(budget.text());
+  json runs = json::array();
+  for (const Run* run : presets.runs) runs.push_back(run_json(*run));
+  json devices = json::array();
+  for (const DevicePresets& device : presets.devices) devices.push_back(device_json(device, presets));
+  return {{"schema", kPresetsSchema},
+          {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
+          {"error_metric", presets.error_metric},
+          {"constraints", constraints},
+          {"runs", std::move(runs)},
+          {"devices", std::move(devices)}};
+}
+
+std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view file) {
+  const ConfigReader reader{std::string(file)};
+  const JsonNode root = parse_json_lines(text, file);
+  const JsonNode& schema = reader.required(root, "schema");
+  if (schema.value != kPresetsSchema)
+    reader.fail(schema, fmt::format("is {}, this reliefbench reads {}", schema.value.dump(), kPresetsSchema));
+  std::vector<LoadedPreset> presets;
+  for (const JsonNode& device : reader.items(reader.required(root, "devices")))
+    for (const JsonNode& level : reader.items(reader.required(device, "levels")))
+      presets.push_back(read_level(reader, device, level));
+  return presets;
+}
+
+}  // namespace reliefbench

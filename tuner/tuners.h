@@ -1,0 +1,64 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/search/recorded_table.h"
+
+namespace reliefbench {
+
+struct TunersOptions {
+  int seeds = 20;                                               ///< 1, 2, ... this many
+  std::vector<double> shares = {0.05, 0.1, 0.2, 0.35, 0.5, 1};  ///< of the feasible settings; 1: until it ends
+  int threads = 0;                                              ///< 0: as many as the machine has
+  std::function<void(double)> on_progress{};                    ///< fraction; from any thread, one at a time
+};
+
+/// A figure over the seeds. Infinite where it is so for one of them.
+struct Spread {
+  double mean = 0;
+  double worst = 0;
+};
+
+/// A strategy when it may time so many settings (tuner/search/strategies.h, Checkpoint, says what the figures mean).
+struct TunerPoint {
+  double share = 0;
+  Spread timed;         ///< settings
+  Spread samples;       ///< frames
+  Spread worst_regret;  ///< ratio - 1
+  Spread mean_regret;
+  Spread hypervolume;  ///< worst: least
+  Spread false_front;
+  int uncovered = 0;  ///< seeds that leave some budget without an answer: their regret is infinite
+};
+
+struct TunerLine {
+  std::string_view strategy;
+  std::string_view description;
+  std::vector<TunerPoint> points;  ///< by share
+};
+
+struct TunerComparison {
+  std::string backend;
+  std::string device;
+  std::string scene;
+  std::string error_metric;
+  std::vector<std::string> constraints;
+  int settings = 0;
+  int feasible = 0;
+  int on_front = 0;
+  int seeds = 0;
+  std::vector<TunerLine> lines;  ///< by strategy, in their order
+};
+
+/// Replays every strategy on a recorded sweep; all start with first_settings(). The same table and options give the
+/// same figures on any machine and number of threads. throws: Error(bad_input): nothing feasible, no seed or share
+[[nodiscard]] TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& options);
+
+/// An infinite figure is null.
+[[nodiscard]] nlohmann::json tuners_json(const TunerComparison& comparison);
+
+}  // namespace reliefbench
