@@ -20,6 +20,7 @@ constexpr double kLeastRate = 0.3;        // of the mixture, per standard deviat
 constexpr double kMostRate = 8;           // best for one block at the smallest alpha of some thousands of settings
 constexpr double kMedianVariance = 0.45;  // of the median of three standard normal values
 constexpr double kLinearVariance = 0.36;  // of three times the mean statistic's share of a value
+constexpr std::size_t kLeastTier = 16;    // settings
 constexpr std::size_t kSeenTwice = 6;     // frames
 
 double square(double x) { return x * x; }
@@ -35,11 +36,15 @@ double degrees_of(const Observed& observed) { return static_cast<double>(observe
 
 }  // namespace
 
-NoiseModel::NoiseModel(std::size_t settings, double confidence)
-    : early_(std::max<std::size_t>(16, static_cast<std::size_t>(static_cast<double>(settings) * kEarly))) {
-  const double half = (1 - confidence) / 2 / 2;  // a side's, a group's
-  const auto late = static_cast<double>(settings > early_ ? settings - early_ : 1);
-  log_alpha_ = {std::log(static_cast<double>(early_) / half), std::log(late / half)};
+NoiseModel::NoiseModel(std::size_t settings, double confidence) {
+  std::size_t begin = 0;
+  for (std::size_t tier = 0; tier < kTiers; ++tier) {
+    const auto end = static_cast<std::size_t>(kTierEnds[tier] * static_cast<double>(settings));
+    tier_ends_[tier] = std::max(end, kLeastTier * (tier + 1));
+    const double alpha = (1 - confidence) / 2 * kTierAlpha[tier];
+    log_alpha_[tier] = std::log(static_cast<double>(tier_ends_[tier] - begin) / alpha);
+    begin = tier_ends_[tier];
+  }
   for (std::size_t j = 0; j < kRates; ++j)
     rates_[j] = kLeastRate * std::pow(kMostRate / kLeastRate, static_cast<double>(j) / (kRates - 1));
   for (int k = 1; k <= kExact; ++k) counts_.push_back(k);
@@ -47,7 +52,7 @@ NoiseModel::NoiseModel(std::size_t settings, double confidence)
   variance_.fill(square(kPriorNoise));
   for (Side* side : {&above_, &below_}) {
     for (std::size_t j = 0; j < kRates; ++j) {
-      side->block[j] = kMedianVariance * square(kInflation * rates_[j]) / 2;
+      side->block[j] = kMedianVariance * square(rates_[j]) / 2;
       side->linear[j] = side->block[j];
     }
     solve(*side);
@@ -151,7 +156,7 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
   const std::vector<double> projection = median_projection(frames);
   const double centre = std::accumulate(projection.begin(), projection.end(), 0.0) / n;
   for (std::size_t j = 0; j < kRates; ++j) {
-    const double rate = kInflation * rates_[j];
+    const double rate = rates_[j];
     std::array<double, 4> sums{};
     for (std::size_t i = 0; i < frames.size(); ++i) {
       // exp of some hundreds: only where all others are identical; the radius is then huge in any case
@@ -172,10 +177,10 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
 
 void NoiseModel::solve(Side& side) const {
   std::array<double, kRates> exponent{};
-  for (std::size_t group = 0; group < 2; ++group) {
-    std::vector<double>& radius = side.radius[group];
+  for (std::size_t tier = 0; tier < kTiers; ++tier) {
+    std::vector<double>& radius = side.radius[tier];
     radius.clear();
-    const double target = log_alpha_[group] + std::log(static_cast<double>(kRates));
+    const double target = log_alpha_[tier] + std::log(static_cast<double>(kRates));
     for (const int count : counts_) {
       const Cumulants& cumulant = count < kLinear ? side.block : side.linear;
       // Newton on log sum exp(count (rate r - cumulant)) = target, convex and rising in r; started where one term alone
@@ -205,7 +210,9 @@ void NoiseModel::solve(Side& side) const {
 }
 
 double NoiseModel::radius(const Side& side, const Observed& observed) const {
-  const std::vector<double>& radii = side.radius[static_cast<std::size_t>(observed.order) < early_ ? 0 : 1];
+  std::size_t tier = 0;
+  while (tier + 1 < kTiers && static_cast<std::size_t>(observed.order) >= tier_ends_[tier]) ++tier;
+  const std::vector<double>& radii = side.radius[tier];
   const int count = observed.blocks();
   // Between counts that were solved the radius falls with the root of the count, but for a share of a percent.
   const auto above = std::ranges::upper_bound(counts_, count);

@@ -21,7 +21,7 @@ namespace reliefbench {
 /// What is plugged in and so assumed, not proven: frames of a setting are independent. s^2 is the variance of clipped
 /// frames within a setting, pooled over settings of similar time (fast ones are noisier), and the setting's own shrunk
 /// towards that. psi is the cumulant function of pooled standardised frames, one more extreme than
-/// any seen added at either end; deviations are inflated by kInflation; psi is no less than the normal one.
+/// any seen added at either end; psi is no less than the normal one.
 ///
 /// Slow outliers (another process takes a core for a time slice: the frame takes several times as long) have no useful
 /// psi. The lower bound therefore takes frames slower than the lower quartile + kClip s as that: their expectation is
@@ -31,9 +31,9 @@ namespace reliefbench {
 /// than outliers add to the mean, 3 p^2 of their size if they have share p.
 ///
 /// Union bound: alpha is confidence's complement, halved for the sides, split among settings by the order in which they
-/// are first timed: the first kEarly of all share one half, the rest the other. The order is known before a setting's
-/// first frame is drawn, so that each share is fixed when its sequence starts, and the shares sum to one: valid for any
-/// rule of choice. The search times promising settings first, and those are the ones that need narrow bounds.
+/// are first timed: in tiers, the first kTierEnds[0] of all settings share kTierAlpha[0] of it, and so on. The order is
+/// known before a setting's first frame is drawn, so that each share is fixed when its sequence starts, and the shares
+/// sum to one: valid for any rule of choice. Promising settings are timed first, and those need narrow bounds.
 class NoiseModel {
  public:
   NoiseModel(std::size_t settings, double confidence);
@@ -50,8 +50,9 @@ class NoiseModel {
   /// Bounds; sets the estimates, too.
   Bounds bound(Observed& observed) const;
 
-  static constexpr double kEarly = 1.0 / 16;
-  static constexpr double kInflation = 1.05;
+  static constexpr std::size_t kTiers = 3;
+  static constexpr std::array<double, kTiers> kTierEnds{1.0 / 16, 1.0 / 4, 1};  ///< share of the settings
+  static constexpr std::array<double, kTiers> kTierAlpha{0.4, 0.35, 0.25};
   static constexpr double kClip = 6;
   static constexpr double kOutlier = 2;
   static constexpr std::ptrdiff_t kSeenOutliers = 8;  ///< from which the lower bound takes them for real
@@ -63,9 +64,9 @@ class NoiseModel {
   static constexpr std::size_t kTimeBins = 16;
   using Cumulants = std::array<double, kRates>;
   struct Side {
-    Cumulants block{};                          // of a block's median
-    Cumulants linear{};                         // of the projection, a block
-    std::array<std::vector<double>, 2> radius;  // early and late settings; one a count of counts_
+    Cumulants block{};                               // of a block's median
+    Cumulants linear{};                              // of the projection, a block
+    std::array<std::vector<double>, kTiers> radius;  // one a count of counts_
   };
 
   void fit_scales(std::span<const Observed> observed);
@@ -74,8 +75,8 @@ class NoiseModel {
   [[nodiscard]] double pooled_variance(double log_time) const;
   [[nodiscard]] double radius(const Side& side, const Observed& observed) const;
 
-  std::size_t early_;                // settings
-  std::array<double, 2> log_alpha_;  // log(1 / alpha) of one side: early, late
+  std::array<std::size_t, kTiers> tier_ends_{};  // settings
+  std::array<double, kTiers> log_alpha_{};       // log(1 / alpha) of one side
   std::array<double, kRates> rates_{};
   std::vector<int> counts_;
   Side above_;  // the mean above its expectation: how far the lower bound is below the mean

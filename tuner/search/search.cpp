@@ -21,7 +21,7 @@ constexpr double kPathGrowth = 1.1;      // of the samples between two points of
 constexpr double kAuditShare = 0.03;     // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
 constexpr double kAuditMargin = 1.5;  // how much more slack than the failure needs
-constexpr double kPickIsSharp = 0.4;  // a pick whose bounds are so much narrower than its rival's is not drawn again
+constexpr double kPickIsSharp = 0.6;  // a pick whose bounds are so much narrower than its rival's is not drawn again
 constexpr double kBlockNoise = 0.67;  // standard deviation of a block's median in that of a frame, if normal
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
