@@ -17,6 +17,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kSlack = 1e-9;  // of a log of an error, for rounding
+
 /// The newest measurement of each setting, by scene.
 using SceneCases = std::map<std::string, PresetEvidence, std::less<>>;  ///< by settings
 struct DeviceCases {
@@ -143,8 +145,7 @@ std::vector<PresetLevel> levels_of(const std::vector<Choice>& front) {
   for (int quality = 0; quality <= 100; quality += kPresetStep) {
     const double share = quality / 100.0;
     const double target = (1 - share) * log_error(front.front()) + share * log_error(front.back());
-    // The ends by name: rounding must not put level 100 past the most accurate.
-    const auto within_target = [&](const Choice& choice) { return log_error(choice) <= target; };
+    const auto within_target = [&](const Choice& choice) { return log_error(choice) <= target + kSlack; };
     const auto found = std::ranges::find_if(front, within_target);
     const Choice& choice = quality == 0                             ? front.front()
                            : quality == 100 || found == front.end() ? front.back()
