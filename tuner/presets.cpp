@@ -38,7 +38,7 @@ std::string settings_text(const Record& record) {
 /// A value that all runs must have in common.
 json common_front(std::span<const Run> runs, const char* key, const json& fallback) {
   const auto value_of = [&](const Run& run) { return run.info.value("front", json::object()).value(key, fallback); };
-  const json first = value_of(runs.front());
+  json first = value_of(runs.front());
   for (const Run& run : runs)
     if (value_of(run) != first)
       fail_input("{}: its front's {} is {}, that of {} is {}; say which by --error and --constraint",
