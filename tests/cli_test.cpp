@@ -47,7 +47,8 @@ class CliTest : public ::testing::Test {
 };
 
 TEST_F(CliTest, every_command_has_help_with_an_example) {
-  for (const std::string command : {"sweep", "recommend", "report", "compare", "bake", "list", "devices"}) {
+  for (const std::string command :
+       {"sweep", "recommend", "report", "presets", "tuners", "compare", "bake", "list", "devices"}) {
     const CommandResult result = run({command, "--help"});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.out, HasSubstr("reliefbench " + command)) << command << " shows no example";
@@ -137,6 +138,40 @@ TEST_F(CliTest, a_run_compares_with_itself_as_the_same) {
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "flat", "--backend", "null", "--filter", "flat@*"}).exit_code, 0);
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "cone", "--backend", "null", "--filter", "cone@*"}).exit_code, 0);
   EXPECT_EQ(run({"compare", "flat", "cone"}).exit_code, 5);
+}
+
+TEST_F(CliTest, presets_of_a_run_can_be_swept) {
+  ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "null"}).exit_code, 0);
+  const CommandResult made = run({"presets", "out", "-o", "presets.json", "--header", "presets.h", "--json"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(nlohmann::json::parse(made.out), nlohmann::json::parse(file_text(folder_ / "presets.json")));
+  EXPECT_THAT(file_text(folder_ / "presets.h"), HasSubstr("#define RELIEF_NULL_NULL_Q100_TECHNIQUE"));
+  write("again.json", R"({"scenes": [{"heightmap": {"source": "fbm", "width": 32, "height": 32}, "views": "oblique",
+                          "frame_px": [64, 64]}], "sweeps": [{"presets": "presets.json", "quality": [0, 100]}]})");
+  EXPECT_EQ(run({"sweep", "again.json", "-o", "again", "--backend", "null"}).exit_code, 0);
+  EXPECT_GE(case_ids(folder_ / "again").size(), 1U);
+  // Other presets make another run of the same config.
+  write("presets.json", file_text(folder_ / "presets.json") + " ");
+  EXPECT_EQ(run({"sweep", "again.json", "-o", "again", "--backend", "null"}).exit_code, 2);
+
+  expect_refused({"presets", "out"}, 2, "--output");
+  expect_refused({"presets", "nowhere", "-o", "p.json"}, 2, "nowhere");
+  expect_refused({"presets", "out", "-o", "p.json", "--constraint", "e_xy.max<=1e-12"}, 1, "e_xy.max<=");
+}
+
+TEST_F(CliTest, tuners_are_compared_on_a_folder_or_its_table) {
+  ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "null"}).exit_code, 0);
+  const CommandResult folder = run({"tuners", "out", "--seeds", "2", "--share", "0.5", "--json", "-o", "t.html"});
+  ASSERT_EQ(folder.exit_code, 0) << folder.err;
+  EXPECT_EQ(nlohmann::json::parse(folder.out).at("seeds"), 2);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "t.html"));
+  const CommandResult table = run({"tuners", "out/table.csv", "--seeds", "2"});
+  EXPECT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("worst regret"));
+  expect_refused({"tuners", "out", "--seeds", "0"}, 2, "--seeds");
+  expect_refused({"tuners", "out", "--scene", "rocks/top"}, 2, "rocks/top");
+  write("broken.csv", "case,technique\na,cane\n");
+  expect_refused({"tuners", "broken.csv"}, 2, "broken.csv:1");
 }
 
 TEST_F(CliTest, lists_come_from_the_registries) {

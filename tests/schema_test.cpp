@@ -115,6 +115,9 @@ TEST(Schema, RefusesBrokenConfigs) {
   refused("/sweeps/0/axes/linear_steps", {{"from", 1}, {"to", 2}});
   refused("/sweeps/0/axes/linear_steps", 1.5);
   refused("/sweeps/0/where", {{"if", json::object()}});
+  refused("/sweeps/0", {{"presets", 1}});
+  refused("/sweeps/0", {{"presets", "p.json"}, {"quality", 101}});
+  refused("/sweeps/0", {{"presets", "p.json"}, {"axes", json::object()}});
   refused("/budgets", {"e_xy.p99"});
 }
 

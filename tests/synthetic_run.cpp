@@ -29,7 +29,7 @@ Record base_record(const Settings& settings, const std::string& scene, const std
   for (const Param& param : settings.technique().params)
     if (settings.is_active(param)) record.params.emplace_back(param.id, param.text(settings.get(param.id)));
   record.case_id = fmt::format("{}@{}?{}&backend={}", record.technique, scene, settings.text(), backend);
-  record.map = "height";
+  record.map = map_of(settings).id;
   record.scene = scene;
   record.backend = backend;
   record.device = device;

@@ -131,8 +131,7 @@ class Cells {
 };
 
 Settings settings_in(const Cells& cells, std::span<const std::string> params) {
-  const Technique& technique =
-      cells.at("technique", [&]() -> const Technique& { return find_technique(cells.text("technique")); });
+  const Technique& technique = *cells.at("technique", [&] { return &find_technique(cells.text("technique")); });
   Settings settings(technique);
   // In the row's order, where a condition stands before what it switches on.
   for (const Param& param : technique.params) {

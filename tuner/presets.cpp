@@ -17,6 +17,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kSlack = 1e-9;  // of a log of an error, for rounding
+
 /// The newest measurement of each setting, by scene.
 using SceneCases = std::map<std::string, PresetEvidence, std::less<>>;  ///< by settings
 struct DeviceCases {
@@ -36,7 +38,7 @@ std::string settings_text(const Record& record) {
 /// A value that all runs must have in common.
 json common_front(std::span<const Run> runs, const char* key, const json& fallback) {
   const auto value_of = [&](const Run& run) { return run.info.value("front", json::object()).value(key, fallback); };
-  const json first = value_of(runs.front());
+  json first = value_of(runs.front());
   for (const Run& run : runs)
     if (value_of(run) != first)
       fail_input("{}: its front's {} is {}, that of {} is {}; say which by --error and --constraint",
@@ -143,8 +145,7 @@ std::vector<PresetLevel> levels_of(const std::vector<Choice>& front) {
   for (int quality = 0; quality <= 100; quality += kPresetStep) {
     const double share = quality / 100.0;
     const double target = (1 - share) * log_error(front.front()) + share * log_error(front.back());
-    // The ends by name: rounding must not put level 100 past the most accurate.
-    const auto within_target = [&](const Choice& choice) { return log_error(choice) <= target; };
+    const auto within_target = [&](const Choice& choice) { return log_error(choice) <= target + kSlack; };
     const auto found = std::ranges::find_if(front, within_target);
     const Choice& choice = quality == 0                             ? front.front()
                            : quality == 100 || found == front.end() ? front.back()

@@ -67,7 +67,7 @@ json device_json(const DevicePresets& device, const Presets& presets) {
 LoadedPreset read_level(const ConfigReader& reader, const JsonNode& device, const JsonNode& level) {
   const JsonNode& technique = reader.required(level, "technique");
   const std::string id = reader.text(technique);
-  Settings known(reader.at(technique, [&]() -> const Technique& { return find_technique(id); }));
+  Settings known(*reader.at(technique, [&] { return &find_technique(id); }));
   const JsonNode& params = reader.required(level, "params");
   if (!params.value.is_object()) reader.fail(params, "expected an object");
   std::vector<std::pair<std::string, std::string>> texts;

@@ -11,10 +11,10 @@
 namespace reliefbench {
 
 struct TunersOptions {
-  int seeds = 20;                                               ///< 1, 2, ... this many
-  std::vector<double> shares = {0.05, 0.1, 0.2, 0.35, 0.5, 1};  ///< of the feasible settings; 1: until it ends
-  int threads = 0;                                              ///< 0: as many as the machine has
-  std::function<void(double)> on_progress{};                    ///< fraction; from any thread, one at a time
+  int seeds = 20;                                            ///< 1, 2, ... this many
+  std::vector<double> shares = {0.05, 0.1, 0.2, 0.35, 0.5};  ///< of the feasible settings; 1: until it ends
+  int threads = 0;                                           ///< 0: as many as the machine has
+  std::function<void(double)> on_progress{};                 ///< fraction; from any thread, one at a time
 };
 
 /// A figure over the seeds. Infinite where it is so for one of them.

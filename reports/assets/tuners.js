@@ -16,7 +16,7 @@ function make(tag, text = '', className = '') {
   return element;
 }
 
-/** One line of means and one of worst seeds for each strategy; an infinite figure leaves a gap. */
+/** One line of means and one of worst seeds for each strategy. */
 function datasets(figure, place) {
   const lines = [];
   data.strategies.forEach((strategy, index) => {
@@ -53,6 +53,7 @@ function draw(id, figure, place, yAxis) {
       scales: {
         x: {
           type: 'logarithmic',
+          min: 0.9 * Math.min(...data.strategies.flatMap(({points}) => points.map(({timed}) => timed.mean))),
           title: {display: true, text: 'settings timed', color: text},
           grid,
           ticks: {color: text, callback: (value) => (/^[125]0*$/.test(String(value)) ? String(value) : '')}
@@ -73,7 +74,7 @@ function draw(id, figure, place, yAxis) {
             legend.chart.update();
           },
         },
-        tooltip: {callbacks: {label: ({dataset, parsed}) => `${dataset.label}: ${percent(parsed.y)} at ${Math.round(parsed.x)}`}},
+        tooltip: {callbacks: {label: ({dataset, parsed}) => `${dataset.label}: ${parsed.y === noAnswer ? 'no answer' : percent(parsed.y)} at ${Math.round(parsed.x)}`}},
       },
     },
   });
@@ -111,10 +112,20 @@ function drawTable() {
 byId('subtitle').textContent = `${data.scene} on ${data.backend}, ${data.device}: ${data.settings} settings, ` +
     `${data.feasible} with ${data.constraints.join(', ') || 'no constraint'}, ${data.front} on the front of ` +
     `${data.error_metric}; ${data.seeds} seeds`;
-draw('regret', 'worst_regret', (value) => (value === null ? null : Math.max(value, kLeastRegret)), {
+// A budget without an answer is infinitely far from the best: drawn on a line of its own, above all others.
+const regrets = data.strategies.flatMap(({points}) => points.flatMap(({worst_regret: r}) => [r.mean, r.worst]))
+                    .filter((value) => value !== null && value > 0);
+const lowest = Math.max(kLeastRegret, Math.min(1, ...regrets));
+const noAnswer = 3 * Math.max(lowest, ...regrets);
+const regretTicks = [-4, -3, -2, -1, 0, 1, 2].flatMap((decade) => [1, 2, 5].map((m) => m * 10 ** decade))
+                        .filter((value) => value >= lowest / 2 && value <= noAnswer / 2);
+draw('regret', 'worst_regret', (value) => (value === null ? noAnswer : Math.max(value, kLeastRegret)), {
   type: 'logarithmic',
   name: 'slower than the best',
-  ticks: {callback: (value) => (/^1(e|0*$|\.?0*$)|^0\.0*1$/.test(String(value)) ? percent(value) : '')},
+  min: lowest / 2,
+  max: noAnswer * 1.2,
+  afterBuildTicks: (scale) => (scale.ticks = [...regretTicks, noAnswer].map((value) => ({value}))),
+  ticks: {autoSkip: false, callback: (value) => (value === noAnswer ? 'no answer' : percent(value))},
 });
 draw('hypervolume', 'hypervolume', (value) => value,
      {type: 'linear', name: 'share of the front', suggestedMax: 1, ticks: {callback: (value) => percent(value)}});

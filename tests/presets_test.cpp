@@ -1,0 +1,248 @@
+#include "tuner/presets.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <set>
+
+#include "backends/shader_compiler.h"
+#include "kernels/atomic_file.h"
+#include "kernels/error.h"
+#include "tests/finished_run.h"
+#include "tests/schema.h"
+#include "tuner/case_table.h"
+#include "tuner/pareto.h"
+#include "tuner/plan.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+/// One setting's figures in one scene.
+struct Figures {
+  int linear_steps;
+  double time_ms;
+  double error;
+};
+
+/// A run of `relief` with just these figures, by scene.
+Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
+  Run run = synthetic_run({.cases = 1, .with_failed = false});
+  run.records.clear();
+  for (const auto& [scene, list] : scenes)
+    for (const auto& [steps, time_ms, error] : list) {
+      Settings settings(find_technique("relief"));
+      settings.set("linear_steps", steps);
+      Record record;
+      record.technique = "relief";
+      for (const Param& param : settings.technique().params)
+        if (settings.is_active(param)) record.params.emplace_back(param.id, param.text(settings.get(param.id)));
+      record.case_id = fmt::format("relief@{}?{}&backend=opengl", scene, settings.text());
+      record.scene = scene;
+      record.backend = "opengl";
+      record.device = "GPU";
+      const double time_ns = time_ms * 1e6;
+      record.frame_time =
+          FrameTime{.summary = {.median = time_ns, .mad = 0, .ci_low = time_ns, .ci_high = time_ns, .n = 7},
+                    .raw_median = time_ns,
+                    .timer = "fenced_wall"};
+      record.error = FrameScore{};
+      record.error->e_xy.p99 = error;
+      run.records.push_back(record);
+    }
+  return run;
+}
+
+std::vector<std::string> steps_of(const DevicePresets& device) {
+  std::vector<std::string> steps;
+  for (const PresetLevel& level : device.levels) steps.push_back(level.evidence.front().record->params[0].second);
+  return steps;
+}
+
+TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
+  const std::vector<reliefbench::Run> runs = {synthetic_run({.scenes = {"rocks/grazing"}, .cases = 150})};
+  const Presets presets = make_presets(runs, {});
+  const std::vector<Front> all = fronts(runs[0].records, "e_xy.p99", std::vector<Budget>{{"missed_rate", 0.001}});
+  ASSERT_EQ(presets.devices.size(), 2U);
+  for (std::size_t d = 0; d < 2; ++d) {
+    const DevicePresets& device = presets.devices[d];
+    ASSERT_EQ(device.levels.size(), 11U);
+    EXPECT_EQ(device.levels.front().evidence[0].record, all[d].points.front().record);
+    EXPECT_EQ(device.levels.back().evidence[0].record->error->e_xy.p99, all[d].points.back().error);
+    EXPECT_EQ(device.levels.front().relative_time, 1);
+    for (std::size_t i = 1; i < device.levels.size(); ++i) {
+      EXPECT_EQ(device.levels[i].quality, device.levels[i - 1].quality + 10);
+      EXPECT_GE(device.levels[i].relative_time, device.levels[i - 1].relative_time);
+      EXPECT_LE(device.levels[i].error, device.levels[i - 1].error);
+    }
+  }
+  EXPECT_EQ(schema_errors(presets_json(presets), "presets"), "");
+  nlohmann::json bad = presets_json(presets);
+  bad["devices"][0]["levels"][0].erase("evidence");
+  EXPECT_NE(schema_errors(bad, "presets"), "");
+}
+
+TEST(Presets, levels_are_equal_steps_of_the_log_of_the_error) {
+  // Errors 1, 0.1, ..., 1e-5: each step of 10 in quality is half a decade.
+  const reliefbench::Run run =
+      run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 3, 0.01}, {4, 4, 0.001}, {5, 5, 1e-4}, {6, 6, 1e-5}}}});
+  const Presets presets = make_presets({&run, 1}, {});
+  EXPECT_EQ(steps_of(presets.devices[0]),
+            (std::vector<std::string>{"1", "2", "2", "3", "3", "4", "4", "5", "5", "6", "6"}));
+  // An error of 0 counts as a tenth of the least above it.
+  const reliefbench::Run exact = run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 3, 0}}}});
+  EXPECT_EQ(steps_of(make_presets({&exact, 1}, {}).devices[0]),
+            (std::vector<std::string>{"1", "2", "2", "2", "2", "2", "3", "3", "3", "3", "3"}));
+  const reliefbench::Run one = run_of({{"s", {{1, 1, 0}}}});
+  EXPECT_EQ(steps_of(make_presets({&one, 1}, {}).devices[0]), std::vector<std::string>(11, "1"));
+}
+
+TEST(Presets, a_setting_counts_as_in_its_worst_scene) {
+  // In `b` two steps are slower than three and no better: relative to a's fastest 2 and to b's 5, error 0.5.
+  const reliefbench::Run run =
+      run_of({{"a", {{1, 1, 1}, {2, 2, 0.1}, {3, 3, 0.2}}}, {"b", {{1, 10, 2}, {2, 50, 0.5}, {3, 20, 0.3}}}});
+  const DevicePresets device = make_presets({&run, 1}, {}).devices[0];
+  EXPECT_EQ(device.on_front, 2);
+  EXPECT_EQ(device.levels.front().error, 2);
+  EXPECT_EQ(device.levels.back().error, 0.3);
+  EXPECT_EQ(device.levels.back().relative_time, 3);
+  ASSERT_EQ(device.levels.back().evidence.size(), 2U);
+  EXPECT_EQ(device.levels.back().evidence[0].record->scene, "a");
+  EXPECT_EQ(device.levels.back().evidence[1].error, 0.3);
+}
+
+TEST(Presets, of_two_runs_the_later_measurement_counts) {
+  const std::vector<reliefbench::Run> runs = {run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}}}}),
+                                              run_of({{"s", {{2, 4, 0.1}, {3, 9, 0.01}}}})};
+  const Presets presets = make_presets(runs, {});
+  EXPECT_EQ(presets.devices[0].measured, 3);
+  EXPECT_EQ(presets.devices[0].levels.back().relative_time, 9);
+  for (const PresetLevel& level : presets.devices[0].levels) EXPECT_NE(level.relative_time, 2);
+  EXPECT_EQ(presets_json(presets)["devices"][0]["levels"][10]["evidence"][0]["run"], 1);
+}
+
+TEST(Presets, what_makes_no_table_is_refused) {
+  const auto fails = [](const std::vector<reliefbench::Run>& runs, const auto& words, const PresetQuery& query = {}) {
+    EXPECT_THAT([&] { (void)make_presets(runs, query); }, ThrowsMessage<Error>(words));
+  };
+  const reliefbench::Run good = run_of({{"s", {{1, 1, 1}}}});
+  fails({run_of({{"a", {{1, 1, 1}}}, {"b", {{2, 1, 1}}}})},
+        AllOf(HasSubstr("opengl, GPU: no setting was measured in all of its 2 scenes"), HasSubstr("a: 1, b: 1")));
+  reliefbench::Run other = good;
+  other.records[0].reference_key = "another";
+  fails({good, other}, HasSubstr("scene 's' is not the same"));
+  other = good;
+  other.info["devices"][0]["driver"] = "synthetic 2.0";
+  fails({good, other}, HasSubstr("its driver is 'synthetic 1.0'"));
+  other = good;
+  other.info["front"]["error"] = "flip";
+  fails({good, other}, HasSubstr("its front's error is \"flip\""));
+  EXPECT_NO_THROW((void)make_presets(std::vector<reliefbench::Run>{good, other}, {.error_metric = "e_xy.p99"}));
+  fails({good}, HasSubstr("higher is better"), {.error_metric = "psnr"});
+  other = good;
+  other.records[0].status = Status::throttled;
+  fails({other}, HasSubstr("no case that was measured"));
+  try {
+    (void)make_presets({&good, 1}, {.constraints = {{{"e_xy.p99", 0.5}}}});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::answer_is_no);
+    EXPECT_THAT(error.what(), HasSubstr("e_xy.p99<=0.5"));
+  }
+}
+
+TEST(Presets, the_header_is_cpp_and_glsl) {
+  const TempFolder folder;
+  const std::vector<reliefbench::Run> runs = {
+      synthetic_run({.device = "Hostile\\\n__GPU (1.2) \xc3\xa9 \\", .scenes = {"rocks/grazing"}, .cases = 200})};
+  const Presets presets = make_presets(runs, {});
+  const std::string header = presets_header(presets);
+  EXPECT_EQ(header.find("__"), header.find("__GPU"));  // in a comment alone
+  const std::string own = "RELIEF_OPENGL_HOSTILE_GPU_1_2_Q50_TECHNIQUE";
+  const std::string technique = presets.devices[0].levels[5].evidence[0].record->technique;
+  std::size_t index = 0;
+  while (techniques()[index].id != technique) ++index;
+
+  write_atomically(folder / "presets.h", header);
+  write_atomically(
+      folder / "use.cpp",
+      fmt::format("#include \"presets.h\"\n#include \"presets.h\"\nstatic_assert({} == {});\n", own, index));
+  const std::string command =
+      fmt::format("c++ -std=c++20 -Wall -Wextra -Wpedantic -Werror -fsyntax-only {}", (folder / "use.cpp").string());
+  EXPECT_EQ(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe)
+
+  const std::string glsl = header + fmt::format(
+                                        "#if {} != {}\n#error not the technique\n#endif\nHit trace(Ray ray) {{ return "
+                                        "Hit(float({}), STATUS_HIT, 0, 0); }}\n",
+                                        own, index, own);
+  for (const Dialect dialect : {Dialect::opengl, Dialect::vulkan})
+    EXPECT_NO_THROW((void)compile_fragment({.name = "presets.glsl", .text = glsl}, Target::score, dialect));
+}
+
+class PresetsInConfig : public ::testing::Test {
+ protected:
+  PresetsInConfig() {
+    const std::vector<reliefbench::Run> runs = {load_run(null_sweep(folder_))};
+    presets_ = presets_json(make_presets(runs, {}));
+  }
+  Config config(const std::string& sweep) {
+    write_atomically(folder_ / "presets.json", presets_.dump(1));
+    const std::string text = R"({"scenes": [{"heightmap": "fbm", "views": "top"}], "sweeps": [)" + sweep + "]}";
+    EXPECT_EQ(schema_errors(nlohmann::json::parse(text), "config"), "");
+    return parse_config(text, folder_ / "config.json");
+  }
+  void refused(const std::string& sweep, const std::string& words) {
+    EXPECT_THAT([&] { (void)config(sweep); }, ThrowsMessage<Error>(HasSubstr(words))) << sweep;
+  }
+  TempFolder folder_;
+  nlohmann::json presets_;
+};
+
+TEST_F(PresetsInConfig, every_level_becomes_a_case) {
+  const std::vector<std::string> backends = {"null"};
+  const Config all = config(R"({"presets": "presets.json"})");
+  EXPECT_EQ(all.sweeps.size(), 11U);
+  EXPECT_EQ(all.included.size(), 1U);
+  EXPECT_LE(make_plan(all, backends, "").cases.size(), 11U);
+  const Config some =
+      config(R"({"presets": "presets.json", "quality": [0, 100], "device": "null"}, {"technique": "flat"})");
+  ASSERT_EQ(some.sweeps.size(), 3U);
+  const Plan plan = make_plan(some, backends, "");
+  const nlohmann::json& level = presets_["devices"][0]["levels"][10];
+  std::set<std::string> texts;
+  for (const Case& c : plan.cases) texts.insert(std::string(c.settings.technique().id) + "?" + c.settings.text());
+  std::vector<std::pair<std::string, std::string>> params;
+  for (const auto& item : level["params"].items()) params.emplace_back(item.key(), item.value());
+  EXPECT_TRUE(texts.contains(level["technique"].get<std::string>() + "?" +
+                             settings_of(level["technique"].get<std::string>(), params).text()));
+}
+
+TEST_F(PresetsInConfig, what_is_unknown_is_named_with_file_and_key) {
+  refused(R"({"presets": "none.json"})", "config.json:1: key 'sweeps[0].presets'");
+  refused(R"({"presets": "presets.json", "quality": 55})", "key 'sweeps[0].quality': there is no level 55");
+  refused(R"({"presets": "presets.json", "device": "nul"})", "did you mean 'null'?");
+  const nlohmann::json good = presets_;
+  const auto broken = [&](const char* pointer, const nlohmann::json& value, const std::string& words) {
+    presets_ = good;
+    presets_[nlohmann::json::json_pointer(pointer)] = value;
+    refused(R"({"presets": "presets.json"})", words);
+  };
+  broken("/devices/0/levels/3/technique", "cane", "key 'devices[0].levels[3].technique': unknown technique 'cane'");
+  broken("/devices/0/levels/3/params/colour", "red", "key 'devices[0].levels[3].params.colour'");
+  broken("/devices/0/levels/0/params", nlohmann::json::object({{"format", "r9"}}), "presets.json:");
+  broken("/devices/0/levels/0/quality", 101, "key 'devices[0].levels[0].quality'");
+  broken("/schema", 2, "presets.json:");
+  EXPECT_THROW((void)parse_config(R"({"scenes": [{"heightmap": "fbm", "views": "top"}],
+                                      "sweeps": [{"presets": "presets.json", "technique": "cone"}]})",
+                                  folder_ / "c.json"),
+               Error);
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,84 @@
+#include "tuner/tuners.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernels/error.h"
+#include "reports/tuners_page.h"
+#include "tests/finished_run.h"
+#include "tuner/append_file.h"
+#include "tuner/recorded_run.h"
+#include "tuner/search/strategies.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class Tuners : public ::testing::Test {
+ protected:
+  TempFolder folder_;
+  const RecordedTable table_ = load_recorded(null_sweep(folder_), {});
+};
+
+TEST_F(Tuners, every_strategy_is_judged_at_every_share) {
+  double last = 0;
+  TunersOptions options{.seeds = 3, .shares = {0.2, 1}, .threads = 1};
+  options.on_progress = [&](double fraction) {
+    EXPECT_GT(fraction, last);
+    last = fraction;
+  };
+  const TunerComparison comparison = compare_tuners(table_, options);
+  EXPECT_EQ(last, 1);
+  EXPECT_EQ(comparison.settings, 61);
+  EXPECT_EQ(comparison.constraints, std::vector<std::string>{"missed_rate<=0.5"});
+  ASSERT_EQ(comparison.lines.size(), strategies().size());
+  for (std::size_t s = 0; s < comparison.lines.size(); ++s) {
+    const TunerLine& line = comparison.lines[s];
+    EXPECT_EQ(line.strategy, strategies()[s].id);
+    ASSERT_EQ(line.points.size(), 2U);
+    for (const TunerPoint& point : line.points) {
+      EXPECT_LE(point.hypervolume.worst, point.hypervolume.mean + 1e-12);
+      EXPECT_LE(point.hypervolume.mean, 1 + 1e-12);
+      EXPECT_GE(point.worst_regret.worst, point.worst_regret.mean);
+      EXPECT_LE(point.mean_regret.mean, point.worst_regret.mean);
+      EXPECT_EQ(point.uncovered > 0, std::isinf(point.worst_regret.worst));
+      EXPECT_LE(point.timed.worst, comparison.feasible * (point.share < 1 ? 0.2 : 1));
+      EXPECT_GE(point.samples.mean, point.timed.mean);
+    }
+    EXPECT_GE(line.points[1].timed.mean, line.points[0].timed.mean) << line.strategy;
+  }
+}
+
+TEST_F(Tuners, threads_change_nothing) {
+  const TunersOptions one{.seeds = 4, .shares = {0.3}, .threads = 1};
+  const TunersOptions many{.seeds = 4, .shares = {0.3}, .threads = 4};
+  EXPECT_EQ(tuners_json(compare_tuners(table_, one)), tuners_json(compare_tuners(table_, many)));
+}
+
+TEST_F(Tuners, an_infinite_regret_is_null_and_the_page_holds_the_figures) {
+  TunerComparison comparison = compare_tuners(table_, {.seeds = 1, .shares = {0.3}});
+  comparison.lines[0].points[0].worst_regret = {.mean = INFINITY, .worst = INFINITY};
+  comparison.scene = kHostileText;
+  const nlohmann::json json = tuners_json(comparison);
+  EXPECT_TRUE(json["strategies"][0]["points"][0]["worst_regret"]["mean"].is_null());
+  write_tuners_page(comparison, folder_ / "t.html");
+  const std::string page = read_file(folder_ / "t.html");
+  EXPECT_THAT(page, HasSubstr("\"worst_regret\":{\"mean\":null"));
+  EXPECT_THAT(page, Not(HasSubstr("{{")));
+  EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
+}
+
+TEST_F(Tuners, nothing_to_compare_is_refused) {
+  EXPECT_THROW((void)compare_tuners(table_, {.seeds = 0}), Error);
+  EXPECT_THROW((void)compare_tuners(table_, {.shares = {}}), Error);
+  RecordedTable infeasible = table_;
+  for (Candidate& candidate : infeasible.space.candidates) candidate.is_feasible = false;
+  EXPECT_THROW((void)compare_tuners(infeasible, {.seeds = 1}), Error);
+}
+
+}  // namespace
+}  // namespace reliefbench
