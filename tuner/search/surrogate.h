@@ -9,7 +9,9 @@
 namespace reliefbench {
 
 /// A Gaussian process on log time over the settings of a space: Matern 5/2 with a length for each axis (automatic
-/// relevance determination) on log1p of step counts, Hamming distance on categories, constant mean.
+/// relevance determination) on log1p of step counts, Hamming distance on categories, constant mean; a share of the
+/// variance is additive, the mean over the axes of one such kernel each, so that what an axis does in one technique is
+/// expected in another.
 /// Adding a point costs O(points x settings): the Cholesky factor and, with it, the factor's columns for all settings
 /// grow by a row. Hyper-parameters maximise the marginal likelihood and are refitted when the points have doubled.
 /// source: Rasmussen & Williams, "Gaussian Processes for Machine Learning", 2006, sections 2.2, 5.4.1
