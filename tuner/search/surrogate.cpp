@@ -152,13 +152,13 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
   variance = std::max(fit / static_cast<double>(n), 1e-8);
   double log_determinant = 0;
   for (Eigen::Index i = 0; i < n; ++i) log_determinant += std::log(cholesky.matrixLLT()(i, i));
-  // A weak normal prior on the log weights keeps axes that the points say nothing about where they are.
-  return -static_cast<double>(n) / 2 * std::log(variance) - log_determinant - log_weights.squaredNorm() / 18;
+  // A normal prior on the log weights keeps axes that the points say nothing about where they are.
+  return -static_cast<double>(n) / 2 * std::log(variance) - log_determinant - log_weights.squaredNorm() / 8;
 }
 
 void Surrogate::fit_if_due() {
   if (points_.size() < next_fit_) return;
-  while (next_fit_ <= points_.size()) next_fit_ *= 2;
+  next_fit_ = points_.size() * 7 / 5 + 1;
   fit();
 }
 
@@ -174,7 +174,7 @@ void Surrogate::fit() {
   double variance = variance_;
   double most_likely = log_likelihood(best, subset, variance);
   double best_variance = variance;
-  for (double step = 2; step > 0.4; step /= 2) {
+  for (double step = 2; step > 0.2; step /= 2) {
     for (Eigen::Index axis = 0; axis < best.size(); ++axis) {
       for (const double sign : {1.0, -1.0}) {
         Eigen::VectorXd trial = best;
