@@ -14,12 +14,12 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kFirstBlocks = 2;           // of a setting that the surrogate asked for; they also teach the noise
-constexpr std::size_t kSettleBlocks = 8;  // drawn, a setting that the surrogate asked for, to tell it from the others
-constexpr std::size_t kLeastFirst = 10;   // settings timed before the surrogate is asked
-constexpr double kRefit = 1.25;           // growth of the blocks after which the noise is estimated anew
-constexpr double kPathGrowth = 1.1;       // of the samples between two points of the path
-constexpr double kAuditShare = 0.03;      // of the settings ruled out by assumption
+constexpr int kFirstBlocks = 2;            // of a setting that the surrogate asked for; they also teach the noise
+constexpr std::size_t kSettleBlocks = 14;  // drawn, a setting that the surrogate asked for, to tell it from the others
+constexpr std::size_t kLeastFirst = 10;    // settings timed before the surrogate is asked
+constexpr double kRefit = 1.25;            // growth of the blocks after which the noise is estimated anew
+constexpr double kPathGrowth = 1.1;        // of the samples between two points of the path
+constexpr double kAuditShare = 0.03;       // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
 constexpr double kAuditMargin = 1.5;  // how much more slack than the failure needs
 constexpr double kPickIsSharp = 0.6;  // a pick whose bounds are so much narrower than its rival's is not drawn again
