@@ -16,6 +16,7 @@ constexpr double kLeastNoise = 1e-5;      // clocks tick
 constexpr double kSmoothing = 0.7;        // standard deviation of the window over log time
 constexpr double kWinsor = 5;             // standard deviations beyond which a frame counts as that for the variance
 constexpr std::size_t kMostTails = 3000;  // frames that the cumulants are taken from
+constexpr std::size_t kKnownTails = 300;  // frames from which the cumulants are theirs alone
 constexpr double kLeastRate = 0.3;        // of the mixture, per standard deviation: best for about 500 blocks
 constexpr double kMostRate = 8;           // best for one block at the smallest alpha of some thousands of settings
 constexpr double kMedianVariance = 0.45;  // of the median of three standard normal values
@@ -167,7 +168,8 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
       sums[2] += std::exp(linear) / n;
       sums[3] += std::exp(-linear) / n;
     }
-    const double normal = square(rate) / 2;
+    // Few frames say little of the tails: psi is then no less than the normal one.
+    const double normal = frames.size() < kKnownTails ? square(rate) / 2 : 0;
     above_.block[j] = std::max(kMedianVariance * normal, std::log(sums[0]));
     below_.block[j] = std::max(kMedianVariance * normal, std::log(sums[1]));
     above_.linear[j] = std::max(kLinearVariance * normal, kBlock * std::log(sums[2]));

@@ -21,7 +21,7 @@ namespace reliefbench {
 /// What is plugged in and so assumed, not proven: frames of a setting are independent. s^2 is the variance of clipped
 /// frames within a setting, pooled over settings of similar time (fast ones are noisier), and the setting's own shrunk
 /// towards that. psi is the cumulant function of pooled standardised frames, one more extreme than
-/// any seen added at either end; psi is no less than the normal one.
+/// any seen added at either end; while these are few, psi is no less than the normal one.
 ///
 /// Slow outliers (another process takes a core for a time slice: the frame takes several times as long) have no useful
 /// psi. The lower bound therefore takes frames slower than the lower quartile + kClip s as that: their expectation is

@@ -19,12 +19,12 @@ struct SearchProgress {
 };
 
 struct SearchOptions {
-  double epsilon = 0.02;           ///< certify picks that are at most this much slower than the best, as a ratio - 1
-  double confidence = 0.95;        ///< that all answers hold at once, whenever the search ends
-  std::uint64_t seed = 1;          ///< of the audits
-  std::vector<std::size_t> first;  ///< measured before all else: the default setting of each technique
-  std::int64_t max_samples = 0;    ///< frames; 0: no limit
-  int max_measured = 0;            ///< settings; the search ends where it would time one more. 0: no limit
+  double epsilon = 0.02;             ///< certify picks that are at most this much slower than the best, as a ratio - 1
+  double confidence = 0.95;          ///< that all answers hold at once, whenever the search ends
+  std::uint64_t seed = 1;            ///< of the audits
+  std::vector<std::size_t> first{};  ///< measured before all else: the default setting of each technique
+  std::int64_t max_samples = 0;      ///< frames; 0: no limit
+  int max_measured = 0;              ///< settings; the search ends where it would time one more. 0: no limit
   std::function<bool()> should_stop{};  ///< asked before every block; true ends the search with what it has
   std::function<void(const SearchProgress&)> on_progress{};  ///< told after every block
 };
