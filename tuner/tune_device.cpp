@@ -90,6 +90,12 @@ class DeviceTuner {
                                                              .flicker_frames = config.measure.flicker_frames});
     book_ =
         std::make_unique<SampleBook>(*store_, control_case_id(options.backend), session_->calibration().reference_ns);
+    times_ = std::make_unique<DeviceTimes>(DeviceTimes::Context{.session = *session_,
+                                                                .preparer = *preparer_,
+                                                                .book = *book_,
+                                                                .split = split_,
+                                                                .measure = config.measure,
+                                                                .started_ns = started_ns_});
   }
 
   TuneResult run() {

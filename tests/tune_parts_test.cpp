@@ -1,0 +1,152 @@
+// The parts of tuning: the error pass, the ladder of features, ids of settings, the book of samples.
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <set>
+
+#include "kernels/error.h"
+#include "tests/temp_folder.h"
+#include "tuner/error_pass.h"
+#include "tuner/features.h"
+#include "tuner/sample_book.h"
+#include "tuner/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+Settings settings_of(std::string_view technique, const std::vector<std::pair<std::string_view, int>>& values) {
+  Settings settings(find_technique(technique));
+  for (const auto& [id, value] : values) settings.set(id, value);
+  return settings;
+}
+
+FrameScore score_of(double error) {
+  FrameScore score;
+  score.e_xy.p99 = error;
+  return score;
+}
+
+bool never(std::size_t) { return false; }
+
+TEST(SettingIds, are_read_back_for_every_technique) {
+  for (const Technique& technique : techniques()) {
+    const Settings settings(technique);
+    EXPECT_EQ(parse_setting(setting_id(settings)), settings);
+  }
+  EXPECT_EQ(setting_id(parse_setting("relief@rocks/top?linear_steps=32&backend=vulkan")),
+            setting_id(settings_of("relief", {{"linear_steps", 32}})));
+  EXPECT_THROW(static_cast<void>(parse_setting("relief?linear_steps")), Error);
+  EXPECT_THROW(static_cast<void>(parse_setting("relief?linear_stepz=3")), Error);
+  EXPECT_THROW(static_cast<void>(parse_setting("releif")), Error);
+}
+
+TEST(SettingSpace, chains_differ_in_names_and_lattices_in_counts) {
+  const SearchSpace space = empty_setting_space();
+  const Candidate a = candidate_of(space, settings_of("relief", {{"linear_steps", 16}}), "a");
+  const Candidate b = candidate_of(space, settings_of("relief", {{"linear_steps", 32}}), "b");
+  Settings other(find_technique("relief"));
+  other.set("filter", "manual");
+  EXPECT_EQ(a.categories, b.categories);
+  EXPECT_NE(a.steps, b.steps);
+  EXPECT_NE(candidate_of(space, other, "c").categories, a.categories);
+  EXPECT_EQ(a.categories.size(), space.category_axes.size());
+  EXPECT_EQ(a.steps.size(), space.step_axes.size());
+}
+
+/// A line of relief settings, with as many others that differ in their filter.
+std::vector<Settings> two_lines(int count) {
+  std::vector<Settings> settings;
+  for (const std::string_view filter : {"hardware", "manual"})
+    for (int i = 0; i < count; ++i) {
+      settings.push_back(settings_of("relief", {{"linear_steps", 4 * (i + 1)}}));
+      settings.back().set("filter", filter);
+    }
+  return settings;
+}
+
+RC_GTEST_PROP(ErrorPass, bisection_finds_what_a_full_pass_finds_where_error_falls_with_steps, ()) {
+  const int count = *rc::gen::inRange(1, 40);
+  const double limit = *rc::gen::inRange(0, 45);
+  const std::vector<Settings> settings = two_lines(count);
+  std::size_t frames = 0;
+  const auto judge = [&](std::size_t i, std::size_t) {
+    ++frames;
+    return score_of(count - settings[i].get("linear_steps") / 4);
+  };
+  const auto meets = [&](const FrameScore& score) { return score.e_xy.p99 <= limit; };
+  const auto full = score_all(settings.size(), 1, judge, never);
+  const std::size_t full_frames = frames;
+  frames = 0;
+  const auto some = score_by_bisection(settings, 1, judge, meets, never);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const bool does = meets(full[i].scores.front());
+    const bool is_first = does && (i % static_cast<std::size_t>(count) == 0 || !meets(full[i - 1].scores.front()));
+    RC_ASSERT(some[i].scored != Scored::no);
+    if (some[i].scored == Scored::assumed) RC_ASSERT(does && !is_first);
+    if (some[i].scored == Scored::hopeless) RC_ASSERT(!does);
+    if (is_first) RC_ASSERT(some[i].scored == Scored::yes);
+  }
+  RC_ASSERT(frames <= full_frames);
+  if (count > 20) RC_ASSERT(frames <= 14U);
+}
+
+TEST(ErrorPass, failures_stay_with_their_setting_and_a_stop_leaves_the_rest) {
+  const auto judge = [](std::size_t i, std::size_t) {
+    if (i == 1) fail_environment("no such thing");
+    return score_of(1);
+  };
+  const auto results = score_all(4, 2, judge, [](std::size_t done) { return done == 3; });
+  EXPECT_EQ(results[0].scored, Scored::yes);
+  EXPECT_EQ(results[0].scores.size(), 2U);
+  EXPECT_EQ(results[1].scored, Scored::failed);
+  EXPECT_EQ(results[1].failure, "no such thing");
+  EXPECT_EQ(results[3].scored, Scored::no);
+}
+
+TEST(Features, are_what_a_plain_trace_has_not) {
+  EXPECT_TRUE(features(Settings(find_technique("flat"))).empty());
+  Settings relief(find_technique("relief"));
+  for (const auto& [id, value] : {std::pair("refinement", "none"), std::pair("loop", "fixed")}) relief.set(id, value);
+  EXPECT_TRUE(features(relief).empty());
+  relief.set("refinement", "binary");
+  relief.set("format", "r16");
+  EXPECT_EQ(features(relief), (std::vector<std::string>{"refinement=binary", "format=r16"}));
+  const std::vector<std::string> cone = features(Settings(find_technique("cone")));
+  EXPECT_EQ(cone.front(), "map=conservative");
+}
+
+TEST(Features, a_ladder_rises_in_features_and_falls_in_time) {
+  const auto candidate = [](std::size_t count, std::size_t simplicity, double time_ns) {
+    return RungCandidate{
+        .features = std::vector<std::string>(count, "x"), .simplicity = simplicity, .time_ns = time_ns};
+  };
+  const std::vector<RungCandidate> candidates{candidate(3, 0, 5), candidate(1, 2, 9),  candidate(1, 1, 9),
+                                              candidate(2, 0, 9), candidate(2, 0, 10), candidate(4, 0, 4)};
+  EXPECT_EQ(ladder(candidates), (std::vector<std::size_t>{2, 0, 5}));
+  EXPECT_TRUE(ladder({}).empty());
+}
+
+TEST(SampleBook, brings_samples_to_the_control_and_finds_them_again) {
+  const TempFolder folder;
+  const nlohmann::json identity = {{"schema", kSchemaVersion}};
+  const auto sample = [](const std::string& id, double time_ns) {
+    return Sample{.case_id = id, .frames = 1, .frame_time_ns = time_ns};
+  };
+  std::vector<double> times;
+  {
+    RunStore store(folder / "run", identity);
+    SampleBook book(store, "control", 100);
+    book.append(sample("a", 7));  // before any control: as measured
+    for (const double control_ns : {100.0, 200.0, 200.0, 200.0}) book.append(sample("control", control_ns));
+    book.append(sample("a", 8));
+    times = book.times("a");
+    EXPECT_EQ(times, (std::vector<double>{7, 4}));
+    EXPECT_EQ(book.size(), 2U);
+    EXPECT_TRUE(book.times("b").empty());
+  }
+  RunStore store(folder / "run", identity);
+  EXPECT_EQ(SampleBook(store, "control", 100).times("a"), times);
+}
+
+}  // namespace
+}  // namespace reliefbench

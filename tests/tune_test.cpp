@@ -1,0 +1,212 @@
+// Tuning as a whole: on the null backend, which measures in no time, and against the recorded sweep.
+#include "tuner/tune.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "kernels/error.h"
+#include "tests/command.h"
+#include "tests/schema.h"
+#include "tests/temp_folder.h"
+#include "tuner/setting_space.h"
+#include "tuner/store.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kTable = std::string(RELIEFBENCH_SOURCE_DIR) + "/tests/data/exhaustive_rocks.csv";
+
+constexpr std::string_view kConfig = R"({
+  "scenes": [{"heightmap": {"source": "fbm", "width": 32, "height": 32}, "views": ["oblique", "top"], "frame_px": [32, 32]}],
+  "measure": {"samples": 3, "batch_ms": 0.5, "warmup_batches_max": 2, "control_every": 2, "block_cases": 4},
+  "sweeps": [
+    {"technique": "flat"},
+    {"technique": "relief", "axes": {"linear_steps": {"from": 4, "to": 64, "times": 2}, "refinement": ["none", "secant"]}},
+    {"technique": "cone", "axes": {"cone_steps": {"from": 4, "to": 64, "times": 2}, "format": ["rg8", "rg16"]}}
+  ]
+})";
+
+class TuneTest : public ::testing::Test {
+ protected:
+  TuneTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
+  [[nodiscard]] static Config config() { return parse_config(std::string(kConfig), "tune_test.json"); }
+  [[nodiscard]] TuneOptions options(const std::string& name) const {
+    TuneOptions options;
+    options.output = folder_ / name;
+    options.backend = "null";
+    options.quiet = true;
+    return options;
+  }
+  TempFolder folder_;
+};
+
+TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {
+  TuneOptions asked = options("run");
+  asked.holdout = parse_config(std::string(kConfig), "x.json").scenes;
+  asked.holdout.front().id = "other/oblique";
+  const TuneResult result = run_tune(config(), asked);
+  EXPECT_TRUE(result.is_certified());
+  EXPECT_EQ(result.counts.settings, 21);
+  EXPECT_EQ(result.counts.scored, 21);
+  ASSERT_GT(result.search.answers.size(), 2U);
+  for (std::size_t i = 1; i < result.search.answers.size(); ++i) {
+    EXPECT_LT(result.search.answers[i].max_error, result.search.answers[i - 1].max_error);
+    EXPECT_LE(result.search.answers[i].gap, 0.02);
+  }
+  EXPECT_EQ(result.scene_answers.size(), 2U);
+  EXPECT_EQ(result.holdout.size(), 2U);
+  EXPECT_EQ(schema_errors(tune_json(result), "tune"), "");
+  const auto run = load_run(folder_ / "run");
+  std::set<std::string> recorded;
+  for (const Record& record : run.records) {
+    EXPECT_EQ(record.status, Status::ok);
+    recorded.insert(setting_id(parse_setting(record.case_id)));
+  }
+  for (const BudgetAnswer& answer : result.search.answers)
+    EXPECT_TRUE(recorded.contains(result.space.candidates[answer.pick].id));
+}
+
+TEST_F(TuneTest, with_budgets_there_is_one_answer_and_it_meets_them) {
+  TuneOptions asked = options("run");
+  const TuneResult all = run_tune(config(), asked);
+  asked.question.max_error = {{"e_xy.p99", all.search.answers[all.search.answers.size() / 2].max_error},
+                              {"missed_rate", 0.001}};
+  asked.output = folder_ / "asked";
+  const TuneResult one = run_tune(config(), asked);
+  ASSERT_TRUE(one.pick);
+  EXPECT_EQ(one.search.answers.size(), 1U);
+  EXPECT_LE(one.pick->error, asked.question.max_error.front().limit);
+  EXPECT_TRUE(one.is_certified());
+  ASSERT_FALSE(one.rungs.empty());
+  for (std::size_t i = 1; i < one.rungs.size(); ++i) EXPECT_LT(one.rungs[i].high_ns, one.rungs[i - 1].high_ns);
+  EXPECT_EQ(one.rungs.back().setting, one.pick->setting);
+  EXPECT_EQ(schema_errors(tune_json(one), "tune"), "");
+}
+
+TEST_F(TuneTest, where_nothing_does_the_nearest_is_named) {
+  TuneOptions asked = options("run");
+  asked.question.max_error = {{"e_xy.mean", 0}};
+  const TuneResult result = run_tune(config(), asked);
+  EXPECT_FALSE(result.pick);
+  EXPECT_EQ(result.search.measured, 0);
+  EXPECT_THAT(result.nearest, HasSubstr("=64"));  // the most steps come nearest
+  EXPECT_THAT(result.miss, HasSubstr("e_xy.mean is "));
+  EXPECT_EQ(schema_errors(tune_json(result), "tune"), "");
+}
+
+// Nothing is measured twice: a finished search, asked again, draws no batch and ends the same.
+TEST_F(TuneTest, goes_on_where_it_was) {
+  int calls = 0;
+  TuneOptions stopped = options("run");
+  stopped.is_interrupted = [&] { return ++calls > 60; };
+  const TuneResult first = run_tune(config(), stopped);
+  EXPECT_TRUE(first.is_stopped);
+  EXPECT_FALSE(first.is_certified());
+  const std::vector<Sample> before = load_run(folder_ / "run").samples;
+  const TuneResult whole = run_tune(config(), options("run"));
+  EXPECT_TRUE(whole.is_certified());
+  const std::vector<Sample> after = load_run(folder_ / "run").samples;
+  ASSERT_GT(after.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(after[i].case_id, before[i].case_id);
+    EXPECT_EQ(after[i].frame_time_ns, before[i].frame_time_ns);
+  }
+  const TuneResult again = run_tune(config(), options("run"));
+  EXPECT_EQ(load_run(folder_ / "run").samples.size(), after.size());
+  EXPECT_EQ(tune_json(again), tune_json(whole));
+}
+
+TEST_F(TuneTest, another_question_does_not_go_on_in_the_same_folder) {
+  static_cast<void>(run_tune(config(), options("run")));
+  TuneOptions other = options("run");
+  other.question.epsilon = 0.05;
+  EXPECT_THROW(static_cast<void>(run_tune(config(), other)), Error);
+}
+
+TEST_F(TuneTest, replay_ends_like_the_search_it_replays) {
+  TuneOptions asked;
+  asked.quiet = true;
+  const TuneResult bare = replay_tune(kTable, "", asked);
+  EXPECT_TRUE(bare.is_certified());
+  EXPECT_GE(bare.counts.settings, 1500);
+  asked.output = folder_ / "kept";
+  EXPECT_EQ(tune_json(replay_tune(kTable, "", asked)), tune_json(bare));
+  EXPECT_EQ(tune_json(replay_tune(kTable, "", asked)), tune_json(bare));  // from the journal alone
+  EXPECT_EQ(schema_errors(tune_json(bare), "tune"), "");
+}
+
+// kill -9 at any moment: the same command goes on, ends at the same front, and has lost nothing that was measured.
+TEST_F(TuneTest, a_hundred_kills_end_at_the_same_front) {
+#if defined(__SANITIZE_ADDRESS__)
+  constexpr int kFolders = 2;
+#else
+  constexpr int kFolders = 20;
+#endif
+  constexpr int kKills = 5;
+  const auto arguments = [](const std::string& output) {
+    return std::vector<std::string>{"tune", "--replay", kTable, "--quiet", "-o", output};
+  };
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(run_reliefbench(arguments("whole"), folder_.path()).exit_code, 0);
+  const std::chrono::duration<double> whole_s = std::chrono::steady_clock::now() - start;
+  const std::string whole = file_text(folder_ / "whole/tune.json");
+  std::mt19937 random(1);
+  int killed = 0;
+  for (int i = 0; i < kFolders; ++i) {
+    const std::string output = "run" + std::to_string(i);
+    std::string journal;
+    for (int kill_number = 0; kill_number < kKills; ++kill_number) {
+      const pid_t child = start_reliefbench(arguments(output), folder_.path());
+      std::this_thread::sleep_for(whole_s * (static_cast<double>(random() % 1000) / 1000));
+      kill(child, SIGKILL);
+      int status = 0;
+      waitpid(child, &status, 0);
+      killed += WIFSIGNALED(status) ? 1 : 0;
+      const std::string now = file_text(folder_ / (output + "/samples.jsonl"));
+      const std::string kept = journal.substr(0, journal.rfind('\n') + 1);
+      ASSERT_TRUE(now.starts_with(kept)) << "the journal lost lines";
+      journal = now;
+    }
+    ASSERT_EQ(run_reliefbench(arguments(output), folder_.path()).exit_code, 0);
+    ASSERT_EQ(file_text(folder_ / (output + "/tune.json")), whole);
+  }
+  EXPECT_GE(killed, kFolders * kKills * 3 / 4);  // a few had ended before they were hit
+}
+
+TEST_F(TuneTest, the_command_refuses_what_it_cannot_do) {
+  const auto refusal = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "tune");
+    const CommandResult result = run_reliefbench(arguments, folder_.path());
+    EXPECT_EQ(result.exit_code, 2) << result.out;
+    return result.err;
+  };
+  EXPECT_THAT(refusal({}), HasSubstr("needs a heightmap or a config"));
+  EXPECT_THAT(refusal({"fbm"}), HasSubstr("-o DIR"));
+  EXPECT_THAT(refusal({"fbm", "-o", "x", "--time-limit", "soon"}), HasSubstr("'soon'"));
+  EXPECT_THAT(refusal({"fbm", "-o", "x", "--max-error", "e_xy.p98<=1"}), HasSubstr("e_xy.p98"));
+  EXPECT_THAT(refusal({"fbm", "-o", "x", "--weights", "1,2"}), HasSubstr("2 given for 1"));
+  EXPECT_THAT(refusal({"fbm", "-o", "x", "--scene", "sideways"}), HasSubstr("sideways"));
+  EXPECT_THAT(refusal({"--replay", "nowhere"}), HasSubstr("nowhere"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x"));
+}
+
+TEST_F(TuneTest, the_command_says_no_and_names_the_nearest) {
+  const CommandResult result =
+      run_reliefbench({"tune", "--replay", kTable, "--max-error", "e_xy.p99<=-1", "--quiet"}, folder_.path());
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  const CommandResult late =
+      run_reliefbench({"tune", "--replay", kTable, "--time-limit", "0.001s", "--quiet"}, folder_.path());
+  EXPECT_EQ(late.exit_code, 4) << late.out;
+}
+
+}  // namespace
+}  // namespace reliefbench
