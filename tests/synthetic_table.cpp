@@ -103,13 +103,13 @@ RecordedTable synthetic_table(const SyntheticTable& options) {
 }
 
 RecordedTable additive_table() {
-  return synthetic_table({.seed = 11, .techniques = 6, .formats = 3, .filters = 2, .marches = 6, .refinements = 2});
+  return synthetic_table({.seed = 11, .techniques = 6, .formats = 2, .filters = 2, .marches = 6, .refinements = 2});
 }
 
 RecordedTable non_additive_table() {
   return synthetic_table({.seed = 12,
                           .techniques = 6,
-                          .formats = 3,
+                          .formats = 2,
                           .filters = 2,
                           .marches = 6,
                           .refinements = 2,

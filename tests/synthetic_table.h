@@ -19,7 +19,7 @@ struct SyntheticTable {
   double fast_noise = 0.03;     ///< of the fastest
   double outlier_share = 0.01;  ///< of samples
   double outlier_size = 0.3;    ///< an outlier is up to so much slower, as a ratio - 1
-  double interaction = 0;       ///< 0: log time is additive; else the size of random interactions of all axes
+  double interaction = 0;       ///< 0: log time is additive; else the size of a random factor of each chain
   double non_monotone = 0;      ///< how much faster, in log time, more steps can be
 };
 /// The same on every standard library.

@@ -107,7 +107,7 @@ class Cells {
   }
   /// Runs `work`; an Error of it gets file, line and column in front.
   template <typename Work>
-  auto at(std::string_view column, Work&& work) const {
+  decltype(auto) at(std::string_view column, Work&& work) const {
     try {
       return work();
     } catch (const Error& error) {

@@ -58,19 +58,30 @@ Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
   return scenes_.emplace(scene.id, std::move(state)).first->second;
 }
 
-PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
+PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
+                               const std::function<void(PreparedCase&, SceneState&)>& rest) {
   PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
-  Pictures pictures;
   Status on_failure = Status::unsupported;
   try {
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
-    if (prepared.record.status == Status::ok) pictures = score(prepared, scene, state);
+    if (prepared.record.status == Status::ok) rest(prepared, state);
   } catch (const Error& error) {
     const std::string reason = error.what();
     prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
     prepared.record.reason = reason;
   }
+  return prepared;
+}
+
+PreparedCase Preparer::prepare_to_time(const Case& c, const SceneSpec& scene) {
+  return attempt(c, scene, [](PreparedCase&, SceneState&) {});
+}
+
+PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
+  Pictures pictures;
+  PreparedCase prepared =
+      attempt(c, scene, [&](PreparedCase& drawn, SceneState& state) { pictures = score(drawn, scene, state); });
   // Outside the case's own failures: a full disk ends the sweep.
   if (!pictures.frame.empty()) {
     context_.split.book(Part::score, [&] {

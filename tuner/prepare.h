@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -41,6 +42,9 @@ class Preparer {
   /// Never throws for a case's own failure: that becomes its record's status and reason.
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
+  /// The same without the error: compiled, uploaded, drawn once.
+  [[nodiscard]] PreparedCase prepare_to_time(const Case& c, const SceneSpec& scene);
+
   /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
   /// content. throws: Error: what prepare() would make a status of
   [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
@@ -81,15 +85,18 @@ class Preparer {
   /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
   [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
                                                       const SceneSpec& scene, SceneState& state);
+  struct Pictures {
+    std::vector<std::uint8_t> frame{};  ///< RGBA8
+    std::vector<std::uint8_t> error{};
+  };
+  /// Readies a case to be drawn and runs `rest` on it; failures become the record's status.
+  [[nodiscard]] PreparedCase attempt(const Case& c, const SceneSpec& scene,
+                                     const std::function<void(PreparedCase&, SceneState&)>& rest);
   /// Fills the draw but for its pipeline.
   void upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state);
   [[nodiscard]] std::vector<ScorePixel> score_frame(const Draw& draw);
   [[nodiscard]] std::string judge_key(const Case& c, const SceneSpec& scene);
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
-  struct Pictures {
-    std::vector<std::uint8_t> frame{};  ///< RGBA8
-    std::vector<std::uint8_t> error{};
-  };
   [[nodiscard]] Pictures score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;

@@ -42,12 +42,12 @@ struct TuneOptions {
 
 /// A setting that is answered with. Times: of the combined scenes, ns a frame.
 struct TunePick {
-  std::string setting{};   ///< setting_id()
-  double error = 0;        ///< the front's metric, in the worst scene
-  double time_ns = 0;      ///< estimate
-  double high_ns = 0;      ///< upper confidence bound
-  double best_low_ns = 0;  ///< least lower bound of all that would do
-  double gap = 0;          ///< high / best_low - 1
+  std::string setting{};    ///< setting_id()
+  double error = 0;         ///< the front's metric, in the worst scene
+  double time_ns = 0;       ///< estimate
+  double high_ns = 0;       ///< upper confidence bound
+  double rival_low_ns = 0;  ///< least lower bound of all others that would do; infinite where there is none
+  double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best the pick may be
 };
 
 /// One rung from the plainest setting that does to the pick.

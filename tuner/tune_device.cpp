@@ -1,22 +1,24 @@
 #include <algorithm>
 #include <chrono>
-#include <map>
+#include <cmath>
+#include <limits>
 #include <memory>
+#include <numeric>
 #include <set>
 
 #include "kernels/atomic_file.h"
 #include "kernels/error.h"
 #include "kernels/sha256.h"
-#include "tuner/harness.h"
+#include "tuner/device_times.h"
 #include "tuner/pareto.h"
 #include "tuner/plan.h"
 #include "tuner/prepare.h"
 #include "tuner/progress.h"
 #include "tuner/recommend.h"
+#include "tuner/relative_time.h"
 #include "tuner/run_files.h"
 #include "tuner/run_summary.h"
 #include "tuner/setting_space.h"
-#include "tuner/timing.h"
 #include "tuner/tune_search.h"
 
 namespace reliefbench {
@@ -31,12 +33,6 @@ constexpr std::size_t kProbes = 16;           // settings that tell how long the
 double unix_ns() {
   return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
-
-/// A setting cannot be timed: found out in the middle of the search.
-struct SettingFailed {
-  std::size_t setting;
-  Record record;
-};
 
 bool compares_pictures(const std::vector<Budget>& budgets, std::string_view error_metric) {
   return find_metric(error_metric).compares_pictures ||
@@ -114,13 +110,6 @@ class DeviceTuner {
   }
 
  private:
-  /// A case that can be drawn, warmed up.
-  struct Ready {
-    PreparedCase prepared;
-    Case spec;
-    int frames = 1;
-  };
-
   [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   [[nodiscard]] double limit_s() const {
     return options_.time_limit_s.value_or(std::numeric_limits<double>::infinity());
@@ -213,7 +202,7 @@ class DeviceTuner {
       for (const std::size_t setting : candidates_) entry.case_ids.push_back(case_of(scene, setting).id());
     }
     return {*book_, std::move(list), options_.combine, [this, scenes](std::size_t scene, std::size_t candidate) {
-              draw(ready(scenes[scene], candidates_[candidate]));
+              times_->draw(case_of(scenes[scene], candidates_[candidate]), config_.scenes[scenes[scene]]);
             }};
   }
 
@@ -246,9 +235,10 @@ class DeviceTuner {
             [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error());
         progress.finish();
         return;
-      } catch (const SettingFailed& failed) {  // the book is kept, so the search comes back to here at once
-        scores_[failed.setting] = {.scored = Scored::failed, .failure = failed.record.reason};
+      } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
         store_->append(failed.record);
+        const std::size_t setting = setting_of(setting_id(parse_setting(failed.record.case_id)));
+        scores_[setting] = {.scored = Scored::failed, .failure = failed.record.reason};
         --result_.counts.scored;
         ++result_.counts.failed;
       }
@@ -266,44 +256,6 @@ class DeviceTuner {
                                       now.samples, 100 * now.worst_gap));
   }
 
-  Ready& ready(std::size_t scene, std::size_t setting) {
-    const auto found = ready_.find({scene, setting});
-    if (found != ready_.end()) return *found->second;
-    auto fresh = std::make_unique<Ready>(Ready{.prepared = {}, .spec = case_of(scene, setting)});
-    fresh->prepared = preparer_->prepare(fresh->spec, config_.scenes[scene]);
-    if (fresh->prepared.record.status != Status::ok) throw SettingFailed{setting, fresh->prepared.record};
-    warm(*fresh);
-    return *ready_.emplace(std::pair(scene, setting), std::move(fresh)).first->second;
-  }
-
-  void warm(Ready& ready) {
-    split_.book(Part::warmup, [&] { ready.frames = warm_up(*session_, ready.prepared.draw, config_.measure); });
-  }
-
-  void draw(Ready& ready) {
-    if (until_control_ <= 0) {
-      draw_batch(control_case_id(options_.backend), session_->calibration().frames,
-                 [this] { return session_->draw_control_ns(); });
-      until_control_ = config_.measure.control_every;
-    }
-    --until_control_;
-    draw_batch(ready.prepared.record.case_id, ready.frames,
-               [&] { return session_->draw_ns(ready.prepared.draw, ready.frames); });
-  }
-
-  void draw_batch(const std::string& case_id, int frames, const std::function<double()>& run_ns) {
-    split_.book(Part::samples, [&] {
-      run_round(std::vector{TimedBatch{.name = case_id, .frames = frames, .run_ns = run_ns}},
-                [&](std::size_t, double frame_ns) {
-                  book_->append({.case_id = case_id,
-                                 .round = static_cast<int>(book_->times(case_id).size()),
-                                 .frames = frames,
-                                 .frame_time_ns = frame_ns,
-                                 .at_ns = unix_ns() - started_ns_});
-                });
-    });
-  }
-
   void answer_scenes() {
     for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
       const auto left = static_cast<double>(config_.scenes.size() - scene);
@@ -316,7 +268,7 @@ class DeviceTuner {
         search_into(
             alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
         answer.own = alone.pick;
-      } catch (const SettingFailed& failed) {  // drawn in the other scenes: this one's answer is left out
+      } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
         store_->append(failed.record);
       }
       const std::size_t pick = setting_of(result_.pick->setting);
@@ -334,20 +286,16 @@ class DeviceTuner {
   void try_holdout() {
     const std::vector<Budget>& budgets = options_.question.max_error.empty() ? config_.budgets : asked();
     for (const SceneSpec& scene : options_.holdout) {
-      Ready one{
-          .prepared = {},
-          .spec = {
-              .settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend}};
-      one.prepared = preparer_->prepare(one.spec, scene);
-      HoldoutAnswer answer{.scene = scene.id, .failure = one.prepared.record.reason};
-      if (one.prepared.record.status == Status::ok) {
-        warm(one);
-        const std::string id = one.spec.id();
-        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) draw(one);
-        answer.error = find_metric(config_.front_error).value(*one.prepared.record.error).value_or(0);
-        answer.miss = miss_text(*one.prepared.record.error, budgets);
+      const Case c{.settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend};
+      const std::string id = c.id();
+      PreparedCase prepared = preparer_->prepare(c, scene);
+      HoldoutAnswer answer{.scene = scene.id, .failure = prepared.record.reason};
+      if (prepared.record.status == Status::ok) {
+        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
+        answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
+        answer.miss = miss_text(*prepared.record.error, budgets);
         answer.time_ns = median(book_->times(id));
-        store_record(one.prepared.record);
+        store_record(prepared.record);
       }
       result_.holdout.push_back(std::move(answer));
     }
@@ -382,18 +330,23 @@ class DeviceTuner {
     store_->append(record);
   }
 
+  /// Settings that an answer names: these get a whole record, with pictures.
+  [[nodiscard]] std::set<std::string> answering_settings() const {
+    std::set<std::string> ids;
+    for (const BudgetAnswer& answer : result_.search.answers) ids.insert(result_.space.candidates[answer.pick].id);
+    for (const TuneRung& rung : result_.rungs) ids.insert(rung.setting);
+    for (const SceneAnswer& answer : result_.scene_answers)
+      if (answer.own) ids.insert(answer.own->setting);
+    return ids;
+  }
+
   void finish() {
-    for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene)
-      for (const std::size_t setting : candidates_) {
-        const Case c = case_of(scene, setting);
+    for (const std::string& id : answering_settings())
+      for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
+        const Case c = case_of(scene, setting_of(id));
         if (book_->times(c.id()).empty()) continue;
-        const auto found = ready_.find({scene, setting});
-        if (found != ready_.end()) {
-          store_record(found->second->prepared.record);
-        } else {  // timed by an earlier start
-          PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-          store_record(prepared.record);
-        }
+        PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
+        store_record(prepared.record);
       }
     result_.wall_s = elapsed_s();
     write_results(config_, load_run(options_.output));
@@ -427,10 +380,9 @@ class DeviceTuner {
   std::unique_ptr<RunStore> store_;
   std::unique_ptr<Preparer> preparer_;
   std::unique_ptr<SampleBook> book_;
-  std::map<std::pair<std::size_t, std::size_t>, std::unique_ptr<Ready>> ready_;  // by scene and setting
-  std::vector<SettingScore> scores_;                                             // one a setting
-  std::vector<std::size_t> candidates_;                                          // settings, in the order of the space
-  int until_control_ = 0;
+  std::unique_ptr<DeviceTimes> times_;
+  std::vector<SettingScore> scores_;     // one a setting
+  std::vector<std::size_t> candidates_;  // settings, in the order of the space
   double started_ns_ = 0;
   TuneResult result_;
 };

@@ -34,9 +34,12 @@ std::string_view evidence_id(Evidence evidence) {
 }
 
 json pick_json(const TunePick& pick) {
-  return {{"setting", pick.setting},         {"error", pick.error},
-          {"time_ns", pick.time_ns},         {"high_ns", pick.high_ns},
-          {"best_low_ns", pick.best_low_ns}, {"gap", finite(pick.gap)}};
+  return {{"setting", pick.setting},
+          {"error", pick.error},
+          {"time_ns", pick.time_ns},
+          {"high_ns", pick.high_ns},
+          {"rival_low_ns", finite(pick.rival_low_ns)},
+          {"gap", finite(pick.gap)}};
 }
 
 json answers_json(const TuneResult& result) {
@@ -46,7 +49,7 @@ json answers_json(const TuneResult& result) {
                     {"error", result.space.candidates[answer.pick].error},
                     {"time_ns", answer.time_ns},
                     {"high_ns", answer.high_ns},
-                    {"best_low_ns", answer.best_low_ns},
+                    {"rival_low_ns", finite(answer.rival_low_ns)},
                     {"gap", finite(answer.gap)}});
   return list;
 }

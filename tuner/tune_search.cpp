@@ -1,6 +1,8 @@
 #include "tuner/tune_search.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -112,7 +114,7 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
                   .error = candidate.error,
                   .time_ns = answer->time_ns,
                   .high_ns = answer->high_ns,
-                  .best_low_ns = answer->best_low_ns,
+                  .rival_low_ns = answer->rival_low_ns,
                   .gap = answer->gap};
 }
 

@@ -35,7 +35,7 @@ Chains::Chains(const SearchSpace& space) : smaller_(space.candidates.size()), la
 }
 
 double estimate_slack(const Chains& chains, std::span<const Observed> observed, std::span<const double> scales) {
-  const auto variance = [&](std::size_t i) { return scales[i] * scales[i] / observed[i].count(); };
+  const auto variance = [&](std::size_t i) { return scales[i] * scales[i] / observed[i].blocks(); };
   std::vector<double> excess;
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (!observed[i].is_measured()) continue;
@@ -45,7 +45,7 @@ double estimate_slack(const Chains& chains, std::span<const Observed> observed, 
       if (!observed[below].is_measured()) continue;
       has_smaller = true;
       const double error = std::sqrt(variance(i) + variance(below));
-      most = std::max(most, observed[below].mean - observed[i].mean - error);
+      most = std::max(most, observed[below].clipped - observed[i].clipped - error);
     }
     if (has_smaller) excess.push_back(most);
   }

@@ -16,8 +16,8 @@ std::vector<std::size_t> feasible_of(const SearchSpace& space) {
   return feasible;
 }
 
-std::size_t capacity_for(std::size_t feasible) {
-  const auto share = static_cast<std::size_t>(static_cast<double>(feasible) * Explorer::kShare);
+std::size_t capacity_for(std::size_t feasible, std::size_t settings) {
+  const auto share = static_cast<std::size_t>(static_cast<double>(settings) * Explorer::kShare);
   return std::min({feasible, std::max(share, Explorer::kLeast), Explorer::kMost});
 }
 
@@ -26,7 +26,7 @@ std::size_t capacity_for(std::size_t feasible) {
 Explorer::Explorer(const SearchSpace& space)
     : feasible_(feasible_of(space)),
       rank_(space.candidates.size(), 0),
-      surrogate_(space, capacity_for(feasible_.size()) + kBatch),
+      surrogate_(space, capacity_for(feasible_.size(), space.candidates.size()) + kBatch),
       is_learned_(space.candidates.size(), 0) {
   std::vector<double> errors;
   for (const std::size_t i : feasible_) errors.push_back(space.candidates[i].error);
@@ -43,11 +43,12 @@ void Explorer::learn(std::span<const Observed> observed, std::span<const double>
   std::ranges::sort(fresh, {}, [&](std::size_t i) { return observed[i].order; });
   for (const std::size_t i : fresh) {
     if (learned_.size() + kBatch >= capacity()) break;
-    surrogate_.add(i, observed[i].mean, scales[i] * scales[i] / observed[i].count());
+    surrogate_.add(i, observed[i].clipped, scales[i] * scales[i] / observed[i].blocks());
     learned_.push_back(i);
     is_learned_[i] = 1;
   }
-  for (std::size_t point = 0; point < learned_.size(); ++point) surrogate_.set(point, observed[learned_[point]].mean);
+  for (std::size_t point = 0; point < learned_.size(); ++point)
+    surrogate_.set(point, observed[learned_[point]].clipped);
   surrogate_.fit_if_due();
   surrogate_.update();
 }
@@ -61,15 +62,15 @@ std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, s
   std::vector<std::size_t> left;
   for (const std::size_t i : feasible_) {
     if (observed[i].is_measured())
-      slowest = std::max(slowest, observed[i].mean);
+      slowest = std::max(slowest, observed[i].clipped);
     else
       left.push_back(i);
   }
   Staircase front(ranks_, slowest);
   for (const std::size_t i : feasible_) {
-    if (observed[i].is_measured()) front.add(rank_[i], observed[i].mean);
+    if (observed[i].is_measured()) front.add(rank_[i], observed[i].clipped);
   }
-  const bool is_rough = static_cast<double>(known) >= kRough * static_cast<double>(feasible_.size());
+  const bool is_rough = static_cast<double>(known) >= kRough * static_cast<double>(rank_.size());
   const bool by_volume = !is_rough || batches_++ % 2 == 0;
 
   std::vector<std::size_t> batch;

@@ -25,10 +25,10 @@ class Explorer {
   [[nodiscard]] std::size_t capacity() const { return surrogate_.capacity(); }
 
   static constexpr std::size_t kBatch = 4;
-  static constexpr double kShare = 0.1;  ///< of the feasible settings are timed in the surrogate's order, ...
+  static constexpr double kShare = 0.1;  ///< of the settings are timed in the surrogate's order, ...
   static constexpr std::size_t kLeast = 32;
   static constexpr std::size_t kMost = 320;
-  static constexpr double kRough = 0.015;  ///< of the feasible settings
+  static constexpr double kRough = 0.015;  ///< of the settings
 
  private:
   void learn(std::span<const Observed> observed, std::span<const double> scales);

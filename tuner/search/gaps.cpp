@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 namespace reliefbench {
 namespace {
@@ -32,59 +33,70 @@ void Gaps::set(std::size_t candidate, double lower, double upper) {
   upper_[place_[candidate]] = upper;
 }
 
+/// Walks the budgets by rising error. Of settings with equal bounds, the more accurate decides.
+class Gaps::Walk {
+ public:
+  explicit Walk(const Gaps& gaps) : gaps_(gaps) {}
+
+  /// Goes on to the next budget; false after the last.
+  bool next() {
+    if (place_ == gaps_.candidates_.size()) return false;
+    do add(place_);
+    while (gaps_.ends_budget_[place_++] == 0);
+    return true;
+  }
+  [[nodiscard]] double budget() const { return gaps_.error_[place_ - 1]; }
+  [[nodiscard]] bool has_pick() const { return gaps_.upper_[pick_] < kUnknown; }
+  [[nodiscard]] std::size_t pick() const { return gaps_.candidates_[pick_]; }
+  [[nodiscard]] std::size_t rival() const { return gaps_.candidates_[is_least_pick() ? second_ : least_]; }
+  /// Infinite if there is no other setting.
+  [[nodiscard]] double rival_lower() const { return is_least_pick() ? second_lower_ : gaps_.lower_[least_]; }
+  [[nodiscard]] double log_gap() const {
+    return has_pick() ? std::max(0.0, gaps_.upper_[pick_] - rival_lower()) : kUnknown;
+  }
+
+ private:
+  void add(std::size_t place) {
+    if (place == 0) return;
+    if (gaps_.upper_[place] < gaps_.upper_[pick_]) pick_ = place;
+    const double lower = gaps_.lower_[place];
+    if (lower < gaps_.lower_[least_]) {
+      second_lower_ = gaps_.lower_[least_];
+      second_ = std::exchange(least_, place);
+    } else if (lower < second_lower_) {
+      second_lower_ = lower;
+      second_ = place;
+    }
+  }
+  [[nodiscard]] bool is_least_pick() const { return has_pick() && least_ == pick_; }
+
+  const Gaps& gaps_;
+  std::size_t place_ = 0;
+  std::size_t pick_ = 0;
+  std::size_t least_ = 0;
+  std::size_t second_ = 0;
+  double second_lower_ = kUnknown;
+};
+
 WidestGap Gaps::widest() const {
-  WidestGap widest{.log_gap = -kUnknown};
-  std::size_t pick = 0;
-  std::size_t rival = 0;
-  double least_upper = kUnknown;
-  double least_lower = kUnknown;
-  for (std::size_t place = 0; place < candidates_.size(); ++place) {
-    if (upper_[place] < least_upper) {
-      least_upper = upper_[place];
-      pick = place;
-    }
-    if (lower_[place] < least_lower) {
-      least_lower = lower_[place];
-      rival = place;
-    }
-    if (ends_budget_[place] == 0 || !(least_upper - least_lower > widest.log_gap)) continue;
-    widest = {.log_gap = least_upper - least_lower,
-              .pick = candidates_[pick],
-              .rival = candidates_[rival],
-              .budget = error_[place]};
+  WidestGap widest{.log_gap = -1};
+  for (Walk walk(*this); walk.next();) {
+    if (walk.log_gap() > widest.log_gap)
+      widest = {.log_gap = walk.log_gap(), .pick = walk.pick(), .rival = walk.rival(), .budget = walk.budget()};
   }
   return widest;
 }
 
 std::vector<Gaps::Answer> Gaps::answers() const {
   std::vector<Answer> answers;
-  double least_upper = kUnknown;
-  double least_lower = kUnknown;
-  std::size_t pick = 0;
-  for (std::size_t place = 0; place < candidates_.size(); ++place) {
-    least_lower = std::min(least_lower, lower_[place]);
-    if (upper_[place] < least_upper) {
-      least_upper = upper_[place];
-      pick = place;
-    }
-    if (ends_budget_[place] == 0 || least_upper == kUnknown) continue;
-    if (answers.empty() || answers.back().pick != candidates_[pick]) answers.push_back({.pick = candidates_[pick]});
-    answers.back().best_lower = least_lower;
+  for (Walk walk(*this); walk.next();) {
+    if (!walk.has_pick()) continue;
+    if (answers.empty() || answers.back().pick != walk.pick()) answers.push_back({.pick = walk.pick()});
+    answers.back().rival_lower = std::min(answers.back().rival_lower, walk.rival_lower());
+    answers.back().log_gap = std::max(answers.back().log_gap, walk.log_gap());
   }
   std::ranges::reverse(answers);
   return answers;
-}
-
-std::vector<double> Gaps::best_upper() const {
-  std::vector<double> best(place_.size(), kUnknown);
-  double least = kUnknown;
-  for (std::size_t begin = 0; begin < candidates_.size();) {
-    std::size_t end = begin;
-    do least = std::min(least, upper_[end]);
-    while (ends_budget_[end++] == 0);
-    for (; begin < end; ++begin) best[candidates_[begin]] = least;
-  }
-  return best;
 }
 
 }  // namespace reliefbench

@@ -8,12 +8,14 @@
 
 namespace reliefbench {
 
-/// The widest gap over the error budgets and the two settings that decide it.
+/// The widest gap over the error budgets and the two settings that decide it. The pick of a budget has the least upper
+/// bound, its rival the least lower bound of the others: were the pick itself the best, it would cost nothing, so its
+/// own lower bound does not count.
 struct WidestGap {
-  double log_gap = std::numeric_limits<double>::infinity();  ///< least upper bound - least lower bound, log time
-  std::size_t pick = 0;                                      ///< of the least upper bound; if it is finite
-  std::size_t rival = 0;                                     ///< of the least lower bound
-  double budget = 0;                                         ///< error
+  double log_gap = std::numeric_limits<double>::infinity();  ///< pick's upper - rival's lower bound, log time; >= 0
+  std::size_t pick = 0;                                      ///< if its upper bound is known, else the gap is infinite
+  std::size_t rival = 0;
+  double budget = 0;  ///< error
 };
 
 /// Bounds on log time of the feasible settings, kept by rising error, so that what is feasible within a budget is a
@@ -25,23 +27,24 @@ class Gaps {
   [[nodiscard]] double lower(std::size_t candidate) const { return lower_[place_[candidate]]; }
   [[nodiscard]] double upper(std::size_t candidate) const { return upper_[place_[candidate]]; }
 
-  /// O(n). Of budgets with equal gaps, the tightest; of settings with equal bounds, the more accurate.
+  /// O(n). Of budgets with equal gaps, the tightest.
   [[nodiscard]] WidestGap widest() const;
 
   /// A run of budgets with one pick.
   struct Answer {
     std::size_t pick = 0;
-    double best_lower = 0;  ///< least over the run
+    double rival_lower = std::numeric_limits<double>::infinity();  ///< least over the run; of settings but the pick
+    double log_gap = 0;                                            ///< most over the run
   };
   /// By falling error; budgets within which nothing has an upper bound have none.
   [[nodiscard]] std::vector<Answer> answers() const;
 
   /// Feasible candidates by rising error, then index.
   [[nodiscard]] std::span<const std::size_t> by_error() const { return candidates_; }
-  /// Least upper bound among the settings as accurate as this one.
-  [[nodiscard]] std::vector<double> best_upper() const;
 
  private:
+  class Walk;
+
   std::vector<std::size_t> candidates_;
   std::vector<std::size_t> place_;  // in the arrays below, one a candidate
   std::vector<double> error_;

@@ -9,37 +9,53 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kPriorNoise = 0.03;      // standard deviation of a block's log time, before any was seen twice
-constexpr double kPriorDegrees = 4;       // that this is worth
-constexpr double kShrinkage = 10;         // degrees of freedom with which the pool outweighs a bin or a setting's own
+constexpr double kPriorNoise = 0.04;      // standard deviation of a frame's log time, before any setting was seen twice
+constexpr double kPriorDegrees = 6;       // that this is worth
+constexpr double kShrinkage = 20;         // degrees of freedom with which the pool outweighs a bin or a setting's own
 constexpr double kLeastNoise = 1e-5;      // clocks tick
 constexpr double kSmoothing = 0.7;        // standard deviation of the window over log time
+constexpr double kWinsor = 5;             // standard deviations beyond which a frame counts as that for the variance
 constexpr std::size_t kMostTails = 3000;  // frames that the cumulants are taken from
-constexpr double kLeastRate = 0.25;       // of the mixture, per standard deviation: best for about 300 blocks
-constexpr double kMostRate = 5.5;         // best for one block at the smallest alpha of some thousands of settings
+constexpr std::size_t kKnownTails = 300;  // frames from which the cumulants are theirs alone
+constexpr double kLeastRate = 0.3;        // of the mixture, per standard deviation: best for about 500 blocks
+constexpr double kMostRate = 8;           // best for one block at the smallest alpha of some thousands of settings
+constexpr double kMedianVariance = 0.45;  // of the median of three standard normal values
+constexpr double kLinearVariance = 0.36;  // of three times the mean statistic's share of a value
+constexpr std::size_t kLeastTier = 16;    // settings
+constexpr std::size_t kSeenTwice = 6;     // frames
 
 double square(double x) { return x * x; }
+double middle_of(std::span<const double> sorted) { return sorted[sorted.size() / 2]; }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+double clipped_deviations(const Observed& observed, double scale) {
+  const double middle = middle_of(observed.frames);
+  double sum = 0;
+  for (const double frame : observed.frames) sum += square(std::min(std::abs(frame - middle), kWinsor * scale));
+  return sum;
 }
+double degrees_of(const Observed& observed) { return static_cast<double>(observed.frames.size()) - 1; }
 
 }  // namespace
 
-NoiseModel::NoiseModel(std::size_t settings, double confidence)
-    : early_(std::max<std::size_t>(16, static_cast<std::size_t>(static_cast<double>(settings) * kEarly))) {
-  const double half = (1 - confidence) / 2 / 2;  // a side's, a group's
-  const auto late = static_cast<double>(settings > early_ ? settings - early_ : 1);
-  log_alpha_ = {std::log(static_cast<double>(early_) / half), std::log(late / half)};
+NoiseModel::NoiseModel(std::size_t settings, double confidence) {
+  std::size_t begin = 0;
+  for (std::size_t tier = 0; tier < kTiers; ++tier) {
+    const auto end = static_cast<std::size_t>(kTierEnds[tier] * static_cast<double>(settings));
+    tier_ends_[tier] = std::max(end, kLeastTier * (tier + 1));
+    const double alpha = (1 - confidence) / 2 * kTierAlpha[tier];
+    log_alpha_[tier] = std::log(static_cast<double>(tier_ends_[tier] - begin) / alpha);
+    begin = tier_ends_[tier];
+  }
   for (std::size_t j = 0; j < kRates; ++j)
     rates_[j] = kLeastRate * std::pow(kMostRate / kLeastRate, static_cast<double>(j) / (kRates - 1));
   for (int k = 1; k <= kExact; ++k) counts_.push_back(k);
   while (counts_.back() < 1'000'000) counts_.push_back(counts_.back() + counts_.back() / 8);
   variance_.fill(square(kPriorNoise));
   for (Side* side : {&above_, &below_}) {
-    for (std::size_t j = 0; j < kRates; ++j) side->cumulant[j] = square(kInflation * rates_[j]) / 2;
+    for (std::size_t j = 0; j < kRates; ++j) {
+      side->block[j] = kMedianVariance * square(rates_[j]) / 2;
+      side->linear[j] = side->block[j];
+    }
     solve(*side);
   }
 }
@@ -54,111 +70,129 @@ void NoiseModel::fit(std::span<const Observed> observed) {
 void NoiseModel::fit_scales(std::span<const Observed> observed) {
   double first = std::numeric_limits<double>::infinity();
   double last = -first;
-  degrees_ = 0;
-  double sum = kPriorDegrees * square(kPriorNoise);
+  std::vector<double> distances;
   for (const Observed& setting : observed) {
     if (!setting.is_measured()) continue;
-    first = std::min(first, setting.mean);
-    last = std::max(last, setting.mean);
-    sum += setting.deviations();
-    degrees_ += setting.count() - 1;
+    first = std::min(first, middle_of(setting.frames));
+    last = std::max(last, middle_of(setting.frames));
+    if (setting.frames.size() < kSeenTwice) continue;
+    for (const double frame : setting.frames) distances.push_back(std::abs(frame - middle_of(setting.frames)));
   }
-  // The prior fades: it is there for the first few blocks only.
-  const double pooled =
-      degrees_ > 100 ? (sum - kPriorDegrees * square(kPriorNoise)) / degrees_ : sum / (kPriorDegrees + degrees_);
   first_bin_ = first;
   bin_width_ = std::max((last - first) / (kTimeBins - 1), 1e-9);
-  std::array<double, kTimeBins> sums{};
-  std::array<double, kTimeBins> weights{};
-  for (const Observed& setting : observed) {
-    if (setting.count() < 2) continue;
-    // A setting that was drawn hundreds of times speaks for its own noise, hardly more for its neighbours'.
-    const double degrees = setting.count() - 1;
-    const double weight = std::min(1.0, kShrinkage / degrees);
-    const double deviations = setting.deviations();
-    for (std::size_t bin = 0; bin < kTimeBins; ++bin) {
-      const double distance = first_bin_ + static_cast<double>(bin) * bin_width_ - setting.mean;
-      const double share = weight * std::exp(-square(distance / kSmoothing) / 2);
-      sums[bin] += share * deviations;
-      weights[bin] += share * degrees;
+  variance_.fill(square(kPriorNoise));
+  if (distances.empty()) return;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::ranges::nth_element(distances, middle);
+  variance_.fill(std::max(square(1.5 * *middle), square(kLeastNoise)));
+
+  // Twice, as the clipping needs the scale that it is to find.
+  for (int round = 0; round < 2; ++round) {
+    double pooled = kPriorDegrees * square(kPriorNoise);
+    double degrees = kPriorDegrees;
+    std::array<double, kTimeBins> sums{};
+    std::array<double, kTimeBins> weights{};
+    for (const Observed& setting : observed) {
+      if (setting.frames.size() < kSeenTwice) continue;
+      const double at = middle_of(setting.frames);
+      // A setting that was drawn hundreds of times speaks for its own noise, hardly more for its neighbours'.
+      const double weight = std::min(1.0, kShrinkage / degrees_of(setting));
+      const double deviations = weight * clipped_deviations(setting, std::sqrt(pooled_variance(at)));
+      pooled += deviations;
+      degrees += weight * degrees_of(setting);
+      for (std::size_t bin = 0; bin < kTimeBins; ++bin) {
+        const double distance = first_bin_ + static_cast<double>(bin) * bin_width_ - at;
+        const double share = std::exp(-square(distance / kSmoothing) / 2);
+        sums[bin] += share * deviations;
+        weights[bin] += share * weight * degrees_of(setting);
+      }
     }
-  }
-  for (std::size_t bin = 0; bin < kTimeBins; ++bin) {
-    const double local = (kShrinkage * pooled + sums[bin]) / (kShrinkage + weights[bin]);
-    variance_[bin] = std::max(local, square(kLeastNoise));
+    for (std::size_t bin = 0; bin < kTimeBins; ++bin) {
+      const double local = (kShrinkage * pooled / degrees + sums[bin]) / (kShrinkage + weights[bin]);
+      variance_[bin] = std::max(local, square(kLeastNoise));
+    }
   }
 }
 
-double NoiseModel::scale(const Observed& observed) const {
-  const double position = std::clamp((observed.mean - first_bin_) / bin_width_, 0.0, kTimeBins - 1.0);
+double NoiseModel::pooled_variance(double log_time) const {
+  const double position = std::clamp((log_time - first_bin_) / bin_width_, 0.0, kTimeBins - 1.0);
   const auto bin = std::min(static_cast<std::size_t>(position), kTimeBins - 2);
   const double share = position - static_cast<double>(bin);
-  const double pooled = (1 - share) * variance_[bin] + share * variance_[bin + 1];
-  const double degrees = std::max(0, observed.count() - 1);
-  const double own = (kShrinkage * pooled + observed.deviations()) / (kShrinkage + degrees);
-  return std::sqrt(std::max(pooled, own));
+  return (1 - share) * variance_[bin] + share * variance_[bin + 1];
+}
+
+double NoiseModel::scale(const Observed& observed) const {
+  if (!observed.is_measured()) return std::sqrt(variance_.front());
+  const double pooled = pooled_variance(middle_of(observed.frames));
+  const double deviations = clipped_deviations(observed, std::sqrt(pooled));
+  return std::sqrt((kShrinkage * pooled + deviations) / (kShrinkage + degrees_of(observed)));
 }
 
 void NoiseModel::fit_tails(std::span<const Observed> observed) {
   std::vector<double> frames;
   for (const Observed& setting : observed) {
-    if (setting.count() < 2) continue;
-    const double middle = median_of(setting.frames);
-    const double n = static_cast<double>(setting.frames.size());
+    if (setting.frames.size() < kSeenTwice) continue;
+    const double middle = middle_of(setting.frames);
+    const auto n = static_cast<double>(setting.frames.size());
     // Frames lie closer to their own median than to the true one.
     const double unit = std::sqrt(n / (n - 1)) / scale(setting);
-    for (const double frame : setting.frames) frames.push_back((frame - middle) * unit);
+    for (const double frame : setting.frames) frames.push_back(std::min((frame - middle) * unit, kClip));
   }
-  if (frames.size() < 2 * kBlock) return;
+  if (frames.size() < 2 * kSeenTwice) return;
   if (frames.size() > kMostTails) {
     std::vector<double> fewer;
     for (std::size_t i = 0; i < kMostTails; ++i) fewer.push_back(frames[i * frames.size() / kMostTails]);
     frames = std::move(fewer);
   }
+  frames.push_back(kClip);
+  frames.push_back(1.5 * std::min(std::ranges::min(frames), 0.0));
   std::ranges::sort(frames);
-  frames.insert(frames.begin(), 1.5 * std::min(frames.front(), 0.0));
-  frames.push_back(1.5 * std::max(frames.back(), 0.0));
 
   // P(median of 3 is the r-th of n frames), see true_log_time.
-  std::vector<double> weights;
   const auto n = static_cast<double>(frames.size());
+  std::vector<double> weights;
   const auto below = [&](double rank) { return square(rank / n) * (3 - 2 * rank / n); };
   for (double rank = 0; rank < n; ++rank) weights.push_back(below(rank + 1) - below(rank));
   const double mean = std::inner_product(frames.begin(), frames.end(), weights.begin(), 0.0);
-  double variance = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) variance += weights[i] * square(frames[i] - mean);
-  // Frames of a block may be alike: then blocks vary more than medians of independent frames would.
-  const double unit = kInflation / std::sqrt(std::min(1.0, std::max(variance, 1e-6)));
+  const std::vector<double> projection = median_projection(frames);
+  const double centre = std::accumulate(projection.begin(), projection.end(), 0.0) / n;
   for (std::size_t j = 0; j < kRates; ++j) {
-    double up = 0;
-    double down = 0;
+    const double rate = rates_[j];
+    std::array<double, 4> sums{};
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      const double deviation = rates_[j] * unit * (frames[i] - mean);
-      // exp of more than some hundreds: only where all others are identical; the radius is then huge in any case
-      up += weights[i] * std::exp(std::min(deviation, 500.0));
-      down += weights[i] * std::exp(std::min(-deviation, 500.0));
+      // exp of some hundreds: only where all others are identical; the radius is then huge in any case
+      const double block = std::clamp(rate * (frames[i] - mean), -300.0, 300.0);
+      const double linear = std::clamp(rate * (projection[i] - centre), -300.0, 300.0);
+      sums[0] += weights[i] * std::exp(block);
+      sums[1] += weights[i] * std::exp(-block);
+      sums[2] += std::exp(linear) / n;
+      sums[3] += std::exp(-linear) / n;
     }
-    const double normal = square(kInflation * rates_[j]) / 2;
-    above_.cumulant[j] = std::max(normal, std::log(up));
-    below_.cumulant[j] = std::max(normal, std::log(down));
+    // Few frames say little of the tails: psi is then no less than the normal one.
+    const double normal = frames.size() < kKnownTails ? square(rate) / 2 : 0;
+    above_.block[j] = std::max(kMedianVariance * normal, std::log(sums[0]));
+    below_.block[j] = std::max(kMedianVariance * normal, std::log(sums[1]));
+    above_.linear[j] = std::max(kLinearVariance * normal, kBlock * std::log(sums[2]));
+    below_.linear[j] = std::max(kLinearVariance * normal, kBlock * std::log(sums[3]));
   }
 }
 
 void NoiseModel::solve(Side& side) const {
   std::array<double, kRates> exponent{};
-  for (std::size_t group = 0; group < 2; ++group) {
-    std::vector<double>& radius = side.radius[group];
+  for (std::size_t tier = 0; tier < kTiers; ++tier) {
+    std::vector<double>& radius = side.radius[tier];
     radius.clear();
-    const double target = log_alpha_[group] + std::log(static_cast<double>(kRates));
+    const double target = log_alpha_[tier] + std::log(static_cast<double>(kRates));
     for (const int count : counts_) {
+      const Cumulants& cumulant = count < kLinear ? side.block : side.linear;
       // Newton on log sum exp(count (rate r - cumulant)) = target, convex and rising in r; started where one term alone
       // reaches the target, so from above.
       double r = std::numeric_limits<double>::infinity();
-      for (std::size_t j = 0; j < kRates; ++j) r = std::min(r, (side.cumulant[j] + target / count) / rates_[j]);
+      for (std::size_t j = 0; j < kRates; ++j) r = std::min(r, (cumulant[j] + target / count) / rates_[j]);
       for (int step = 0; step < 20; ++step) {
         double most = -std::numeric_limits<double>::infinity();
         for (std::size_t j = 0; j < kRates; ++j) {
-          exponent[j] = count * (rates_[j] * r - side.cumulant[j]);
+          exponent[j] = count * (rates_[j] * r - cumulant[j]);
           most = std::max(most, exponent[j]);
         }
         double sum = 0;
@@ -178,19 +212,37 @@ void NoiseModel::solve(Side& side) const {
 }
 
 double NoiseModel::radius(const Side& side, const Observed& observed) const {
-  const std::vector<double>& radii = side.radius[static_cast<std::size_t>(observed.order) < early_ ? 0 : 1];
-  const int count = observed.count();
-  // Between counts that were solved, that of the lower one: wider, so safe.
+  std::size_t tier = 0;
+  while (tier + 1 < kTiers && static_cast<std::size_t>(observed.order) >= tier_ends_[tier]) ++tier;
+  const std::vector<double>& radii = side.radius[tier];
+  const int count = observed.blocks();
+  // Between counts that were solved the radius falls with the root of the count, but for a share of a percent.
   const auto above = std::ranges::upper_bound(counts_, count);
   const auto index = static_cast<std::size_t>(above - counts_.begin()) - 1;
   return radii[index] * std::sqrt(static_cast<double>(counts_[index]) / count);
 }
 
-double NoiseModel::lower(const Observed& observed) const {
-  return observed.mean - scale(observed) * radius(above_, observed);
-}
-double NoiseModel::upper(const Observed& observed) const {
-  return observed.mean + scale(observed) * radius(below_, observed);
+NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
+  const double own = scale(observed);
+  const std::vector<double>& frames = observed.frames;
+  const MedianStatistic plain = median_statistic(frames);
+  observed.mean = plain.mean;
+  observed.clipped = plain.mean;
+  const double most = frames[frames.size() / 4] + kClip * own;
+  double error = 0;     // of what outliers add
+  double at_least = 0;  // of it
+  if (frames.back() > most) {
+    std::vector<double> tame = frames;
+    for (double& frame : tame) frame = std::min(frame, most);
+    const MedianStatistic clipped = median_statistic(tame);
+    observed.clipped = clipped.mean;
+    const double added = std::max(0.0, plain.variance - clipped.variance);
+    error = kOutlier * std::sqrt(added / static_cast<double>(frames.size()));
+    if (frames.end() - std::ranges::upper_bound(frames, most) >= kSeenOutliers)
+      at_least = std::max(0.0, plain.mean - clipped.mean - error);
+  }
+  return {.lower = observed.clipped + at_least - own * radius(above_, observed),
+          .upper = observed.mean + own * radius(below_, observed) + error};
 }
 
 }  // namespace reliefbench

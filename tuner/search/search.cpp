@@ -14,14 +14,16 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kFirstBlocks = 3;          // of a setting that the surrogate asked for; it also teaches the noise
-constexpr std::size_t kLeastFirst = 10;  // settings timed before the surrogate is asked
-constexpr double kRefit = 1.25;          // growth of the blocks after which the noise is estimated anew
-constexpr double kPathGrowth = 1.1;      // of the samples between two points of the path
-constexpr double kAuditShare = 0.03;     // of the settings ruled out by assumption
+constexpr int kFirstBlocks = 2;            // of a setting that the surrogate asked for; they also teach the noise
+constexpr std::size_t kSettleBlocks = 14;  // drawn, a setting that the surrogate asked for, to tell it from the others
+constexpr std::size_t kLeastFirst = 10;    // settings timed before the surrogate is asked
+constexpr double kRefit = 1.25;            // growth of the blocks after which the noise is estimated anew
+constexpr double kPathGrowth = 1.1;        // of the samples between two points of the path
+constexpr double kAuditShare = 0.03;       // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
 constexpr double kAuditMargin = 1.5;  // how much more slack than the failure needs
-constexpr double kPickIsSharp = 0.4;  // a pick whose bounds are so much narrower than its rival's is not drawn again
+constexpr double kPickIsSharp = 0.6;  // a pick whose bounds are so much narrower than its rival's is not drawn again
+constexpr double kBlockNoise = 0.67;  // standard deviation of a block's median in that of a frame, if normal
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void check(const SearchSpace& space, const SearchOptions& options) {
@@ -44,8 +46,11 @@ class Search {
         scales_(space.candidates.size()),
         chains_(space),
         gaps_(space),
+        known_(space),
         noise_(gaps_.by_error().size(), options.confidence),
-        random_(options.seed) {}
+        random_(options.seed) {
+    for (const std::size_t i : gaps_.by_error()) known_.set(i, kInfinity, kInfinity);
+  }
 
   SearchResult run() {
     result_.states.resize(space_.candidates.size());
@@ -66,7 +71,7 @@ class Search {
     if (options_.max_samples > 0 && result_.samples + kBlock > options_.max_samples) return false;
     Observed& observed = observed_[candidate];
     if (!observed.is_measured()) {
-      if (options_.max_measured > 0 && result_.measured >= options_.max_measured) return false;
+      if (is_full()) return false;
       observed.order = result_.measured++;
     }
     draw_block(times_, candidate, observed);
@@ -80,12 +85,17 @@ class Search {
   }
 
   void bound(std::size_t candidate) {
-    const Observed& observed = observed_[candidate];
-    scales_[candidate] = noise_.scale(observed);
-    gaps_.set(candidate, noise_.lower(observed), noise_.upper(observed));
+    set_bounds(candidate);
     for (const std::size_t larger : chains_.larger(candidate)) {
       if (!observed_[larger].is_measured()) assume(larger);
     }
+  }
+
+  void set_bounds(std::size_t candidate) {
+    const NoiseModel::Bounds bounds = noise_.bound(observed_[candidate]);
+    scales_[candidate] = kBlockNoise * noise_.scale(observed_[candidate]);
+    gaps_.set(candidate, bounds.lower, bounds.upper);
+    known_.set(candidate, bounds.lower, bounds.upper);
   }
 
   void assume(std::size_t candidate) {
@@ -102,8 +112,10 @@ class Search {
     refitted_at_ = result_.samples;
     noise_.fit(observed_);
     for (const std::size_t i : gaps_.by_error()) {
-      scales_[i] = noise_.scale(observed_[i]);
-      if (observed_[i].is_measured()) gaps_.set(i, noise_.lower(observed_[i]), noise_.upper(observed_[i]));
+      if (observed_[i].is_measured())
+        set_bounds(i);
+      else
+        scales_[i] = kBlockNoise * noise_.scale(observed_[i]);
     }
     slack_ = std::max(estimate_slack(chains_, observed_, scales_), audited_slack_);
     for (const std::size_t i : gaps_.by_error()) {
@@ -142,12 +154,29 @@ class Search {
     for (;;) {
       refit();
       const std::vector<std::size_t> batch = explorer.propose(observed_, scales_);
-      for (const std::size_t i : batch) {
-        if (!measure(i)) return false;
-      }
       if (batch.empty()) break;
+      for (const std::size_t i : batch) {
+        if (measure(i)) continue;
+        if (is_full()) settle();
+        return false;
+      }
+      if (!settle()) return false;
     }
     for (std::size_t i = 0; i < space_.candidates.size(); ++i) expected_.push_back(explorer.mean(i));
+    return true;
+  }
+
+  [[nodiscard]] bool is_full() const { return options_.max_measured > 0 && result_.measured >= options_.max_measured; }
+
+  /// Races the settings that were timed so far for a while, so that the front of these is one at any time. Nothing is
+  /// wasted: the final race would draw the same. False where the search has to end.
+  bool settle() {
+    for (std::size_t blocks = 0; blocks < kSettleBlocks * Explorer::kBatch; blocks += 2) {
+      const WidestGap widest = known_.widest();
+      if (widest.log_gap <= std::log1p(options_.epsilon)) break;
+      if (!draw(widest.rival)) return false;
+      if (widest.pick != widest.rival && !draw(widest.pick)) return false;
+    }
     return true;
   }
 
@@ -212,10 +241,10 @@ class Search {
       const double lower = gaps_.lower(i);
       if (!draw(i)) return is_audited_ = false;
       ++result_.audits;
-      if (observed_[i].mean >= lower) continue;
+      if (observed_[i].clipped >= lower) continue;
       ++result_.audit_failures;
       is_audited_ = false;
-      audited_slack_ = std::max(audited_slack_, slack_ + kAuditMargin * (lower - observed_[i].mean));
+      audited_slack_ = std::max(audited_slack_, slack_ + kAuditMargin * (lower - observed_[i].clipped));
     }
     return true;
   }
@@ -260,8 +289,8 @@ class Search {
                                  .pick = answer.pick,
                                  .time_ns = std::exp(observed_[answer.pick].mean),
                                  .high_ns = std::exp(upper),
-                                 .best_low_ns = std::exp(answer.best_lower),
-                                 .gap = std::expm1(upper - answer.best_lower)});
+                                 .rival_low_ns = std::exp(answer.rival_lower),
+                                 .gap = std::expm1(answer.log_gap)});
     }
     if (options_.on_progress)
       options_.on_progress({.samples = result_.samples,
@@ -277,6 +306,7 @@ class Search {
   std::vector<double> scales_;  // standard deviation of a block's log time, one a candidate
   Chains chains_;
   Gaps gaps_;
+  Gaps known_;  // the same, with only the settings that were timed
   NoiseModel noise_;
   Random random_;
   std::vector<double> expected_;  // log time, by the surrogate

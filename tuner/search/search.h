@@ -19,12 +19,12 @@ struct SearchProgress {
 };
 
 struct SearchOptions {
-  double epsilon = 0.02;           ///< certify picks that are at most this much slower than the best, as a ratio - 1
-  double confidence = 0.95;        ///< that all answers hold at once, whenever the search ends
-  std::uint64_t seed = 1;          ///< of the audits
-  std::vector<std::size_t> first;  ///< measured before all else: the default setting of each technique
-  std::int64_t max_samples = 0;    ///< frames; 0: no limit
-  int max_measured = 0;            ///< settings; the search ends where it would time one more. 0: no limit
+  double epsilon = 0.02;             ///< certify picks that are at most this much slower than the best, as a ratio - 1
+  double confidence = 0.95;          ///< that all answers hold at once, whenever the search ends
+  std::uint64_t seed = 1;            ///< of the audits
+  std::vector<std::size_t> first{};  ///< measured before all else: the default setting of each technique
+  std::int64_t max_samples = 0;      ///< frames; 0: no limit
+  int max_measured = 0;              ///< settings; the search ends where it would time one more. 0: no limit
   std::function<bool()> should_stop{};  ///< asked before every block; true ends the search with what it has
   std::function<void(const SearchProgress&)> on_progress{};  ///< told after every block
 };
@@ -47,12 +47,13 @@ struct CandidateState {
 
 /// The answer to every error budget from max_error up to that of the next cheaper answer.
 struct BudgetAnswer {
-  double max_error = 0;    ///< the pick's error: the tightest budget that it answers
-  std::size_t pick = 0;    ///< index of the candidate; least upper bound among those within the budget
-  double time_ns = 0;      ///< estimate of the pick
-  double high_ns = 0;      ///< upper bound of the pick
-  double best_low_ns = 0;  ///< least lower bound of any setting within any of the budgets answered; 0 where unknown
-  double gap = 0;          ///< high / best_low - 1: the pick is at most this much slower than the best; may be infinite
+  double max_error = 0;     ///< the pick's error: the tightest budget that it answers
+  std::size_t pick = 0;     ///< index of the candidate; least upper bound among those within the budget
+  double time_ns = 0;       ///< estimate of the pick
+  double high_ns = 0;       ///< upper bound of the pick
+  double rival_low_ns = 0;  ///< least lower bound of any other setting within the budgets answered: 0 where one is
+                            ///< unknown, infinite where there is no other
+  double gap = 0;           ///< max(0, high / rival_low - 1): the pick is at most this much slower than the best
 };
 
 /// The search's state when it had drawn so many frames.
@@ -83,9 +84,10 @@ inline constexpr int kBlock = 3;  ///< frames whose median is one observation
 ///
 /// Errors are exact and only time is noisy, so that the front is the record minima of time along the settings sorted by
 /// error: nested best-arm identification. A Gaussian process on log time orders what is timed first (improvement.h);
-/// then a race draws blocks for the two settings that decide the widest gap G(e) = min U / min L - 1 over the error
-/// budgets e, until max G <= epsilon. What the surrogate believes never rules a setting out: bounds do (noise.h), and
-/// where a setting was not timed, the bound of a smaller one of its chain (monotone.h), which is recorded as assumed.
+/// then a race draws blocks for the two settings that decide the widest gap over the error budgets e, until it is at
+/// most epsilon: G(e) = U(pick) / L(rival) - 1, of the least upper bound and the least lower bound of the others. What
+/// the surrogate believes never rules a setting out: bounds do (noise.h), and where a setting was not timed, the bound
+/// of a smaller one of its chain (monotone.h), which is recorded as assumed.
 ///
 /// A pure function of space, options and the values that `times` returns: replaying them gives the same calls again.
 /// throws: Error(bad_input): a bad space or option; a time that is not a positive number

@@ -94,12 +94,11 @@ Checkpoint Judge::judge(std::span<const std::size_t> picks) const {
 
 std::vector<Checkpoint> evaluate(const RecordedTable& table, const Judge& judge, const Strategy& strategy,
                                  const StrategyTask& task, std::span<const double> shares) {
-  const auto feasible = std::ranges::count_if(table.space.candidates, &Candidate::is_feasible);
+  const auto settings = static_cast<double>(table.space.candidates.size());
   std::vector<Checkpoint> checkpoints;
   for (const double share : shares) {
     StrategyTask limited = task;
-    limited.max_timed =
-        share < 1 ? std::max(1, static_cast<int>(std::floor(share * static_cast<double>(feasible)))) : 0;
+    limited.max_timed = share < 1 ? std::max(1, static_cast<int>(std::floor(share * settings))) : 0;
     ReplaySource times(table, task.seed);
     const StrategyAnswer answer = strategy.run(table.space, times, limited);
     Checkpoint checkpoint = judge.judge(answer.picks);

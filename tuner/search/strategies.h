@@ -13,8 +13,8 @@ namespace reliefbench {
 /// What a strategy may spend and where it starts.
 struct StrategyTask {
   std::uint64_t seed = 1;
-  std::vector<std::size_t> first;  ///< settings that are timed first: the default of each technique
-  int max_timed = 0;               ///< settings; 0: as many as it wants
+  std::vector<std::size_t> first{};  ///< settings that are timed first: the default of each technique
+  int max_timed = 0;                 ///< settings; 0: as many as it wants
 };
 
 struct StrategyAnswer {
@@ -68,7 +68,7 @@ class Judge {
   double slowest_ = 0;
 };
 
-/// Runs a strategy on replay, once for each share of the feasible settings that it may time (1: until it ends).
+/// Runs a strategy on replay, once for each share of the table's settings that it may time (1: until it ends).
 [[nodiscard]] std::vector<Checkpoint> evaluate(const RecordedTable& table, const Judge& judge, const Strategy& strategy,
                                                const StrategyTask& task, std::span<const double> shares);
 

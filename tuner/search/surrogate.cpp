@@ -19,6 +19,11 @@ double matern52(double squared_distance) {
   return (1 + r + r * r / 3) * std::exp(-r);
 }
 
+double additive_share(const Eigen::VectorXd& weights) {
+  const double odds = weights[weights.size() - 1];
+  return odds / (1 + odds);
+}
+
 }  // namespace
 
 Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_(capacity) {
@@ -37,8 +42,8 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
     const double range = features_.col(axis).maxCoeff() - features_.col(axis).minCoeff();
     if (range > 0) features_.col(axis) /= range;
   }
-  weights_ = Eigen::VectorXd::Ones(axes);
-  weights_.tail(axes - steps_).setConstant(0.2);
+  weights_ = Eigen::VectorXd::Ones(axes + 1);
+  weights_.segment(steps_, axes - steps_).setConstant(0.2);
   const auto most = static_cast<Eigen::Index>(capacity);
   values_ = Eigen::VectorXd::Zero(most);
   factor_ = RowMajor::Zero(most, most);
@@ -49,17 +54,22 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
 
 Eigen::VectorXd Surrogate::correlations(std::size_t candidate) const {
   const auto row = static_cast<Eigen::Index>(candidate);
-  Eigen::ArrayXd distance = Eigen::ArrayXd::Zero(features_.rows());
+  const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(features_.rows());
+  Eigen::ArrayXd distance = none;
+  Eigen::ArrayXd additive = none;
   for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
     const double weight = weights_[axis];
     const double own = features_(row, axis);
-    if (axis < steps_)
-      distance += weight * (features_.col(axis).array() - own).square();
-    else
-      distance += (features_.col(axis).array() != own).select(weight, Eigen::ArrayXd::Zero(features_.rows()));
+    const Eigen::ArrayXd along = axis < steps_ ? (weight * (features_.col(axis).array() - own).square()).eval()
+                                               : (features_.col(axis).array() != own).select(weight, none).eval();
+    distance += along;
+    additive += 1 / (1 + along);
   }
   const Eigen::ArrayXd r = (5 * distance).sqrt();
-  return ((1 + r + r.square() / 3) * (-r).exp()).matrix();
+  const double share = additive_share(weights_);
+  return (share / static_cast<double>(features_.cols()) * additive +
+          (1 - share) * (1 + r + r.square() / 3) * (-r).exp())
+      .matrix();
 }
 
 void Surrogate::append(std::size_t candidate, double noise_variance) {
@@ -110,6 +120,7 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
                                  double& variance) const {
   const auto n = static_cast<Eigen::Index>(points.size());
   const Eigen::VectorXd weights = log_weights.array().exp();
+  const double share = additive_share(weights);
   Eigen::MatrixXd matrix(n, n);
   Eigen::VectorXd centred(n);
   for (Eigen::Index a = 0; a < n; ++a) {
@@ -119,12 +130,18 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
     for (Eigen::Index b = 0; b < a; ++b) {
       const auto other = static_cast<Eigen::Index>(points_[points[static_cast<std::size_t>(b)]]);
       double distance = 0;
+      double additive = 0;
       for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
         const double difference = features_(row, axis) - features_(other, axis);
-        if (difference == 0) continue;
-        distance += weights[axis] * (axis < steps_ ? difference * difference : 1.0);
+        if (difference == 0) {
+          additive += 1;
+          continue;
+        }
+        const double along = weights[axis] * (axis < steps_ ? difference * difference : 1.0);
+        distance += along;
+        additive += 1 / (1 + along);
       }
-      matrix(a, b) = matern52(distance);
+      matrix(a, b) = share / static_cast<double>(features_.cols()) * additive + (1 - share) * matern52(distance);
     }
     // The noise is known; as a share of the variance it takes the last fit's, which changes little.
     matrix(a, a) = 1 + kJitter + noise_[point] / variance_;
@@ -135,13 +152,13 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
   variance = std::max(fit / static_cast<double>(n), 1e-8);
   double log_determinant = 0;
   for (Eigen::Index i = 0; i < n; ++i) log_determinant += std::log(cholesky.matrixLLT()(i, i));
-  // A weak normal prior on the log weights keeps axes that the points say nothing about where they are.
-  return -static_cast<double>(n) / 2 * std::log(variance) - log_determinant - log_weights.squaredNorm() / 18;
+  // A normal prior on the log weights keeps axes that the points say nothing about where they are.
+  return -static_cast<double>(n) / 2 * std::log(variance) - log_determinant - log_weights.squaredNorm() / 8;
 }
 
 void Surrogate::fit_if_due() {
   if (points_.size() < next_fit_) return;
-  while (next_fit_ <= points_.size()) next_fit_ *= 2;
+  next_fit_ = points_.size() * 7 / 5 + 1;
   fit();
 }
 
@@ -157,7 +174,7 @@ void Surrogate::fit() {
   double variance = variance_;
   double most_likely = log_likelihood(best, subset, variance);
   double best_variance = variance;
-  for (double step = 2; step > 0.4; step /= 2) {
+  for (double step = 2; step > 0.2; step /= 2) {
     for (Eigen::Index axis = 0; axis < best.size(); ++axis) {
       for (const double sign : {1.0, -1.0}) {
         Eigen::VectorXd trial = best;

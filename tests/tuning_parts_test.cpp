@@ -1,0 +1,201 @@
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "kernels/error.h"
+#include "tuner/search/gaps.h"
+#include "tuner/search/improvement.h"
+#include "tuner/search/observations.h"
+#include "tuner/search/random.h"
+#include "tuner/search/recorded_table.h"
+#include "tuner/search/rivals.h"
+#include "tuner/search/surrogate.h"
+
+namespace reliefbench {
+namespace {
+
+double median_of_three(double a, double b, double c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
+
+RC_GTEST_PROP(MedianStatistic, is_the_mean_over_all_triples, ()) {
+  auto values = *rc::gen::resize(12, rc::gen::container<std::vector<int>>(rc::gen::inRange(-50, 50)));
+  while (values.size() < 3) values.push_back(static_cast<int>(values.size()));
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::sort(sorted);
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i)
+    for (std::size_t j = i + 1; j < sorted.size(); ++j)
+      for (std::size_t k = j + 1; k < sorted.size(); ++k, ++count) sum += sorted[j];
+  RC_ASSERT(std::abs(median_statistic(sorted).mean - sum / count) < 1e-9);
+}
+
+TEST(TrueLogTime, is_the_mean_over_all_draws) {
+  const std::vector<double> samples{5, 1, 4, 1, 9};
+  double sum = 0;
+  for (const double a : samples)
+    for (const double b : samples)
+      for (const double c : samples) sum += std::log(median_of_three(a, b, c));
+  EXPECT_NEAR(true_log_time(samples), sum / 125, 1e-12);
+  EXPECT_THROW((void)true_log_time({}), Error);
+}
+
+struct Point {
+  std::size_t rank;
+  double log_time;
+};
+
+std::vector<Point> random_points(Random& random, std::size_t ranks) {
+  std::vector<Point> points(random.below(8));
+  for (Point& point : points)
+    point = {.rank = static_cast<std::size_t>(random.below(ranks)), .log_time = static_cast<double>(random.below(9))};
+  return points;
+}
+
+double brute_volume(const std::vector<Point>& points, std::size_t ranks, double reference) {
+  double area = 0;
+  for (std::size_t rank = 0; rank < ranks; ++rank) {
+    double best = reference;
+    for (const Point& point : points) {
+      if (point.rank <= rank) best = std::min(best, point.log_time);
+    }
+    area += reference - best;
+  }
+  return area;
+}
+
+TEST(Staircase, hypervolume_agrees_with_brute_force) {
+  Random random(1);
+  for (int round = 0; round < 500; ++round) {
+    const std::vector<Point> points = random_points(random, 10);
+    Staircase front(10, 7);
+    for (const Point& point : points) front.add(point.rank, point.log_time);
+    EXPECT_NEAR(front.hypervolume(), brute_volume(points, 10, 7), 1e-9);
+  }
+}
+
+TEST(Staircase, expected_growth_agrees_with_an_integral_over_the_time) {
+  Random random(2);
+  for (int round = 0; round < 50; ++round) {
+    std::vector<Point> points = random_points(random, 10);
+    Staircase front(10, 7);
+    for (const Point& point : points) front.add(point.rank, point.log_time);
+    const auto rank = static_cast<std::size_t>(random.below(10));
+    const double mean = 8 * random.uniform();
+    const double deviation = 0.2 + random.uniform();
+    const double before = brute_volume(points, 10, 7);
+    double expected = 0;
+    constexpr int kSteps = 4000;
+    points.push_back({.rank = rank, .log_time = 0});
+    for (int i = 0; i < kSteps; ++i) {
+      const double z = -7 + 14 * (i + 0.5) / kSteps;
+      points.back().log_time = mean + deviation * z;
+      expected += std::exp(-z * z / 2) / std::sqrt(2 * M_PI) * 14 / kSteps * (brute_volume(points, 10, 7) - before);
+    }
+    EXPECT_NEAR(front.expected_growth(rank, mean, deviation), expected, 1e-3);
+  }
+}
+
+TEST(ExpectedImprovement, without_doubt_is_the_gain) {
+  EXPECT_EQ(expected_improvement(3, 1, 0), 2);
+  EXPECT_EQ(expected_improvement(1, 3, 0), 0);
+}
+
+/// Gap of one budget by its definition.
+double brute_gap(const SearchSpace& space, const std::vector<double>& lower, const std::vector<double>& upper,
+                 double budget) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::size_t pick = space.candidates.size();
+  for (std::size_t i = 0; i < space.candidates.size(); ++i) {
+    if (space.candidates[i].error > budget || !space.candidates[i].is_feasible) continue;
+    if (pick == space.candidates.size() || upper[i] < upper[pick]) pick = i;
+  }
+  if (pick == space.candidates.size() || upper[pick] == kInfinity) return kInfinity;
+  double gap = 0;
+  for (std::size_t i = 0; i < space.candidates.size(); ++i) {
+    if (i == pick || space.candidates[i].error > budget || !space.candidates[i].is_feasible) continue;
+    gap = std::max(gap, upper[pick] - lower[i]);
+  }
+  return gap;
+}
+
+TEST(Gaps, agree_with_brute_force) {
+  Random random(3);
+  for (int round = 0; round < 500; ++round) {
+    SearchSpace space;
+    std::vector<double> lower;
+    std::vector<double> upper;
+    const std::size_t settings = 1 + random.below(7);
+    for (std::size_t i = 0; i < settings; ++i) {
+      space.candidates.push_back({.id = std::to_string(i),
+                                  .categories = {},
+                                  .steps = {},
+                                  .error = static_cast<double>(random.below(5)),
+                                  .is_feasible = i == 0 || random.below(4) > 0});
+      lower.push_back(random.uniform());
+      upper.push_back(random.below(5) == 0 ? std::numeric_limits<double>::infinity() : lower.back() + random.uniform());
+    }
+    Gaps gaps(space);
+    double widest = 0;
+    for (std::size_t i = 0; i < settings; ++i) {
+      if (!space.candidates[i].is_feasible) continue;
+      gaps.set(i, lower[i], upper[i]);
+      widest = std::max(widest, brute_gap(space, lower, upper, space.candidates[i].error));
+    }
+    EXPECT_EQ(gaps.widest().log_gap, widest);
+    for (const Gaps::Answer& answer : gaps.answers())
+      EXPECT_GE(answer.log_gap, brute_gap(space, lower, upper, space.candidates[answer.pick].error));
+  }
+}
+
+TEST(NonDominatedSort, agrees_with_peeling_by_definition) {
+  Random random(4);
+  for (int round = 0; round < 200; ++round) {
+    std::vector<double> error;
+    std::vector<double> time;
+    for (std::uint64_t i = 0; i < 1 + random.below(9); ++i) {
+      error.push_back(static_cast<double>(random.below(5)));
+      time.push_back(static_cast<double>(random.below(5)));
+    }
+    const std::vector<Ranked> ranked = non_dominated_sort(error, time);
+    const auto dominates = [&](std::size_t a, std::size_t b) {
+      return error[a] <= error[b] && time[a] <= time[b] && (error[a] < error[b] || time[a] < time[b]);
+    };
+    for (std::size_t i = 0; i < error.size(); ++i) {
+      int front = 0;
+      for (std::size_t j = 0; j < error.size(); ++j) {
+        if (dominates(j, i)) front = std::max(front, ranked[j].front + 1);
+      }
+      EXPECT_EQ(ranked[i].front, front);
+    }
+  }
+}
+
+TEST(Surrogate, interpolates_and_is_sure_of_what_was_measured) {
+  SearchSpace space{.category_axes = {"kind"}, .step_axes = {"steps"}, .candidates = {}};
+  std::vector<double> truth;
+  for (int i = 0; i < 60; ++i) {
+    space.candidates.push_back(
+        {.id = std::to_string(i), .categories = {i % 2}, .steps = {static_cast<double>(i)}, .error = 0});
+    truth.push_back(std::log(3 + i) + 0.5 * (i % 2));
+  }
+  Surrogate surrogate(space, 20);
+  for (std::size_t i = 0; i < 60; i += 3) surrogate.add(i, truth[i], 1e-6);
+  surrogate.fit_if_due();
+  surrogate.update();
+  for (std::size_t i = 0; i < 60; ++i) EXPECT_NEAR(surrogate.mean(i), truth[i], 0.15) << i;
+  EXPECT_LT(surrogate.deviation(3), 0.01);
+  const double mean = surrogate.mean(10);
+  surrogate.shrink(19);
+  surrogate.add(57, truth[57], 1e-6);
+  surrogate.update();
+  EXPECT_NEAR(surrogate.mean(10), mean, 1e-9);
+}
+
+}  // namespace
+}  // namespace reliefbench
