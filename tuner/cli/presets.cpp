@@ -1,6 +1,9 @@
 #include "tuner/presets.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "kernels/atomic_file.h"
 #include "tuner/case_table.h"

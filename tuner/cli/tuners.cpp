@@ -1,7 +1,10 @@
 #include "tuner/tuners.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "reports/tuners_page.h"
 #include "tuner/cli/commands.h"
