@@ -174,7 +174,7 @@ void Surrogate::fit() {
   double variance = variance_;
   double most_likely = log_likelihood(best, subset, variance);
   double best_variance = variance;
-  for (double step = 2; step > 0.2; step /= 2) {
+  for (const double step : {2.0, 1.0, 0.5, 0.25}) {
     for (Eigen::Index axis = 0; axis < best.size(); ++axis) {
       for (const double sign : {1.0, -1.0}) {
         Eigen::VectorXd trial = best;
