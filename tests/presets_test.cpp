@@ -88,17 +88,12 @@ TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
   EXPECT_NE(schema_errors(bad, "presets"), "");
 }
 
-TEST(Presets, levels_are_equal_steps_of_the_log_of_the_error) {
-  // Errors 1, 0.1, ..., 1e-5: each step of 10 in quality is half a decade.
+TEST(Presets, levels_are_equal_steps_of_the_log_of_the_time) {
+  // Times 1, 2, 4, ..., 32: each step of 20 in quality doubles them.
   const reliefbench::Run run =
-      run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 3, 0.01}, {4, 4, 0.001}, {5, 5, 1e-4}, {6, 6, 1e-5}}}});
-  const Presets presets = make_presets({&run, 1}, {});
-  EXPECT_EQ(steps_of(presets.devices[0]),
-            (std::vector<std::string>{"1", "2", "2", "3", "3", "4", "4", "5", "5", "6", "6"}));
-  // An error of 0 counts as a tenth of the least above it.
-  const reliefbench::Run exact = run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 3, 0}}}});
-  EXPECT_EQ(steps_of(make_presets({&exact, 1}, {}).devices[0]),
-            (std::vector<std::string>{"1", "2", "2", "2", "2", "2", "3", "3", "3", "3", "3"}));
+      run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 4, 0.09}, {4, 8, 0.08}, {5, 16, 1e-4}, {6, 32, 0}}}});
+  EXPECT_EQ(steps_of(make_presets({&run, 1}, {}).devices[0]),
+            (std::vector<std::string>{"1", "1", "2", "2", "3", "3", "4", "4", "5", "5", "6"}));
   const reliefbench::Run one = run_of({{"s", {{1, 1, 0}}}});
   EXPECT_EQ(steps_of(make_presets({&one, 1}, {}).devices[0]), std::vector<std::string>(11, "1"));
 }

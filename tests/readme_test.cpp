@@ -45,8 +45,7 @@ TEST(ReadmeTest, its_commands_run) {
     const bool is_compare = command.find(" compare ") != std::string::npos;
     const bool is_tune = command.find(" tune ") != std::string::npos;  // a busy machine may leave it short of its aim
     const int exit_code = WEXITSTATUS(status);
-    EXPECT_TRUE(exit_code == 0 || (is_compare && exit_code == 1) ||
-                ((is_compare || is_tune) && exit_code == 4))
+    EXPECT_TRUE(exit_code == 0 || (is_compare && exit_code == 1) || ((is_compare || is_tune) && exit_code == 4))
         << command << "\n"
         << file_text(folder / "out.txt") << file_text(folder / "err.txt");
   }
@@ -54,8 +53,8 @@ TEST(ReadmeTest, its_commands_run) {
 
 TEST(ReadmeTest, names_every_command_and_exit_code) {
   const std::string text = file_text(kSource / "README.md");
-  for (const std::string command :
-       {"sweep", "recommend", "report", "tune", "presets", "tuners", "compare", "bake", "stress", "claims", "list", "devices"})
+  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "tuners", "compare", "bake",
+                                    "stress", "claims", "list", "devices"})
     EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
 }
 

@@ -203,6 +203,8 @@ TEST_F(TuneTest, the_command_says_no_and_names_the_nearest) {
   const CommandResult result =
       run_reliefbench({"tune", "--replay", kTable, "--max-error", "e_xy.p99<=-1", "--quiet"}, folder_.path());
   EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("nearest: "));
+  EXPECT_THAT(result.out, HasSubstr("where -1 is asked"));
   const CommandResult late =
       run_reliefbench({"tune", "--replay", kTable, "--time-limit", "0.001s", "--quiet"}, folder_.path());
   EXPECT_EQ(late.exit_code, 4) << late.out;

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kSlack = 1e-9;  // of a log of an error, for rounding
+constexpr double kSlack = 1e-9;  // of a log of a time, for rounding
 
 /// The newest measurement of each setting, by scene.
 using SceneCases = std::map<std::string, PresetEvidence, std::less<>>;  ///< by settings
@@ -138,18 +138,14 @@ std::vector<Choice> front_of(const std::vector<Choice>& choices) {
 
 /// front: not empty
 std::vector<PresetLevel> levels_of(const std::vector<Choice>& front) {
-  const double least =
-      front.back().error > 0 || front.size() == 1 ? front.back().error : front[front.size() - 2].error / 10;
-  const auto log_error = [&](const Choice& choice) { return std::log(std::max(choice.error, least)); };
+  const double cheapest = std::log(front.front().relative_time);
+  const double dearest = std::log(front.back().relative_time);
   std::vector<PresetLevel> levels;
   for (int quality = 0; quality <= 100; quality += kPresetStep) {
-    const double share = quality / 100.0;
-    const double target = (1 - share) * log_error(front.front()) + share * log_error(front.back());
-    const auto within_target = [&](const Choice& choice) { return log_error(choice) <= target + kSlack; };
-    const auto found = std::ranges::find_if(front, within_target);
-    const Choice& choice = quality == 0                             ? front.front()
-                           : quality == 100 || found == front.end() ? front.back()
-                                                                    : *found;
+    const double limit = std::lerp(cheapest, dearest, quality / 100.0) + kSlack;
+    const auto beyond =
+        std::ranges::find_if(front, [&](const Choice& choice) { return std::log(choice.relative_time) > limit; });
+    const Choice& choice = *std::prev(beyond);  // the cheapest one is never beyond
     levels.push_back({.quality = quality,
                       .relative_time = choice.relative_time,
                       .error = choice.error,

@@ -45,11 +45,11 @@ struct SceneFloor {
 ///
 /// Only settings count that were measured in every scene and meet the constraints in each. A setting's error and its
 /// time relative to the scene's fastest are those of its worst scene; the settings that no other beats in both are the
-/// front. Level 0 is its cheapest setting, level 100 its most accurate one. Between them the log of the error falls in
-/// equal steps, and level q is the cheapest setting whose error is within
-///   exp((1 - q/100) log(error of 0) + q/100 log(error of 100)),
-/// where an error of 0 counts as a tenth of the least error above it. So along the levels error never rises and time
-/// never falls; neighbours may share a setting.
+/// front. Level 0 is its cheapest setting, level 100 its most accurate one, and level q the most accurate whose time is
+/// within
+///   exp((1 - q/100) log(time of 0) + q/100 log(time of 100)):
+/// equal steps of quality cost equal ratios of time. So along the levels error never rises and time never falls;
+/// neighbours may share a setting.
 struct DevicePresets {
   std::string backend;
   std::string device;

@@ -50,14 +50,14 @@ std::size_t simplicity(const Record& record) {
 double relative_miss(double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); }
 
 double worst_miss(const Record& record, const Question& question) {
-  const double worst = worst_miss(*record.error, question.budgets);
+  const double worst = miss_of(question.budgets, *record.error).worst;
   if (!question.max_time_ms) return worst;
   const double excess_ms = judged_time_ns(record) / kNsPerMs - *question.max_time_ms;
   return std::max(worst, relative_miss(excess_ms, *question.max_time_ms));
 }
 
 std::string miss_text(const Record& record, const Question& question) {
-  std::string text = miss_text(*record.error, question.budgets);
+  std::string text = miss_of(question.budgets, *record.error).text;
   const double time_ms = judged_time_ns(record) / kNsPerMs;
   if (question.max_time_ms && time_ms > *question.max_time_ms)
     text += fmt::format("{}frame time is up to {:.4g} ms where {:.4g} ms is asked", text.empty() ? "" : ", ", time_ms,
@@ -108,25 +108,21 @@ nlohmann::json record_or_null(const Record* record) {
 
 }  // namespace
 
-double worst_miss(const FrameScore& score, std::span<const Budget> budgets) {
-  double worst = 0;
+Miss miss_of(std::span<const Budget> budgets, const std::function<std::optional<double>(const Budget&)>& value) {
+  Miss miss;
   for (const Budget& budget : budgets) {
-    if (meets(score, budget)) continue;
-    const double value = find_metric(budget.metric).value(score).value_or(std::numeric_limits<double>::infinity());
-    worst = std::max(worst, relative_miss(std::abs(value - budget.limit), budget.limit));
+    const std::optional<double> is = value(budget);
+    if (within(is, budget)) continue;
+    const double excess = std::abs(is.value_or(std::numeric_limits<double>::infinity()) - budget.limit);
+    miss.worst = std::max(miss.worst, relative_miss(excess, budget.limit));
+    miss.text += fmt::format("{}{} is {} where {:.4g} is asked", miss.text.empty() ? "" : ", ", budget.metric,
+                             is ? fmt::format("{:.4g}", *is) : "undefined", budget.limit);
   }
-  return worst;
+  return miss;
 }
 
-std::string miss_text(const FrameScore& score, std::span<const Budget> budgets) {
-  std::vector<std::string> misses;
-  for (const Budget& budget : budgets) {
-    if (meets(score, budget)) continue;
-    const std::optional<double> value = find_metric(budget.metric).value(score);
-    const std::string is = value ? fmt::format("{:.4g}", *value) : "undefined";
-    misses.push_back(fmt::format("{} is {} where {:.4g} is asked", budget.metric, is, budget.limit));
-  }
-  return fmt::format("{}", fmt::join(misses, ", "));
+Miss miss_of(std::span<const Budget> budgets, const FrameScore& score) {
+  return miss_of(budgets, [&](const Budget& budget) { return find_metric(budget.metric).value(score); });
 }
 
 double judged_time_ns(const Record& record) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
@@ -31,10 +32,15 @@ struct Answer {
   std::string miss{};               ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
 };
 
-/// How far over its limits a frame is: the worst of them, relative to the limit (to 1 where the limit is 0).
-[[nodiscard]] double worst_miss(const FrameScore& score, std::span<const Budget> budgets);
-/// "e_xy.p99 is 0.61 where 0.5 is asked, ..."; "" where it meets the budgets
-[[nodiscard]] std::string miss_text(const FrameScore& score, std::span<const Budget> budgets);
+/// What some metrics' values miss of their budgets.
+struct Miss {
+  double worst = 0;    ///< relative to the limit (to 1 where the limit is 0); 0 where all are within
+  std::string text{};  ///< "e_xy.p99 is 0.61 where 0.5 is asked, ..."; "" where all are within
+};
+/// value: of a budget's metric
+[[nodiscard]] Miss miss_of(std::span<const Budget> budgets,
+                           const std::function<std::optional<double>(const Budget&)>& value);
+[[nodiscard]] Miss miss_of(std::span<const Budget> budgets, const FrameScore& score);
 
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);

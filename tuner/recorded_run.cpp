@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <tuple>
 
 #include "kernels/error.h"
 #include "tuner/append_file.h"
-#include "tuner/pareto.h"
+#include "tuner/recommend.h"
 #include "tuner/run_files.h"
 #include "tuner/setting_space.h"
 
@@ -65,18 +66,26 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
                       .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
   for (const Budget& budget : constraints) table.constraints.push_back(budget.text());
+  double least = std::numeric_limits<double>::infinity();
   for (const TableRow& row : rows) {
     if (group_of(row) != group || row.status != Status::ok || !row.errors[error]) continue;
     if (row.samples_ns.empty()) fail_input("{}: case '{}' has no samples", file, row.case_id);
     Candidate candidate = candidate_of(table.space, row.settings, row.case_id);
     candidate.error = *row.errors[error];
-    candidate.is_feasible = std::ranges::all_of(
-        constraints, [&](const Budget& budget) { return within(row.errors[metric_index(budget.metric)], budget); });
+    const Miss miss =
+        miss_of(constraints, [&](const Budget& budget) { return row.errors[metric_index(budget.metric)]; });
+    candidate.is_feasible = miss.text.empty();
+    if (miss.worst < least) {
+      least = miss.worst;
+      table.nearest = row.case_id;
+      table.miss = miss.text;
+    }
     table.space.candidates.push_back(std::move(candidate));
     table.samples.push_back(row.samples_ns);
   }
   if (table.samples.empty())
     fail_input("{}: no case of {} was measured with a value of {}", file, text_of(group), table.error_metric);
+  if (table.miss.empty()) table.nearest.clear();
   table.space.check();
   return table;
 }

@@ -110,7 +110,7 @@ class DeviceTuner {
     race(has_scenes ? 0.5 : 1.0);
     if (has_scenes && result_.pick) answer_scenes();
     if (result_.pick) try_holdout();
-    if (!result_.pick) name_nearest();
+    if (!result_.search.is_feasible) name_nearest();
     finish();
     return std::move(result_);
   }
@@ -299,7 +299,7 @@ class DeviceTuner {
       if (prepared.record.status == Status::ok) {
         while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
         answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
-        answer.miss = miss_text(*prepared.record.error, budgets);
+        answer.miss = miss_of(budgets, *prepared.record.error).text;
         answer.time_ns = median(book_->times(id));
         store_record(prepared.record);
       }
@@ -311,18 +311,15 @@ class DeviceTuner {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < settings_.size(); ++i) {
       if (scores_[i].scored != Scored::yes) continue;
-      double worst = 0;
-      std::string text;
+      Miss worst;
       for (const FrameScore& score : scores_[i].scores) {
-        const double miss = worst_miss(score, asked());
-        if (miss <= worst && !text.empty()) continue;
-        worst = miss;
-        text = miss_text(score, asked());
+        Miss here = miss_of(asked(), score);
+        if (here.worst >= worst.worst) worst = std::move(here);
       }
-      if (worst >= least) continue;
-      least = worst;
+      if (worst.worst >= least) continue;
+      least = worst.worst;
       result_.nearest = setting_id(settings_[i]);
-      result_.miss = text;
+      result_.miss = worst.text;
     }
   }
 

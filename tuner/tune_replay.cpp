@@ -86,6 +86,10 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
       },
       Config{}.budgets.front().limit);
   progress.finish();
+  if (!table.nearest.empty()) {
+    result.nearest = setting_id(parse_setting(table.nearest));
+    result.miss = table.miss;
+  }
   result.wall_s = elapsed_s();
   if (store) write_atomically(options.output / kTuneFile, tune_json(result).dump(1) + "\n");
   return result;

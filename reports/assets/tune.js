@@ -34,7 +34,7 @@ function showPick() {
     card.appendChild(make('p', `${time(data.pick.time_ns)}, at most ${time(data.pick.high_ns)}; ${data.error_metric} ` +
                                    `${number(data.pick.error)}; within ${percent(data.pick.gap)} of the best`));
   } else {
-    card.appendChild(make('p', data.nearest ? `Nothing meets the budgets: ${data.miss}` : 'No pick.', 'open'));
+    card.appendChild(make('p', data.nearest ? `Nothing meets the budgets: ${data.miss}` : data.certificate.stopped ? 'No pick yet: stopped too early.' : 'No pick.', 'open'));
     if (data.nearest) card.appendChild(make('p', `nearest: ${data.nearest}`, 'setting'));
   }
   const claim = `every answer is within ${percent(c.worst_gap)} of the best, with ${number(100 * q.confidence)} % confidence`;
@@ -48,7 +48,7 @@ function showRungs() {
   fillTable('rungs', ['time', 'setting', 'more', 'less', 'buys'], data.rungs.map((rung, i) => {
     const before = data.rungs[i - 1];
     return [time(rung.time_ns), rung.setting, rung.gained.join(', '), rung.dropped.join(', '),
-            before ? `${number(100 * (1 - rung.time_ns / before.time_ns))} % of the time` : ''];
+            before ? `${number(100 * (1 - rung.time_ns / before.time_ns))} % less time` : ''];
   }));
 }
 

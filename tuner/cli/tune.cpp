@@ -225,11 +225,11 @@ void print_result(const TuneResult& result) {
     fmt::print("\n{} {}\n", paint.bold("pick"), paint.good(result.pick->setting));
     fmt::print("  {}   {} {}   within {} of the best\n", interval(result.pick->time_ns, result.pick->high_ns),
                result.error_metric, format_number(result.pick->error), percent(result.pick->gap));
-  } else if (!result.nearest.empty() && result.search.answers.empty()) {
-    fmt::print("\n{}: {}\n", paint.bad("nothing meets the budgets"), result.miss);
-    fmt::print("  nearest: {}\n", result.nearest);
+  } else if (!result.search.is_feasible && !result.is_stopped) {
+    fmt::print("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
+    if (!result.nearest.empty()) fmt::print("  nearest: {}\n", result.nearest);
   } else {
-    fmt::print("\n{}\n", paint.bad("no pick"));
+    fmt::print("\n{}\n", paint.bad(result.is_stopped ? "no pick yet: stopped too early" : "no pick"));
   }
   print_certificate(result, paint);
   print_rungs(result);

@@ -16,6 +16,8 @@ struct RecordedTable {
   std::string scene;
   std::string error_metric;
   std::vector<std::string> constraints;      ///< Budget::text(), behind Candidate::is_feasible
+  std::string nearest{};                     ///< where no candidate is feasible: the id of the one that misses least
+  std::string miss{};                        ///< and by how much
   std::vector<std::vector<double>> samples;  ///< ns a frame, corrected for drift; one list a candidate, none empty
 };
 
