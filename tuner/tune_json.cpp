@@ -17,6 +17,7 @@ json or_null(const std::optional<T>& value) {
 
 std::vector<std::string> texts(const std::vector<Budget>& budgets) {
   std::vector<std::string> list;
+  list.reserve(budgets.size());
   for (const Budget& budget : budgets) list.push_back(budget.text());
   return list;
 }

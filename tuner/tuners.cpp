@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "kernels/error.h"
 #include "kernels/parallel.h"
+#include "tuner/search/search.h"
 #include "tuner/search/strategies.h"
 #include "tuner/setting_space.h"
 #include "tuner/tune_search.h"
@@ -37,18 +39,19 @@ TunerPoint point_of(double share, std::span<const Checkpoint> seeds) {
           .uncovered = static_cast<int>(std::ranges::count_if(seeds, is_uncovered))};
 }
 
-nlohmann::json point_json(const TunerPoint& point) {
+nlohmann::json pair_json(const Spread& figure) {
   const auto number = [](double value) { return std::isinf(value) ? nlohmann::json(nullptr) : nlohmann::json(value); };
-  const auto pair = [&](const Spread& figure) -> nlohmann::json {
-    return {{"mean", number(figure.mean)}, {"worst", number(figure.worst)}};
-  };
+  return {{"mean", number(figure.mean)}, {"worst", number(figure.worst)}};
+}
+
+nlohmann::json point_json(const TunerPoint& point) {
   return {{"share", point.share},
-          {"timed", pair(point.timed)},
-          {"samples", pair(point.samples)},
-          {"worst_regret", pair(point.worst_regret)},
-          {"mean_regret", pair(point.mean_regret)},
-          {"hypervolume", pair(point.hypervolume)},
-          {"false_front", pair(point.false_front)},
+          {"timed", pair_json(point.timed)},
+          {"samples", pair_json(point.samples)},
+          {"worst_regret", pair_json(point.worst_regret)},
+          {"mean_regret", pair_json(point.mean_regret)},
+          {"hypervolume", pair_json(point.hypervolume)},
+          {"false_front", pair_json(point.false_front)},
           {"uncovered", point.uncovered}};
 }
 
@@ -56,6 +59,48 @@ nlohmann::json point_json(const TunerPoint& point) {
 std::vector<std::size_t> first_of(SearchSpace space) {
   for (Candidate& candidate : space.candidates) candidate.id = setting_id(parse_setting(candidate.id));
   return first_settings(space);
+}
+
+/// How one seed's search ended.
+struct Ending {
+  bool is_certified = false;
+  double frames_per_setting = 0;
+  double worst_regret = 0;
+};
+
+Ending ending_of(const RecordedTable& table, const Judge& judge, const SearchOptions& options) {
+  ReplaySource times(table, options.seed);
+  const SearchResult found = search(table.space, times, options);
+  std::vector<std::size_t> picks;
+  for (const BudgetAnswer& answer : found.answers) picks.push_back(answer.pick);
+  return {.is_certified = found.is_certified,
+          .frames_per_setting = static_cast<double>(found.samples) / static_cast<double>(table.samples.size()),
+          .worst_regret = judge.judge(picks).worst_regret};
+}
+
+CertificateCheck check_of(const std::vector<Ending>& endings, const SearchOptions& options) {
+  CertificateCheck check{
+      .epsilon = options.epsilon, .confidence = options.confidence, .seeds = static_cast<int>(endings.size())};
+  for (const Ending& ending : endings) {
+    check.certified += ending.is_certified ? 1 : 0;
+    check.held += ending.is_certified && ending.worst_regret <= options.epsilon ? 1 : 0;
+    for (const auto& [value, spread] : {std::pair(ending.frames_per_setting, &check.frames_per_setting),
+                                        std::pair(ending.worst_regret, &check.worst_regret)}) {
+      spread->mean += value / static_cast<double>(endings.size());
+      spread->worst = std::max(spread->worst, value);
+    }
+  }
+  return check;
+}
+
+nlohmann::json certificate_json(const CertificateCheck& check) {
+  return {{"epsilon", check.epsilon},
+          {"confidence", check.confidence},
+          {"seeds", check.seeds},
+          {"certified", check.certified},
+          {"held", check.held},
+          {"frames_per_setting", pair_json(check.frames_per_setting)},
+          {"worst_regret", pair_json(check.worst_regret)}};
 }
 
 }  // namespace
@@ -71,16 +116,28 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
 
   // One piece of work a strategy, share and seed; [strategy][share][seed]
   std::vector<Checkpoint> checkpoints(all.size() * shares * seeds);
+  std::vector<Ending> endings(static_cast<std::size_t>(options.certificates));
+  const std::size_t pieces = checkpoints.size() + endings.size();
   std::mutex mutex;
   std::size_t done = 0;
+  const auto finish_one = [&] {
+    const std::scoped_lock lock(mutex);
+    ++done;
+    if (options.on_progress) options.on_progress(static_cast<double>(done) / static_cast<double>(pieces));
+  };
+  const SearchOptions search_options{.first = first};
+  parallel_for(options.certificates, options.threads, [&](int index) {
+    SearchOptions seeded = search_options;
+    seeded.seed = static_cast<std::uint64_t>(index) + 1;
+    endings[static_cast<std::size_t>(index)] = ending_of(table, judge, seeded);
+    finish_one();
+  });
   parallel_for(static_cast<int>(checkpoints.size()), options.threads, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const StrategyTask task{.seed = i % seeds + 1, .first = first};
     checkpoints[i] =
         evaluate(table, judge, all[i / seeds / shares], task, {&options.shares[i / seeds % shares], 1}).front();
-    const std::scoped_lock lock(mutex);
-    ++done;
-    if (options.on_progress) options.on_progress(static_cast<double>(done) / static_cast<double>(checkpoints.size()));
+    finish_one();
   });
 
   TunerComparison result{
@@ -93,7 +150,8 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
       .feasible = static_cast<int>(std::ranges::count_if(table.space.candidates, &Candidate::is_feasible)),
       .on_front = static_cast<int>(judge.front().size()),
       .seeds = options.seeds,
-      .lines = {}};
+      .lines = {},
+      .certificate = check_of(endings, search_options)};
   for (std::size_t s = 0; s < all.size(); ++s) {
     TunerLine line{.strategy = all[s].id, .description = all[s].description, .points = {}};
     for (std::size_t k = 0; k < shares; ++k)
@@ -120,6 +178,7 @@ nlohmann::json tuners_json(const TunerComparison& comparison) {
           {"feasible", comparison.feasible},
           {"front", comparison.on_front},
           {"seeds", comparison.seeds},
+          {"certificate", certificate_json(comparison.certificate)},
           {"strategies", std::move(lines)}};
 }
 

@@ -11,10 +11,11 @@
 namespace reliefbench {
 
 struct TunersOptions {
-  int seeds = 20;                                            ///< 1, 2, ... this many
-  std::vector<double> shares = {0.05, 0.1, 0.2, 0.35, 0.5};  ///< of the feasible settings; 1: until it ends
-  int threads = 0;                                           ///< 0: as many as the machine has
-  std::function<void(double)> on_progress{};                 ///< fraction; from any thread, one at a time
+  int seeds = 20;                                             ///< 1, 2, ... this many
+  std::vector<double> shares = {0.03, 0.05, 0.1, 0.2, 0.35};  ///< of the settings; 1: until it ends
+  int certificates = 20;                      ///< seeds on which `tune` runs to its certificate; 0: none
+  int threads = 0;                            ///< 0: as many as the machine has
+  std::function<void(double)> on_progress{};  ///< fraction; from any thread, one at a time
 };
 
 /// A figure over the seeds. Infinite where it is so for one of them.
@@ -41,6 +42,17 @@ struct TunerLine {
   std::vector<TunerPoint> points;  ///< by share
 };
 
+/// What `tune` claims when it ends, against the true times.
+struct CertificateCheck {
+  double epsilon = 0;
+  double confidence = 0;
+  int seeds = 0;
+  int certified = 0;          ///< seeds that ended with a certificate
+  int held = 0;               ///< of them those whose worst regret is within epsilon
+  Spread frames_per_setting{};  ///< over the seeds; of all settings
+  Spread worst_regret{};
+};
+
 struct TunerComparison {
   std::string backend;
   std::string device;
@@ -52,6 +64,7 @@ struct TunerComparison {
   int on_front = 0;
   int seeds = 0;
   std::vector<TunerLine> lines;  ///< by strategy, in their order
+  CertificateCheck certificate{};
 };
 
 /// Replays every strategy on a recorded sweep; all start with first_settings(). The same table and options give the

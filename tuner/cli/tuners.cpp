@@ -20,6 +20,7 @@ struct Arguments {
   std::string path;
   RecordedQuery query;
   int seeds = 20;
+  int certificates = 20;
   std::vector<double> shares;
   std::string output;
   bool quiet = false;
@@ -49,6 +50,15 @@ void print_line(const TunerLine& line, const Paint& paint) {
   fmt::print("{}", columns(rows, "  "));
 }
 
+void print_certificate(const CertificateCheck& check) {
+  if (check.seeds == 0) return;
+  const auto frames = [](double value) { return fmt::format("{:.2f}", value); };
+  fmt::print("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
+             percent(check.epsilon), percent(check.confidence), check.held, check.seeds, check.certified);
+  fmt::print("  frames a setting {}, worst regret {}\n", both(check.frames_per_setting, frames),
+             both(check.worst_regret, percent));
+}
+
 void print_comparison(const TunerComparison& comparison) {
   const Paint paint = paint_for_stdout();
   fmt::print("{}\n", paint.bold(fmt::format("{}, {}, {}", comparison.scene, comparison.backend, comparison.device)));
@@ -61,12 +71,13 @@ void print_comparison(const TunerComparison& comparison) {
                                    "budget is left without an answer.",
                                    comparison.seeds)));
   for (const TunerLine& line : comparison.lines) print_line(line, paint);
+  print_certificate(comparison.certificate);
 }
 
 void run(const Arguments& arguments) {
   const RecordedTable table = load_recorded(arguments.path, arguments.query);
   Progress progress(arguments.quiet);
-  TunersOptions options{.seeds = arguments.seeds};
+  TunersOptions options{.seeds = arguments.seeds, .certificates = arguments.certificates};
   if (!arguments.shares.empty()) options.shares = arguments.shares;
   options.on_progress = [&](double fraction) {
     progress.update(fraction, fmt::format("{} seeds on {} settings", arguments.seeds, table.samples.size()));
@@ -98,8 +109,11 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
           ->take_all();
   const CLI::Option* seeds =
       command->add_option("--seeds", "how often each strategy is run; default 20")->check(CLI::Range(1, 10000));
+  const CLI::Option* certificates =
+      command->add_option("--certificates", "seeds on which `tune` runs to its certificate; default: as many")
+          ->check(CLI::Range(0, 10000));
   const CLI::Option* shares =
-      command->add_option("--share", "of the feasible settings that may be timed, 1: until it ends; may be repeated")
+      command->add_option("--share", "of the settings that may be timed, 1: until it ends; may be repeated")
           ->check(CLI::Range(1e-9, 1.0))
           ->expected(1)
           ->take_all();
@@ -114,6 +128,7 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
     Arguments arguments{.path = path->as<std::string>(),
                         .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
                         .seeds = value_or(seeds, 20),
+                        .certificates = value_or(certificates, value_or(seeds, 20)),
                         .shares = value_or(shares, std::vector<double>{}),
                         .output = value_or(output, std::string()),
                         .quiet = is_set(quiet),

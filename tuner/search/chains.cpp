@@ -52,7 +52,7 @@ double estimate_slack(const Chains& chains, std::span<const Observed> observed, 
   if (excess.size() < kSlackPairs) return kPriorSlack;
   const auto rank = static_cast<std::size_t>(kSlackQuantile * static_cast<double>(excess.size()));
   const auto at = excess.begin() + static_cast<std::ptrdiff_t>(std::min(rank, excess.size() - 1));
-  std::ranges::nth_element(excess, at);
+  std::nth_element(excess.begin(), at, excess.end());
   return std::max(*at, kLeastSlack);
 }
 

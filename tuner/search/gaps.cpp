@@ -52,7 +52,8 @@ class Gaps::Walk {
   /// Infinite if there is no other setting.
   [[nodiscard]] double rival_lower() const { return is_least_pick() ? second_lower_ : gaps_.lower_[least_]; }
   [[nodiscard]] double log_gap() const {
-    return has_pick() ? std::max(0.0, gaps_.upper_[pick_] - rival_lower()) : kUnknown;
+    if (!has_pick()) return kUnknown;
+    return std::max(0.0, gaps_.upper_[pick_] - rival_lower());
   }
 
  private:

@@ -57,7 +57,7 @@ double Staircase::expected_growth(std::size_t rank, double mean, double deviatio
 std::vector<std::size_t> error_ranks(std::span<const double> errors) {
   std::vector<double> distinct(errors.begin(), errors.end());
   std::ranges::sort(distinct);
-  distinct.erase(std::ranges::unique(distinct).begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
   std::vector<std::size_t> ranks;
   for (const double error : errors)
     ranks.push_back(static_cast<std::size_t>(std::ranges::lower_bound(distinct, error) - distinct.begin()));

@@ -83,7 +83,7 @@ void NoiseModel::fit_scales(std::span<const Observed> observed) {
   variance_.fill(square(kPriorNoise));
   if (distances.empty()) return;
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
+  std::nth_element(distances.begin(), middle, distances.end());
   variance_.fill(std::max(square(1.5 * *middle), square(kLeastNoise)));
 
   // Twice, as the clipping needs the scale that it is to find.
@@ -152,7 +152,10 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
   const auto n = static_cast<double>(frames.size());
   std::vector<double> weights;
   const auto below = [&](double rank) { return square(rank / n) * (3 - 2 * rank / n); };
-  for (double rank = 0; rank < n; ++rank) weights.push_back(below(rank + 1) - below(rank));
+  for (std::size_t r = 0; r < frames.size(); ++r) {
+    const auto rank = static_cast<double>(r);
+    weights.push_back(below(rank + 1) - below(rank));
+  }
   const double mean = std::inner_product(frames.begin(), frames.end(), weights.begin(), 0.0);
   const std::vector<double> projection = median_projection(frames);
   const double centre = std::accumulate(projection.begin(), projection.end(), 0.0) / n;

@@ -120,6 +120,7 @@ class Population {
     std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) { return is_better(ranked[a], ranked[b]); });
     order.resize(std::min(order.size(), kPopulation));
     std::vector<std::size_t> chosen;
+    chosen.reserve(order.size());
     for (const std::size_t place : order) chosen.push_back(members_[place]);
     members_ = std::move(chosen);
   }
