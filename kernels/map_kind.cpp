@@ -103,6 +103,7 @@ constexpr std::array kMaps{
            .corrections = kRelaxed,
            .parameter = "search_steps",
            .is_relaxed = true,
+           .sees_pairs = true,
            .bake = bake_relaxed_po07,
            .version = 2},
     MapRow{.kind = MapKind::relaxed,

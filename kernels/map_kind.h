@@ -88,6 +88,7 @@ struct MapRow {
   std::string_view parameter{};             ///< bake parameter of its own, "" for none
   MapPromise promise = MapPromise::none;
   bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
+  bool sees_pairs = false;  ///< its baker looks at nearly every pair of texels: days for large maps
   std::vector<float> (*bake)(const BakeRequest&);
   int version;  ///< part of the cache key; raised when the result changes
 };

@@ -120,6 +120,19 @@ TEST(Stress, LargeExtremesAreLeftOutUnlessAskedFor) {
   EXPECT_EQ(run_stress(extremes, options).results.at(0).skipped, "");
 }
 
+// Bakers that would take days there are left out of large maps, with the reason.
+TEST(Stress, LargeExtremesLeaveOutWhatTakesDays) {
+  const Extremes extremes = parse_extremes(extremes_text(", \"large\": true"), "x.json");
+  const StressOptions options{.backends = {"null"}, .filter = "*cone/*", .is_large = true, .quiet = true};
+  int left_out = 0;
+  for (const StressResult& result : run_stress(extremes, options).results) {
+    const bool is_slow = result.map == "relaxed_po07" || result.settings.find("=certified") != std::string::npos;
+    EXPECT_EQ(!result.skipped.empty(), is_slow) << result.technique << "?" << result.settings;
+    left_out += is_slow ? 1 : 0;
+  }
+  EXPECT_GT(left_out, 1);
+}
+
 TEST(Stress, AFilterThatMatchesNothingIsRefused) {
   const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
   EXPECT_THROW((void)run_stress(extremes, {.backends = {"null"}, .filter = "bump/*", .quiet = true}), Error);

@@ -146,11 +146,21 @@ class Run {
     return heights_;
   }
 
+  std::string reason_to_skip(const Planned& planned) const {
+    if (!planned.extreme->is_large) return "";
+    if (!options_.is_large) return "large maps are run with --large";
+    if (map_of(planned.settings).sees_pairs) return "its baker looks at every pair of texels: days at this size";
+    const Param* const correction = planned.settings.technique().find("correction");
+    const bool is_certified = correction != nullptr && planned.settings.is_active(*correction) &&
+                              find_correction(planned.settings.choice("correction")) == Correction::certified;
+    return is_certified ? "the proof takes milliseconds a cell: hours at this size" : "";
+  }
+
   void run_one(const Planned& planned) {
     const Extreme& extreme = *planned.extreme;
     StressResult result = blank(planned);
-    if (extreme.is_large && !options_.is_large) {
-      result.skipped = "large maps are run with --large";
+    result.skipped = reason_to_skip(planned);
+    if (!result.skipped.empty()) {
       report_.results.push_back(result);
       return;
     }
