@@ -152,7 +152,10 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
   const auto n = static_cast<double>(frames.size());
   std::vector<double> weights;
   const auto below = [&](double rank) { return square(rank / n) * (3 - 2 * rank / n); };
-  for (double rank = 0; rank < n; ++rank) weights.push_back(below(rank + 1) - below(rank));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto rank = static_cast<double>(i);
+    weights.push_back(below(rank + 1) - below(rank));
+  }
   const double mean = std::inner_product(frames.begin(), frames.end(), weights.begin(), 0.0);
   const std::vector<double> projection = median_projection(frames);
   const double centre = std::accumulate(projection.begin(), projection.end(), 0.0) / n;
