@@ -71,7 +71,7 @@ std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, s
     if (observed[i].is_measured()) front.add(rank_[i], observed[i].clipped);
   }
   const bool is_rough = static_cast<double>(known) >= kRough * static_cast<double>(rank_.size());
-  const bool by_volume = !is_rough || batches_++ % 2 == 0;
+  const bool by_volume = !is_rough || batches_++ % kVolumeEvery == 0;
 
   std::vector<std::size_t> batch;
   while (batch.size() < kBatch && !left.empty()) {

@@ -15,10 +15,10 @@ class Explorer {
   explicit Explorer(const SearchSpace& space);
 
   /// The next settings, none timed so far, no two alike; fewer where fewer are left, none where the surrogate is full.
-  /// Each batch's first maximises the expected hypervolume improvement; or, every other batch once the front is rough
-  /// known (kRough), the expected improvement at the setting's own error budget, which looks after the worst budget.
-  /// The others follow as if the surrogate's mean had been measured (kriging believer; source: Ginsbourger, Le Riche &
-  /// Carraro, 2010).
+  /// Each batch's first maximises the expected hypervolume improvement; or, in all batches but each kVolumeEvery-th
+  /// once the front is roughly known (kRough), the expected improvement at the setting's own error budget: the most
+  /// over the budgets that it answers, so that this looks after the worst budget. The others follow as if the
+  /// surrogate's mean had been measured (kriging believer; source: Ginsbourger, Le Riche & Carraro, 2010).
   [[nodiscard]] std::vector<std::size_t> propose(std::span<const Observed> observed, std::span<const double> scales);
 
   [[nodiscard]] double mean(std::size_t candidate) const { return surrogate_.mean(candidate); }
@@ -29,6 +29,7 @@ class Explorer {
   static constexpr std::size_t kLeast = 32;
   static constexpr std::size_t kMost = 320;
   static constexpr double kRough = 0.015;  ///< of the settings
+  static constexpr int kVolumeEvery = 3;   ///< batches
 
  private:
   void learn(std::span<const Observed> observed, std::span<const double> scales);

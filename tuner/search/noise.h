@@ -24,11 +24,13 @@ namespace reliefbench {
 /// any seen added at either end; while these are few, psi is no less than the normal one.
 ///
 /// Slow outliers (another process takes a core for a time slice: the frame takes several times as long) have no useful
-/// psi. The lower bound therefore takes frames slower than the lower quartile + kClip s as that: their expectation is
-/// no larger, so the bound holds, and its tail is light; once kSeenOutliers were seen it has what they add less
-/// kOutlier standard errors. The upper bound takes frames as they are, so it contains what outliers were seen, and adds
-/// kOutlier standard errors of what they contribute: pointwise, not anytime, because an upper bound fails by no more
-/// than outliers add to the mean, 3 p^2 of their size if they have share p.
+/// psi. The lower bound therefore takes frames slower than the lower quartile + kClip s as that, and of fewer than
+/// kFewFrames those slower than the fastest + kFewClip s: their expectation is no larger, and their tail is light
+/// unless outliers are so frequent that these anchors are outliers themselves, which is assumed not to be; once
+/// kSeenOutliers were seen it has what they add less kOutlier standard errors. The upper bound takes frames as they
+/// are, so it contains what outliers were seen, and adds kOutlier standard errors of what they contribute: pointwise,
+/// not anytime, because an upper bound fails by no more than outliers add to the mean, 3 p^2 of their size if they have
+/// share p.
 ///
 /// Union bound: alpha is confidence's complement, halved for the sides, split among settings by the order in which they
 /// are first timed: in tiers, the first kTierEnds[0] of all settings share kTierAlpha[0] of it, and so on. The order is
@@ -54,6 +56,8 @@ class NoiseModel {
   static constexpr std::array<double, kTiers> kTierEnds{1.0 / 16, 1.0 / 4, 1};  ///< share of the settings
   static constexpr std::array<double, kTiers> kTierAlpha{0.4, 0.35, 0.25};
   static constexpr double kClip = 6;
+  static constexpr double kFewClip = 4;
+  static constexpr std::size_t kFewFrames = 12;
   static constexpr double kOutlier = 2;
   static constexpr std::ptrdiff_t kSeenOutliers = 8;  ///< from which the lower bound takes them for real
   static constexpr int kLinear = 8;

@@ -13,10 +13,20 @@ constexpr std::size_t kMostFitted = 96;  // points that hyper-parameters are fit
 constexpr double kJitter = 1e-6;         // share of the process's variance
 constexpr double kLeastLogWeight = -6;
 constexpr double kMostLogWeight = 6;
+constexpr double kInactiveStep = 0.25;     // squared distance of a count that one setting has and the other has not
+constexpr double kInactiveCategory = 0.3;  // likewise of a choice; two values of one axis: 1
+constexpr double kInactive = -1;           // a category's value where it is inactive
 
 double matern52(double squared_distance) {
   const double r = std::sqrt(5 * squared_distance);
   return (1 + r + r * r / 3) * std::exp(-r);
+}
+
+/// Between two values of an axis, to be weighted. Where only one is active, other axes say so as well.
+double squared_distance(double a, double b, bool is_step) {
+  if (a == b) return 0;
+  if (is_step) return a == 0 || b == 0 ? kInactiveStep : (a - b) * (a - b);
+  return a == kInactive || b == kInactive ? kInactiveCategory : 1;
 }
 
 double additive_share(const Eigen::VectorXd& weights) {
@@ -54,14 +64,14 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
 
 Eigen::VectorXd Surrogate::correlations(std::size_t candidate) const {
   const auto row = static_cast<Eigen::Index>(candidate);
-  const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(features_.rows());
-  Eigen::ArrayXd distance = none;
-  Eigen::ArrayXd additive = none;
+  Eigen::ArrayXd distance = Eigen::ArrayXd::Zero(features_.rows());
+  Eigen::ArrayXd additive = distance;
   for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
     const double weight = weights_[axis];
     const double own = features_(row, axis);
-    const Eigen::ArrayXd along = axis < steps_ ? (weight * (features_.col(axis).array() - own).square()).eval()
-                                               : (features_.col(axis).array() != own).select(weight, none).eval();
+    const bool is_step = axis < steps_;
+    const Eigen::ArrayXd along = features_.col(axis).array().unaryExpr(
+        [&](double other) { return weight * squared_distance(own, other, is_step); });
     distance += along;
     additive += 1 / (1 + along);
   }
@@ -132,12 +142,8 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
       double distance = 0;
       double additive = 0;
       for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
-        const double difference = features_(row, axis) - features_(other, axis);
-        if (difference == 0) {
-          additive += 1;
-          continue;
-        }
-        const double along = weights[axis] * (axis < steps_ ? difference * difference : 1.0);
+        const double along =
+            weights[axis] * squared_distance(features_(row, axis), features_(other, axis), axis < steps_);
         distance += along;
         additive += 1 / (1 + along);
       }

@@ -9,13 +9,15 @@
 namespace reliefbench {
 
 /// A Gaussian process on log time over the settings of a space: Matern 5/2 with a length for each axis (automatic
-/// relevance determination) on log1p of step counts, Hamming distance on categories, constant mean; a share of the
-/// variance is additive, the mean over the axes of one such kernel each, so that what an axis does in one technique is
-/// expected in another.
-/// Adding a point costs O(points x settings): the Cholesky factor and, with it, the factor's columns for all settings
-/// grow by a row. Hyper-parameters maximise the posterior density and are refitted when the points are 1.4 times as
-/// many: refits at each doubling reached a hypervolume of 0.99 later (recorded sweep of rocks/grazing on llvmpipe).
-/// source: Rasmussen & Williams, "Gaussian Processes for Machine Learning", 2006, sections 2.2, 5.4.1
+/// relevance determination) on log1p of step counts, Hamming distance on categories, constant mean. Where an axis is
+/// inactive in one of two settings it adds a constant, less than a full difference: a step count that a technique does
+/// not have is not zero steps of it, and which axes are active follows from few others. (A step count of 0 is taken for
+/// inactive.) A share of the variance is additive, the mean over the axes of one rational quadratic kernel each, so
+/// that what an axis does in one technique is expected in another. Adding a point costs O(points x settings): the
+/// Cholesky factor and, with it, the factor's columns for all settings grow by a row. Hyper-parameters maximise the
+/// posterior density and are refitted when the points are 1.4 times as many: refits at each doubling reached a
+/// hypervolume of 0.99 later (recorded sweep of rocks/grazing on llvmpipe). source: Rasmussen & Williams, "Gaussian
+/// Processes for Machine Learning", 2006, sections 2.2, 5.4.1
 class Surrogate {
  public:
   /// capacity: most points at once
