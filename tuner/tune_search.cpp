@@ -80,14 +80,20 @@ std::vector<std::size_t> first_settings(const SearchSpace& space) {
     if (space.candidates[i].is_feasible)
       by_technique[parse_setting(space.candidates[i].id).technique().id].push_back(i);
   std::vector<std::size_t> first;
+  const auto add = [&](std::size_t i) {
+    if (std::ranges::find(first, i) == first.end()) first.push_back(i);
+  };
   for (const Technique& technique : techniques()) {
     const auto found = by_technique.find(technique.id);
     if (found == by_technique.end()) continue;
+    const std::vector<std::size_t>& list = found->second;
     const std::string usual = setting_id(Settings(technique));
-    first.push_back(*std::ranges::min_element(found->second, {}, [&](std::size_t i) {
+    for (const std::size_t i : list)
+      if (space.candidates[i].id == usual) add(i);
+    add(*std::ranges::min_element(list, {}, [&](std::size_t i) {
       const Candidate& candidate = space.candidates[i];
       const double steps = std::accumulate(candidate.steps.begin(), candidate.steps.end(), 0.0);
-      return std::tuple(candidate.id != usual, features(parse_setting(candidate.id)).size(), steps, i);
+      return std::tuple(features(parse_setting(candidate.id)).size(), steps, i);
     }));
   }
   return first;

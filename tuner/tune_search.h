@@ -36,8 +36,7 @@ class BookSource final : public TimeSource {
 /// budget to answer.
 [[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question);
 
-/// Timed first: of every technique its default, or where that is not among the feasible ones the setting with the
-/// fewest features and steps.
+/// Timed first: of every technique its default if it is feasible, and its setting with the fewest features and steps.
 [[nodiscard]] std::vector<std::size_t> first_settings(const SearchSpace& space);
 
 /// Fills in search, pick and rungs of a result whose space and question are set.
