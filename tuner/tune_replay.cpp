@@ -30,6 +30,14 @@ nlohmann::json identity_of(const RecordedTable& table, const TuneQuestion& quest
             {"seed", question.seed}}}};
 }
 
+RecordedQuery query_of(const std::string& scene, const TuneOptions& options) {
+  RecordedQuery query;
+  query.backend = options.backend;
+  query.scene = scene;
+  if (!options.question.max_error.empty()) query.constraints.emplace(options.question.max_error);
+  return query;
+}
+
 }  // namespace
 
 TuneResult replay_tune(const std::filesystem::path& recorded, const std::string& scene, const TuneOptions& options) {
@@ -37,9 +45,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
   const auto elapsed_s = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  RecordedQuery query{.backend = options.backend, .scene = scene};
-  if (!options.question.max_error.empty()) query.constraints = options.question.max_error;
-  RecordedTable table = load_recorded(recorded, query);
+  const RecordedTable table = load_recorded(recorded, query_of(scene, options));
   TuneResult result{.question = options.question,
                     .error_metric = table.error_metric,
                     .backend = table.backend,
