@@ -47,8 +47,8 @@ struct CertificateCheck {
   double epsilon = 0;
   double confidence = 0;
   int seeds = 0;
-  int certified = 0;          ///< seeds that ended with a certificate
-  int held = 0;               ///< of them those whose worst regret is within epsilon
+  int certified = 0;            ///< seeds that ended with a certificate
+  int held = 0;                 ///< of them those whose worst regret is within epsilon
   Spread frames_per_setting{};  ///< over the seeds; of all settings
   Spread worst_regret{};
 };

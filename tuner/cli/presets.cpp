@@ -74,7 +74,8 @@ void add_presets_command(CLI::App& app, int& exit_code) {
   const CLI::Option* json = add_switch(*command, "--json", "print it as JSON");
   command->footer(
       "Level 0 is the cheapest setting of the front, level 100 the most accurate; between them each level may take\n"
-      "so many times longer than the one before. With several scenes a setting counts as in its worst one. A config can sweep the levels:\n"
+      "so many times longer than the one before. With several scenes a setting counts as in its worst one.\n"
+      "A config can sweep the levels:\n"
       "  {\"presets\": \"presets.json\", \"quality\": [0, 50, 100]}\n"
       "Exit code 1 where no setting meets the constraints in all scenes.\n"
       "Example:\n"
