@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <mutex>
 #include <utility>
 
@@ -125,7 +126,7 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
     ++done;
     if (options.on_progress) options.on_progress(static_cast<double>(done) / static_cast<double>(pieces));
   };
-  const SearchOptions search_options{.first = first};
+  const SearchOptions search_options{.first = first, .max_samples = kPatience * std::ssize(table.samples)};
   parallel_for(options.certificates, options.threads, [&](int index) {
     SearchOptions seeded = search_options;
     seeded.seed = static_cast<std::uint64_t>(index) + 1;

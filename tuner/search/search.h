@@ -78,6 +78,10 @@ struct SearchResult {
   std::vector<PathPoint> path;
 };
 
+/// Frames a setting of the space after which comparisons of searches give a certificate up: few and noisy samples may
+/// never allow one.
+inline constexpr std::int64_t kPatience = 30;
+
 inline constexpr int kBlock = 3;  ///< frames whose median is one observation
 
 /// The cheapest feasible setting for every error budget at once, with a certificate.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "kernels/error.h"
@@ -14,8 +15,11 @@ namespace reliefbench {
 namespace {
 
 StrategyAnswer ours(const SearchSpace& space, TimeSource& times, const StrategyTask& task) {
-  const SearchResult result =
-      search(space, times, {.seed = task.seed, .first = task.first, .max_measured = task.max_timed});
+  const SearchResult result = search(space, times,
+                                     {.seed = task.seed,
+                                      .first = task.first,
+                                      .max_samples = kPatience * std::ssize(space.candidates),
+                                      .max_measured = task.max_timed});
   StrategyAnswer answer{.picks = {}, .timed = result.measured, .samples = result.samples};
   for (const BudgetAnswer& budget : result.answers) answer.picks.push_back(budget.pick);
   return answer;
