@@ -42,13 +42,13 @@ TEST(SettingIds, are_read_back_for_every_technique) {
 
 TEST(SettingSpace, chains_differ_in_names_and_lattices_in_counts) {
   const SearchSpace space = empty_setting_space();
-  const Candidate a = candidate_of(space, settings_of("relief", {{"linear_steps", 16}}), "a");
-  const Candidate b = candidate_of(space, settings_of("relief", {{"linear_steps", 32}}), "b");
+  const Candidate a = candidate_of(settings_of("relief", {{"linear_steps", 16}}), "a");
+  const Candidate b = candidate_of(settings_of("relief", {{"linear_steps", 32}}), "b");
   Settings other(find_technique("relief"));
   other.set("filter", "manual");
   EXPECT_EQ(a.categories, b.categories);
   EXPECT_NE(a.steps, b.steps);
-  EXPECT_NE(candidate_of(space, other, "c").categories, a.categories);
+  EXPECT_NE(candidate_of(other, "c").categories, a.categories);
   EXPECT_EQ(a.categories.size(), space.category_axes.size());
   EXPECT_EQ(a.steps.size(), space.step_axes.size());
 }

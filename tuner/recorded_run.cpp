@@ -70,7 +70,7 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
   for (const TableRow& row : rows) {
     if (group_of(row) != group || row.status != Status::ok || !row.errors[error]) continue;
     if (row.samples_ns.empty()) fail_input("{}: case '{}' has no samples", file, row.case_id);
-    Candidate candidate = candidate_of(table.space, row.settings, row.case_id);
+    Candidate candidate = candidate_of(row.settings, row.case_id);
     candidate.error = *row.errors[error];
     const Miss miss =
         miss_of(constraints, [&](const Budget& budget) { return row.errors[metric_index(budget.metric)]; });

@@ -3,63 +3,38 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "kernels/error.h"
+#include "tuner/registry_params.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr std::string_view kTechniqueAxis = "technique";
 
-/// A number for each text that a categorical axis can have.
-using Values = std::map<std::pair<std::string_view, std::string_view>, int>;
-const Values& category_values() {
-  static const Values values = [] {
-    Values made;
-    for (const Technique& technique : techniques()) {
-      made.emplace(std::pair(kTechniqueAxis, technique.id), static_cast<int>(made.size()));
-      for (const Param& param : technique.params)
-        for (const std::string_view choice : param.choices)
-          made.emplace(std::pair(param.id, choice), static_cast<int>(made.size()));
-    }
-    return made;
-  }();
-  return values;
-}
-
-void add_once(std::vector<std::string>& axes, std::string_view id) {
-  if (std::ranges::find(axes, id) == axes.end()) axes.emplace_back(id);
-}
-
 }  // namespace
 
 SearchSpace empty_setting_space() {
   SearchSpace space;
-  add_once(space.category_axes, kTechniqueAxis);
-  for (const Technique& technique : techniques())
-    for (const Param& param : technique.params)
-      add_once(param.choices.empty() ? space.step_axes : space.category_axes, param.id);
+  space.category_axes.emplace_back(kTechniqueAxis);
+  for (const RegistryParam& param : registry_params())
+    (param.values.empty() ? space.step_axes : space.category_axes).emplace_back(param.id);
   return space;
 }
 
-Candidate candidate_of(const SearchSpace& space, const Settings& settings, std::string id) {
-  Candidate candidate{.id = std::move(id), .categories = {}, .steps = {}};
+Candidate candidate_of(const Settings& settings, std::string id) {
   const Technique& technique = settings.technique();
-  const auto active = [&](const std::string& axis) {
-    const Param* const param = technique.find(axis);
-    return param != nullptr && settings.is_active(*param) ? param : nullptr;
-  };
-  for (const std::string& axis : space.category_axes) {
-    const Param* const param = active(axis);
-    if (axis == kTechniqueAxis)
-      candidate.categories.push_back(category_values().at({kTechniqueAxis, technique.id}));
+  Candidate candidate{
+      .id = std::move(id), .categories = {static_cast<int>(&technique - techniques().data())}, .steps = {}};
+  for (const RegistryParam& param : registry_params()) {
+    const Param* const own = technique.find(param.id);
+    const bool is_active = own != nullptr && settings.is_active(*own);
+    if (param.values.empty())
+      candidate.steps.push_back(is_active ? settings.get(param.id) : 0);
     else
-      candidate.categories.push_back(param == nullptr ? -1 : category_values().at({param->id, settings.choice(axis)}));
+      candidate.categories.push_back(is_active ? param.index(settings.choice(param.id)) : -1);
   }
-  for (const std::string& axis : space.step_axes)
-    candidate.steps.push_back(active(axis) == nullptr ? 0 : settings.get(axis));
   return candidate;
 }
 

@@ -11,7 +11,7 @@ namespace reliefbench {
 [[nodiscard]] SearchSpace empty_setting_space();
 
 /// Settings as a candidate of such a space, without its error.
-[[nodiscard]] Candidate candidate_of(const SearchSpace& space, const Settings& settings, std::string id);
+[[nodiscard]] Candidate candidate_of(const Settings& settings, std::string id);
 
 /// "cone?cone_steps=32&...": settings without the scene and the backend of a case.
 [[nodiscard]] std::string setting_id(const Settings& settings);
