@@ -130,6 +130,9 @@ TEST_F(TuneTest, another_question_does_not_go_on_in_the_same_folder) {
   TuneOptions other = options("run");
   other.question.epsilon = 0.05;
   EXPECT_THROW(static_cast<void>(run_tune(config(), other)), Error);
+  Config fewer = config();
+  fewer.scenes.pop_back();
+  EXPECT_THROW(static_cast<void>(run_tune(fewer, options("run"))), Error);
 }
 
 TEST_F(TuneTest, replay_ends_like_the_search_it_replays) {

@@ -1,21 +1,13 @@
 #include "tuner/device_times.h"
 
-#include <chrono>
 #include <vector>
 
 #include "tuner/harness.h"
 #include "tuner/relative_time.h"
+#include "tuner/run_summary.h"
 #include "tuner/timing.h"
 
 namespace reliefbench {
-namespace {
-
-double unix_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-}  // namespace
-
 void DeviceTimes::draw(const Case& c, const SceneSpec& scene) {
   Session& session = context_.session;
   const std::string id = c.id();

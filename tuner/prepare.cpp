@@ -192,7 +192,6 @@ FrameScore Preparer::judge(const Case& c, const SceneSpec& scene) {
       context_.session.pipeline(source, &c.settings, Target::score, scene.scene.wrap).pipeline.get();
   const std::vector<ScorePixel> pixels = score_frame(prepared.draw);
   const Reference& reference = reference_of(pixels, scene, state);
-  ++frames_judged_;
   score = context_.split.book(Part::score, [&] {
     return judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]).score;
   });

@@ -48,7 +48,6 @@ class Preparer {
   /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
   /// content. throws: Error: what prepare() would make a status of
   [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
-  [[nodiscard]] int frames_judged() const { return frames_judged_; }
 
   [[nodiscard]] int references_traced() const { return references_traced_; }
   [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
@@ -103,7 +102,6 @@ class Preparer {
   std::map<std::string, SceneState> scenes_;
   int references_traced_ = 0;
   int references_from_cache_ = 0;
-  int frames_judged_ = 0;
 };
 
 }  // namespace reliefbench

@@ -56,8 +56,20 @@ std::string kernels_sha256() {
   return sha256(text);
 }
 
-std::string utc_text(double unix_ns) {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(unix_ns * 1e-9)));
+std::string config_sha256(const Config& config) {
+  return sha256(fmt::format("{}{}", config.text, fmt::join(config.included, "")));
+}
+
+nlohmann::json device_identity(const DeviceInfo& device) {
+  return {{"backend", device.backend}, {"index", device.index}, {"name", device.name}, {"driver", device.driver}};
+}
+
+double unix_ns() {
+  return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+std::string utc_text(double time_ns) {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(time_ns * 1e-9)));
 }
 
 nlohmann::json device_json(const Session& session) {
@@ -88,8 +100,6 @@ nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>&
                         double started_ns, bool finished) {
   nlohmann::json wall_s = {{"other", summary.other_s}, {"total", summary.total_s}};
   for (std::size_t i = 0; i < kPartIds.size(); ++i) wall_s[std::string(kPartIds.at(i))] = summary.part_s.at(i);
-  const double now_ns =
-      std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
   nlohmann::json info = {{"name", config.name},
                          {"version", version()},
                          {"git_sha", git_sha()},
@@ -113,7 +123,7 @@ nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>&
                            {"shaders", summary.shaders}}},
                          {"front", {{"error", config.front_error}, {"constraints", texts(config.front_constraints)}}},
                          {"budgets", texts(config.budgets)}};
-  info["finished"] = finished ? nlohmann::json(utc_text(now_ns)) : nlohmann::json(nullptr);
+  info["finished"] = finished ? nlohmann::json(utc_text(unix_ns())) : nlohmann::json(nullptr);
   return info;
 }
 

@@ -23,10 +23,6 @@ namespace {
 // Where the control case ran at less than a quarter of its calibrated speed, the device is not itself.
 constexpr double kThrottledRatio = 4;
 
-double unix_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 const SceneSpec& scene_of(const Config& config, const Case& c) {
   return *std::find_if(config.scenes.begin(), config.scenes.end(),
                        [&](const SceneSpec& s) { return s.id == c.scene_id; });
@@ -35,13 +31,9 @@ const SceneSpec& scene_of(const Config& config, const Case& c) {
 nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                            const std::vector<std::unique_ptr<Session>>& sessions) {
   nlohmann::json devices = nlohmann::json::array();
-  for (const auto& session : sessions)
-    devices.push_back({{"backend", session->device().backend},
-                       {"index", session->device().index},
-                       {"name", session->device().name},
-                       {"driver", session->device().driver}});
+  for (const auto& session : sessions) devices.push_back(device_identity(session->device()));
   return {{"schema", kSchemaVersion},
-          {"config_sha256", sha256(fmt::format("{}{}", config.text, fmt::join(config.included, "")))},
+          {"config_sha256", config_sha256(config)},
           {"kernels_sha256", kernels_sha256()},
           {"filter", options.filter},
           {"devices", devices}};

@@ -30,10 +30,6 @@ constexpr double kMostOfErrorPass = 0.6;      // of the time limit: then it is c
 constexpr double kMuchOfErrorPass = 1 / 3.0;  // of the time limit: rather bisect, where that is possible
 constexpr std::size_t kProbes = 16;           // settings that tell how long the error pass takes
 
-double unix_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 bool compares_pictures(const std::vector<Budget>& budgets, std::string_view error_metric) {
   return find_metric(error_metric).compares_pictures ||
          std::ranges::any_of(budgets, [](const Budget& b) { return find_metric(b.metric).compares_pictures; });
@@ -43,21 +39,20 @@ nlohmann::json identity_of(const Config& config, const TuneOptions& options, con
   const TuneQuestion& question = options.question;
   nlohmann::json budgets = nlohmann::json::array();
   for (const Budget& budget : question.max_error) budgets.push_back(budget.text());
+  nlohmann::json scenes = nlohmann::json::array();  // of a config some may be left out
+  for (const SceneSpec& scene : config.scenes) scenes.push_back(scene.id);
   return {{"schema", kSchemaVersion},
-          {"config_sha256", sha256(config.text)},
+          {"config_sha256", config_sha256(config)},
           {"kernels_sha256", kernels_sha256()},
           {"tune",
            {{"max_error", budgets},
+            {"scenes", scenes},
             {"epsilon", question.epsilon},
             {"confidence", question.confidence},
             {"seed", question.seed},
             {"combine", options.combine == Combine::worst ? "worst" : "weighted"},
             {"weights", options.weights}}},
-          {"devices",
-           {{{"backend", session.device().backend},
-             {"index", session.device().index},
-             {"name", session.device().name},
-             {"driver", session.device().driver}}}}};
+          {"devices", nlohmann::json::array({device_identity(session.device())})}};
 }
 
 class DeviceTuner {
@@ -189,7 +184,7 @@ class DeviceTuner {
     SearchSpace space = empty_setting_space();
     const MetricRow& metric = find_metric(config_.front_error);
     for (const std::size_t setting : candidates_) {
-      Candidate candidate = candidate_of(space, settings_[setting], setting_id(settings_[setting]));
+      Candidate candidate = candidate_of(settings_[setting], setting_id(settings_[setting]));
       for (const std::size_t scene : scenes) {
         const FrameScore& score = scores_[setting].scores[scene];
         candidate.error = std::max(candidate.error, metric.value(score).value_or(0));
