@@ -64,16 +64,6 @@ json metrics_json() {
   return rows;
 }
 
-json heat_map_json() {
-  const HeatMapLegend legend = heat_map_legend();
-  json stops = json::array();
-  for (const HeatMapStop& stop : legend.stops) stops.push_back({{"e_xy", stop.e_xy}, {"color", stop.color}});
-  json marks = json::array();
-  for (const HeatMapMark& mark : legend.marks)
-    marks.push_back({{"description", mark.description}, {"color", mark.color}});
-  return {{"stops", stops}, {"marks", marks}};
-}
-
 // How the cases of a run ended: a row a (status, backend, reason), the most frequent first within a status.
 json statuses_json(std::span<const Record> records) {
   struct Ended {
@@ -290,6 +280,16 @@ class DataBuilder {
 };
 
 }  // namespace
+
+json heat_map_json() {
+  const HeatMapLegend legend = heat_map_legend();
+  json stops = json::array();
+  for (const HeatMapStop& stop : legend.stops) stops.push_back({{"e_xy", stop.e_xy}, {"color", stop.color}});
+  json marks = json::array();
+  for (const HeatMapMark& mark : legend.marks)
+    marks.push_back({{"description", mark.description}, {"color", mark.color}});
+  return {{"stops", stops}, {"marks", marks}};
+}
 
 json report_data(std::span<const Run> runs) {
   if (std::all_of(runs.begin(), runs.end(), [](const Run& run) { return run.records.empty(); }))

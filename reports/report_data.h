@@ -21,7 +21,10 @@ namespace reliefbench {
 ///   heat_map    {stops [{e_xy, color}], marks [{description, color}]}
 ///   runs        [{folder, info (run.json without the config), budgets, constraints, statuses}]
 ///   front_metric  id of the metric shown first
+/// make_report adds `stress`, as load_stress gives it, where it is asked for.
 /// throws: Error(nothing_measured): the runs have no records; Error(bad_input): a metric or budget that is unknown
 [[nodiscard]] nlohmann::json report_data(std::span<const Run> runs);
+
+[[nodiscard]] nlohmann::json heat_map_json();  ///< `heat_map` above
 
 }  // namespace reliefbench

@@ -1,30 +1,84 @@
 #include "reports/stress_page.h"
 
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "kernels/atomic_file.h"
 #include "kernels/error.h"
 #include "kernels/image.h"
 #include "reports/data_uri.h"
+#include "reports/report_data.h"
 #include "reports/template.h"
+#include "tuner/append_file.h"
+#include "tuner/run_files.h"
 
 namespace reliefbench {
+namespace {
 
-void prepare_stress_folder(const std::filesystem::path& folder) {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+fs::path picture_path(const fs::path& folder, const std::string& technique) {
+  return folder / "images" / (technique + ".png");
+}
+
+json parse_stress(const fs::path& path) {
+  const std::string text = read_file(path);
+  json stress = json::parse(text, nullptr, false);
+  if (stress.is_discarded()) fail_input("{}: torn, or not JSON", path.string());
+  const json schema = stress.is_object() ? stress.value("schema", json()) : json();
+  if (schema != kStressSchema)
+    fail_input("{}: key 'schema': is {}, this reliefbench reads {}", path.string(),
+               schema.is_null() ? "missing" : schema.dump(), kStressSchema);
+  return stress;
+}
+
+json pictures_of(const json& stress, const fs::path& folder) {
+  json pictures = json::object();
+  for (const json& worst : stress.at("worst")) {
+    const auto technique = worst.at("technique").get<std::string>();
+    const auto picture = png_data_uri(picture_path(folder, technique));
+    pictures[technique] = picture ? json(*picture) : json();
+  }
+  return pictures;
+}
+
+}  // namespace
+
+void prepare_stress_folder(const fs::path& folder) {
   std::error_code error;
-  std::filesystem::create_directories(folder / "images", error);
+  fs::create_directories(folder / "images", error);
   if (error) fail_input("{}: cannot be made: {}", folder.string(), error.message());
 }
 
-void write_stress(const StressReport& report, const std::filesystem::path& folder) {
-  nlohmann::json data = stress_json(report);
-  write_atomically(folder / "stress.json", data.dump(1) + "\n");
-  for (const StressPicture& picture : report.pictures) {
-    const std::filesystem::path path = folder / "images" / (picture.technique + ".png");
-    write_png(path, picture.width, picture.height, picture.rgba8);
-    data["pictures"][picture.technique] = png_data_uri(path).value_or("");
+void write_stress(const StressReport& report, const fs::path& folder) {
+  write_atomically(folder / kStressFile,
+                   stress_json(report).dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+  for (const StressPicture& picture : report.pictures)
+    write_png(picture_path(folder, picture.technique), picture.width, picture.height, picture.rgba8);
+  write_stress_page(folder, folder / kStressPage);
+}
+
+bool is_stress_folder(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / kStressFile, error) && !fs::exists(folder / kRunFile, error);
+}
+
+json load_stress(const fs::path& folder) {
+  const fs::path path = folder / kStressFile;
+  json stress = parse_stress(path);
+  try {
+    stress["pictures"] = pictures_of(stress, folder);
+  } catch (const json::exception& error) {
+    fail_input("{}: not as `reliefbench stress` writes it: {}", path.string(), error.what());
   }
-  write_atomically(folder / "stress.html", fill_page("stress.html", data));
+  return stress;
+}
+
+void write_stress_page(const fs::path& folder, const fs::path& output) {
+  json data = load_stress(folder);
+  data["heat_map"] = heat_map_json();
+  write_atomically(output, fill_page(kStressPage, data));
 }
 
 }  // namespace reliefbench

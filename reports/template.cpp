@@ -8,7 +8,8 @@
 namespace reliefbench {
 namespace {
 
-// The template names what goes where: {{data}}, or an asset by its file name. What was put in is not scanned again.
+// The template names what goes where: {{data}}, or an asset by its file name. Of what is put in, only parts of pages
+// (.html) are templates themselves.
 std::string fill_template(std::string_view page, std::string_view data) {
   std::string html;
   for (;;) {
@@ -16,9 +17,10 @@ std::string fill_template(std::string_view page, std::string_view data) {
     html += page.substr(0, open);
     if (open == std::string_view::npos) return html;
     const std::size_t close = page.find("}}", open);
-    if (close == std::string_view::npos) fail_environment("report.html: '{{{{' without '}}}}'");
+    if (close == std::string_view::npos) fail_environment("a page has '{{{{' without '}}}}'");
     const std::string_view name = page.substr(open + 2, close - open - 2);
-    html += name == "data" ? data : embedded_text(embedded_assets(), name);
+    const std::string_view text = name == "data" ? data : embedded_text(embedded_assets(), name);
+    html += name.ends_with(".html") ? fill_template(text, data) : text;
     page.remove_prefix(close + 2);
   }
 }

@@ -5,7 +5,7 @@
 
 namespace reliefbench {
 
-/// A page of reports/assets with its {{data}} and {{asset.js}} put in.
+/// A page of reports/assets with its {{data}}, {{asset.js}} and {{part.html}} put in.
 [[nodiscard]] std::string fill_page(std::string_view page, const nlohmann::json& data);
 
 }  // namespace reliefbench

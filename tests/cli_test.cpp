@@ -12,6 +12,7 @@
 
 #include "kernels/image.h"
 #include "tests/command.h"
+#include "tests/hand_made_stress.h"
 #include "tests/temp_folder.h"
 
 namespace reliefbench {
@@ -172,6 +173,25 @@ TEST_F(CliTest, tuners_are_compared_on_a_folder_or_its_table) {
   expect_refused({"tuners", "out", "--scene", "rocks/top"}, 2, "rocks/top");
   write("broken.csv", "case,technique\na,cane\n");
   expect_refused({"tuners", "broken.csv"}, 2, "broken.csv:1");
+}
+
+TEST_F(CliTest, a_report_takes_the_extremes_in_or_writes_their_page_again) {
+  ASSERT_EQ(run({"sweep", kSmoke, "-o", "a sweep", "--backend", "null"}).exit_code, 0);
+  write_hand_made_stress(folder_ / "a stress");
+  const CommandResult both = run({"report", "a sweep", "--stress", "a stress", "-o", "both.html"});
+  EXPECT_EQ(both.exit_code, 0) << both.err;
+  EXPECT_THAT(file_text(folder_ / "both.html"), HasSubstr("needs --large"));
+  const std::string page = file_text(folder_ / "a stress/stress.html");
+  std::filesystem::remove(folder_ / "a stress/stress.html");
+  EXPECT_EQ(run({"report", "a stress"}).out, "a stress/stress.html\n");
+  EXPECT_EQ(file_text(folder_ / "a stress/stress.html"), page);
+
+  expect_refused({"report", "a sweep", "a stress", "-o", "x.html"}, 2, "a stress holds stress.json and no run");
+  expect_refused({"report", "a stress", "--stress", "a stress"}, 2, "--stress");
+  expect_refused({"report", "a sweep", "--stress", "a sweep"}, 2, "a sweep/stress.json");
+  write("a stress/stress.json", page.substr(0, 99));
+  expect_refused({"report", "a stress", "-o", "x.html"}, 2, "a stress/stress.json: torn");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.html"));
 }
 
 TEST_F(CliTest, lists_come_from_the_registries) {

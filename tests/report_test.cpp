@@ -11,7 +11,9 @@
 #include "reports/assets.h"
 #include "reports/data_uri.h"
 #include "reports/report_data.h"
+#include "tests/hand_made_stress.h"
 #include "tests/synthetic_run.h"
+#include "tuner/append_file.h"
 #include "tuner/pareto.h"
 #include "tuner/run_files.h"
 
@@ -205,14 +207,58 @@ TEST(Report, ReadsRunsAndWritesOneFile) {
   }
   const std::vector<std::filesystem::path> folders = {run.folder};
   write_report(folders, folder / "report.html");
-  std::ifstream file(folder / "report.html");
-  const std::string html{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_EQ(page_data(html)["points"].size(), 2u * 3 * 5);
+  EXPECT_EQ(page_data(read_file(folder / "report.html"))["points"].size(), 2u * 3 * 5);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}),
             2);  // the run and the page, nothing half-written
   const std::vector<std::filesystem::path> none = {folder / "no_such_run"};
   EXPECT_THROW(write_report(none, folder / "other.html"), Error);
   EXPECT_FALSE(std::filesystem::exists(folder / "other.html"));
+}
+
+TEST(Report, HoldsTheMatrixOfStress) {
+  const std::filesystem::path stress = write_hand_made_stress(fresh_folder("stress"));
+  const auto run = synthetic_run({.cases = 2});
+  const json data = page_data(make_report(std::span(&run, 1), stress));
+  EXPECT_EQ(data["stress"], load_stress(stress));
+  EXPECT_THAT(data["stress"]["pictures"]["cone"].get<std::string>(), testing::StartsWith("data:image/png;base64,"));
+  EXPECT_FALSE(page_data(page_of(run)).contains("stress"));
+}
+
+std::string stress_refusal(const std::filesystem::path& folder) {
+  const auto run = synthetic_run({.cases = 2});
+  try {
+    (void)make_report(std::span(&run, 1), folder);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::bad_input);
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Report, RefusesStressThatIsTornOrOfAnotherSchema) {
+  const std::filesystem::path folder = write_hand_made_stress(fresh_folder("torn"));
+  const std::filesystem::path path = folder / kStressFile;
+  const auto refused_as = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return stress_refusal(folder);
+  };
+  const std::string whole = read_file(path);
+  EXPECT_EQ(refused_as(whole), "no error");
+  EXPECT_EQ(refused_as(whole.substr(0, whole.size() / 2)), path.string() + ": torn, or not JSON");
+  EXPECT_EQ(refused_as(R"({"schema": 99})"), path.string() + ": key 'schema': is 99, this reliefbench reads 1");
+  EXPECT_EQ(refused_as("[]"), path.string() + ": key 'schema': is missing, this reliefbench reads 1");
+  EXPECT_THAT(refused_as(R"({"schema": 1})"), HasSubstr("'worst' not found"));
+  std::filesystem::remove(path);
+  EXPECT_THAT(stress_refusal(folder), HasSubstr(path.string()));
+}
+
+TEST(Report, WritesTheStressPageAgain) {
+  const std::filesystem::path folder = write_hand_made_stress(fresh_folder("again"));
+  EXPECT_TRUE(is_stress_folder(folder));
+  write_stress_page(folder, folder / "again.html");
+  EXPECT_EQ(read_file(folder / "again.html"), read_file(folder / kStressPage));
+  std::ofstream(folder / kRunFile) << "{}";
+  EXPECT_FALSE(is_stress_folder(folder));
 }
 
 TEST(Base64, VectorsOfRfc4648) {

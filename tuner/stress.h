@@ -80,7 +80,10 @@ struct StressReport {
 /// throws: Error(environment): no such device; Error(bad_input): the filter matches nothing
 [[nodiscard]] StressReport run_stress(const Extremes& extremes, const StressOptions& options);
 
-/// The matrix and every result (configs/schema/stress.schema.json).
+/// stress.json: the matrix and every result (configs/schema/stress.schema.json).
 [[nodiscard]] nlohmann::json stress_json(const StressReport& report);
+
+inline constexpr std::string_view kStressFile = "stress.json";
+inline constexpr int kStressSchema = 1;  ///< its layout; raised when that changes
 
 }  // namespace reliefbench

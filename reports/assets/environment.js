@@ -10,15 +10,6 @@ function factsTable(rows) {
           ...filled.map(([name, value]) => make('tr', {}, make('th', {scope: 'row'}, name), make('td', {}, value)))));
 }
 
-function dataTable(caption, heads, rows) {
-  return make(
-      'div', {class: 'table-box'},
-      make(
-          'table', {class: 'data'}, make('caption', {}, caption),
-          make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),
-          make('tbody', {}, ...rows.map((row) => make('tr', {}, ...row.map((cell) => make('td', {}, cell)))))));
-}
-
 function auditRow(device, audit) {
   const verdict = !audit.valid ? 'rejected' : audit.timer === device.timer ? 'used' : 'valid';
   return [
@@ -56,8 +47,9 @@ function statusTables(run) {
   const table = failed.length === 0 ?
       null :
       dataTable(
-          'Cases that did not end well', ['Status', 'Backend', 'Cases', 'Reason', 'For example'],
-          failed.map((row) => [row.status, row.backend, String(row.count), row.reason, make('code', {}, row.example)]));
+          ['Status', 'Backend', 'Cases', 'Reason', 'For example'],
+          failed.map((row) => [row.status, row.backend, String(row.count), row.reason, make('code', {}, row.example)]),
+          'Cases that did not end well');
   return make('div', {}, make('h4', {}, 'Cases by status'), make('p', {class: 'legend'}, ...summary), table);
 }
 
@@ -88,17 +80,18 @@ function runElement(run) {
       devices.length === 0 ?
           null :
           dataTable(
-              'Devices', ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case'],
+              ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case'],
               devices.map(
                   (device) =>
                       [device.name, `${device.backend} ${device.index}`, device.vendor, device.type, device.driver,
                        device.api_version, device.subtexel_bits ? String(device.subtexel_bits) : 'not reported',
-                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–'])),
+                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–']),
+              'Devices'),
       audits.length === 0 ?
           null :
           dataTable(
-              'Timer audit: a timer is believed if it agrees with the fenced wall clock and doubles with the work',
-              ['Device', 'Timer', 'Verdict', 'Device / wall', '2N / N', 'Why rejected'], audits),
+              ['Device', 'Timer', 'Verdict', 'Device / wall', '2N / N', 'Why rejected'], audits,
+              'Timer audit: a timer is believed if it agrees with the fenced wall clock and doubles with the work'),
       info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
 }
 

@@ -3,7 +3,7 @@
 // colour printer is needed.
 
 const kShapes = ['circle', 'triangle', 'rect', 'rectRot', 'rectRounded'];
-const kColors = 8;  // --series-0 to --series-7 of report.css
+const kColors = 8;  // --series-0 to --series-7 of page.css
 const shapeOf = (series) => kShapes[series % kShapes.length];
 
 const cssValue = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -2,26 +2,6 @@
 // Frame, reference and error map of each recommended setting: flipped in place or side by side.
 
 const kKinds = [['frame', 'Frame'], ['reference', 'Reference'], ['error', 'Error map']];
-const rgb = ([r, g, b]) => `rgb(${r} ${g} ${b})`;
-
-function heatLegend() {
-  const {stops, marks} = data.heat_map;
-  const ramp = make('div', {class: 'ramp'});
-  ramp.style.background = `linear-gradient(to right, ${stops.map((stop) => rgb(stop.color)).join(', ')})`;
-  const label = (e_xy) => (e_xy < 1 ? `1/${Math.round(1 / e_xy)}` : String(e_xy));
-  const labels = stops.filter((_, index) => index % 2 === 0).map((stop) => make('span', {}, label(stop.e_xy)));
-  const entries = marks.map((mark) => {
-    const box = make('span', {class: 'color-box'});
-    box.style.background = rgb(mark.color);
-    return make('span', {class: 'mark'}, box, mark.description);
-  });
-  return make(
-      'div', {class: 'heat-legend'},
-      make(
-          'div', {class: 'ramp-box'}, make('div', {}, 'e_xy of a pixel (texels, same scale in every picture)'), ramp,
-          make('div', {class: 'ramp-labels'}, ...labels)),
-      make('div', {class: 'legend'}, ...entries));
-}
 
 function show(card, kind) {
   card.dataset.kind = kind;
@@ -68,7 +48,7 @@ function drawPictures() {
   const answered =
       data.answers.filter((answer) => answer.pick !== null).sort((a, b) => a.scene - b.scene || a.group - b.group);
   const cards = answered.map(pictureCard);
-  byId('heat-legend').append(heatLegend());
+  byId('heat-legend').append(heatLegend(data.heat_map));
   byId('picture-cards').append(...cards);
   if (cards.length === 0) byId('picture-cards').append(make('p', {class: 'muted'}, 'No setting is recommended.'));
   const container = byId('picture-cards');

@@ -23,6 +23,7 @@ drawMarkLegend();
 drawChartFigures();
 drawFronts();
 drawPictures();
+if (data.stress) drawExtremes(data.stress);
 drawEnvironment();
 Chart.defaults.font.family = 'system-ui, sans-serif';
 redrawCharts();

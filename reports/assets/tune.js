@@ -1,47 +1,45 @@
 'use strict';
-const data = JSON.parse(document.getElementById('data').textContent);
-const byId = (id) => document.getElementById(id);
+// The search's page: the pick, how it was found, and every answer.
+
 const theme = readTheme();
-
-function make(tag, text = '', className = '') {
-  const element = document.createElement(tag);
-  element.textContent = text;
-  if (className) element.className = className;
-  return element;
-}
-const number = (value) => (value === 0 ? '0' : Number(value.toPrecision(4)).toString());
+const number = (value) => shortNumber(value, 4);
 const time = (ns) => (ns === null ? '' : `${number(ns / 1e6)} ms`);
-const percent = (ratio) => (ratio === null ? 'unknown' : `${number(100 * ratio)} %`);
+const gapText = (gap) => (gap === null ? 'unknown' : percent(gap, 4));
 
-function fillTable(id, head, rows) {
-  const table = byId(id);
-  const headRow = table.appendChild(make('tr'));
-  for (const name of head) headRow.appendChild(make('th', name));
-  for (const row of rows) {
-    const line = table.appendChild(make('tr'));
-    row.forEach((value, column) => {
-      const isSetting = head[column] === 'setting';
-      line.appendChild(make('td', value, isSetting ? 'setting' : /^[\d.]+( (ms|%))?$/.test(value) ? 'number' : ''));
-    });
-  }
+function fillTable(id, heads, rows) {
+  const cell = (value, column) => {
+    if (heads[column] === 'setting') return make('span', {class: 'settings'}, value);
+    return /^[\d.]+( (ms|%))?$/.test(value) ? numberCell(value) : value;
+  };
+  byId(id).append(dataTable(heads, rows.map((row) => row.map(cell))));
 }
 
 function showPick() {
-  const card = byId('pick');
-  const {certificate: c, question: q} = data;
-  if (data.pick) {
-    card.appendChild(make('p', data.pick.setting, 'setting'));
-    card.appendChild(make('p', `${time(data.pick.time_ns)}, at most ${time(data.pick.high_ns)}; ${data.error_metric} ` +
-                                   `${number(data.pick.error)}; within ${percent(data.pick.gap)} of the best`));
-  } else {
-    card.appendChild(make('p', data.nearest ? `Nothing meets the budgets: ${data.miss}` : data.certificate.stopped ? 'No pick yet: stopped too early.' : 'No pick.', 'open'));
-    if (data.nearest) card.appendChild(make('p', `nearest: ${data.nearest}`, 'setting'));
-  }
-  const claim = `every answer is within ${percent(c.worst_gap)} of the best, with ${number(100 * q.confidence)} % confidence`;
-  card.appendChild(c.held ? make('p', `Certified: ${claim}.`, 'held')
-                          : make('p', `Not certified to ${percent(q.epsilon)}: ${claim}.`, 'open'));
-  card.appendChild(make('p', `${c.measured} settings timed with ${c.samples} samples; slack of the monotone assumption ` +
-                                 `${percent(c.slack)}, ${c.audits} audits, ${c.audit_failures} wrong.`, 'muted'));
+  const {certificate: c, question: q, pick} = data;
+  const claim =
+      `every answer is within ${gapText(c.worst_gap)} of the best, with ${percent(q.confidence, 4)} confidence`;
+  const none = data.nearest ? `Nothing meets the budgets: ${data.miss}` :
+      c.stopped             ? 'No pick yet: stopped too early.' :
+                              'No pick.';
+  const answer = pick ?
+      [
+        make('p', {class: 'settings'}, pick.setting),
+        make(
+            'p', {},
+            `${time(pick.time_ns)}, at most ${time(pick.high_ns)}; ${data.error_metric} ${number(pick.error)}; ` +
+                `within ${gapText(pick.gap)} of the best`)
+      ] :
+      [
+        make('p', {class: 'open'}, none),
+        data.nearest ? make('p', {class: 'settings'}, `nearest: ${data.nearest}`) : null
+      ];
+  byId('pick').append(
+      ...answer.filter(Boolean),
+      make('p', {class: c.held ? 'certified' : 'open'},
+           c.held ? `Certified: ${claim}.` : `Not certified to ${gapText(q.epsilon)}: ${claim}.`),
+      make('p', {class: 'muted'},
+           `${c.measured} settings timed with ${c.samples} samples; slack of the monotone assumption ` +
+               `${gapText(c.slack)}, ${c.audits} audits, ${c.audit_failures} wrong.`));
 }
 
 function showRungs() {
@@ -60,9 +58,9 @@ function showScenes() {
                             'no answer'],
             ['Held out', data.holdout, (s) => s.failure || `${s.meets ? 'meets the budgets' : s.miss}, ${time(s.time_ns)}`]]) {
     if (list.length === 0) continue;
-    place.appendChild(make('h3', title));
-    const items = place.appendChild(make('ul'));
-    for (const scene of list) items.appendChild(make('li', `${scene.scene}: ${text(scene)}`));
+    place.append(
+        make('h3', {}, title),
+        make('ul', {}, ...list.map((scene) => make('li', {}, `${scene.scene}: ${text(scene)}`))));
   }
 }
 
@@ -139,7 +137,7 @@ function drawGap() {
        [{label: 'worst gap', data: points, showLine: true, borderColor: seriesColor(theme, 0), backgroundColor: seriesColor(theme, 0), radius: 1.5},
         {label: 'asked', data: ends.map((x) => ({x, y: asked})), showLine: true, borderColor: seriesColor(theme, 3), borderDash: [6, 4], radius: 0, pointStyle: 'line'}],
        axis('samples', number), axis('gap, %', (value) => number(Number((100 * 10 ** value).toPrecision(2)))),
-       ({p}) => (p ? `${p.samples} samples, ${p.measured} settings: ${percent(p.worst_gap)}` : 'asked'));
+       ({p}) => (p ? `${p.samples} samples, ${p.measured} settings: ${gapText(p.worst_gap)}` : 'asked'));
 }
 
 function drawHistory() {
@@ -167,7 +165,7 @@ function drawBudgetGap() {
   draw('budget-gap',
        [{label: 'gap', data: points, backgroundColor: seriesColor(theme, 0), borderColor: seriesColor(theme, 0), radius: 4}],
        axis(`${data.error_metric} at most`, errorTick), {...axis('gap, %', number), min: 0},
-       ({a}) => `${number(a.error)}: ${time(a.time_ns)}, within ${percent(a.gap)}: ${a.setting}`);
+       ({a}) => `${number(a.error)}: ${time(a.time_ns)}, within ${gapText(a.gap)}: ${a.setting}`);
 }
 
 function showSettings() {
@@ -196,5 +194,6 @@ drawGap();
 drawHistory();
 drawBudgetGap();
 fillTable('answers', [`${data.error_metric} at most`, 'time', 'at most', 'within', 'setting'],
-          data.answers.map((a) => [number(a.error), time(a.time_ns), time(a.high_ns), percent(a.gap), a.setting]));
+          data.answers.map((a) => [number(a.error), time(a.time_ns), time(a.high_ns), gapText(a.gap), a.setting]));
 showSettings();
+document.body.dataset.rendered = 'true';

@@ -1,20 +1,8 @@
 'use strict';
-const data = JSON.parse(document.getElementById('data').textContent);
-const byId = (id) => document.getElementById(id);
-// Told apart by shape as well as by colour.
-const kShapes = ['circle', 'rect', 'triangle', 'rectRot', 'star', 'crossRot'];
+// Search strategies compared: regret and hypervolume against settings timed.
+
 const kLeastRegret = 1e-4;  // a log axis has no zero: what is less is drawn here
-
-const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const seriesColor = (index) => css(`--series-${index % 8}`);
-const percent = (share, digits = 3) => `${Number((100 * share).toPrecision(digits))} %`;
-
-function make(tag, text = '', className = '') {
-  const element = document.createElement(tag);
-  element.textContent = text;
-  if (className) element.className = className;
-  return element;
-}
+const theme = readTheme();
 
 /** One line of means and one of worst seeds for each strategy. */
 function datasets(figure, place) {
@@ -24,11 +12,11 @@ function datasets(figure, place) {
       lines.push({
         label: part === 'mean' ? strategy.strategy : `${strategy.strategy}, worst seed`,
         data: strategy.points.map((point) => ({x: point.timed.mean, y: place(point[figure][part])})),
-        borderColor: seriesColor(index),
-        backgroundColor: seriesColor(index),
+        borderColor: seriesColor(theme, index),
+        backgroundColor: seriesColor(theme, index),
         borderWidth: part === 'mean' ? 2 : 1,
         borderDash: part === 'mean' ? [] : [3, 4],
-        pointStyle: kShapes[index % kShapes.length],
+        pointStyle: shapeOf(index),
         pointRadius: part === 'mean' ? 5 : 0,
         pointHitRadius: 8,
         fill: false,
@@ -40,8 +28,7 @@ function datasets(figure, place) {
 }
 
 function draw(id, figure, place, yAxis) {
-  const text = css('--muted');
-  const grid = {color: css('--grid')};
+  const grid = {color: theme.grid};
   return new Chart(byId(id), {
     type: 'line',
     data: {datasets: datasets(figure, place)},
@@ -54,16 +41,16 @@ function draw(id, figure, place, yAxis) {
         x: {
           type: 'logarithmic',
           min: 0.9 * Math.min(...data.strategies.flatMap(({points}) => points.map(({timed}) => timed.mean))),
-          title: {display: true, text: 'settings timed', color: text},
+          title: {display: true, text: 'settings timed', color: theme.muted},
           grid,
-          ticks: {color: text, callback: (value) => (/^[125]0*$/.test(String(value)) ? String(value) : '')}
+          ticks: {color: theme.muted, callback: (value) => (/^[125]0*$/.test(String(value)) ? String(value) : '')}
         },
-        y: {grid, ...yAxis, title: {display: true, text: yAxis.name, color: text}, ticks: {color: text, ...yAxis.ticks}},
+        y: {grid, ...yAxis, title: {display: true, text: yAxis.name, color: theme.muted}, ticks: {color: theme.muted, ...yAxis.ticks}},
       },
       plugins: {
         legend: {
           labels: {
-            color: css('--ink'),
+            color: theme.ink,
             usePointStyle: true,
             filter: (item) => !item.text.endsWith('worst seed'),
           },
@@ -80,33 +67,30 @@ function draw(id, figure, place, yAxis) {
   });
 }
 
-function figureCells(row, {mean, worst}, text) {
-  for (const [value, className] of [[mean, 'number'], [worst, 'number worst']])
-    row.appendChild(make('td', value === null ? '∞' : text(value), className));
+const figureCells = ({mean, worst}, text) => [[mean, 'number'], [worst, 'number worst']].map(
+    ([value, className]) => make('td', {class: className}, value === null ? '∞' : text(value)));
+
+function figureRow({strategy, description}, point) {
+  const count = (value) => String(Math.round(value));
+  const share = (value) => percent(value);
+  return make(
+      'tr', {}, make('td', {title: description}, strategy),
+      make('td', {class: 'number'}, point.share < 1 ? percent(point.share) : 'to its end'),
+      ...figureCells(point.timed, count), ...figureCells(point.samples, count),
+      ...figureCells(point.worst_regret, share), ...figureCells(point.mean_regret, share),
+      ...figureCells(point.hypervolume, (value) => value.toFixed(4)), ...figureCells(point.false_front, share),
+      make('td', {class: 'number'}, point.uncovered ? `${point.uncovered} of ${data.seeds}` : ''));
 }
 
 function drawTable() {
-  const table = byId('table');
-  const head = table.appendChild(make('thead')).appendChild(make('tr'));
-  for (const name of ['strategy', 'share', 'settings', '', 'frames', '', 'worst regret', '', 'mean regret', '',
-                      'hypervolume', '', 'false front', '', 'seeds without an answer'])
-    head.appendChild(make('th', name));
-  for (const strategy of data.strategies) {
-    const body = table.appendChild(make('tbody'));
-    for (const point of strategy.points) {
-      const row = body.appendChild(make('tr'));
-      const name = row.appendChild(make('td', strategy.strategy));
-      name.title = strategy.description;
-      row.appendChild(make('td', point.share < 1 ? percent(point.share) : 'to its end', 'number'));
-      figureCells(row, point.timed, (value) => String(Math.round(value)));
-      figureCells(row, point.samples, (value) => String(Math.round(value)));
-      figureCells(row, point.worst_regret, percent);
-      figureCells(row, point.mean_regret, percent);
-      figureCells(row, point.hypervolume, (value) => value.toFixed(4));
-      figureCells(row, point.false_front, percent);
-      row.appendChild(make('td', point.uncovered ? `${point.uncovered} of ${data.seeds}` : '', 'number'));
-    }
-  }
+  const heads = [
+    'strategy', 'share', 'settings', '', 'frames', '', 'worst regret', '', 'mean regret', '', 'hypervolume', '',
+    'false front', '', 'seeds without an answer'
+  ];
+  byId('table').append(
+      make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),
+      ...data.strategies.map(
+          (strategy) => make('tbody', {}, ...strategy.points.map((point) => figureRow(strategy, point)))));
 }
 
 byId('subtitle').textContent = `${data.scene} on ${data.backend}, ${data.device}: ${data.settings} settings, ` +
@@ -131,4 +115,3 @@ draw('hypervolume', 'hypervolume', (value) => value,
      {type: 'linear', name: 'share of the front', suggestedMax: 1, ticks: {callback: (value) => percent(value)}});
 drawTable();
 document.body.dataset.rendered = 'true';
-document.body.dataset.lines = data.strategies.length;

@@ -3,38 +3,62 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "kernels/error.h"
+#include "reports/stress_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/run_files.h"
 
 namespace reliefbench {
 namespace {
 
-void run_report(const std::vector<std::filesystem::path>& folders, std::filesystem::path output) {
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<fs::path> folders;
+  fs::path stress;
+  fs::path output;
+};
+
+void run_report(const Arguments& arguments) {
+  const auto& [folders, stress, output] = arguments;
+  const auto extremes = std::ranges::find_if(folders, is_stress_folder);
+  if (extremes != folders.end() && (folders.size() > 1 || !stress.empty()))
+    fail_input("report: {} holds {} and no run; beside runs it goes after --stress", extremes->string(), kStressFile);
   if (output.empty() && folders.size() > 1) fail_input("report: several runs need --output FILE");
-  if (output.empty()) output = folders.front() / kReportFile;
-  write_report(folders, output);
-  fmt::print("{}\n", output.string());
+  const bool is_run = extremes == folders.end();
+  const fs::path page = output.empty() ? folders.front() / (is_run ? kReportFile : kStressPage) : output;
+  if (is_run)
+    write_report(folders, page, stress);
+  else
+    write_stress_page(folders.front(), page);
+  fmt::print("{}\n", page.string());
 }
 
 }  // namespace
 
 void add_report_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("report", "write the HTML report of one or more runs");
-  const CLI::Option* runs =
-      command->add_option("runs", "run folders; several are compared by device")->expected(1, -1)->required();
-  const CLI::Option* output =
-      command->add_option("-o,--output", "HTML file; RUN/report.html where there is one run")->expected(1);
+  CLI::App* command = app.add_subcommand("report", "write the HTML report of one or more runs, or of a stress folder");
+  const auto arguments = std::make_shared<Arguments>();
+  command
+      ->add_option("runs", arguments->folders,
+                   "run folders; several are compared by device. Or one folder of `stress`: its page again")
+      ->expected(1, -1)
+      ->required();
+  command->add_option("--stress", arguments->stress, "folder of `stress`: its matrix as a section of the report");
+  command->add_option("-o,--output", arguments->output,
+                      "HTML file; default: report.html (stress.html) in the folder where there is one");
   command->footer(
       "Examples:\n  reliefbench report out/quickstart\n"
+      "  reliefbench report out/quickstart --stress out/stress -o out/report.html\n"
       "  reliefbench report out/llvmpipe out/h200 -o hardware.html");
-  command->callback([runs, output, &exit_code] {
-    const auto names = runs->as<std::vector<std::string>>();
-    run_report({names.begin(), names.end()}, output->empty() ? "" : output->as<std::string>());
+  command->callback([arguments, &exit_code] {
+    run_report(*arguments);
     exit_code = static_cast<int>(Exit::done);
   });
 }

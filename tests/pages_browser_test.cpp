@@ -1,0 +1,153 @@
+// The pages of stress, tune and tuners, and the report's section of stress, as a browser draws them.
+#include <algorithm>
+#include <cmath>
+
+#include "reports/report.h"
+#include "reports/tune_page.h"
+#include "reports/tuners_page.h"
+#include "tests/browser.h"
+#include "tests/finished_run.h"
+#include "tests/hand_made_stress.h"
+#include "tuner/append_file.h"
+#include "tuner/recorded_run.h"
+#include "tuner/search/strategies.h"
+
+namespace reliefbench {
+namespace {
+
+using testing::HasSubstr;
+
+/// result.NAME of a probe, as it stands in the body's tag.
+auto has(const std::string& name, const std::string& value) {
+  return HasSubstr(fmt::format("data-{}=\"{}\"", name, value));
+}
+auto has(const std::string& name, std::size_t value) { return has(name, std::to_string(value)); }
+
+class ExtremesInBrowser : public InBrowser {
+ protected:
+  const std::filesystem::path stress_ = write_hand_made_stress(folder_ / "stress");
+  const std::string probe_ = R"(
+    const rows = [...document.querySelectorAll('#extremes-matrix tr')];
+    result.matrix = rows.map((row) => [...row.cells].map((cell) => cell.textContent).join('|')).join('; ');
+    document.querySelector('#extremes-matrix .fails button').click();
+    result.cell = byId('extremes-cell').querySelector('h4').textContent;
+    result.faults = byId('extremes-faults').querySelector('tbody').textContent;
+    const images = [...document.querySelectorAll('#extremes-worst img')];
+    result.pictures = images.filter((image) => image.complete && image.naturalWidth === 2).length;
+    result.captions = document.querySelectorAll('#extremes-worst figcaption').length;
+    result.shown = String(byId('extremes').getBoundingClientRect().height > 0);
+  )";
+  static void expect_extremes(const std::string& body) {
+    expect_drawn(body);
+    EXPECT_THAT(body, has("matrix", "|flat|cone; cliff|25 %|held; deep|left out|fails 1"));
+    EXPECT_THAT(body, has("cell", "cone at deep: 10"));
+    EXPECT_THAT(body, has("faults", "heightr8null0 %0 %01.50guarantee: 3 pxfilter=manual loop=fixed"));
+    EXPECT_THAT(body, has("captions", 2));
+    EXPECT_THAT(body, has("shown", "true"));
+  }
+};
+
+TEST_F(ExtremesInBrowser, TheStressPageHoldsMatrixFaultsAndWorstFrames) {
+  const std::string body = body_tag(document(read_file(stress_ / kStressPage), probe_));
+  expect_extremes(body);
+  EXPECT_THAT(body, has("pictures", 2));
+}
+
+TEST_F(ExtremesInBrowser, TheReportHoldsTheSameWhereItIsAskedFor) {
+  const auto run = synthetic_run({.cases = 2});
+  std::filesystem::remove(stress_ / "images" / "flat.png");
+  const std::string body = body_tag(document(make_report(std::span(&run, 1), stress_), probe_));
+  expect_extremes(body);
+  EXPECT_THAT(body, has("pictures", 1));
+
+  const std::string hidden =
+      "result.hidden = [...document.querySelectorAll('#extremes, a[href=\"#extremes\"]')]"
+      ".filter((element) => getComputedStyle(element).display === 'none').length;";
+  EXPECT_THAT(body_tag(document(make_report(std::span(&run, 1)), hidden)), has("hidden", 2));
+}
+
+class TuneInBrowser : public InBrowser {
+ protected:
+  /// Of the null sweep, replayed.
+  [[nodiscard]] TuneResult tuned(const std::vector<Budget>& max_error) const {
+    return replay_tune(null_sweep(folder_), "", {.question = {.max_error = max_error}, .quiet = true});
+  }
+  [[nodiscard]] std::string body_of(const TuneResult& result) const {
+    write_tune_page(result, folder_.path());
+    return body_tag(document(read_file(folder_ / std::string(kTunePage)), R"(
+      const rows = (id) => byId(id).querySelectorAll('tbody tr').length;
+      const dots = (id) => Chart.getChart(id).data.datasets.map((set) => set.data.length).join();
+      for (const id of ['rungs', 'answers', 'states']) result[id] = rows(id);
+      for (const id of ['front', 'gap', 'budget-gap']) result[id.replace('-', '')] = dots(id);
+      result.history = String(Chart.getChart('history').data.datasets.every((set) => set.data.length > 0));
+      result.pick = byId('pick').querySelector('p').textContent.replaceAll('&', ' ');
+      result.certified = document.querySelectorAll('#pick .certified').length;
+    )"));
+  }
+};
+
+TEST_F(TuneInBrowser, DrawsThePickAndHowItWasFound) {
+  const TuneResult result = tuned({});
+  ASSERT_TRUE(result.pick);
+  const std::vector<BudgetAnswer>& answers = result.search.answers;
+  ASSERT_GT(answers.size(), 2U);
+  const std::string body = body_of(result);
+  expect_drawn(body);
+  EXPECT_THAT(body, has("rungs", result.rungs.size()));
+  EXPECT_THAT(body, has("answers", answers.size()));
+  EXPECT_THAT(body, has("budgetgap", answers.size()));
+  EXPECT_THAT(body, has("history", "true"));
+  EXPECT_THAT(body, has("certified", 1));
+  std::string setting = result.pick->setting;
+  std::ranges::replace(setting, '&', ' ');  // an attribute would escape it
+  EXPECT_THAT(body, has("pick", setting));
+  // The front's steps have a corner between two answers; every setting that may be one is a dot.
+  const nlohmann::json settings = tune_json(result)["settings"];
+  const auto shown = [&](const std::string& evidence) {
+    return std::ranges::count_if(settings,
+                                 [&](const auto& s) { return s["feasible"] == true && s["evidence"] == evidence; });
+  };
+  EXPECT_THAT(body, has("front", fmt::format("{},{},{}", 2 * answers.size() - 1, shown("measured"), shown("assumed"))));
+}
+
+TEST_F(TuneInBrowser, SaysWhatComesNearestWhereNothingDoes) {
+  const TuneResult result = tuned({{"e_xy.mean", -1}});
+  ASSERT_FALSE(result.pick);
+  const std::string body = body_of(result);
+  expect_drawn(body);
+  EXPECT_THAT(body, has("pick", "Nothing meets the budgets: " + result.miss));
+  EXPECT_THAT(body, has("answers", 0));
+}
+
+using TunersInBrowser = InBrowser;
+
+TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
+  const TunerComparison comparison =
+      compare_tuners(load_recorded(null_sweep(folder_), {}), {.seeds = 2, .shares = {0.1, 1}, .certificates = 0});
+  write_tuners_page(comparison, folder_ / "tuners.html");
+  const std::string body = body_tag(document(read_file(folder_ / "tuners.html"), R"(
+    const lines = (id) => Chart.getChart(id).data.datasets;
+    result.lines = lines('regret').length + ' ' + lines('hypervolume').length;
+    result.dots = [...lines('regret'), ...lines('hypervolume')].reduce((sum, line) => sum + line.data.length, 0);
+    result.above = lines('regret').flatMap((line) => line.data).filter(({y}) => y === noAnswer).length;
+    result.rows = document.querySelectorAll('#table tbody tr').length;
+    result.hypervolume = byId('table').querySelector('tbody tr:last-child td:nth-child(11)').textContent;
+    result.subtitle = byId('subtitle').textContent.replace('<=', ' to ');
+  )"));
+  expect_drawn(body);
+  const std::size_t count = strategies().size();
+  EXPECT_THAT(body, has("lines", fmt::format("{0} {0}", 2 * count)));
+  EXPECT_THAT(body, has("dots", 2 * 2 * count * 2));  // charts, mean and worst, shares
+  EXPECT_THAT(body, has("rows", 2 * count));
+  std::size_t uncovered = 0;
+  for (const TunerLine& line : comparison.lines)
+    for (const TunerPoint& point : line.points)
+      for (const double regret : {point.worst_regret.mean, point.worst_regret.worst})
+        uncovered += std::isinf(regret) ? 1U : 0U;
+  EXPECT_THAT(body, has("above", uncovered));
+  EXPECT_THAT(body, has("hypervolume", fmt::format("{:.4f}", comparison.lines[0].points[1].hypervolume.mean)));
+  EXPECT_THAT(body, HasSubstr(fmt::format("{} settings, {} with missed_rate to 0.5", 61, comparison.feasible)));
+}
+
+}  // namespace
+}  // namespace reliefbench
