@@ -41,7 +41,7 @@ class ExtremesInBrowser : public InBrowser {
     expect_drawn(body);
     EXPECT_THAT(body, has("matrix", "|flat|cone; cliff|25 %|held; deep|left out|fails 1"));
     EXPECT_THAT(body, has("cell", "cone at deep: 10"));
-    EXPECT_THAT(body, has("faults", "heightr8null0 %0 %01.50guarantee: 3 pxfilter=manual loop=fixed"));
+    EXPECT_THAT(body, has("faults", "heightr8null0 %0 %01.500guarantee: 3 pxfilter=manual loop=fixed"));
     EXPECT_THAT(body, has("captions", 2));
     EXPECT_THAT(body, has("shown", "true"));
   }

@@ -16,7 +16,7 @@ function resultRow(r) {
   const faults = r.skipped || Object.entries(r.faults).map(([check, px]) => `${check}: ${px} px`).join(', ');
   const figures = r.skipped ?
       ['', '', '', '', ''] :
-      [percent(r.missed_rate), percent(r.unconverged_rate), r.capped, shortNumber(r.e_xy_p99), shortNumber(r.e_xy_max)];
+      [percent(r.missed_rate), percent(r.unconverged_rate), r.capped, formatNumber(r.e_xy_p99), formatNumber(r.e_xy_max)];
   const settings = make('span', {class: 'settings'}, r.settings.replaceAll('&', ' '));
   return [r.map, r.format, r.backend, ...figures.map(numberCell), faults, settings];
 }
@@ -50,7 +50,7 @@ function worstFigure(r, picture) {
       'figure', {}, image,
       make(
           'figcaption', {},
-          `${r.technique} at ${r.extreme}, ${r.map} ${r.format}, ${r.backend}: p99 ${shortNumber(r.e_xy_p99)} ` +
+          `${r.technique} at ${r.extreme}, ${r.map} ${r.format}, ${r.backend}: p99 ${formatNumber(r.e_xy_p99)} ` +
               `texels, missed ${percent(r.missed_rate)}, ${r.capped} of ${r.pixels} px at the cap`));
 }
 

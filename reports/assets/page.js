@@ -19,15 +19,19 @@ function make(tag, attributes = {}, ...children) {
 
 const numberCell = (text) => make('td', {class: 'number'}, text);
 
-/** rows: lists of cells, each a text, an element, or a whole td */
+/** rows: lists of cells, each a text, an element, or a whole td; a head is set like the cells under it. */
 function dataTable(heads, rows, caption) {
   const cell = (content) => (content instanceof HTMLTableCellElement ? content : make('td', {}, content));
+  const cells = rows.map((row) => row.map(cell));
+  const kind = (column) => cells[0]?.[column].className || null;
   return make(
       'div', {class: 'table-box'},
       make(
           'table', {class: 'data'}, caption ? make('caption', {}, caption) : null,
-          make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),
-          make('tbody', {}, ...rows.map((row) => make('tr', {}, ...row.map(cell))))));
+          make(
+              'thead', {},
+              make('tr', {}, ...heads.map((head, column) => make('th', {scope: 'col', class: kind(column)}, head)))),
+          make('tbody', {}, ...cells.map((row) => make('tr', {}, ...row)))));
 }
 
 /** Three significant digits, no exponent in the range people read. */
