@@ -157,7 +157,7 @@ TEST(Plan, SortedSoThatABakeServesItsCases) {
   std::tuple<std::string, std::string, std::string> last;
   for (const Case& c : plan.cases) {
     const auto scene = std::ranges::find(config.scenes, c.scene_id, &SceneSpec::id);
-    const std::tuple now{c.backend, c.scene_id, bake_text(c, *scene)};
+    const std::tuple now{c.backend, c.scene_id, bake_text(c.settings, *scene)};
     EXPECT_TRUE(now == last || seen.insert(now).second);
     last = now;
   }
@@ -175,9 +175,9 @@ TEST(Plan, SortedSoThatABakeServesItsCases) {
 TEST(Plan, BakeTextTellsWrapsApart) {
   Config config = config_of(R"({"technique": "relaxed_cone", "axes": {"search_steps": 64}})");
   const Case c = make_plan(config, kOne, "").cases.at(0);
-  EXPECT_THAT(bake_text(c, config.scenes[0]), AllOf(HasSubstr("|search_steps=64|"), testing::EndsWith("|wrap=repeat")));
+  EXPECT_THAT(bake_text(c.settings, config.scenes[0]), AllOf(HasSubstr("|search_steps=64|"), testing::EndsWith("|wrap=repeat")));
   config.scenes[0].scene.wrap = Wrap::clamp;
-  EXPECT_THAT(bake_text(c, config.scenes[0]), testing::EndsWith("|wrap=clamp"));
+  EXPECT_THAT(bake_text(c.settings, config.scenes[0]), testing::EndsWith("|wrap=clamp"));
 }
 
 TEST(Glob, ByHand) {

@@ -24,15 +24,15 @@ std::string Case::id() const {
                      backend);
 }
 
-std::string bake_text(const Case& c, const SceneSpec& scene) {
-  const Technique& technique = c.settings.technique();
-  std::string text = fmt::format("{}|{}", scene.id.substr(0, scene.id.find('/')), map_of(c.settings).id);
+std::string bake_text(const Settings& settings, const SceneSpec& scene) {
+  const Technique& technique = settings.technique();
+  std::string text = fmt::format("{}|{}", scene.id.substr(0, scene.id.find('/')), map_of(settings).id);
   for (const Param& param : technique.params) {
     // Of a format only the type of its heights matters: cones are stored in it, not built from it.
-    if (param.stage == Stage::bake && param.id != "format" && param.id != "map" && c.settings.is_active(param))
-      text += fmt::format("|{}={}", param.id, param.text(c.settings.get(param.id)));
+    if (param.stage == Stage::bake && param.id != "format" && param.id != "map" && settings.is_active(param))
+      text += fmt::format("|{}={}", param.id, param.text(settings.get(param.id)));
   }
-  return text + fmt::format("|heights={}|wrap={}", height_type(c.settings),
+  return text + fmt::format("|heights={}|wrap={}", height_type(settings),
                             scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp");
 }
 

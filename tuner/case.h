@@ -25,8 +25,8 @@ struct Case {
   [[nodiscard]] std::string id() const;
 };
 
-/// What identifies a bake: all cases with the same text share one map.
+/// What identifies a bake: all settings with the same text share one map.
 /// "<heightmap id>|<map>|correction=..|search_steps=..|heights=unorm8|wrap=repeat"
-[[nodiscard]] std::string bake_text(const Case& c, const SceneSpec& scene);
+[[nodiscard]] std::string bake_text(const Settings& settings, const SceneSpec& scene);
 
 }  // namespace reliefbench

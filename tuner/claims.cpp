@@ -30,7 +30,7 @@ bool is_time(std::string_view metric) { return metric == "frame_time" || metric 
 void measure_map(const ClaimRow& row, const BakedScene& baked, Wrap wrap, Figures& figures) {
   const MapRow& map = map_of(row.settings);
   if (map.content == MapContent::heights) return;
-  BakeRequest request = bake_request(row.settings, baked.map.heights, wrap);
+  BakeRequest request = bake_request(row.settings, baked.map->heights, wrap);
   request.threads = 1;
   const auto start = std::chrono::steady_clock::now();
   const std::vector<float> values = map.bake(request);
@@ -73,9 +73,9 @@ void measure_times(TraceDevice& device, std::vector<TraceDevice::Frame>& frames,
 }
 
 ClaimResult run_claim(const Claim& claim, TraceDevice& device) {
-  const Heightfield heights = load_heightmap(claim.scene.heightmap);
+  SceneBaker baker(load_heightmap(claim.scene.heightmap));
   const Scene& scene = claim.scene.scene;
-  const ReferenceTracer tracer(heights, scene.wrap);
+  const ReferenceTracer tracer(baker.heights(), scene.wrap);
   ClaimResult result{.claim = &claim,
                      .backend = device.info().backend,
                      .device = device.info().name,
@@ -84,10 +84,10 @@ ClaimResult run_claim(const Claim& claim, TraceDevice& device) {
                      .answers = {}};
   std::vector<TraceDevice::Frame> frames;
   for (const ClaimRow& row : claim.rows) {
-    const BakedScene baked = bake_scene(row.settings, heights, scene);
+    const BakedScene baked = baker.bake(row.settings, claim.scene);
     Figures figures;
     measure_map(row, baked, scene.wrap, figures);
-    measure_error(device, device.frame(row.settings, baked, scene, Target::score), tracer, heights, figures);
+    measure_error(device, device.frame(row.settings, baked, scene, Target::score), tracer, baker.heights(), figures);
     frames.push_back(device.frame(row.settings, baked, scene, Target::color));
     result.measured.push_back(std::move(figures));
   }

@@ -67,7 +67,7 @@ const Heightfield& MapLibrary::heights(const SceneSpec& scene) {
 }
 
 const BakedMap& MapLibrary::map(const Case& c, const SceneSpec& scene) {
-  const std::string text = bake_text(c, scene);
+  const std::string text = bake_text(c.settings, scene);
   for (auto it = recent_.begin(); it != recent_.end(); ++it) {
     if (it->first != text) continue;
     recent_.splice(recent_.begin(), recent_, it);

@@ -137,7 +137,7 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
           if (!seen.insert(planned.id).second) continue;
           if (example.empty()) example = planned.id;
           if (!filter.empty() && !glob_matches(filter, planned.id)) continue;
-          planned.bake = bake_text(planned.planned, config.scenes[s]);
+          planned.bake = bake_text(planned.planned.settings, config.scenes[s]);
           all.push_back(std::move(planned));
         }
   }

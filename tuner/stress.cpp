@@ -45,8 +45,8 @@ JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& s
     if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
     if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
   }
-  const Heightfield& surface = baked.map.heights;
-  const std::vector<ReferenceHit> reference = baked.tracer.trace(rays);
+  const Heightfield& surface = baked.map->heights;
+  const std::vector<ReferenceHit> reference = baked.tracer->trace(rays);
   JudgedFrame judged = judge_frame(pixels, reference, surface.width, surface.height);
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.missed_rate;
@@ -112,11 +112,17 @@ class Run {
 
   void plan() {
     for (const Technique& technique : techniques()) report_.techniques.emplace_back(technique.id);
-    for (const Extreme& extreme : extremes_.list)
+    for (const Extreme& extreme : extremes_.list) {
+      std::vector<std::pair<std::string, Planned>> here;  // by bake
       for (const Technique& technique : techniques())
         for (Settings& settings : stress_settings(technique, extremes_.changes, extreme.changes))
-          if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings)))
-            planned_.push_back({.extreme = &extreme, .settings = std::move(settings)});
+          if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
+            std::string bake = bake_text(settings, extreme.scene);
+            here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});
+          }
+      std::ranges::stable_sort(here, {}, &std::pair<std::string, Planned>::first);
+      for (auto& [bake, planned] : here) planned_.push_back(std::move(planned));
+    }
     if (planned_.empty()) fail_input("stress: the filter '{}' matches nothing", options_.filter);
   }
 
@@ -138,12 +144,10 @@ class Run {
             .guarantee = guarantee_of(planned.settings)};
   }
 
-  const Heightfield& heights(const Extreme& extreme) {
-    if (last_extreme_ != &extreme) {
-      heights_ = load_heightmap(extreme.scene.heightmap);
-      last_extreme_ = &extreme;
-    }
-    return heights_;
+  SceneBaker& baker_of(const Extreme& extreme) {
+    if (last_extreme_ != &extreme) baker_.emplace(load_heightmap(extreme.scene.heightmap));
+    last_extreme_ = &extreme;
+    return *baker_;
   }
 
   std::string reason_to_skip(const Planned& planned) const {
@@ -166,7 +170,7 @@ class Run {
     }
     std::optional<std::vector<ScorePixel>> first;
     try {
-      const BakedScene baked = bake_scene(planned.settings, heights(extreme), extreme.scene.scene);
+      const BakedScene baked = baker_of(extreme).bake(planned.settings, extreme.scene);
       for (const auto& device : devices_) {
         StressResult here = result;
         here.backend = device->info().backend;
@@ -204,7 +208,7 @@ class Run {
   std::vector<std::unique_ptr<TraceDevice>> devices_;
   std::vector<Planned> planned_;
   const Extreme* last_extreme_ = nullptr;
-  Heightfield heights_;
+  std::optional<SceneBaker> baker_;
   std::map<std::string, StressPicture> pictures_;
   StressReport report_;
 };

@@ -4,19 +4,23 @@
 
 namespace reliefbench {
 
-BakedScene bake_scene(const Settings& settings, const Heightfield& heights, const Scene& scene) {
-  const bool has_map = settings.technique().find("format") != nullptr;  // flat reads none
-  const Format& format = find_format(has_map ? settings.choice("format") : "r32f");
-  BakedMap map{.heights = quantise_heights(heights, format.type)};
-  MapTextures textures;
-  if (has_map) {
-    map.values = map_of(settings).bake(bake_request(settings, map.heights, scene.wrap));
-    textures = map_textures(settings, map, scene.wrap, scene.relief_depth);
-  } else {
-    textures = pack_heights(map.heights, format);
+BakedScene SceneBaker::bake(const Settings& settings, const SceneSpec& spec) {
+  const Scene& scene = spec.scene;
+  const bool has_map = settings.technique().find("format") != nullptr;  // flat reads none: any will do
+  const Format& format = has_map ? find_format(settings.choice("format")) : formats().front();
+  if (std::string text = bake_text(settings, spec); text != text_) {
+    map_ = nullptr;  // large maps: not both at once
+    tracer_ = nullptr;
+    BakedMap map{.heights = quantise_heights(heights_, format.type)};
+    if (has_map) map.values = map_of(settings).bake(bake_request(settings, map.heights, scene.wrap));
+    map_ = std::make_shared<const BakedMap>(std::move(map));
+    tracer_ = std::make_shared<const ReferenceTracer>(map_->heights, scene.wrap);
+    text_ = std::move(text);
   }
-  ReferenceTracer tracer(map.heights, scene.wrap);
-  return {.map = std::move(map), .textures = std::move(textures), .tracer = std::move(tracer)};
+  return {.map = map_,
+          .tracer = tracer_,
+          .textures = has_map ? map_textures(settings, *map_, scene.wrap, scene.relief_depth)
+                              : pack_heights(map_->heights, format)};
 }
 
 TraceDevice::TraceDevice(const BackendRow& row, int index, WallSplit& split, bool is_timed)
@@ -35,7 +39,7 @@ TraceDevice::Frame TraceDevice::frame(const Settings& settings, const BakedScene
                 .normals = blank_.get(),
                 .reference = blank_.get(),
                 .extra = frame.extra ? frame.extra.get() : blank_.get(),
-                .frame = frame_uniforms(scene, baked.map.heights.width, baked.map.heights.height)};
+                .frame = frame_uniforms(scene, baked.map->heights.width, baked.map->heights.height)};
   return frame;
 }
 

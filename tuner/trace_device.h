@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "kernels/map_texture.h"
@@ -11,11 +12,25 @@ namespace reliefbench {
 
 /// A setting's map of one heightmap, in memory, and the exact tracer of its heights as they are stored.
 struct BakedScene {
-  BakedMap map;
+  std::shared_ptr<const BakedMap> map;
+  std::shared_ptr<const ReferenceTracer> tracer;
   MapTextures textures;
-  ReferenceTracer tracer;
 };
-[[nodiscard]] BakedScene bake_scene(const Settings& settings, const Heightfield& heights, const Scene& scene);
+
+/// Bakes maps of one heightmap. Settings that follow one another and share a bake (bake_text) share its map and tracer.
+class SceneBaker {
+ public:
+  explicit SceneBaker(Heightfield heights) : heights_(std::move(heights)) {}
+
+  [[nodiscard]] const Heightfield& heights() const { return heights_; }
+  [[nodiscard]] BakedScene bake(const Settings& settings, const SceneSpec& scene);
+
+ private:
+  Heightfield heights_;
+  std::string text_;  // of the last bake
+  std::shared_ptr<const BakedMap> map_;
+  std::shared_ptr<const ReferenceTracer> tracer_;
+};
 
 /// Frames of one setting on one device, for commands that draw cases one by one.
 class TraceDevice {

@@ -29,7 +29,7 @@ class Explorer {
   static constexpr std::size_t kLeast = 32;
   static constexpr std::size_t kMost = 320;
   static constexpr double kRough = 0.015;  ///< of the settings
-  static constexpr int kVolumeEvery = 3;   ///< batches
+  static constexpr int kVolumeEvery = 4;   ///< batches
 
  private:
   void learn(std::span<const Observed> observed, std::span<const double> scales);

@@ -136,7 +136,7 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
     const auto n = static_cast<double>(setting.frames.size());
     // Frames lie closer to their own median than to the true one.
     const double unit = std::sqrt(n / (n - 1)) / scale(setting);
-    for (const double frame : setting.frames) frames.push_back(std::min((frame - middle) * unit, kClip));
+    for (const double frame : setting.frames) frames.push_back(std::clamp((frame - middle) * unit, -kFastClip, kClip));
   }
   if (frames.size() < 2 * kSeenTwice) return;
   if (frames.size() > kMostTails) {
@@ -145,7 +145,7 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
     frames = std::move(fewer);
   }
   frames.push_back(kClip);
-  frames.push_back(1.5 * std::min(std::ranges::min(frames), 0.0));
+  frames.push_back(std::max(1.5 * std::min(std::ranges::min(frames), 0.0), -kFastClip));
   std::ranges::sort(frames);
 
   // P(median of 3 is the r-th of n frames), see true_log_time.
@@ -247,8 +247,15 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
     if (frames.end() - std::ranges::upper_bound(frames, most) >= kSeenOutliers)
       at_least = std::max(0.0, plain.mean - clipped.mean - error);
   }
+  const double least = frames[3 * frames.size() / 4] - kFastClip * own;
+  double raised = plain.mean;
+  if (frames.front() < least) {
+    std::vector<double> tame = frames;
+    for (double& frame : tame) frame = std::max(frame, least);
+    raised = median_statistic(tame).mean;
+  }
   return {.lower = observed.clipped + at_least - own * radius(above_, observed),
-          .upper = observed.mean + own * radius(below_, observed) + error};
+          .upper = raised + own * radius(below_, observed) + error};
 }
 
 }  // namespace reliefbench

@@ -30,7 +30,8 @@ namespace reliefbench {
 /// kSeenOutliers were seen it has what they add less kOutlier standard errors. The upper bound takes frames as they
 /// are, so it contains what outliers were seen, and adds kOutlier standard errors of what they contribute: pointwise,
 /// not anytime, because an upper bound fails by no more than outliers add to the mean, 3 p^2 of their size if they have
-/// share p.
+/// share p. Fast outliers (drift was corrected by a control frame that was itself held up) are raised to the upper
+/// quartile - kFastClip s for the upper bound, as their expectation is then no smaller.
 ///
 /// Union bound: alpha is confidence's complement, halved for the sides, split among settings by the order in which they
 /// are first timed: in tiers, the first kTierEnds[0] of all settings share kTierAlpha[0] of it, and so on. The order is
@@ -57,6 +58,7 @@ class NoiseModel {
   static constexpr std::array<double, kTiers> kTierAlpha{0.4, 0.35, 0.25};
   static constexpr double kClip = 6;
   static constexpr double kFewClip = 4;
+  static constexpr double kFastClip = 4;
   static constexpr std::size_t kFewFrames = 12;
   static constexpr double kOutlier = 2;
   static constexpr std::ptrdiff_t kSeenOutliers = 8;  ///< from which the lower bound takes them for real

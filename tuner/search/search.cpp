@@ -14,8 +14,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kFirstBlocks = 2;            // of a setting that the surrogate asked for; they also teach the noise
-constexpr std::size_t kSettleBlocks = 14;  // drawn, a setting that the surrogate asked for, to tell it from the others
+constexpr int kFirstBlocks = 3;            // of a setting that the surrogate asked for; they also teach the noise
+constexpr std::size_t kSettleBlocks = 20;  // drawn, a setting that the surrogate asked for, to tell it from the others
 constexpr std::size_t kLeastFirst = 10;    // settings timed before the surrogate is asked
 constexpr double kRefit = 1.25;            // growth of the blocks after which the noise is estimated anew
 constexpr double kPathGrowth = 1.1;        // of the samples between two points of the path

@@ -164,7 +164,7 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
 
 void Surrogate::fit_if_due() {
   if (points_.size() < next_fit_) return;
-  next_fit_ = points_.size() * 7 / 5 + 1;
+  next_fit_ = points_.size() * 6 / 5 + 1;
   fit();
 }
 
