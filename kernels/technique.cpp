@@ -4,7 +4,6 @@
 #include <charconv>
 
 #include "kernels/error.h"
-#include "kernels/map_storage.h"
 
 namespace reliefbench {
 namespace {
@@ -395,16 +394,19 @@ bool is_on(const Settings& settings, std::string_view param_id) {
 
 }  // namespace
 
-std::string conflict(const Settings& settings) {
-  if (!is_on(settings, "format")) return "";
+MapStorage storage_of(const Settings& settings) {
   const auto choice_or = [&](std::string_view id, std::string_view otherwise) {
     return is_on(settings, id) ? settings.choice(id) : otherwise;
   };
-  return conflict({.map = map_of(settings),
-                   .format = find_format(settings.choice("format")),
-                   .encoding = find_encoding(choice_or("encoding", "ratio")),
-                   .correction = find_correction(choice_or("correction", "none")),
-                   .max_ratio = choice_or("max_ratio", "1") == "unbounded" ? kUnboundedRatio : 1});
+  return {.map = map_of(settings),
+          .format = find_format(settings.choice("format")),
+          .encoding = find_encoding(choice_or("encoding", "ratio")),
+          .correction = find_correction(choice_or("correction", "none")),
+          .max_ratio = choice_or("max_ratio", "1") == "unbounded" ? kUnboundedRatio : 1};
+}
+
+std::string conflict(const Settings& settings) {
+  return is_on(settings, "format") ? conflict(storage_of(settings)) : "";
 }
 
 }  // namespace reliefbench

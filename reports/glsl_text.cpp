@@ -137,7 +137,8 @@ std::string value_text(const std::vector<Piece>& pieces, const std::string& fall
   const std::string ending = fmt::format(" = {};", value);
   for (const Piece& piece : pieces) {
     const std::string_view code = code_of(lines_of(piece.text).back());
-    if (!family.empty() && code.starts_with("const int " + family) && code.ends_with(ending)) return piece.names.front();
+    if (!family.empty() && code.starts_with("const int " + family) && code.ends_with(ending))
+      return piece.names.front();
   }
   return fmt::format("{}", value);
 }
