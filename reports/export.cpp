@@ -122,6 +122,8 @@ void write_export(const Export& exported, const fs::path& folder) {
   std::error_code error;
   const bool is_new = fs::create_directories(folder, error);
   if (error) fail_input("{}: cannot be made: {}", folder.string(), error.message());
+  for (const std::string_view name : kFileNames)
+    if (fs::is_directory(folder / name, error)) fail_input("{}: is a folder", (folder / name).string());
   const fs::path stage = folder / fmt::format(".export.tmp{}", ::getpid());
   try {
     fs::create_directory(stage, error);

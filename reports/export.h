@@ -17,7 +17,7 @@ struct ExportJob {
   Settings settings;
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;          ///< in sides of one tile
-  nlohmann::json evidence = nullptr;  ///< what the choice rests on; goes into settings.json as it is
+  nlohmann::json evidence = nullptr;  ///< what the choice rests on, for settings.json; null: the user said so
 };
 
 struct ExportedFile {

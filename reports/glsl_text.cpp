@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "kernels/embedded.h"
+#include "reports/glsl_fold.h"
 
 namespace reliefbench {
 namespace {
@@ -20,28 +21,12 @@ struct Piece {
   bool is_needed = false;
 };
 
-std::vector<std::string> lines_of(std::string_view text) {
-  std::vector<std::string> lines;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    lines.emplace_back(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return lines;
-}
-
-/// A line without its comment and the spaces before that.
-std::string_view code_of(std::string_view line) {
-  line = line.substr(0, line.find("//"));
-  return line.substr(0, line.find_last_not_of(' ') + 1);
-}
-
 bool is_word_character(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
 /// Every identifier and number of the code.
 std::vector<std::string> words_of(std::string_view text) {
   std::vector<std::string> words;
-  for (const std::string& line : lines_of(text)) {
+  for (const std::string& line : text_lines(text)) {
     std::string word;
     for (const char c : std::string(code_of(line)) + " ") {
       if (is_word_character(c)) {
@@ -69,7 +54,7 @@ std::string_view without_layout(std::string_view code) {
 /// What a piece declares: the macros of preprocessor lines; else the last word before the first of `( = ; {`.
 std::vector<std::string> names_of(std::string_view text) {
   std::vector<std::string> names;
-  for (const std::string& line : lines_of(text)) {
+  for (const std::string& line : text_lines(text)) {
     const std::string_view code = code_of(line);
     if (code.starts_with("#define ")) names.push_back(words_of(code).at(1));
     if (code.empty() || code.front() == '#') continue;
@@ -118,7 +103,7 @@ class Cutter {
 /// The pieces of a file, those of its includes first; nothing where it was read before.
 void read_pieces(const std::string& file, std::set<std::string>& seen, std::vector<Piece>& pieces) {
   if (!seen.insert(file).second) return;
-  std::vector<std::string> lines = lines_of(embedded_text(embedded_shaders(), file));
+  std::vector<std::string> lines = text_lines(embedded_text(embedded_shaders(), file));
   if (lines.front().starts_with("#ifndef ")) {  // the guard
     lines.erase(lines.begin(), lines.begin() + 2);
     lines.pop_back();
@@ -131,29 +116,47 @@ void read_pieces(const std::string& file, std::set<std::string>& seen, std::vect
   cutter.end();
 }
 
-/// The named choice that stands for a value: `WRAP_CLAMP` for 1 where the default is WRAP_REPEAT; else the number.
-std::string value_text(const std::vector<Piece>& pieces, const std::string& fallback, int value) {
+/// "const int NAME = VALUE;" as words: const int NAME VALUE; none: another declaration
+std::vector<std::string> constant_words(const Piece& piece) {
+  std::vector<std::string> words = words_of(without_layout(code_of(text_lines(piece.text).back())));
+  if (words.size() != 4 || words[0] != "const" || words[1] != "int") words.clear();
+  return words;
+}
+
+int number(const std::string& text) {
+  int value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+/// The named choice that stands for a value: WRAP_CLAMP for 1 where the default is WRAP_REPEAT; else the number.
+std::string value_text(const GlslConstants& constants, const std::string& fallback, int value) {
   const std::string family = fallback.substr(0, fallback.find('_') + 1);
-  const std::string ending = fmt::format(" = {};", value);
-  for (const Piece& piece : pieces) {
-    const std::string_view code = code_of(lines_of(piece.text).back());
-    if (!family.empty() && code.starts_with("const int " + family) && code.ends_with(ending))
-      return piece.names.front();
-  }
+  for (const auto& [name, known] : constants)
+    if (!family.empty() && name.starts_with(family) && known == value) return name;
   return fmt::format("{}", value);
 }
 
 /// `layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;` to `const int LOOP = <its value>;`
-void specialise(std::vector<Piece>& pieces, const std::map<int, int>& constants) {
+/// returns: the value of every integer constant
+GlslConstants specialise(std::vector<Piece>& pieces, const std::map<int, int>& given) {
+  constexpr std::string_view kSpecialised = "layout(constant_id = ";
+  GlslConstants choices;
+  for (const Piece& piece : pieces)
+    if (const auto words = constant_words(piece); !words.empty() && !piece.text.starts_with("layout"))
+      choices.emplace(words[2], number(words[3]));
+  GlslConstants constants = choices;
   for (Piece& piece : pieces) {
-    if (!piece.text.starts_with("layout(constant_id")) continue;
-    const std::vector<std::string> words = words_of(piece.text);  // layout constant_id 3 const int LOOP LOOP_EARLY_EXIT
-    int id = 0;
-    std::from_chars(words.at(2).data(), words.at(2).data() + words.at(2).size(), id);
-    const auto given = constants.find(id);
-    const std::string value = given == constants.end() ? words.at(6) : value_text(pieces, words.at(6), given->second);
-    piece.text = fmt::format("const int {} = {};\n", words.at(5), value);
+    if (!piece.text.starts_with(kSpecialised)) continue;
+    const std::vector<std::string> words = constant_words(piece);
+    const auto choice = choices.find(words.at(3));
+    const int fallback = choice == choices.end() ? number(words.at(3)) : choice->second;
+    const auto found = given.find(number(words_of(piece.text).at(2)));
+    const int value = found == given.end() ? fallback : found->second;
+    piece.text = fmt::format("const int {} = {};\n", words[2], value_text(choices, words[3], value));
+    constants.emplace(words[2], value);
   }
+  return constants;
 }
 
 void mark(std::vector<Piece>& pieces, const std::string& name) {
@@ -170,7 +173,8 @@ std::string cut_glsl(const GlslCut& cut) {
   std::vector<Piece> pieces;
   std::set<std::string> seen;
   for (const std::string& file : cut.files) read_pieces(file, seen, pieces);
-  specialise(pieces, cut.constants);
+  const GlslConstants constants = specialise(pieces, cut.constants);
+  for (Piece& piece : pieces) piece.text = folded(piece.text, constants);
   for (const std::string& root : cut.roots) mark(pieces, root);
   std::set<std::string> files;
   for (const Piece& piece : pieces)

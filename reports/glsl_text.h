@@ -15,7 +15,7 @@ struct GlslCut {
 };
 
 /// Shader files as one text: every `#include` is put in its place, once, and of all top-level declarations those stay,
-/// with their comments, that the roots need. Branches inside functions stay as they are.
+/// with their comments, that the roots need, without the `if`s that constants decide (glsl_fold.h).
 /// It knows the shaders of this project, not GLSL: includes first, a declaration's last line ends in `;` or `}`.
 /// throws: Error(environment): no such file
 [[nodiscard]] std::string cut_glsl(const GlslCut& cut);

@@ -78,9 +78,10 @@ std::string texture_lines(const ShippedShader& shipped) {
 std::string guarantee_lines(const Settings& settings) {
   const Technique& technique = settings.technique();
   const Guarantee guarantee = guarantee_of(settings);
+  const Param* const filter = technique.find("filter");
+  const bool is_sampled = filter != nullptr && settings.is_active(*filter) && settings.choice("filter") == "hardware";
   std::string text = fmt::format("Guarantee: {}", guarantee_id(guarantee));
-  if (guarantee != Guarantee::none && technique.find("filter") != nullptr && settings.choice("filter") == "hardware")
-    text += ", to within the sampler's precision";
+  if (guarantee != Guarantee::none && is_sampled) text += ", to within the sampler's precision";
   if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
   return comment(text + ".");
 }
@@ -104,7 +105,9 @@ std::string use_lines(const ShippedShader& shipped) {
 
 std::string header(const ShippedShader& shipped) {
   const Technique& technique = shipped.settings.technique();
-  std::string text = comment(fmt::format("{}: {}. Source: {}", technique.id, technique.description, technique.source));
+  std::string text =
+      comment(fmt::format("{}: {}.{}{}", technique.id, technique.description,
+                          technique.source == "-" ? "" : " Source: ", technique.source == "-" ? "" : technique.source));
   for (const Paper& paper : papers_cited_by(technique.source))
     text += comment(fmt::format("[{}] {}{}{}, {}", paper.id, paper.authors, paper.authors.empty() ? "" : ": ",
                                 paper.title, paper.where),
@@ -136,7 +139,7 @@ std::vector<ShippedTexture> shipped_textures(const Settings& settings, const Map
 }
 
 std::string shipped_shader(const ShippedShader& shipped) {
-  GlslCut cut{.files = {"ship.glsl", fmt::format("{}.glsl", shipped.settings.technique().id)},
+  GlslCut cut{.files = {"common.glsl", fmt::format("{}.glsl", shipped.settings.technique().id), "ship.glsl"},
               .roots = {"trace", "view_ray"}};
   if (has_levels(shipped.settings)) cut.roots.insert("pixel_footprint");
   for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap))

@@ -2,7 +2,7 @@
 
 // What every technique's trace shares. Domain: uv in tiles, height in [0,1] with 1 on top.
 
-layout(BINDING(1)) uniform sampler2D relief_map;  // r = height, g = stored cone ratio, ba = normal (see LAYOUT)
+layout(BINDING(1)) uniform sampler2D relief_map;  // r = height; g = stored cone ratio and ba = normal where it has them
 layout(BINDING(4)) uniform sampler2D extra_map;   // what a map keeps apart: stored ratios, pyramid or volume
 
 const int WRAP_REPEAT = 0;
@@ -58,9 +58,10 @@ int wrapped(int i, int n) { return clamp(WRAP == WRAP_CLAMP ? i : int(mod(float(
 // tan(y) for y in [0, pi/4] within 2.2e-4; the map was encoded by this very formula.
 float tangent(float y) { return y * (15.0 - y * y) / (15.0 - 6.0 * y * y); }
 
+const float HALF_PI = 1.57079632679;
+
 // A stored ratio as the tangent it stands for.
 float decoded_ratio(float stored, float height) {
-  const float HALF_PI = 1.57079632679;
   if (ENCODING == ENCODING_SQRT) return stored * stored;
   if (ENCODING == ENCODING_H_TAN) return stored / max(1.0 - height, 1.52587890625e-5);
   if (ENCODING == ENCODING_ATAN)

@@ -80,5 +80,6 @@ Hit trace_voxels(Ray ray, float speed) {
 
 Hit trace(Ray ray) {
   float speed = length(vec3(TILE_SIDE * ray.slope, 1.0));
-  return STEP == STEP_CELL_QUAD ? trace_cells(ray, speed) : trace_voxels(ray, speed);
+  if (STEP == STEP_CELL_QUAD) return trace_cells(ray, speed);
+  return trace_voxels(ray, speed);
 }

@@ -2,8 +2,10 @@
 
 ivec2 map_size() { return textureSize(relief_map, 0); }
 
-// The ray of a fragment. uv: where it meets the top plate, in tiles. view: from the eye to there, in tangent space, z < 0.
-// relief_depth: in sides of a tile.
+// The ray of a fragment.
+// uv: where it meets the top plate, in tiles
+// view: from the eye to there, in tangent space, of any length; z < 0
+// relief_depth: in sides of a tile
 Ray view_ray(vec2 uv, vec3 view, float relief_depth) {
   return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 1.0, 0);
 }

@@ -50,9 +50,10 @@ ExportJob job_of(const Arguments& arguments) {
 
 void print_export(const ExportJob& job, const Export& exported, const std::string& folder) {
   fmt::print("{}\n", paint_for_stdout().bold(setting_id(job.settings)));
-  for (const nlohmann::json& scene : job.evidence.value("scenes", nlohmann::json::array()))
+  const nlohmann::json& evidence = job.evidence;
+  for (const nlohmann::json& scene : evidence.is_null() ? nlohmann::json::array() : evidence.at("scenes"))
     fmt::print("  measured in {}: {}, {} {}\n", scene.at("scene").get<std::string>(),
-               format_time_ns(scene.at("time_ns")), job.evidence.value("error_metric", "error"),
+               format_time_ns(scene.at("time_ns")), evidence.value("error_metric", "error"),
                format_number(scene.at("error")));
   std::vector<std::vector<std::string>> rows;
   for (const ExportedFile& file : exported.files)
