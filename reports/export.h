@@ -27,10 +27,10 @@ struct ExportedFile {
 };
 
 /// Everything that an engine needs, and nothing that needs reliefbench.
-struct Export {
+struct Export {                     // NOLINT(bugprone-exception-escape): moving a json does not throw
   nlohmann::ordered_json settings;  ///< settings.json
-  std::vector<ExportedFile>
-      files;  ///< relief.ktx2 and relief.extra.ktx2 as the map has them, relief.glsl, settings.json
+  /// relief.ktx2 and relief.extra.ktx2 as the map has them, relief.glsl, settings.json
+  std::vector<ExportedFile> files;
 };
 
 /// Loads the heightmap, bakes its map (or has it from the cache) and makes the files.
