@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <string_view>
 
 #include "kernels/paper.h"
@@ -103,6 +105,13 @@ std::string use_lines(const ShippedShader& shipped) {
   return text;
 }
 
+/// Text from outside as it may stand in a comment.
+std::string on_one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  return text;
+}
+
 std::string header(const ShippedShader& shipped) {
   const Technique& technique = shipped.settings.technique();
   std::string text =
@@ -112,7 +121,7 @@ std::string header(const ShippedShader& shipped) {
     text += comment(fmt::format("[{}] {}{}{}, {}", paper.id, paper.authors, paper.authors.empty() ? "" : ": ",
                                 paper.title, paper.where),
                     "  ");
-  text += fmt::format("//\n// Setting, for {}, wrap {}:\n//   {}\n", shipped.heightmap,
+  text += fmt::format("//\n// Setting, for {}, wrap {}:\n//   {}\n", on_one_line(shipped.heightmap),
                       shipped.wrap == Wrap::repeat ? "repeat" : "clamp", setting_id(shipped.settings));
   text += "//\n" + texture_lines(shipped) + "//\n" + guarantee_lines(shipped.settings) + "//\n" + use_lines(shipped);
   return text + fmt::format("//\n// Exported by reliefbench {} ({}).\n", version(), git_sha());

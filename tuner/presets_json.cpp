@@ -108,11 +108,12 @@ LoadedPreset read_level(const ConfigReader& reader, const JsonNode& root, const 
     reader.at(param, [&] { known.set(param.key, texts.back().second); });
   }
   json evidence = read_evidence(reader, root, device, level);
-  return {.backend = evidence["backend"],
-          .device = evidence["device"],
-          .quality = evidence["quality"],
-          .settings = reader.at(params, [&] { return settings_of(id, texts); }),
-          .evidence = std::move(evidence)};
+  LoadedPreset preset{.backend = evidence["backend"],
+                      .device = evidence["device"],
+                      .quality = evidence["quality"],
+                      .settings = reader.at(params, [&] { return settings_of(id, texts); })};
+  preset.evidence = std::move(evidence);
+  return preset;
 }
 
 }  // namespace
