@@ -11,7 +11,8 @@ namespace reliefbench {
 namespace {
 
 struct Source {
-  std::string_view stage_file;
+  std::string file;  ///< as errors show it
+  std::string_view text;
   EShLanguage stage;
   TechniqueSource technique{};
   Dialect dialect;
@@ -60,11 +61,9 @@ std::string first_error(std::string_view log) {
 Spirv compile(const Source& source) {
   static const GlslangProcess process;
 
-  const std::string file(source.stage_file);
-  const std::string_view text = embedded_text(embedded_shaders(), source.stage_file);
-  const char* const text_data = text.data();
-  const char* const name = file.c_str();
-  const int length = static_cast<int>(text.size());
+  const char* const text_data = source.text.data();
+  const char* const name = source.file.c_str();
+  const int length = static_cast<int>(source.text.size());
 
   glslang::TShader shader(source.stage);
   shader.setStringsWithLengthsAndNames(&text_data, &length, &name, 1);
@@ -85,7 +84,7 @@ Spirv compile(const Source& source) {
     fail_environment("{}", first_error(shader.getInfoLog()));
   glslang::TProgram program;
   program.addShader(&shader);
-  if (!program.link(rules)) fail_environment("{}: {}", file, first_error(program.getInfoLog()));
+  if (!program.link(rules)) fail_environment("{}: {}", source.file, first_error(program.getInfoLog()));
 
   // Names stay for debuggers. The optimiser stays off: the drivers have their own, and every version of it would
   // change the hash that timings are stored under.
@@ -97,6 +96,12 @@ Spirv compile(const Source& source) {
   return spirv;
 }
 
+/// One of the binary's own files.
+Spirv compile_stage(std::string file, EShLanguage stage, Dialect dialect, const TechniqueSource& technique = {}) {
+  const std::string_view text = embedded_text(embedded_shaders(), file);
+  return compile({.file = std::move(file), .text = text, .stage = stage, .technique = technique, .dialect = dialect});
+}
+
 }  // namespace
 
 Spirv compile_fragment(std::string_view technique, Target target, Dialect dialect) {
@@ -106,23 +111,19 @@ Spirv compile_fragment(std::string_view technique, Target target, Dialect dialec
 }
 
 Spirv compile_fragment(const TechniqueSource& technique, Target target, Dialect dialect) {
-  return compile({.stage_file = target == Target::score ? "score.frag" : "shade.frag",
-                  .stage = EShLangFragment,
-                  .technique = technique,
-                  .dialect = dialect});
+  return compile_stage(target == Target::score ? "score.frag" : "shade.frag", EShLangFragment, dialect, technique);
 }
 
-Spirv compile_vertex(Dialect dialect) {
-  return compile({.stage_file = "fullscreen.vert", .stage = EShLangVertex, .dialect = dialect});
+Spirv compile_whole_fragment(const TechniqueSource& shader, Dialect dialect) {
+  return compile({.file = shader.name, .text = shader.text, .stage = EShLangFragment, .dialect = dialect});
 }
+
+Spirv compile_vertex(Dialect dialect) { return compile_stage("fullscreen.vert", EShLangVertex, dialect); }
 
 Spirv compile_compute(std::string_view name, Dialect dialect) {
-  const std::string file = fmt::format("{}.comp", name);
-  return compile({.stage_file = file, .stage = EShLangCompute, .dialect = dialect});
+  return compile_stage(fmt::format("{}.comp", name), EShLangCompute, dialect);
 }
 
-Spirv compile_load(Dialect dialect) {
-  return compile({.stage_file = "load.frag", .stage = EShLangFragment, .dialect = dialect});
-}
+Spirv compile_load(Dialect dialect) { return compile_stage("load.frag", EShLangFragment, dialect); }
 
 }  // namespace reliefbench

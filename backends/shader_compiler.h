@@ -22,6 +22,9 @@ struct TechniqueSource {
 };
 [[nodiscard]] Spirv compile_fragment(const TechniqueSource& technique, Target target, Dialect dialect);
 
+/// A whole fragment shader that is not one of the binary's own; it may include those.
+[[nodiscard]] Spirv compile_whole_fragment(const TechniqueSource& shader, Dialect dialect);
+
 /// The full-screen triangle.
 [[nodiscard]] Spirv compile_vertex(Dialect dialect);
 

@@ -3,7 +3,6 @@
 #include <charconv>
 
 #include "kernels/error.h"
-#include "kernels/map_storage.h"
 #include "kernels/technique.h"
 
 namespace reliefbench {
@@ -84,16 +83,19 @@ Guarantee guarantee_of(const Settings& settings) {
   return guarantee == nullptr ? Guarantee::none : guarantee(settings);
 }
 
-std::string conflict(const Settings& settings) {
-  if (!is_on(settings, "format")) return "";
+MapStorage storage_of(const Settings& settings) {
   const auto choice_or = [&](std::string_view id, std::string_view otherwise) {
     return is_on(settings, id) ? settings.choice(id) : otherwise;
   };
-  return conflict({.map = map_of(settings),
-                   .format = find_format(settings.choice("format")),
-                   .encoding = find_encoding(choice_or("encoding", "ratio")),
-                   .correction = find_correction(choice_or("correction", "none")),
-                   .max_ratio = choice_or("max_ratio", "1") == "unbounded" ? kUnboundedRatio : 1});
+  return {.map = map_of(settings),
+          .format = find_format(settings.choice("format")),
+          .encoding = find_encoding(choice_or("encoding", "ratio")),
+          .correction = find_correction(choice_or("correction", "none")),
+          .max_ratio = choice_or("max_ratio", "1") == "unbounded" ? kUnboundedRatio : 1};
+}
+
+std::string conflict(const Settings& settings) {
+  return is_on(settings, "format") ? conflict(storage_of(settings)) : "";
 }
 
 }  // namespace reliefbench

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "kernels/error.h"
-#include "kernels/map_storage.h"
 
 namespace reliefbench {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/map_kind.h"
+#include "kernels/map_storage.h"
 
 namespace reliefbench {
 
@@ -89,6 +89,9 @@ class Settings {
 /// The map kind of these settings.
 [[nodiscard]] const MapRow& map_of(const Settings& settings);
 [[nodiscard]] Guarantee guarantee_of(const Settings& settings);
+
+/// How these settings' map is stored. The technique must have a `format`.
+[[nodiscard]] MapStorage storage_of(const Settings& settings);
 
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have).

@@ -31,7 +31,7 @@ struct Scene {
   int height_px = 256;
 };
 
-/// The uniform block `Frame` of common.glsl, std140.
+/// The uniform block `Frame` of frame.glsl, std140.
 struct FrameUniforms {
   std::array<float, 4> position;      ///< xyz, w = relief depth
   std::array<float, 4> right;         ///< xyz scaled by aspect * tan(fov/2), w = tiling
@@ -43,7 +43,7 @@ struct FrameUniforms {
 static_assert(sizeof(FrameUniforms) == 96);
 [[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);
 
-/// The ray of one pixel, as common.glsl makes it (same formulas in float; used by the null backend and by tests).
+/// The ray of one pixel, as frame.glsl makes it (same formulas in float; used by the null backend and by tests).
 /// status is no_ray for the sky and, with clamp, outside the unit square.
 [[nodiscard]] ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y);
 

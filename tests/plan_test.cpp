@@ -175,7 +175,8 @@ TEST(Plan, SortedSoThatABakeServesItsCases) {
 TEST(Plan, BakeTextTellsWrapsApart) {
   Config config = config_of(R"({"technique": "relaxed_cone", "axes": {"search_steps": 64}})");
   const Case c = make_plan(config, kOne, "").cases.at(0);
-  EXPECT_THAT(bake_text(c.settings, config.scenes[0]), AllOf(HasSubstr("|search_steps=64|"), testing::EndsWith("|wrap=repeat")));
+  EXPECT_THAT(bake_text(c.settings, config.scenes[0]),
+              AllOf(HasSubstr("|search_steps=64|"), testing::EndsWith("|wrap=repeat")));
   config.scenes[0].scene.wrap = Wrap::clamp;
   EXPECT_THAT(bake_text(c.settings, config.scenes[0]), testing::EndsWith("|wrap=clamp"));
 }

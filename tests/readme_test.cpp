@@ -1,8 +1,10 @@
 // The README's commands, run as they stand; its quickstart is the smoke config, so that they take seconds.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "kernels/paper.h"
 #include "tests/command.h"
 #include "tests/temp_folder.h"
 
@@ -53,9 +55,21 @@ TEST(ReadmeTest, its_commands_run) {
 
 TEST(ReadmeTest, names_every_command_and_exit_code) {
   const std::string text = file_text(kSource / "README.md");
-  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "tuners", "compare", "bake",
-                                    "stress", "claims", "list", "devices"})
+  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "tuners", "compare",
+                                    "bake", "stress", "claims", "list", "devices"})
     EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
+}
+
+TEST(ReadmeTest, lists_the_papers_that_the_sources_cite) {
+  std::vector<std::string> listed;
+  std::ifstream in(kSource / "README.md");
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("- [")) listed.push_back(line);
+  std::vector<std::string> known;
+  for (const Paper& paper : papers())
+    known.push_back(fmt::format("- [{}] {}{}*{}*, {}", paper.id, paper.authors, paper.authors.empty() ? "" : ": ",
+                                paper.title, paper.where));
+  EXPECT_EQ(listed, known);
 }
 
 }  // namespace

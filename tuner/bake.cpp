@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <numeric>
 
 #include "backends/gpu_bake.h"
@@ -38,19 +37,6 @@ Baked bake_on_device(std::string_view device, const MapRow& map, const BakeReque
   const std::unique_ptr<Backend> backend = row.open(0, {});
   const GpuBaker baker(*backend, row.dialect, map.kind);
   return timed([&] { return baker.bake(request); });
-}
-
-std::map<std::string, std::string> metadata_of(const BakeJob& job) {
-  const MapStorage& storage = job.storage;
-  return {{"KTXwriter", fmt::format("reliefbench {}", version())},
-          {"reliefbench.kind", std::string(storage.map.id)},
-          {"reliefbench.kind_version", fmt::format("{}", storage.map.version)},
-          {"reliefbench.correction", std::string(correction_id(storage.correction))},
-          {"reliefbench.encoding", std::string(storage.encoding.id)},
-          {"reliefbench.format", std::string(storage.format.id)},
-          {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
-          {"reliefbench.relief_range", "0 1"},
-          {"reliefbench.wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"}};
 }
 
 void set_parameter(BakeRequest& request, const MapRow& map, int value) {
@@ -87,7 +73,7 @@ void count_ratios(const BakeJob& job, const MapTextures& textures, BakeResult& r
 }
 
 void write(const BakeJob& job, const MapTextures& textures, BakeResult& result) {
-  result.files = write_map(job.output, job.storage, textures, metadata_of(job));
+  result.files = write_map(job.output, job.storage, textures, map_metadata(job.storage, job.wrap));
   if (job.output.extension() != ".ktx2") return;
   for (const std::filesystem::path& file : result.files) {
     const TextureImage& written = file == result.files.front() ? textures.relief : *textures.extra;
@@ -114,6 +100,18 @@ const Format& default_format(const MapRow& map, const Encoding& encoding, Correc
     if (first_reason.empty()) first_reason = reason;
   }
   fail_input("{}", first_reason);
+}
+
+std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap) {
+  return {{"KTXwriter", fmt::format("reliefbench {}", version())},
+          {"reliefbench.kind", std::string(storage.map.id)},
+          {"reliefbench.kind_version", fmt::format("{}", storage.map.version)},
+          {"reliefbench.correction", std::string(correction_id(storage.correction))},
+          {"reliefbench.encoding", std::string(storage.encoding.id)},
+          {"reliefbench.format", std::string(storage.format.id)},
+          {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
+          {"reliefbench.relief_range", "0 1"},
+          {"reliefbench.wrap", wrap == Wrap::repeat ? "repeat" : "clamp"}};
 }
 
 BakeResult run_bake(const BakeJob& job) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -41,6 +42,9 @@ struct BakeResult {
 /// throws: Error(bad_input) with the first reason if none does
 [[nodiscard]] const Format& default_format(const MapRow& map, const Encoding& encoding, Correction correction,
                                            float max_ratio);
+
+/// What a map's file says of it.
+[[nodiscard]] std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap);
 
 /// Loads, bakes, packs, verifies and writes.
 /// throws: Error(bad_input): a conflict, an unreadable heightmap, an unwritable file; Error(environment): no such

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 
 #include "kernels/error.h"
 #include "tuner/case_table.h"
@@ -30,6 +31,7 @@ json evidence_json(const PresetEvidence& evidence, const Presets& presets) {
           {"case", evidence.record->case_id},
           {"time_ns", time.median},
           {"ci", {time.ci_low, time.ci_high}},
+          {"samples", time.n},
           {"error", evidence.error}};
 }
 
@@ -64,7 +66,37 @@ json device_json(const DevicePresets& device, const Presets& presets) {
           {"levels", std::move(levels)}};
 }
 
-LoadedPreset read_level(const ConfigReader& reader, const JsonNode& device, const JsonNode& level) {
+/// One measurement. Files of earlier versions have no number of samples.
+json read_measurement(const ConfigReader& reader, const JsonNode& node) {
+  const auto number = [&](std::string_view key) { return reader.number(reader.required(node, key), {.low = 0}); };
+  json ci = json::array();
+  for (const JsonNode& end : reader.items(reader.required(node, "ci"))) ci.push_back(reader.number(end, {.low = 0}));
+  json measurement = {{"scene", reader.text(reader.required(node, "scene"))},
+                      {"case", reader.text(reader.required(node, "case"))},
+                      {"time_ns", number("time_ns")},
+                      {"ci", std::move(ci)},
+                      {"error", number("error")}};
+  if (const JsonNode* samples = node.find("samples")) measurement["samples"] = reader.integer(*samples, 1, INT32_MAX);
+  return measurement;
+}
+
+/// What a level rests on, as far as the file says.
+json read_evidence(const ConfigReader& reader, const JsonNode& root, const JsonNode& device, const JsonNode& level) {
+  json evidence = {{"backend", reader.text(reader.required(device, "backend"))},
+                   {"device", reader.text(reader.required(device, "device"))},
+                   {"quality", reader.integer(reader.required(level, "quality"), 0, 100)},
+                   {"scenes", json::array()}};
+  for (const auto& [node, key] : {std::pair(&root, "error_metric"), std::pair(&device, "driver")})
+    if (const JsonNode* text = node->find(key)) evidence[key] = reader.text(*text);
+  for (const char* key : {"relative_time", "error"})
+    if (const JsonNode* number = level.find(key)) evidence[key] = reader.number(*number, {.low = 0});
+  if (const JsonNode* list = level.find("evidence"))
+    for (const JsonNode& one : reader.items(*list)) evidence["scenes"].push_back(read_measurement(reader, one));
+  return evidence;
+}
+
+LoadedPreset read_level(const ConfigReader& reader, const JsonNode& root, const JsonNode& device,
+                        const JsonNode& level) {
   const JsonNode& technique = reader.required(level, "technique");
   const std::string id = reader.text(technique);
   Settings known(*reader.at(technique, [&] { return &find_technique(id); }));
@@ -75,11 +107,13 @@ LoadedPreset read_level(const ConfigReader& reader, const JsonNode& device, cons
     texts.emplace_back(param.key, reader.text(param));
     reader.at(param, [&] { known.set(param.key, texts.back().second); });
   }
-  Settings settings = reader.at(params, [&] { return settings_of(id, texts); });
-  return {.backend = reader.text(reader.required(device, "backend")),
-          .device = reader.text(reader.required(device, "device")),
-          .quality = static_cast<int>(reader.integer(reader.required(level, "quality"), 0, 100)),
-          .settings = std::move(settings)};
+  json evidence = read_evidence(reader, root, device, level);
+  LoadedPreset preset{.backend = evidence["backend"],
+                      .device = evidence["device"],
+                      .quality = evidence["quality"],
+                      .settings = reader.at(params, [&] { return settings_of(id, texts); })};
+  preset.evidence = std::move(evidence);
+  return preset;
 }
 
 }  // namespace
@@ -108,7 +142,7 @@ std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view 
   std::vector<LoadedPreset> presets;
   for (const JsonNode& device : reader.items(reader.required(root, "devices")))
     for (const JsonNode& level : reader.items(reader.required(device, "levels")))
-      presets.push_back(read_level(reader, device, level));
+      presets.push_back(read_level(reader, root, device, level));
   return presets;
 }
 

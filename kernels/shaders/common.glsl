@@ -1,21 +1,9 @@
 #include "platform.glsl"
 
-// What every technique's trace and both last stages share. Domain: uv in tiles, height in [0,1] with 1 on top.
-// The C++ twins: FrameUniforms (view.h), PixelStatus (score.h), slots (backend.h), constants (technique.cpp).
+// What every technique's trace shares. Domain: uv in tiles, height in [0,1] with 1 on top.
 
-layout(BINDING(0), std140) uniform Frame {
-  vec4 position;  // camera, xyz; w = relief depth in sides of one tile
-  vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
-  vec4 up;        // xyz scaled by tan(fov/2)
-  vec4 forward;   // xyz
-  vec4 light;     // xyz, unit, towards the light
-  ivec4 sizes;    // frame width, height in pixels; map width, height in texels
-} frame;
-
-layout(BINDING(1)) uniform sampler2D relief_map;     // r = height, g = stored cone ratio, ba = normal (see LAYOUT)
-layout(BINDING(2)) uniform sampler2D normal_map;     // xyz * 0.5 + 0.5
-layout(BINDING(3)) uniform sampler2D reference_map;  // r = exact t of this pixel
-layout(BINDING(4)) uniform sampler2D extra_map;      // what a map keeps apart: stored ratios, pyramid or volume
+layout(BINDING(1)) uniform sampler2D relief_map;  // r = height; g = stored cone ratio and ba = normal where it has them
+layout(BINDING(4)) uniform sampler2D extra_map;   // what a map keeps apart: stored ratios, pyramid or volume
 
 const int WRAP_REPEAT = 0;
 const int WRAP_CLAMP = 1;
@@ -67,12 +55,13 @@ struct Hit {
 // The half keeps the quotient off whole numbers, where a division that is an ulp off would end in another tile.
 int wrapped(int i, int n) { return clamp(WRAP == WRAP_CLAMP ? i : int(mod(float(i) + 0.5, float(n))), 0, n - 1); }
 
-// tan(y) for y in [0, pi/4], as texel.cpp has it.
+// tan(y) for y in [0, pi/4] within 2.2e-4; the map was encoded by this very formula.
 float tangent(float y) { return y * (15.0 - y * y) / (15.0 - 6.0 * y * y); }
+
+const float HALF_PI = 1.57079632679;
 
 // A stored ratio as the tangent it stands for.
 float decoded_ratio(float stored, float height) {
-  const float HALF_PI = 1.57079632679;
   if (ENCODING == ENCODING_SQRT) return stored * stored;
   if (ENCODING == ENCODING_H_TAN) return stored / max(1.0 - height, 1.52587890625e-5);
   if (ENCODING == ENCODING_ATAN)
@@ -80,8 +69,10 @@ float decoded_ratio(float stored, float height) {
   return stored;
 }
 
-// Size of a level of the map, as level_side() in map_kind.h has it.
-ivec2 level_size(int level) { return max(frame.sizes.zw >> level, ivec2(1)); }
+ivec2 map_size();  // texels
+
+// Size of a level of the map: halves are rounded down.
+ivec2 level_size(int level) { return max(map_size() >> level, ivec2(1)); }
 
 vec4 fetch(sampler2D map, ivec2 texel, int level) {
   ivec2 size = level_size(level);
@@ -114,33 +105,3 @@ vec4 sample_map(sampler2D map, vec2 uv, int level, inout int taps) {
 }
 
 float sample_height(vec2 uv, inout int taps) { return sample_map(relief_map, uv, 0, taps).x; }
-
-// Longer side of the pixel's image on the plane, in texels: GL's scale factor of an isotropic sampler, from the exact
-// derivative of the plane's point. Where the direction moves by s, that moves by
-// distance * (s.xy + per_height * s.z).
-float pixel_footprint(vec2 per_height, float distance) {
-  vec2 texels = 2.0 * distance * frame.right.w * vec2(frame.sizes.zw);
-  vec2 across = (frame.right.xy + per_height * frame.right.z) * texels / float(frame.sizes.x);
-  vec2 down = (frame.up.xy + per_height * frame.up.z) * texels / float(frame.sizes.y);
-  return max(length(across), length(down));
-}
-
-// The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
-// technique's frame has the same rays to the bit, so that one reference serves them all.
-bool make_ray(vec2 pixel, out Ray ray) {
-  precise vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
-  precise vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
-  if (direction.z >= 0.0) return false;
-  precise vec2 per_height = direction.xy / -direction.z;
-  precise vec2 plane = frame.position.xy + per_height * frame.position.z;
-  if (WRAP == WRAP_CLAMP && (any(lessThan(plane, vec2(0.0))) || any(greaterThan(plane, vec2(1.0))))) return false;
-  precise vec2 uv = plane * frame.right.w;
-  // With repeat, whole tiles are dropped here, where it is exact: small uv keep their precision far away.
-  ray.uv = WRAP == WRAP_REPEAT ? uv - floor(uv) : uv;
-  precise vec2 slope = per_height * frame.position.w;
-  ray.slope = slope;
-  ray.cosine = -direction.z * inversesqrt(dot(direction, direction));
-  ray.footprint = pixel_footprint(per_height, frame.position.z / -direction.z);
-  ray.level = 0;
-  return true;
-}

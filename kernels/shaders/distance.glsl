@@ -13,18 +13,18 @@ layout(constant_id = 18) const int REFINEMENT = REFINE_BINARY;
 layout(constant_id = 19) const int BINARY_STEPS = 6;
 layout(constant_id = 20) const int SECANT_STEPS = 1;
 
-// A tile's side in the distances' metric, the whole range of heights being 1 (kTileSide in distance_map.h).
+// A tile's side in the distances' metric, the whole range of heights being 1.
 const float TILE_SIDE = 4.0;
 
-int slices() { return textureSize(extra_map, 0).y / frame.sizes.w; }
+int slices() { return textureSize(extra_map, 0).y / map_size().y; }
 
 // The stored distance at t.
 float distance_at(Ray ray, float t, inout Hit hit) {
   hit.taps += 1;
-  ivec2 texel = ivec2(floor((ray.uv + ray.slope * t) * vec2(frame.sizes.zw)));
+  ivec2 texel = ivec2(floor((ray.uv + ray.slope * t) * vec2(map_size())));
   int slice = min(int((1.0 - t) * float(slices())), slices() - 1);
-  int row = slice * frame.sizes.w + wrapped(texel.y, frame.sizes.w);
-  return texelFetch(extra_map, ivec2(wrapped(texel.x, frame.sizes.z), row), 0).x;
+  int row = slice * map_size().y + wrapped(texel.y, map_size().y);
+  return texelFetch(extra_map, ivec2(wrapped(texel.x, map_size().x), row), 0).x;
 }
 
 // speed: of the ray in the distances' metric, per t
@@ -48,7 +48,7 @@ Hit trace_cells(Ray ray, float speed) {
 
 Hit trace_voxels(Ray ray, float speed) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
-  vec2 texels = abs(ray.slope) * vec2(frame.sizes.zw);
+  vec2 texels = abs(ray.slope) * vec2(map_size());
   float voxel_t = 1.0 / max(max(texels.x, texels.y), float(slices()));
   Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   // One look more than there are steps: a hit exactly at the cap is a hit.
@@ -80,5 +80,6 @@ Hit trace_voxels(Ray ray, float speed) {
 
 Hit trace(Ray ray) {
   float speed = length(vec3(TILE_SIDE * ray.slope, 1.0));
-  return STEP == STEP_CELL_QUAD ? trace_cells(ray, speed) : trace_voxels(ray, speed);
+  if (STEP == STEP_CELL_QUAD) return trace_cells(ray, speed);
+  return trace_voxels(ray, speed);
 }

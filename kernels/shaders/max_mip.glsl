@@ -7,7 +7,7 @@ layout(constant_id = 16) const int NODE_STEPS = 256;
 
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
-  vec2 size = vec2(frame.sizes.zw);
+  vec2 size = vec2(map_size());
   Line line = Line(ray.uv * size - 0.5, ray.slope * size);
   int top = first_level(line);
   int level = top;

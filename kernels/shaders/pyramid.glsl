@@ -1,4 +1,4 @@
-// Walking a ray through the nodes of a maximum pyramid (MapContent::pyramid in extra_map).
+// Walking a ray through the nodes of a maximum pyramid in extra_map.
 #include "cell.glsl"
 
 // The ray in units of level 0's nodes: x(t) = o + d t.
@@ -55,8 +55,8 @@ NodeAxis node_axis(float o, float d, float t, int side, int level, int first) {
 }
 
 Node node_ahead(Line line, float t, int level, int first) {
-  NodeAxis x = node_axis(line.o.x, line.d.x, t, frame.sizes.z, level, first);
-  NodeAxis y = node_axis(line.o.y, line.d.y, t, frame.sizes.w, level, first);
+  NodeAxis x = node_axis(line.o.x, line.d.x, t, map_size().x, level, first);
+  NodeAxis y = node_axis(line.o.y, line.d.y, t, map_size().y, level, first);
   Node node;
   node.index = ivec2(x.index, y.index);
   node.cell = vec2(x.cell, y.cell);
@@ -69,7 +69,7 @@ Node node_ahead(Line line, float t, int level, int first) {
 // are too seldom passed over to be worth their fetch (rocks: 0 to 3 levels lower tried, 2 took the fewest).
 int first_level(Line line) {
   int way = int(clamp(0.25 * max(abs(line.d.x), abs(line.d.y)), 1.0, 65536.0));
-  return min(findMSB(way), findMSB(max(frame.sizes.z, frame.sizes.w)));
+  return min(findMSB(way), findMSB(max(map_size().x, map_size().y)));
 }
 
 float node_height(Node node, int level, inout Hit hit) {

@@ -43,7 +43,7 @@ bool surface_hit(Ray ray, Line line, float t, float t_exit, inout Hit hit) {
 
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
-  vec2 size = vec2(frame.sizes.zw);
+  vec2 size = vec2(map_size());
   Line line = Line(ray.uv * size, ray.slope * size);
   int top = first_level(line);
   int level = top;

@@ -1,6 +1,6 @@
 #ifndef REFINE_GLSL
 #define REFINE_GLSL
-// Narrowing a bracket round a hit. Twin of the `refinement` choices in technique.cpp.
+// Narrowing a bracket round a hit.
 const int REFINE_NONE = 0;
 const int REFINE_SECANT = 1;
 const int REFINE_BINARY = 2;

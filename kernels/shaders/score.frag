@@ -1,6 +1,6 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
-#include "common.glsl"
+#include "frame.glsl"
 #include "technique.glsl"
 
 // The score frame: the ray that was traced, and the hit that it found (ScorePixel in score.h).

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "kernels/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
 
 namespace reliefbench {
 namespace {
@@ -38,16 +38,6 @@ struct Arguments {
   bool json = false;
 };
 
-/// "WxH" into the spec.
-void parse_size(const std::string& text, HeightmapSpec& spec) {
-  const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, spec.width);
-  const bool has_height = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  const auto height = has_height ? std::from_chars(width.ptr + 1, end, spec.height) : width;
-  if (!has_height || height.ec != std::errc() || height.ptr != end)
-    fail_input("--size {}: expected WIDTHxHEIGHT in texels, as in 256x256", text);
-}
-
 std::size_t choose(std::string_view option, std::string_view value, const std::vector<std::string_view>& choices) {
   const auto found = std::find(choices.begin(), choices.end(), value);
   if (found == choices.end()) fail_input("{} {}: expected one of {}", option, value, fmt::join(choices, ", "));
@@ -71,7 +61,7 @@ BakeJob job_of(const Arguments& arguments) {
       .verify = arguments.verify,
       .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
-  if (!arguments.size.empty()) parse_size(arguments.size, job.heightmap);
+  if (!arguments.size.empty()) set_size(job.heightmap, arguments.size);
   const auto parameter = [&](std::string_view option, std::string_view id, const std::optional<int>& value) {
     if (!value) return;
     if (map.parameter != id) fail_input("{}: a {} map has no such parameter", option, map.id);

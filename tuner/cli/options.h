@@ -2,6 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "kernels/heightmap.h"
+
 namespace reliefbench {
 
 /// An option's value, or the fallback where it was not given.
@@ -16,5 +18,8 @@ inline CLI::Option* add_switch(CLI::App& command, const std::string& name, const
 }
 
 [[nodiscard]] inline bool is_set(const CLI::Option* flag) { return flag->count() > 0; }
+
+/// "WIDTHxHEIGHT" into the spec. throws: Error(bad_input)
+void set_size(HeightmapSpec& spec, const std::string& text);
 
 }  // namespace reliefbench

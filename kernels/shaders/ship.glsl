@@ -1,0 +1,17 @@
+#include "common.glsl"
+
+ivec2 map_size() { return textureSize(relief_map, 0); }
+
+// The ray of a fragment.
+// uv: where it meets the top plate, in tiles
+// view: from the eye to there, in tangent space, of any length; z < 0
+// relief_depth: in sides of a tile
+Ray view_ray(vec2 uv, vec3 view, float relief_depth) {
+  return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 1.0, 0);
+}
+
+// Ray.footprint of a fragment at uv.
+float pixel_footprint(vec2 uv) {
+  vec2 size = vec2(map_size());
+  return max(length(dFdx(uv) * size), length(dFdy(uv) * size));
+}

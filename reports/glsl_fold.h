@@ -1,0 +1,22 @@
+#pragma once
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace reliefbench {
+
+/// Values of constants by name.
+using GlslConstants = std::map<std::string, int, std::less<>>;
+
+[[nodiscard]] std::vector<std::string> text_lines(std::string_view text);
+/// A line without its comment and the spaces before that.
+[[nodiscard]] std::string_view code_of(std::string_view line);
+
+/// A function without the `if`s that constants decide: `if (A == B)`, `if (A != B)`, alone or before `&&` or `||`.
+/// After a `return` that is then unconditional, the rest goes. text: laid out by clang-format, as the shaders of this
+/// project are
+[[nodiscard]] std::string folded(std::string_view text, const GlslConstants& constants);
+
+}  // namespace reliefbench
