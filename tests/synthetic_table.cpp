@@ -95,6 +95,8 @@ RecordedTable synthetic_table(const SyntheticTable& options) {
     for (int i = 0; i < options.samples; ++i) {
       double sample = log_time + noise * random.normal();
       if (random.uniform() < options.outlier_share) sample += std::log1p(options.outlier_size * random.uniform());
+      if (options.fast_share > 0 && table.samples.size() % 4 == 0 && random.uniform() < options.fast_share)
+        sample += std::log(0.5);
       samples.push_back(1e6 * std::exp(sample));
     }
     table.samples.push_back(std::move(samples));
@@ -117,6 +119,17 @@ RecordedTable non_additive_table() {
                           .outlier_size = 0.5,
                           .interaction = 0.2,
                           .non_monotone = 0.03});
+}
+
+RecordedTable table_with_fast_outliers() {
+  return synthetic_table({.seed = 14,
+                          .techniques = 6,
+                          .formats = 2,
+                          .filters = 2,
+                          .marches = 6,
+                          .refinements = 2,
+                          .samples = 20,
+                          .fast_share = 0.08});
 }
 
 }  // namespace reliefbench

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "kernels/error.h"
@@ -78,6 +79,32 @@ TEST_F(Tuners, nothing_to_compare_is_refused) {
   RecordedTable infeasible = table_;
   for (Candidate& candidate : infeasible.space.candidates) candidate.is_feasible = false;
   EXPECT_THROW((void)compare_tuners(infeasible, {.seeds = 1}), Error);
+}
+
+// The recorded exhaustive sweep of 1,546 settings: near the front after a few of them, and certified as promised.
+TEST(TunersOnTheRocks, ours_is_as_good_as_it_says) {
+#if defined(__SANITIZE_ADDRESS__)
+  const TunersOptions options{.seeds = 4, .shares = {0.03, 0.05}, .certificates = 8};
+#else
+  const TunersOptions options{.seeds = 20, .shares = {0.03, 0.05}, .certificates = 200};
+#endif
+  const std::string path = std::string(RELIEFBENCH_SOURCE_DIR) + "/tests/data/exhaustive_rocks.csv";
+  const TunerComparison comparison = compare_tuners(load_recorded(path, {}), options);
+  ASSERT_GE(comparison.settings, 1500);
+  const auto line_of = [&](std::string_view id) -> const TunerLine& {
+    return *std::ranges::find(comparison.lines, id, &TunerLine::strategy);
+  };
+  const TunerLine& ours = line_of("ours");
+  EXPECT_GE(ours.points[0].hypervolume.mean, 0.99);
+  EXPECT_LE(ours.points[1].worst_regret.mean, 0.03);
+  EXPECT_EQ(ours.points[1].uncovered, 0);
+  for (const std::string_view rival : {"random", "nsga2"})
+    EXPECT_LT(line_of(rival).points[0].hypervolume.mean, ours.points[0].hypervolume.worst) << rival;
+
+  const CertificateCheck& certificate = comparison.certificate;
+  EXPECT_EQ(certificate.certified, options.certificates);
+  EXPECT_GE(certificate.held, 0.95 * options.certificates);
+  EXPECT_LE(certificate.frames_per_setting.mean, 9);
 }
 
 }  // namespace
