@@ -106,10 +106,10 @@ void apply(const std::vector<SettingChange>& changes, Settings& settings) {
 }
 
 std::vector<Settings> stress_settings(const Technique& technique, const std::vector<SettingChange>& all,
-                                      const std::vector<SettingChange>& own) {
+                                      const Extreme& extreme) {
   Settings usual(technique);
   apply(all, usual);
-  apply(own, usual);
+  apply(extreme.changes, usual);
   const auto choices = [&](std::string_view id) -> std::vector<std::string_view> {
     const Param* const param = technique.find(id);
     return param == nullptr ? std::vector<std::string_view>() : param->choices;
@@ -129,8 +129,10 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
     }
   };
   vary(usual, "search", [&](const Settings& s) { vary(s, "map", [&](const Settings& m) { vary(m, "format", add); }); });
-  for (const std::string_view id : {"encoding", "correction", "step", "filter", "refinement", "lod"})
-    vary(usual, id, add);
+  if (!extreme.is_large) {
+    for (const std::string_view id : {"encoding", "correction", "step", "filter", "refinement", "lod"})
+      vary(usual, id, add);
+  }
   add(usual);
   return list;
 }

@@ -35,9 +35,10 @@ struct Extremes {
 /// Sets what the technique has; values of ranges are brought into them, others that it does not know are left out.
 void apply(const std::vector<SettingChange>& changes, Settings& settings);
 
-/// Every map, format and encoding of a technique that makes sense, the hardware filter once, with the changes made.
+/// Every map and format of a technique that makes sense, with the changes that all extremes make and those of this one;
+/// and every choice of how the map is corrected, stored and read, but for large maps, whose bakes take long.
 [[nodiscard]] std::vector<Settings> stress_settings(const Technique& technique, const std::vector<SettingChange>& all,
-                                                    const std::vector<SettingChange>& own);
+                                                    const Extreme& extreme);
 
 /// The most iterations that these settings allow a pixel.
 [[nodiscard]] int step_cap(const Settings& settings);

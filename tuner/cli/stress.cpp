@@ -138,7 +138,7 @@ void add_stress_command(CLI::App& app, int& exit_code) {
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
   command->add_option("--filter", arguments->filter, "glob over technique/map/format/extreme, e.g. 'cone/*/cliff'");
-  command->add_flag("--large", arguments->large, "the extremes with large maps too (minutes)");
+  command->add_flag("--large", arguments->large, "the extremes with large maps too (most of an hour)");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "all results on standard output");
   command->footer("Example:\n  reliefbench stress --backend all -o out/stress");
