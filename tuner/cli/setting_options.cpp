@@ -1,5 +1,7 @@
 #include "tuner/cli/setting_options.h"
 
+#include <algorithm>
+
 #include "kernels/error.h"
 #include "tuner/append_file.h"
 #include "tuner/cli/options.h"
@@ -42,14 +44,16 @@ Wrap wrap_of(const SettingArguments& arguments) { return arguments.wrap == "clam
 ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {
   if (!arguments.case_id.empty()) return {.settings = parse_setting(arguments.case_id)};
   if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, or --case", command);
-  std::vector<LoadedPreset> presets = parse_presets(read_file(arguments.presets), arguments.presets);
-  const LoadedPreset chosen = choose_preset(presets, arguments.choice, arguments.presets);
-  ChosenSetting result{.settings = chosen.settings};
-  for (LoadedPreset& preset : presets) {
-    if (preset.backend != chosen.backend || preset.device != chosen.device) continue;
-    if (preset.quality == chosen.quality) result.level = static_cast<int>(result.levels.size());
-    result.levels.push_back(std::move(preset));
-  }
+  ChosenSetting result{.settings = Settings(techniques().front()),
+                       .levels = parse_presets(read_file(arguments.presets), arguments.presets)};
+  const LoadedPreset chosen = choose_preset(result.levels, arguments.choice, arguments.presets);
+  result.settings = chosen.settings;
+  std::erase_if(result.levels, [&](const LoadedPreset& preset) {
+    return preset.backend != chosen.backend || preset.device != chosen.device;
+  });
+  std::ranges::sort(result.levels, {}, &LoadedPreset::quality);
+  result.level = static_cast<int>(std::ranges::find(result.levels, chosen.quality, &LoadedPreset::quality) -
+                                  result.levels.begin());
   return result;
 }
 
