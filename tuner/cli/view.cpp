@@ -33,7 +33,8 @@ struct Arguments {
 };
 
 Scene scene_of(const Arguments& arguments) {
-  Scene scene{.relief_depth = arguments.setting.relief_depth,
+  Scene scene{.view = {},
+              .relief_depth = arguments.setting.relief_depth,
               .tiling = arguments.tiling,
               .wrap = wrap_of(arguments.setting),
               .width_px = arguments.size_px.at(0),
@@ -43,11 +44,12 @@ Scene scene_of(const Arguments& arguments) {
   return scene;
 }
 
-/// The technique and what differs from its defaults.
+/// The technique, its numbers, and which choices differ from the defaults.
 std::string short_text(const Settings& settings) {
   std::string text(settings.technique().id);
   for (const Param& param : settings.technique().params)
-    if (const int value = settings.get(param.id); settings.is_active(param) && value != param.fallback)
+    if (const int value = settings.get(param.id);
+        settings.is_active(param) && (param.choices.empty() || value != param.fallback))
       text += fmt::format(" {}={}", param.id, param.text(value));
   return text;
 }
