@@ -86,7 +86,7 @@ TEST(ViewTest, the_azimuth_turns_the_camera_about_the_look_at_point) {
 
 /// `view fbm`, small.
 std::vector<std::string> view_of(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {"view", "fbm", "--size", "32x32", "--size-px", "48,32"});
+  arguments.insert(arguments.begin(), {"view", "--size", "32x32", "--size-px", "48,32", "fbm"});
   return arguments;
 }
 

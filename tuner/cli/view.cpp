@@ -175,6 +175,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->type_name("W,H")
       ->delimiter(',')
       ->expected(2)
+      ->allow_extra_args(false)
       ->check(CLI::Range(1, kFrameSideMax));
   CLI::Option* png = command->add_option("--png", arguments->png, "write the frame there instead of opening a window")
                          ->type_name("FILE");
