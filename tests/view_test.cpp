@@ -96,6 +96,7 @@ class ViewOnDevice : public BackendTest {
 };
 
 TEST_P(ViewOnDevice, the_picture_is_the_sweeps_own) {
+  std::filesystem::create_directories(folder_ / "images");
   const Cache cache(folder_ / "cache");
   WallSplit split;
   Session session(row(), 0, split, false);
