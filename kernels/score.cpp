@@ -61,6 +61,13 @@ Distribution distribution(std::vector<float> values) {
 
 }  // namespace
 
+std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
+  std::vector<TextureRay> rays;
+  rays.reserve(pixels.size());
+  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
+  return rays;
+}
+
 JudgedFrame judge_frame(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
                         int map_height) {
   assert(pixels.size() == reference.size());

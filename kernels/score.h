@@ -21,6 +21,7 @@ struct ScorePixel {
   float steps = 0;   ///< iterations used, all loops
 };
 static_assert(sizeof(ScorePixel) == 32);
+[[nodiscard]] std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels);
 
 /// How a pixel ended, judged against the reference: missed before unconverged before inside.
 enum class Verdict : std::uint8_t {

@@ -24,12 +24,20 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
   const double half = std::tan(scene.view.fov_deg * std::numbers::pi / 360);
   const double aspect = static_cast<double>(scene.width_px) / scene.height_px;
   const auto f = [](double value) { return static_cast<float>(value); };
-  // The camera looks along +y and down at (1/2 + pan, 1/2, 0); right is +x.
-  return {.position = {f(0.5 + scene.pan), f(0.5 - scene.view.distance * c), f(scene.view.distance * s),
+  const double azimuth = scene.view.azimuth_deg * std::numbers::pi / 180;
+  const auto turned = [&, cosine = std::cos(azimuth), sine = std::sin(azimuth)](double x, double y) {
+    return std::array{x * cosine - y * sine, x * sine + y * cosine};
+  };
+  // Before it is turned, the camera looks along +y and down at (1/2 + pan, 1/2, 0), and right is +x.
+  const auto [position_x, position_y] = turned(0, -scene.view.distance * c);
+  const auto [right_x, right_y] = turned(aspect * half, 0);
+  const auto [up_x, up_y] = turned(0, s * half);
+  const auto [forward_x, forward_y] = turned(0, c);
+  return {.position = {f(0.5 + scene.pan + position_x), f(0.5 + position_y), f(scene.view.distance * s),
                        f(scene.relief_depth)},
-          .right = {f(aspect * half), 0, 0, f(scene.tiling)},
-          .up = {0, f(s * half), f(c * half), 0},
-          .forward = {0, f(c), f(-s), 0},
+          .right = {f(right_x), f(right_y), 0, f(scene.tiling)},
+          .up = {f(up_x), f(up_y), f(c * half), 0},
+          .forward = {f(forward_x), f(forward_y), f(-s), 0},
           .light = {f(-0.48), f(0.36), f(0.8), 0},
           .sizes = {scene.width_px, scene.height_px, map_width, map_height}};
 }

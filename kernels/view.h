@@ -16,6 +16,9 @@ struct View {
   double elevation_deg = 30;  ///< 90 = straight down
   double distance = 1.5;      ///< from camera to the look-at point, in sides of the unit square
   double fov_deg = 45;        ///< vertical
+  double azimuth_deg = 0;     ///< camera turned about the look-at point, anticlockwise from above; 0: looks along +y
+
+  bool operator==(const View&) const = default;
 };
 /// top, oblique (30 degrees), grazing (8 degrees), horizon.
 [[nodiscard]] std::span<const View> view_presets();

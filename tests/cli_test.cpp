@@ -48,8 +48,8 @@ class CliTest : public ::testing::Test {
 };
 
 TEST_F(CliTest, every_command_has_help_with_an_example) {
-  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "tuners", "compare", "bake",
-                                    "stress", "claims", "list", "devices"}) {
+  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
+                                    "compare", "bake", "stress", "claims", "list", "devices"}) {
     const CommandResult result = run({command, "--help"});
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.out, HasSubstr("reliefbench " + command)) << command << " shows no example";

@@ -55,8 +55,8 @@ TEST(ReadmeTest, its_commands_run) {
 
 TEST(ReadmeTest, names_every_command_and_exit_code) {
   const std::string text = file_text(kSource / "README.md");
-  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "tuners", "compare",
-                                    "bake", "stress", "claims", "list", "devices"})
+  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
+                                    "compare", "bake", "stress", "claims", "list", "devices"})
     EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
 }
 

@@ -49,10 +49,7 @@ void measure_map(const ClaimRow& row, const BakedScene& baked, Wrap wrap, Figure
 void measure_error(TraceDevice& device, const TraceDevice::Frame& frame, const ReferenceTracer& tracer,
                    const Heightfield& heights, Figures& figures) {
   const std::vector<ScorePixel> pixels = device.trace(frame);
-  std::vector<TextureRay> rays;
-  rays.reserve(pixels.size());
-  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
-  const FrameScore score = judge_frame(pixels, tracer.trace(rays), heights.width, heights.height).score;
+  const FrameScore score = judge_frame(pixels, tracer.trace(rays_of(pixels)), heights.width, heights.height).score;
   for (const MetricRow& metric : metrics())
     if (const std::optional<double> value = metric.value(score)) figures[std::string(metric.id)] = *value;
 }

@@ -22,13 +22,6 @@ std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
 }
 
-std::vector<TextureRay> rays_of(const std::vector<ScorePixel>& pixels) {
-  std::vector<TextureRay> rays;
-  rays.reserve(pixels.size());
-  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
-  return rays;
-}
-
 Record blank_record(const Case& c, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();

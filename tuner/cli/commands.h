@@ -19,6 +19,7 @@ void add_claims_command(CLI::App& app, int& exit_code);
 void add_report_command(CLI::App& app, int& exit_code);
 void add_presets_command(CLI::App& app, int& exit_code);
 void add_export_command(CLI::App& app, int& exit_code);
+void add_view_command(CLI::App& app, int& exit_code);
 void add_tuners_command(CLI::App& app, int& exit_code);
 void add_bake_command(CLI::App& app, int& exit_code);
 void add_tune_command(CLI::App& app, int& exit_code);

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   add_claims_command(app, exit_code);
   add_presets_command(app, exit_code);
   add_export_command(app, exit_code);
+  add_view_command(app, exit_code);
   add_tuners_command(app, exit_code);
   add_bake_command(app, exit_code);
   add_list_command(app, exit_code);

@@ -1,0 +1,213 @@
+// `view`: draws what a sweep draws, and its window is steered by a pure function.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "kernels/atomic_file.h"
+#include "tests/backend_rig.h"
+#include "tests/command.h"
+#include "tests/finished_run.h"
+#include "tuner/prepare.h"
+#include "tuner/presets.h"
+#include "tuner/run_files.h"
+#include "tuner/setting_space.h"
+#include "tuner/view_state.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::Each;
+using ::testing::FloatNear;
+using ::testing::HasSubstr;
+using ::testing::Pointwise;
+
+const View kHome = view_presets()[1];  // oblique
+
+ViewState after(const WindowEvents& events, ViewState state = {.view = kHome}, int levels = 3) {
+  return steer(std::move(state), events, kHome, levels);
+}
+
+TEST(ViewStateTest, stays_where_nothing_happens) {
+  const ViewState state{.view = kHome, .level = 1, .shows_error = true};
+  EXPECT_EQ(after({}, state), state);
+  EXPECT_EQ(after({.keys = {Key::s, Key::escape}, .is_exposed = true}, state), state);
+}
+
+TEST(ViewStateTest, dragging_orbits_and_never_leaves_the_upper_side) {
+  const ViewState dragged = after({.drag_x_px = 10, .drag_y_px = 20});
+  EXPECT_LT(dragged.view.azimuth_deg, 0);
+  EXPECT_GT(dragged.view.elevation_deg, kHome.elevation_deg);
+  EXPECT_EQ(dragged.view.distance, kHome.distance);
+  EXPECT_EQ(after({.drag_y_px = 1e6}).view.elevation_deg, 90);
+  EXPECT_EQ(after({.drag_y_px = -1e6}).view.elevation_deg, kElevationMin_deg);
+  EXPECT_LE(std::abs(after({.drag_x_px = 1e6}).view.azimuth_deg), 180);
+}
+
+TEST(ViewStateTest, the_wheel_comes_nearer_within_bounds) {
+  EXPECT_LT(after({.wheel = 1}).view.distance, kHome.distance);
+  EXPECT_GT(after({.wheel = -1}).view.distance, kHome.distance);
+  EXPECT_EQ(after({.wheel = 1000}).view.distance, kDistanceMin);
+  EXPECT_EQ(after({.wheel = -1000}).view.distance, kDistanceMax);
+}
+
+TEST(ViewStateTest, arrows_choose_among_the_levels_there_are) {
+  EXPECT_EQ(after({.keys = {Key::right}}).level, 1);
+  EXPECT_EQ(after({.keys = {Key::right, Key::right, Key::right, Key::left}}).level, 1);
+  EXPECT_EQ(after({.keys = {Key::left}}).level, 0);
+  EXPECT_EQ(after({.keys = {Key::right}}, {.view = kHome}, 0).level, 0);  // a case has none
+}
+
+TEST(ViewStateTest, tab_toggles_and_r_resets_the_view_alone) {
+  ViewState state = after({.drag_x_px = 50, .wheel = 3, .keys = {Key::tab, Key::right}});
+  EXPECT_TRUE(state.shows_error);
+  state = after({.keys = {Key::r}}, state);
+  EXPECT_EQ(state, (ViewState{.view = kHome, .level = 1, .shows_error = true}));
+  EXPECT_FALSE(after({.keys = {Key::tab}}, state).shows_error);
+}
+
+TEST(ViewTest, the_azimuth_turns_the_camera_about_the_look_at_point) {
+  Scene scene{.view = kHome};
+  const FrameUniforms ahead = frame_uniforms(scene, 8, 8);
+  EXPECT_EQ(ahead.position[0], 0.5F);
+  EXPECT_THAT((std::array{ahead.right[1], ahead.up[0], ahead.forward[0]}), Each(0.0F));
+  scene.view.azimuth_deg = 90;  // the camera is east of the centre and looks west
+  const FrameUniforms turned = frame_uniforms(scene, 8, 8);
+  const auto quarter = [](const std::array<float, 4>& v) { return std::array{-v[1], v[0], v[2], v[3]}; };
+  EXPECT_THAT(turned.right, Pointwise(FloatNear(1e-6F), quarter(ahead.right)));
+  EXPECT_THAT(turned.up, Pointwise(FloatNear(1e-6F), quarter(ahead.up)));
+  EXPECT_THAT(turned.forward, Pointwise(FloatNear(1e-6F), quarter(ahead.forward)));
+  EXPECT_NEAR(turned.position[0], 0.5 + (0.5 - ahead.position[1]), 1e-6);
+  EXPECT_NEAR(turned.position[1], 0.5, 1e-6);
+  EXPECT_EQ(turned.position[2], ahead.position[2]);
+  EXPECT_EQ(turned.light, ahead.light);
+}
+
+/// `view fbm`, small.
+std::vector<std::string> view_of(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"view", "--size", "32x32", "--size-px", "48,32", "fbm"});
+  return arguments;
+}
+
+class ViewOnDevice : public BackendTest {
+ protected:
+  TempFolder folder_;
+};
+
+TEST_P(ViewOnDevice, the_picture_is_the_sweeps_own) {
+  std::filesystem::create_directories(folder_ / "images");
+  const Cache cache(folder_ / "cache");
+  WallSplit split;
+  Session session(row(), 0, split, false);
+  MapLibrary library(cache, split);
+  Preparer preparer({.session = session,
+                     .library = library,
+                     .cache = cache,
+                     .split = split,
+                     .folder = folder_.path(),
+                     .timeout_s = 60,
+                     .flicker_frames = 0});
+  const SceneSpec spec{
+      .id = "fbm/grazing",
+      .heightmap = {.source = "fbm", .width = 32, .height = 32},
+      .scene = {.view = view_presets()[2], .relief_depth = 0.2, .tiling = 2, .width_px = 48, .height_px = 32}};
+  for (const std::string id : {"flat", "relief?linear_steps=9", "cone?format=rgba8", "safety_shape"}) {
+    const Case c{.settings = parse_setting(id), .scene_id = spec.id, .backend = std::string(row().id)};
+    const PreparedCase swept = preparer.prepare(c, spec);
+    ASSERT_EQ(swept.record.status, Status::ok) << swept.record.reason;
+    const CommandResult result =
+        run_reliefbench(view_of({"--case", c.id(), "--backend", c.backend, "--view", "grazing", "--relief-depth", "0.2",
+                                 "--tiling", "2", "--png", "view.png"}),
+                        folder_.path());
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(file_text(folder_ / "view.png") == file_text(folder_.path() / image_path(c.id(), "frame"))) << id;
+    EXPECT_THAT(result.out, HasSubstr(setting_id(c.settings) + ": e_xy.p99 "));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, ViewOnDevice, ::testing::Values("opengl", "vulkan"), backend_name);
+
+class ViewCommandTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::vector<reliefbench::Run> runs = {load_run(null_sweep(folder_))};
+    presets_ = presets_json(make_presets(runs, {}));
+    write_atomically(folder_ / "presets.json", presets_.dump(1));
+    unsetenv("DISPLAY");
+    unsetenv("WAYLAND_DISPLAY");
+  }
+  [[nodiscard]] CommandResult view(const std::vector<std::string>& arguments) const {
+    return run_reliefbench(view_of(arguments), folder_.path());
+  }
+  void expect_refused(const std::vector<std::string>& arguments, int exit_code, const std::string& words) const {
+    const CommandResult result = view(arguments);
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "view.png"));
+  }
+  TempFolder folder_;
+  nlohmann::json presets_;
+};
+
+TEST_F(ViewCommandTest, draws_a_level_of_the_presets) {
+  const std::vector<LoadedPreset> levels = parse_presets(file_text(folder_ / "presets.json"), "presets.json");
+  for (const std::size_t i : {0U, 10U}) {
+    const CommandResult result =
+        view({"--presets", "presets.json", "--quality", std::to_string(levels.at(i).quality), "--png", "view.png"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_TRUE(result.out.starts_with(setting_id(levels.at(i).settings) + ": ")) << result.out;
+    EXPECT_TRUE(file_text(folder_ / "view.png").starts_with("\x89PNG"));
+  }
+}
+
+TEST_F(ViewCommandTest, bad_input_is_refused_in_one_line) {
+  const auto with_png = [&](std::vector<std::string> arguments, const std::string& words, int exit_code = 2) {
+    arguments.insert(arguments.end(), {"--png", "view.png"});
+    expect_refused(arguments, exit_code, words);
+  };
+  with_png({}, "view needs --presets with --quality, or --case");
+  with_png({"--presets", "presets.json", "--quality", "55"}, "presets.json: there is no level 55 (known: 0, 10, ");
+  with_png({"--presets", "presets.json"}, "--quality");
+  with_png({"--presets", "presets.json", "--quality", "50", "--case", "relief"}, "--case");
+  with_png({"--presets", "presets.json", "--quality", "50", "--backend", "vulkan"},
+           "no device '*' of backend 'vulkan'");
+  with_png({"--case", "relief", "--backend", "metal"}, "metal");
+  with_png({"--case", "cone?format=r8"}, "format r8 has room for 0 cone ratios");
+  with_png({"--case", "relief", "--view", "below"}, "--view");
+  with_png({"--case", "relief", "--tiling", "0"}, "--tiling");
+  with_png({"--case", "relief", "--size-px", "48"}, "--size-px");
+  with_png({"--case", "relief", "--frames", "3"}, "--frames");
+  with_png({"--case", "relief", "--backend", "null", "--device", "99"}, "99", 3);
+  expect_refused({"--case", "relief", "--backend", "null", "--png", "no/view.png"}, 2,
+                 "no/view.png: cannot be written");
+  const CommandResult missing = run_reliefbench(
+      {"view", "missing.png", "--case", "relief", "--backend", "null", "--png", "view.png"}, folder_.path());
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("missing.png"));
+}
+
+TEST_F(ViewCommandTest, without_a_display_names_png) {
+  expect_refused({"--case", "relief", "--backend", "null"}, 3, "--png FILE draws without one");
+}
+
+TEST_F(ViewCommandTest, a_window_shows_frames_of_every_backend) {
+  if (std::system("command -v xvfb-run >/dev/null") != 0)  // NOLINT(concurrency-mt-unsafe)
+    GTEST_SKIP() << "xvfb-run is not installed (apt-get install xvfb xauth)";
+  const std::string window = fmt::format(
+      "cd '{}' && RELIEFBENCH_CACHE=cache ASAN_OPTIONS={} timeout 120 xvfb-run -a '{}' view fbm --size 32x32 --size-px "
+      "96,64 --frames 3 ",
+      folder_.path().string(), kChildAsanOptions, RELIEFBENCH_BINARY);
+  std::vector<std::string> choices = {"--presets presets.json --quality 50"};
+  for (const char* backend : {"opengl", "vulkan"})
+    if (!find_backend(backend).devices().empty()) choices.push_back(fmt::format("--case cone --backend {}", backend));
+  for (const std::string& choice : choices) {
+    const int status = std::system((window + choice + " >out.txt 2>err.txt").c_str());  // NOLINT(concurrency-mt-unsafe)
+    EXPECT_EQ(WEXITSTATUS(status), 0) << choice << "\n" << file_text(folder_ / "err.txt");
+    EXPECT_EQ(file_text(folder_ / "err.txt"), "") << choice;
+  }
+}
+
+}  // namespace
+}  // namespace reliefbench

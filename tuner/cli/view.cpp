@@ -1,0 +1,202 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "backends/window.h"
+#include "kernels/error.h"
+#include "kernels/heat_map.h"
+#include "kernels/image.h"
+#include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/setting_options.h"
+#include "tuner/setting_space.h"
+#include "tuner/view_state.h"
+#include "tuner/viewer.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr int kFrameSideMax = 16384;  // px
+
+struct Arguments {
+  SettingArguments setting;
+  int device = 0;
+  std::string view = "oblique";
+  double tiling = Scene{}.tiling;
+  std::vector<int> size_px = {512, 512};
+  std::string png;
+  int frames = 0;
+};
+
+Scene scene_of(const Arguments& arguments) {
+  Scene scene{.view = {},
+              .relief_depth = arguments.setting.relief_depth,
+              .tiling = arguments.tiling,
+              .wrap = wrap_of(arguments.setting),
+              .width_px = arguments.size_px.at(0),
+              .height_px = arguments.size_px.at(1)};
+  for (const View& view : view_presets())
+    if (view.id == arguments.view) scene.view = view;
+  return scene;
+}
+
+/// The technique, its numbers, and which choices differ from the defaults.
+std::string short_text(const Settings& settings) {
+  std::string text(settings.technique().id);
+  for (const Param& param : settings.technique().params)
+    if (const int value = settings.get(param.id);
+        settings.is_active(param) && (param.choices.empty() || value != param.fallback))
+      text += fmt::format(" {}={}", param.id, param.text(value));
+  return text;
+}
+
+/// The first of view_1.png, view_2.png, ... that is not there yet.
+std::filesystem::path free_name() {
+  for (int i = 1;; ++i)
+    if (std::filesystem::path name = fmt::format("view_{}.png", i); !std::filesystem::exists(name)) return name;
+}
+
+class ViewCommand {
+ public:
+  explicit ViewCommand(const Arguments& arguments)
+      : arguments_(arguments), chosen_(choose_setting(arguments.setting, "view")) {
+    state_.level = chosen_.level;
+    state_.view = scene_.view;
+  }
+
+  void run() { arguments_.png.empty() ? show() : write(); }
+
+ private:
+  [[nodiscard]] const BackendRow& backend() const {
+    const std::string& asked = arguments_.setting.choice.backend;
+    if (!asked.empty()) return find_backend(asked);
+    return find_backend(chosen_.levels.empty() ? "opengl" : chosen_.levels.front().backend);
+  }
+  [[nodiscard]] Viewer open() const {
+    return {
+        backend(), arguments_.device, {.id = "view", .heightmap = heightmap_of(arguments_.setting), .scene = scene_}};
+  }
+
+  void write() const {
+    Viewer viewer = open();
+    viewer.choose(chosen_.settings);
+    const ViewedFrame frame = viewer.draw(scene_.view);
+    write_png(arguments_.png, scene_.width_px, scene_.height_px, frame.rgba8);
+    const FrameScore& score = frame.judged.score;
+    fmt::print("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", setting_id(chosen_.settings),
+               format_number(score.e_xy.p99), format_number(score.missed_rate), arguments_.png);
+  }
+
+  /// Draws when something changed; to count frames, without waiting for that.
+  void show() {
+    Window window(scene_.width_px, scene_.height_px);
+    Viewer viewer = open();
+    viewer.choose(chosen_.settings);
+    draw(viewer, window);
+    const bool is_counted = arguments_.frames > 0;
+    for (int drawn = 1; !is_counted || drawn < arguments_.frames;) {
+      const WindowEvents events = is_counted ? window.poll() : window.wait();
+      const auto pressed = [&](Key key) { return std::ranges::find(events.keys, key) != events.keys.end(); };
+      if (events.is_closed || pressed(Key::escape)) return;
+      ViewState next = steer(state_, events, scene_.view, static_cast<int>(chosen_.levels.size()));
+      if (next.level != state_.level) {
+        chosen_.settings = chosen_.levels.at(static_cast<std::size_t>(next.level)).settings;
+        viewer.choose(chosen_.settings);
+      }
+      const bool is_stale = is_counted || next != state_;
+      state_ = std::move(next);
+      if (is_stale) {
+        draw(viewer, window);
+        ++drawn;
+      } else if (events.is_exposed) {
+        window.show(picture_, scene_.width_px, scene_.height_px);
+      }
+      if (pressed(Key::s)) save();
+    }
+  }
+
+  void draw(Viewer& viewer, Window& window) {
+    ViewedFrame frame = viewer.draw(state_.view);
+    picture_ =
+        state_.shows_error ? heat_map(frame.judged.pixels, scene_.width_px, scene_.height_px) : std::move(frame.rgba8);
+    window.set_title(title(frame));
+    window.show(picture_, scene_.width_px, scene_.height_px);
+  }
+
+  [[nodiscard]] std::string title(const ViewedFrame& frame) const {
+    std::string text = short_text(chosen_.settings);
+    if (!chosen_.levels.empty())
+      text += fmt::format(" | level {}", chosen_.levels.at(static_cast<std::size_t>(state_.level)).quality);
+    text += fmt::format(" | {} a frame | e_xy.p99 {} texels", format_time_ns(frame.wall_ns),
+                        format_number(frame.judged.score.e_xy.p99));
+    return state_.shows_error ? text + " | error map" : text;
+  }
+
+  /// A full disk does not end the session.
+  void save() const {
+    try {
+      const std::filesystem::path name = free_name();
+      write_png(name, scene_.width_px, scene_.height_px, picture_);
+      fmt::print("written: {}\n", name.string());
+    } catch (const Error& error) {
+      fmt::print(stderr, "reliefbench: {}\n", error.what());
+    }
+  }
+
+  const Arguments& arguments_;
+  const Scene scene_ = scene_of(arguments_);
+  ChosenSetting chosen_;
+  ViewState state_;
+  std::vector<std::uint8_t> picture_;  ///< that the window shows, RGBA8
+};
+
+}  // namespace
+
+void add_view_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("view", "one setting in a window, or as a picture");
+  const auto arguments = std::make_shared<Arguments>();
+  add_setting_options(*command, arguments->setting);
+  command->add_option("--backend", arguments->setting.choice.backend,
+                      "opengl | vulkan: what draws, and whose presets; default: the presets' own, else opengl");
+  command->add_option("--device", arguments->device, "index in `reliefbench devices`")->capture_default_str();
+  std::vector<std::string> views;
+  for (const View& view : view_presets()) views.push_back(view.id);
+  command->add_option("--view", arguments->view, "where it starts: " + fmt::format("{}", fmt::join(views, " | ")))
+      ->check(CLI::IsMember(views))
+      ->capture_default_str();
+  command->add_option("--tiling", arguments->tiling, "tiles along a side of the plane")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--size-px", arguments->size_px, "of the frame; default: 512,512")
+      ->type_name("W,H")
+      ->delimiter(',')
+      ->expected(2)
+      ->allow_extra_args(false)
+      ->check(CLI::Range(1, kFrameSideMax));
+  CLI::Option* png = command->add_option("--png", arguments->png, "write the frame there instead of opening a window")
+                         ->type_name("FILE");
+  command->add_option("--frames", arguments->frames, "close after so many, drawn one after the other")
+      ->check(CLI::PositiveNumber)
+      ->excludes(png);
+  command->footer(
+      "In the window:\n"
+      "  left button, wheel   turn the relief, come nearer\n"
+      "  left, right          quality level of the presets\n"
+      "  Tab                  shaded frame or error map, against the exact reference\n"
+      "  R                    the first view again\n"
+      "  S                    save what is seen as view_1.png, view_2.png, ...\n"
+      "  Esc                  close\n"
+      "Examples:\n"
+      "  reliefbench view rocks --presets presets.json --quality 50 --backend vulkan\n"
+      "  reliefbench view rocks --case 'relief?linear_steps=32' --view grazing --png rocks.png");
+  command->callback([=, &exit_code] {
+    ViewCommand(*arguments).run();
+    exit_code = static_cast<int>(Exit::done);
+  });
+}
+
+}  // namespace reliefbench
