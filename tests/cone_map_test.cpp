@@ -33,6 +33,7 @@ TEST(ConeMap, RowsAreFoundByKindAndHaveDistinctIds) {
     EXPECT_EQ(&find_map(row.kind), &row);
     EXPECT_TRUE(ids.insert(row.id).second) << row.id;
     EXPECT_EQ(row.corrections.front(), Correction::none) << row.id;
+    for (const std::string_view text : {row.description, row.source, row.guarantee}) EXPECT_NE(text, "") << row.id;
   }
   EXPECT_TRUE(ids.contains("conservative"));
   EXPECT_EQ(correction_id(Correction::safe), "safe");
