@@ -1,9 +1,6 @@
 #include "reports/glsl_fold.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cctype>
 #include <optional>
 
 namespace reliefbench {
@@ -41,16 +38,6 @@ std::string condition_left(std::string_view condition, const GlslConstants& cons
   return std::string(condition.substr(both + 4));
 }
 
-/// The place of the parenthesis that closes the one at `open`.
-std::size_t closing(std::string_view text, std::size_t open) {
-  int depth = 0;
-  for (std::size_t i = open; i < text.size(); ++i) {
-    depth += text[i] == '(' ? 1 : 0;
-    if (text[i] == ')' && --depth == 0) return i;
-  }
-  return std::string_view::npos;
-}
-
 /// First line from `begin` on that has no deeper indent than `indent`: `}`, `} else {` or what follows a statement.
 std::size_t end_of_deeper(const Lines& lines, std::size_t begin, std::size_t indent) {
   while (begin < lines.size() && (lines[begin].empty() || indent_of(lines[begin]) > indent)) ++begin;
@@ -75,15 +62,14 @@ Branches branches_of(const Lines& lines, std::size_t at, std::size_t after_condi
   const std::string_view statement = std::string_view(lines[at]).substr(after_condition);
   Branches branches;
   branches.end = end_of_deeper(lines, at + 1, indent);
+  branches.then = moved_out(lines, at + 1, branches.end);
   if (!code_of(statement).ends_with('{')) {
-    branches.then = moved_out(lines, at + 1, branches.end);
     if (!code_of(statement).empty())
       branches.then.insert(branches.then.begin(), std::string(indent, ' ') + std::string(statement.substr(1)));
     return branches;
   }
-  branches.then = moved_out(lines, at + 1, branches.end);
   const std::size_t middle = branches.end++;
-  if (!lines[middle].ends_with("else {") && lines[middle].find("else {") == std::string::npos) return branches;
+  if (lines[middle].find("else {") == std::string::npos) return branches;
   branches.end = end_of_deeper(lines, middle + 1, indent);
   branches.otherwise = moved_out(lines, middle + 1, branches.end++);
   return branches;
@@ -104,6 +90,15 @@ std::vector<std::string> text_lines(std::string_view text) {
 std::string_view code_of(std::string_view line) {
   line = line.substr(0, line.find("//"));
   return line.substr(0, line.find_last_not_of(' ') + 1);
+}
+
+std::size_t closing(std::string_view text, std::size_t open) {
+  int depth = 0;
+  for (std::size_t i = open; i < text.size(); ++i) {
+    depth += text[i] == '(' ? 1 : 0;
+    if (text[i] == ')' && --depth == 0) return i;
+  }
+  return std::string_view::npos;
 }
 
 std::string folded(std::string_view text, const GlslConstants& constants) {

@@ -42,13 +42,8 @@ std::vector<std::string> words_of(std::string_view text) {
 
 /// Code without the `layout(...)` that it may begin with.
 std::string_view without_layout(std::string_view code) {
-  if (!code.starts_with("layout(")) return code;
-  int depth = 0;
-  for (std::size_t i = 0; i < code.size(); ++i) {
-    depth += code[i] == '(' ? 1 : 0;
-    if (code[i] == ')' && --depth == 0) return code.substr(i + 1);
-  }
-  return code;
+  const std::size_t close = code.starts_with("layout(") ? closing(code, code.find('(')) : std::string_view::npos;
+  return close == std::string_view::npos ? code : code.substr(close + 1);
 }
 
 /// What a piece declares: the macros of preprocessor lines; else the last word before the first of `( = ; {`.

@@ -33,6 +33,12 @@ double clipped_deviations(const Observed& observed, double scale) {
   for (const double frame : observed.frames) sum += square(std::min(std::abs(frame - middle), kWinsor * scale));
   return sum;
 }
+/// The statistic of frames that are pulled into [low, high].
+MedianStatistic clamped_statistic(std::span<const double> sorted, double low, double high) {
+  std::vector<double> tame(sorted.begin(), sorted.end());
+  for (double& frame : tame) frame = std::clamp(frame, low, high);
+  return median_statistic(tame);
+}
 double degrees_of(const Observed& observed) { return static_cast<double>(observed.frames.size()) - 1; }
 
 }  // namespace
@@ -238,9 +244,7 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   double error = 0;     // of what outliers add
   double at_least = 0;  // of it
   if (frames.back() > most) {
-    std::vector<double> tame = frames;
-    for (double& frame : tame) frame = std::min(frame, most);
-    const MedianStatistic clipped = median_statistic(tame);
+    const MedianStatistic clipped = clamped_statistic(frames, frames.front(), most);
     observed.clipped = clipped.mean;
     const double added = std::max(0.0, plain.variance - clipped.variance);
     error = kOutlier * std::sqrt(added / static_cast<double>(frames.size()));
@@ -248,12 +252,7 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
       at_least = std::max(0.0, plain.mean - clipped.mean - error);
   }
   const double least = frames[3 * frames.size() / 4] - kFastClip * own;
-  double raised = plain.mean;
-  if (frames.front() < least) {
-    std::vector<double> tame = frames;
-    for (double& frame : tame) frame = std::max(frame, least);
-    raised = median_statistic(tame).mean;
-  }
+  const double raised = frames.front() < least ? clamped_statistic(frames, least, frames.back()).mean : plain.mean;
   return {.lower = observed.clipped + at_least - own * radius(above_, observed),
           .upper = raised + own * radius(below_, observed) + error};
 }
