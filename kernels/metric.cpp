@@ -51,9 +51,9 @@ constexpr std::array kOthers{
     MetricRow{"flicker", "share", true, "change of the shaded frame's error while the camera moves 1/4 texel a frame",
               [](const FrameScore& score) { return score.flicker; }, true},
     MetricRow{"taps.mean", "taps", true, "texture instructions of a pixel, mean",
-              [](const FrameScore& score) { return std::optional(score.mean_taps); }},
+              [](const FrameScore& score) { return std::optional(score.mean_taps); }, false, true},
     MetricRow{"taps.max", "taps", true, "texture instructions of a pixel, maximum",
-              [](const FrameScore& score) { return std::optional(score.max_taps); }},
+              [](const FrameScore& score) { return std::optional(score.max_taps); }, false, true},
 };
 
 constexpr std::size_t kDistributionRows = kErrors.size() * kStatistics.size();

@@ -84,6 +84,7 @@ struct MetricRow {
   std::string_view description;
   std::optional<double> (*value)(const FrameScore&);  ///< none: not defined for this frame (psnr of equal pictures)
   bool compares_pictures = false;                     ///< shaded frames, not hits
+  bool counts_work = false;                           ///< foretells the frame's time
 };
 [[nodiscard]] std::span<const MetricRow> metrics();
 [[nodiscard]] const MetricRow& find_metric(std::string_view id);  ///< throws: Error(bad_input) listing the choices

@@ -143,6 +143,7 @@ TEST(RecordedRun, a_folder_and_its_table_hold_the_same_search) {
   EXPECT_EQ(a.constraints, b.constraints);
   EXPECT_EQ(a.space.category_axes, b.space.category_axes);
   EXPECT_EQ(a.space.step_axes, b.space.step_axes);
+  EXPECT_EQ(a.space.work_axes, (std::vector<std::string>{"taps.mean", "taps.max"}));
   ASSERT_EQ(a.space.candidates.size(), 61U);
   ASSERT_EQ(a.space.candidates.size(), b.space.candidates.size());
   for (std::size_t i = 0; i < a.samples.size(); ++i) {
@@ -153,6 +154,7 @@ TEST(RecordedRun, a_folder_and_its_table_hold_the_same_search) {
     EXPECT_EQ(left.steps, right.steps);
     EXPECT_EQ(left.error, right.error);
     EXPECT_EQ(left.is_feasible, right.is_feasible);
+    EXPECT_EQ(left.work, right.work);
     ASSERT_EQ(a.samples[i].size(), 5U);
     for (std::size_t s = 0; s < a.samples[i].size(); ++s)
       EXPECT_NEAR(a.samples[i][s], b.samples[i][s], 5e-5 * a.samples[i][s]);
@@ -170,6 +172,8 @@ TEST(RecordedRun, feasible_is_what_the_front_may_hold) {
   for (std::size_t i = 0; i < 50; ++i) {
     EXPECT_EQ(table.space.candidates[i].is_feasible, meets(run.records[i], constraints[0]));
     EXPECT_EQ(table.space.candidates[i].error, run.records[i].error->e_xy.p99);
+    EXPECT_EQ(table.space.candidates[i].work,
+              (std::vector{run.records[i].error->mean_taps, run.records[i].error->max_taps}));
   }
 }
 

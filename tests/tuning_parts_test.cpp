@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -195,6 +196,56 @@ TEST(Surrogate, interpolates_and_is_sure_of_what_was_measured) {
   surrogate.add(57, truth[57], 1e-6);
   surrogate.update();
   EXPECT_NEAR(surrogate.mean(10), mean, 1e-9);
+}
+
+// Where a cap says little, what the rays did says it all: settings of kinds that were never timed are foretold.
+TEST(Surrogate, work_foretells_the_time_of_kinds_not_timed_yet) {
+  Random random(5);
+  SearchSpace space{.category_axes = {"kind"}, .step_axes = {"cap"}, .work_axes = {"taps"}, .candidates = {}};
+  std::vector<double> truth;
+  for (int i = 0; i < 120; ++i) {
+    const double taps = std::exp(4 * random.uniform());
+    space.candidates.push_back({.id = std::to_string(i),
+                                .categories = {i % 12},
+                                .steps = {static_cast<double>(1 + random.below(100))},
+                                .error = 0,
+                                .work = {taps}});
+    truth.push_back(std::log(1 + 0.2 * taps));
+  }
+  const auto worst_error = [&](const SearchSpace& seen) {
+    Surrogate surrogate(seen, 40);
+    for (std::size_t i = 0; i < 120; ++i)
+      if (i % 12 < 3) surrogate.add(i, truth[i], 1e-6);
+    surrogate.fit_if_due();
+    surrogate.update();
+    double worst = 0;
+    for (std::size_t i = 0; i < 120; ++i) worst = std::max(worst, std::abs(surrogate.mean(i) - truth[i]));
+    return worst;
+  };
+  EXPECT_LT(worst_error(space), 0.15);
+  space.work_axes.clear();
+  for (Candidate& candidate : space.candidates) candidate.work.clear();
+  EXPECT_GT(worst_error(space), 0.5);
+}
+
+TEST(SearchSpace, refuses_what_it_cannot_search) {
+  const auto fails = [](auto&& spoil, const char* words) {
+    SearchSpace space{.category_axes = {"kind"}, .step_axes = {"steps"}, .work_axes = {"taps"}, .candidates = {}};
+    for (const char* id : {"a", "b"})
+      space.candidates.push_back({.id = id, .categories = {0}, .steps = {1}, .error = 1, .work = {2}});
+    ASSERT_NO_THROW(space.check());
+    spoil(space);
+    EXPECT_THAT([&] { space.check(); }, testing::ThrowsMessage<Error>(testing::HasSubstr(words)));
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  fails([](SearchSpace& space) { space.candidates.clear(); }, "no setting");
+  fails([](SearchSpace& space) { space.candidates[1].id = "a"; }, "'a' is in the space twice");
+  fails([&](SearchSpace& space) { space.candidates[1].error = nan; }, "'b' has error nan");
+  fails([](SearchSpace& space) { space.candidates[1].error = -1; }, "'b' has error -1");
+  fails([](SearchSpace& space) { space.candidates[0].categories.clear(); }, "'a' has 0 categories and 1 step counts");
+  fails([](SearchSpace& space) { space.candidates[0].steps.push_back(1); }, "'a' has 1 categories and 2 step counts");
+  fails([](SearchSpace& space) { space.candidates[0].work.clear(); }, "'a' has 0 counts of work, the space 1");
+  fails([&](SearchSpace& space) { space.candidates[1].work[0] = nan; }, "'b' has nan of work");
 }
 
 }  // namespace

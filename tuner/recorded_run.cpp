@@ -72,6 +72,9 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
     if (row.samples_ns.empty()) fail_input("{}: case '{}' has no samples", file, row.case_id);
     Candidate candidate = candidate_of(row.settings, row.case_id);
     candidate.error = *row.errors[error];
+    candidate.work.clear();
+    for (const MetricRow* metric : work_metrics())
+      candidate.work.push_back(row.errors[metric_index(metric->id)].value_or(0));
     const Miss miss =
         miss_of(constraints, [&](const Budget& budget) { return row.errors[metric_index(budget.metric)]; });
     candidate.is_feasible = miss.text.empty();

@@ -15,8 +15,16 @@ constexpr std::string_view kTechniqueAxis = "technique";
 
 }  // namespace
 
+std::vector<const MetricRow*> work_metrics() {
+  std::vector<const MetricRow*> rows;
+  for (const MetricRow& metric : metrics())
+    if (metric.counts_work) rows.push_back(&metric);
+  return rows;
+}
+
 SearchSpace empty_setting_space() {
   SearchSpace space;
+  for (const MetricRow* metric : work_metrics()) space.work_axes.emplace_back(metric->id);
   space.category_axes.emplace_back(kTechniqueAxis);
   for (const RegistryParam& param : registry_params())
     (param.values.empty() ? space.step_axes : space.category_axes).emplace_back(param.id);
@@ -27,6 +35,7 @@ Candidate candidate_of(const Settings& settings, std::string id) {
   const Technique& technique = settings.technique();
   Candidate candidate{
       .id = std::move(id), .categories = {static_cast<int>(&technique - techniques().data())}, .steps = {}};
+  candidate.work.assign(work_metrics().size(), 0);
   for (const RegistryParam& param : registry_params()) {
     const Param* const own = technique.find(param.id);
     const bool is_active = own != nullptr && settings.is_active(*own);

@@ -61,7 +61,7 @@ class DeviceTuner {
       : config_(config),
         options_(options),
         plan_(make_plan(config, std::vector{options.backend}, "")),
-        cache_(Cache::default_folder()),
+        cache_(Cache::open()),
         library_(cache_, split_) {
     for (const SceneSpec& scene : config.scenes) static_cast<void>(library_.heights(scene));
     for (const SceneSpec& scene : options.holdout) static_cast<void>(library_.heights(scene));
@@ -183,12 +183,14 @@ class DeviceTuner {
   [[nodiscard]] SearchSpace space_of(const std::vector<std::size_t>& scenes) const {
     SearchSpace space = empty_setting_space();
     const MetricRow& metric = find_metric(config_.front_error);
+    const std::vector<const MetricRow*> work = work_metrics();
     for (const std::size_t setting : candidates_) {
       Candidate candidate = candidate_of(settings_[setting], setting_id(settings_[setting]));
       for (const std::size_t scene : scenes) {
         const FrameScore& score = scores_[setting].scores[scene];
         candidate.error = std::max(candidate.error, metric.value(score).value_or(0));
         candidate.is_feasible &= meets_asked(score);
+        for (std::size_t i = 0; i < work.size(); ++i) candidate.work[i] += work[i]->value(score).value_or(0);
       }
       space.candidates.push_back(std::move(candidate));
     }

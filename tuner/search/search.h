@@ -91,7 +91,7 @@ inline constexpr int kBlock = 3;  ///< frames whose median is one observation
 /// then a race draws blocks for the two settings that decide the widest gap over the error budgets e, until it is at
 /// most epsilon: G(e) = U(pick) / L(rival) - 1, of the least upper bound and the least lower bound of the others. What
 /// the surrogate believes never rules a setting out: bounds do (noise.h), and where a setting was not timed, the bound
-/// of a smaller one of its chain (monotone.h), which is recorded as assumed.
+/// of a smaller one of its chain (chains.h), which is recorded as assumed.
 ///
 /// A pure function of space, options and the values that `times` returns: replaying them gives the same calls again.
 /// throws: Error(bad_input): a bad space or option; a time that is not a positive number

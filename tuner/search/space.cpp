@@ -1,5 +1,6 @@
 #include "tuner/search/space.h"
 
+#include <cmath>
 #include <unordered_set>
 
 #include "kernels/error.h"
@@ -15,6 +16,11 @@ void SearchSpace::check() const {
     if (candidate.categories.size() != category_axes.size() || candidate.steps.size() != step_axes.size())
       fail_input("setting '{}' has {} categories and {} step counts, the space {} and {}", candidate.id,
                  candidate.categories.size(), candidate.steps.size(), category_axes.size(), step_axes.size());
+    if (candidate.work.size() != work_axes.size())
+      fail_input("setting '{}' has {} counts of work, the space {}", candidate.id, candidate.work.size(),
+                 work_axes.size());
+    for (const double work : candidate.work)
+      if (!(work >= 0) || std::isinf(work)) fail_input("setting '{}' has {} of work", candidate.id, work);
   }
 }
 

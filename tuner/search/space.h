@@ -12,15 +12,18 @@ struct Candidate {
   std::vector<double> steps;    ///< count of each step axis, 0 where inactive
   double error = 0;             ///< of the front's metric, >= 0
   bool is_feasible = true;      ///< meets the constraints on the other metrics
+  std::vector<double> work{};   ///< what its score frame counted on each work axis, >= 0
 };
 
 /// The settings among which is searched. Chains (equal categories) hold lattices (step counts).
 struct SearchSpace {
   std::vector<std::string> category_axes;
   std::vector<std::string> step_axes;
+  std::vector<std::string> work_axes{};  ///< counts that are known without a timing and foretell one; may be none
   std::vector<Candidate> candidates;
 
-  /// throws: Error(bad_input): no candidate, a duplicate id, an error that is NaN or negative, tuples of other lengths
+  /// throws: Error(bad_input): no candidate, a duplicate id, an error or work that is NaN or negative, tuples of
+  /// other lengths
   void check() const;
 };
 

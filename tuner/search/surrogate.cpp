@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 namespace reliefbench {
@@ -16,6 +17,7 @@ constexpr double kMostLogWeight = 6;
 constexpr double kInactiveStep = 0.25;     // squared distance of a count that one setting has and the other has not
 constexpr double kInactiveCategory = 0.3;  // likewise of a choice; two values of one axis: 1
 constexpr double kInactive = -1;           // a category's value where it is inactive
+constexpr double kUnseen = 0.2;            // squared distance that a choice adds while no point has it
 
 double matern52(double squared_distance) {
   const double r = std::sqrt(5 * squared_distance);
@@ -23,10 +25,11 @@ double matern52(double squared_distance) {
 }
 
 /// Between two values of an axis, to be weighted. Where only one is active, other axes say so as well.
-double squared_distance(double a, double b, bool is_step) {
+double squared_distance(double a, double b, Surrogate::Axis axis) {
   if (a == b) return 0;
-  if (is_step) return a == 0 || b == 0 ? kInactiveStep : (a - b) * (a - b);
-  return a == kInactive || b == kInactive ? kInactiveCategory : 1;
+  if (axis == Surrogate::Axis::category) return a == kInactive || b == kInactive ? kInactiveCategory : 1;
+  const bool is_inactive = axis == Surrogate::Axis::steps && (a == 0 || b == 0);
+  return is_inactive ? kInactiveStep : (a - b) * (a - b);
 }
 
 double additive_share(const Eigen::VectorXd& weights) {
@@ -37,23 +40,33 @@ double additive_share(const Eigen::VectorXd& weights) {
 }  // namespace
 
 Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_(capacity) {
+  axes_.insert(axes_.end(), space.step_axes.size(), Axis::steps);
+  axes_.insert(axes_.end(), space.work_axes.size(), Axis::work);
+  axes_.insert(axes_.end(), space.category_axes.size(), Axis::category);
   const auto settings = static_cast<Eigen::Index>(space.candidates.size());
-  steps_ = static_cast<Eigen::Index>(space.step_axes.size());
-  const auto axes = steps_ + static_cast<Eigen::Index>(space.category_axes.size());
+  const auto axes = static_cast<Eigen::Index>(axes_.size());
   features_.resize(settings, axes);
   for (Eigen::Index i = 0; i < settings; ++i) {
     const Candidate& candidate = space.candidates[static_cast<std::size_t>(i)];
-    for (Eigen::Index axis = 0; axis < axes; ++axis) {
-      features_(i, axis) = axis < steps_ ? std::log1p(candidate.steps[static_cast<std::size_t>(axis)])
-                                         : candidate.categories[static_cast<std::size_t>(axis - steps_)];
-    }
+    Eigen::Index axis = 0;
+    for (const double steps : candidate.steps) features_(i, axis++) = std::log1p(steps);
+    for (const double work : candidate.work) features_(i, axis++) = std::log1p(work);
+    for (const int category : candidate.categories) features_(i, axis++) = category;
   }
-  for (Eigen::Index axis = 0; axis < steps_; ++axis) {
+  weights_ = Eigen::VectorXd::Ones(axes + 1);
+  for (Eigen::Index axis = 0; axis < axes; ++axis) {
+    if (axes_[static_cast<std::size_t>(axis)] == Axis::category) {
+      weights_[axis] = 0.2;
+      continue;
+    }
     const double range = features_.col(axis).maxCoeff() - features_.col(axis).minCoeff();
     if (range > 0) features_.col(axis) /= range;
   }
-  weights_ = Eigen::VectorXd::Ones(axes + 1);
-  weights_.segment(steps_, axes - steps_).setConstant(0.2);
+  unseen_ = Eigen::MatrixXd::Zero(settings, axes);
+  prior_ = Eigen::VectorXd::Zero(settings);
+  if (!space.work_axes.empty())
+    for (Eigen::Index i = 0; i < settings; ++i)
+      prior_[i] = std::log1p(space.candidates[static_cast<std::size_t>(i)].work.front());
   const auto most = static_cast<Eigen::Index>(capacity);
   values_ = Eigen::VectorXd::Zero(most);
   factor_ = RowMajor::Zero(most, most);
@@ -69,9 +82,11 @@ Eigen::VectorXd Surrogate::correlations(std::size_t candidate) const {
   for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
     const double weight = weights_[axis];
     const double own = features_(row, axis);
-    const bool is_step = axis < steps_;
-    const Eigen::ArrayXd along = features_.col(axis).array().unaryExpr(
-        [&](double other) { return weight * squared_distance(own, other, is_step); });
+    const Axis kind = axes_[static_cast<std::size_t>(axis)];
+    const Eigen::ArrayXd along =
+        features_.col(axis).array().binaryExpr(unseen_.col(axis).array(), [&](double other, double unseen) {
+          return own == other ? 0 : weight * squared_distance(own, other, kind) + unseen_(row, axis) + unseen;
+        });
     distance += along;
     additive += 1 / (1 + along);
   }
@@ -101,7 +116,11 @@ void Surrogate::append(std::size_t candidate, double noise_variance) {
 
 void Surrogate::add(std::size_t candidate, double log_time, double noise_variance) {
   append(candidate, noise_variance);
-  values_[static_cast<Eigen::Index>(points_.size()) - 1] = log_time;
+  set(points_.size() - 1, log_time);
+}
+
+void Surrogate::set(std::size_t point, double log_time) {
+  values_[static_cast<Eigen::Index>(point)] = log_time - prior_[static_cast<Eigen::Index>(points_[point])];
 }
 
 void Surrogate::shrink(std::size_t points) {
@@ -119,7 +138,7 @@ void Surrogate::update() {
   const Eigen::VectorXd centred = values_.head(n).array() - centre_;
   const Eigen::VectorXd solved = factor_.topLeftCorner(n, n).triangularView<Eigen::Lower>().solve(centred);
   mean_.noalias() = columns_.topRows(n).transpose() * solved;
-  mean_.array() += centre_;
+  mean_.array() += prior_.array() + centre_;
 }
 
 double Surrogate::deviation(std::size_t candidate) const {
@@ -142,8 +161,8 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
       double distance = 0;
       double additive = 0;
       for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
-        const double along =
-            weights[axis] * squared_distance(features_(row, axis), features_(other, axis), axis < steps_);
+        const double along = weights[axis] * squared_distance(features_(row, axis), features_(other, axis),
+                                                              axes_[static_cast<std::size_t>(axis)]);
         distance += along;
         additive += 1 / (1 + along);
       }
@@ -199,7 +218,17 @@ void Surrogate::fit() {
   rebuild();
 }
 
+void Surrogate::find_unseen() {
+  for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
+    if (axes_[static_cast<std::size_t>(axis)] != Axis::category) continue;
+    std::set<double> seen{kInactive};
+    for (const std::size_t point : points_) seen.insert(features_(static_cast<Eigen::Index>(point), axis));
+    unseen_.col(axis) = features_.col(axis).unaryExpr([&](double value) { return seen.contains(value) ? 0 : kUnseen; });
+  }
+}
+
 void Surrogate::rebuild() {
+  find_unseen();
   const std::vector<std::size_t> points = std::exchange(points_, {});
   const std::vector<double> noise = std::exchange(noise_, {});
   explained_.setZero();
