@@ -1,5 +1,6 @@
 #include "tuner/tuners.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -81,22 +82,26 @@ TEST_F(Tuners, nothing_to_compare_is_refused) {
   EXPECT_THROW((void)compare_tuners(infeasible, {.seeds = 1}), Error);
 }
 
-// The recorded exhaustive sweep of 1,546 settings: near the front after a few of them, and certified as promised.
-TEST(TunersOnTheRocks, ours_is_as_good_as_it_says) {
+// Recorded exhaustive sweeps of 1,546 settings: near the front after a few of them in every seed, and certified as
+// promised. rocks_disturbed is of a machine that was not quiet: in a third of its settings some sample took half as
+// long again as the others. On jacksboro no constant of the search was chosen.
+class TunersOnARecordedSweep : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(TunersOnARecordedSweep, ours_is_as_good_as_it_says) {
 #if defined(__SANITIZE_ADDRESS__)
   const TunersOptions options{.seeds = 4, .shares = {0.03, 0.05}, .certificates = 8};
 #else
   const TunersOptions options{.seeds = 20, .shares = {0.03, 0.05}, .certificates = 200};
 #endif
-  const std::string path = std::string(RELIEFBENCH_SOURCE_DIR) + "/tests/data/exhaustive_rocks.csv";
+  const std::string path = fmt::format("{}/tests/data/exhaustive_{}.csv", RELIEFBENCH_SOURCE_DIR, GetParam());
   const TunerComparison comparison = compare_tuners(load_recorded(path, {}), options);
   ASSERT_GE(comparison.settings, 1500);
   const auto line_of = [&](std::string_view id) -> const TunerLine& {
     return *std::ranges::find(comparison.lines, id, &TunerLine::strategy);
   };
   const TunerLine& ours = line_of("ours");
-  EXPECT_GE(ours.points[0].hypervolume.mean, 0.99);
-  EXPECT_LE(ours.points[1].worst_regret.mean, 0.03);
+  EXPECT_GE(ours.points[0].hypervolume.worst, 0.99);
+  EXPECT_LE(ours.points[1].worst_regret.worst, 0.03);
   EXPECT_EQ(ours.points[1].uncovered, 0);
   for (const std::string_view rival : {"random", "nsga2"})
     EXPECT_LT(line_of(rival).points[0].hypervolume.mean, ours.points[0].hypervolume.worst) << rival;
@@ -104,8 +109,12 @@ TEST(TunersOnTheRocks, ours_is_as_good_as_it_says) {
   const CertificateCheck& certificate = comparison.certificate;
   EXPECT_EQ(certificate.certified, options.certificates);
   EXPECT_GE(certificate.held, 0.95 * options.certificates);
-  EXPECT_LE(certificate.frames_per_setting.mean, 9);
+  EXPECT_LE(certificate.frames_per_setting.worst, 9);
 }
+
+INSTANTIATE_TEST_SUITE_P(All, TunersOnARecordedSweep,
+                         ::testing::Values("rocks", "rocks_disturbed", "bricks", "jacksboro"),
+                         [](const auto& of) { return std::string(of.param); });
 
 }  // namespace
 }  // namespace reliefbench
