@@ -123,7 +123,7 @@ using TunersInBrowser = InBrowser;
 
 TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
   const TunerComparison comparison =
-      compare_tuners(load_recorded(null_sweep(folder_), {}), {.seeds = 2, .shares = {0.1, 1}, .certificates = 0});
+      compare_tuners(load_recorded(null_sweep(folder_), {}), {.seeds = 2, .shares = {0.1, 1}, .certificates = 3});
   write_tuners_page(comparison, folder_ / "tuners.html");
   const std::string body = body_tag(document(read_file(folder_ / "tuners.html"), R"(
     const lines = (id) => Chart.getChart(id).data.datasets;
@@ -133,8 +133,11 @@ TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
     result.rows = document.querySelectorAll('#table tbody tr').length;
     result.hypervolume = byId('table').querySelector('tbody tr:last-child td:nth-child(11)').textContent;
     result.subtitle = byId('subtitle').textContent.replace('<=', ' to ');
+    result.certificate = byId('certificate').textContent.replace(/"/g, '');
   )"));
   expect_drawn(body);
+  const CertificateCheck& check = comparison.certificate;
+  EXPECT_THAT(body, HasSubstr(fmt::format("given in {} of 3 seeds, true in {} of these", check.certified, check.held)));
   const std::size_t count = strategies().size();
   EXPECT_THAT(body, has("lines", fmt::format("{0} {0}", 2 * count)));
   EXPECT_THAT(body, has("dots", 2 * 2 * count * 2));  // charts, mean and worst, shares

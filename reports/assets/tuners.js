@@ -93,6 +93,15 @@ function drawTable() {
           (strategy) => make('tbody', {}, ...strategy.points.map((point) => figureRow(strategy, point)))));
 }
 
+function certificateText({epsilon, confidence, seeds, certified, held, frames_per_setting: frames, worst_regret: regret}) {
+  if (seeds === 0) return 'Not tried: no search was run to its end.';
+  const regretText = (value) => (value === null ? 'a budget without an answer' : percent(value));
+  return `"Every answer is within ${percent(epsilon)} of the best, with ${percent(confidence)} confidence": given in ` +
+      `${certified} of ${seeds} seeds, true in ${held} of these. Frames a setting: ${frames.mean.toFixed(2)}, at most ` +
+      `${frames.worst.toFixed(2)}. Worst regret: ${regretText(regret.mean)}, at most ${regretText(regret.worst)}.`;
+}
+
+byId('certificate').textContent = certificateText(data.certificate);
 byId('subtitle').textContent = `${data.scene} on ${data.backend}, ${data.device}: ${data.settings} settings, ` +
     `${data.feasible} with ${data.constraints.join(', ') || 'no constraint'}, ${data.front} on the front of ` +
     `${data.error_metric}; ${data.seeds} seeds`;
