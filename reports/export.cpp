@@ -34,7 +34,7 @@ struct Baked {
 };
 
 Baked bake(const ExportJob& job) {
-  const Cache cache(Cache::default_folder());
+  const Cache cache = Cache::open();
   WallSplit split;
   MapLibrary library(cache, split);
   const Case c{.settings = job.settings, .scene_id = "export", .backend = {}};

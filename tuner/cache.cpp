@@ -1,7 +1,9 @@
 #include "tuner/cache.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "kernels/atomic_file.h"
@@ -20,7 +22,17 @@ std::filesystem::path Cache::default_folder() {
   return std::filesystem::temp_directory_path() / "reliefbench-cache";
 }
 
-std::filesystem::path Cache::file(std::string_view key) const { return folder_ / (sha256(key) + ".bin"); }
+Cache Cache::open() {
+  Cache cache(default_folder());
+  cache.trim(kMostBytes);
+  return cache;
+}
+
+constexpr std::string_view kExtension = ".bin";
+
+std::filesystem::path Cache::file(std::string_view key) const {
+  return folder_ / (sha256(key) + std::string(kExtension));
+}
 
 // A file is its value behind the value's own SHA-256, so that a damaged file is told from a good one.
 constexpr std::size_t kDigestSize = 64;
@@ -32,6 +44,8 @@ std::optional<std::vector<std::byte>> Cache::get(std::string_view key) const {
   if (text.size() < kDigestSize) return std::nullopt;
   const std::string_view value = std::string_view(text).substr(kDigestSize);
   if (sha256(value) != text.substr(0, kDigestSize)) return std::nullopt;
+  std::error_code unwritable;  // then it counts as used when it was written
+  std::filesystem::last_write_time(file(key), std::filesystem::file_time_type::clock::now(), unwritable);
   const auto bytes = std::as_bytes(std::span(value));
   return std::vector<std::byte>(bytes.begin(), bytes.end());
 }
@@ -45,6 +59,27 @@ void Cache::put(std::string_view key, std::span<const std::byte> value) const {
     write_atomically(file(key), text);
   } catch (const Error&) {
     return;  // documented: an unwritable cache only costs time
+  }
+}
+
+void Cache::trim(std::uintmax_t most_bytes) const {
+  struct Entry {
+    std::filesystem::file_time_type used;
+    std::uintmax_t bytes;
+    std::filesystem::path path;
+  };
+  std::vector<Entry> entries;
+  std::error_code gone;  // another process trims, too
+  for (const auto& item : std::filesystem::directory_iterator(folder_, gone)) {
+    const std::uintmax_t bytes = item.is_regular_file(gone) ? item.file_size(gone) : 0;
+    if (!gone && item.path().extension() == kExtension)
+      entries.push_back({item.last_write_time(gone), bytes, item.path()});
+  }
+  std::ranges::sort(entries, std::greater(), &Entry::used);
+  std::uintmax_t total = 0;
+  for (const Entry& entry : entries) {
+    total += entry.bytes;
+    if (total > most_bytes) std::filesystem::remove(entry.path, gone);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -12,6 +13,9 @@ namespace reliefbench {
 /// Files are written whole (temporary file, then rename) with their digest; a damaged file counts as absent.
 class Cache {
  public:
+  /// The user's: that of default_folder(), trimmed to kMostBytes.
+  [[nodiscard]] static Cache open();
+
   /// The folder: $RELIEFBENCH_CACHE, else $XDG_CACHE_HOME/reliefbench, else $HOME/.cache/reliefbench, else a folder
   /// under the system's temporary one.
   [[nodiscard]] static std::filesystem::path default_folder();
@@ -21,9 +25,15 @@ class Cache {
   [[nodiscard]] std::optional<std::vector<std::byte>> get(std::string_view key) const;
   /// A cache that can't be written is not an error: the value is then computed again next time.
   void put(std::string_view key, std::span<const std::byte> value) const;
+  /// Removes the values that were not used for longest until the others take most_bytes or less. Where another process
+  /// still wants one, it computes it again.
+  void trim(std::uintmax_t most_bytes) const;
+
+  [[nodiscard]] std::filesystem::path file(std::string_view key) const;
+
+  static constexpr std::uintmax_t kMostBytes = std::uintmax_t{8} << 30U;
 
  private:
-  [[nodiscard]] std::filesystem::path file(std::string_view key) const;
   std::filesystem::path folder_;
 };
 

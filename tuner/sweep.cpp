@@ -160,7 +160,7 @@ std::vector<std::string> choose_backends(const std::string& name) {
 SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   WallSplit split;
   const Plan plan = make_plan(config, options.backends, options.filter);
-  const Cache cache(Cache::default_folder());
+  const Cache cache = Cache::open();
   MapLibrary library(cache, split);
   for (const SceneSpec& scene : config.scenes) static_cast<void>(library.heights(scene));
   Progress progress(options.quiet);

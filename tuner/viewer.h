@@ -33,7 +33,7 @@ class Viewer {
 
  private:
   SceneSpec scene_;
-  Cache cache_{Cache::default_folder()};
+  Cache cache_ = Cache::open();
   WallSplit split_;
   Session session_;
   MapLibrary library_{cache_, split_};
