@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ostream>
 #include <set>
 #include <utility>
 #include <vector>
@@ -13,6 +14,10 @@
 #include "tuner/search/strategies.h"
 
 namespace reliefbench {
+
+/// What a test's name says of its parameter.
+void PrintTo(const Strategy& strategy, std::ostream* out) { *out << strategy.id; }
+
 namespace {
 
 /// Replays a table and keeps a journal of what was asked.
