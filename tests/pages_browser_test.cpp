@@ -76,9 +76,11 @@ class TuneInBrowser : public InBrowser {
     write_tune_page(result, folder_.path());
     return body_tag(document(read_file(folder_ / std::string(kTunePage)), R"(
       const rows = (id) => byId(id).querySelectorAll('tbody tr').length;
-      const dots = (id) => Chart.getChart(id).data.datasets.map((set) => set.data.length).join();
+      const chart = (id) => byId(id) && Chart.getChart(id);
+      const dots = (id) => chart(id) ? chart(id).data.datasets.map((set) => set.data.length).join() : 'none';
       for (const id of ['rungs', 'answers', 'states']) result[id] = rows(id);
       for (const id of ['front', 'gap', 'budget-gap']) result[id.replace('-', '')] = dots(id);
+      result.historydots = dots('history');
       result.history = String(Chart.getChart('history').data.datasets.every((set) => set.data.length > 0));
       result.pick = byId('pick').querySelector('p').textContent.replaceAll('&', ' ');
       result.certified = document.querySelectorAll('#pick .certified').length;
@@ -108,6 +110,22 @@ TEST_F(TuneInBrowser, DrawsThePickAndHowItWasFound) {
                                  [&](const auto& s) { return s["feasible"] == true && s["evidence"] == evidence; });
   };
   EXPECT_THAT(body, has("front", fmt::format("{},{},{}", 2 * answers.size() - 1, shown("measured"), shown("assumed"))));
+}
+
+TEST_F(TuneInBrowser, DrawsHowTheOneAnswerOfABudgetCameToBe) {
+  const TuneResult result = tuned({{"missed_rate", 0.3}});
+  ASSERT_TRUE(result.pick);
+  ASSERT_EQ(result.search.answers.size(), 1U);
+  const std::string body = body_of(result);
+  expect_drawn(body);
+  EXPECT_THAT(body, has("budgetgap", "none"));
+  const std::vector<PathPoint>& path = result.search.path;
+  EXPECT_GT(path.size(), 3U);
+  EXPECT_THAT(body, has("historydots", path.size()));
+  const auto drawn = [&](double PathPoint::*gap) {
+    return std::ranges::count_if(path, [&](const PathPoint& p) { return p.*gap > 0 && std::isfinite(p.*gap); });
+  };
+  EXPECT_THAT(body, has("gap", fmt::format("{},{},2", drawn(&PathPoint::worst_gap), drawn(&PathPoint::timed_gap))));
 }
 
 TEST_F(TuneInBrowser, SaysWhatComesNearestWhereNothingDoes) {

@@ -125,6 +125,26 @@ TEST_F(TuneTest, goes_on_where_it_was) {
   EXPECT_EQ(tune_json(again), tune_json(whole));
 }
 
+// Whether errors are bisected depends on how fast they are: decided once, so that a search goes on among the same
+// settings.
+TEST_F(TuneTest, goes_on_with_the_settings_that_it_began_with) {
+  TuneOptions asked = options("run");
+  asked.question.max_error = {{"e_xy.p99", 1e9}};
+  EXPECT_EQ(run_tune(config(), asked).counts.scored, 21);
+  const std::filesystem::path info = folder_ / "run/run.json";
+  nlohmann::json changed = nlohmann::json::parse(file_text(info));
+  EXPECT_EQ(schema_errors(changed, "run"), "");
+  ASSERT_EQ(changed.at("bisected"), false);
+  changed["bisected"] = true;
+  std::ofstream(info) << changed;
+  for (int start = 0; start < 2; ++start) {
+    const TuneResult again = run_tune(config(), asked);
+    EXPECT_TRUE(again.counts.is_bisected);
+    EXPECT_LT(again.counts.scored, 21);
+    EXPECT_TRUE(again.is_certified());
+  }
+}
+
 TEST_F(TuneTest, another_question_does_not_go_on_in_the_same_folder) {
   static_cast<void>(run_tune(config(), options("run")));
   TuneOptions other = options("run");

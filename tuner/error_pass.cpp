@@ -1,6 +1,7 @@
 #include "tuner/error_pass.h"
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 
 #include "kernels/error.h"
@@ -57,6 +58,14 @@ std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes, co
   std::vector<SettingScore> results(settings);
   for (std::size_t i = 0; i < settings && !should_stop(i); ++i) results[i] = score_one(i, scenes, judge);
   return results;
+}
+
+double estimate_pass_s(std::size_t settings, std::size_t scenes, const Judge& judge,
+                       const std::function<bool(std::size_t done)>& should_stop) {
+  const std::size_t step = std::max<std::size_t>(settings / kProbes, 1);
+  const auto start = std::chrono::steady_clock::now();
+  for (std::size_t i = 0; i < settings && !should_stop(0); i += step) static_cast<void>(score_one(i, scenes, judge));
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() * static_cast<double>(step);
 }
 
 std::vector<SettingScore> score_by_bisection(std::span<const Settings> settings, std::size_t scenes, const Judge& judge,

@@ -26,9 +26,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMostOfErrorPass = 0.6;      // of the time limit: then it is cut off
-constexpr double kMuchOfErrorPass = 1 / 3.0;  // of the time limit: rather bisect, where that is possible
-constexpr std::size_t kProbes = 16;           // settings that tell how long the error pass takes
+constexpr double kMostOfErrorPass = 0.6;          // of the time limit: then it is cut off
+constexpr double kMuchOfErrorPass = 1 / 3.0;      // of the time limit: rather bisect, where that is possible
+constexpr const char* kBisectedKey = "bisected";  // in run.json
 
 bool compares_pictures(const std::vector<Budget>& budgets, std::string_view error_metric) {
   return find_metric(error_metric).compares_pictures ||
@@ -75,6 +75,7 @@ class DeviceTuner {
     const std::optional<Calibration> known =
         info.is_object() ? known_calibration(info, session_->device()) : std::nullopt;
     split_.book(Part::audit, [&] { session_->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
+    if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
     write_info(false);
     preparer_ = std::make_unique<Preparer>(Preparer::Context{.session = *session_,
                                                              .library = library_,
@@ -146,23 +147,17 @@ class DeviceTuner {
       return is_over(kMostOfErrorPass * limit_s());
     };
     TuneCounts& counts = result_.counts;
-    if (!options_.question.max_error.empty() && options_.time_limit_s) {
-      const std::size_t step = std::max<std::size_t>(settings_.size() / kProbes, 1);
-      const double before_s = elapsed_s();
-      for (std::size_t i = 0; i < settings_.size() && !should_stop(0); i += step)
-        for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
-          try {
-            static_cast<void>(judge(i, scene));
-          } catch (const Error&) {
-            continue;  // met again below
-          }
-        }
-      const double whole_s = (elapsed_s() - before_s) * static_cast<double>(step);
+    if (is_bisected_) {
+      counts.is_bisected = *is_bisected_;  // or the settings to search would be others than they were
+    } else if (!options_.question.max_error.empty() && options_.time_limit_s) {
+      const double whole_s = estimate_pass_s(settings_.size(), config_.scenes.size(), judge, should_stop);
       counts.is_bisected = whole_s > kMuchOfErrorPass * limit_s();
       if (counts.is_bisected)
         progress.note(fmt::format("all errors would take {:.0f} s of {:.0f} s: bisecting along the step counts",
                                   whole_s, limit_s()));
     }
+    if (!options_.is_interrupted()) is_bisected_ = counts.is_bisected;
+    write_info(false);
     scores_ = counts.is_bisected ? score_by_bisection(
                                        settings_, config_.scenes.size(), judge,
                                        [&](const FrameScore& score) { return meets_asked(score); }, should_stop)
@@ -365,7 +360,9 @@ class DeviceTuner {
       summary.part_s.at(i) = split_.seconds(static_cast<Part>(i));
       summary.other_s -= summary.part_s.at(i);
     }
-    store_->write_info(run_info(config_, {device_json(*session_)}, summary, started_ns_, finished));
+    nlohmann::json info = run_info(config_, {device_json(*session_)}, summary, started_ns_, finished);
+    if (is_bisected_) info[kBisectedKey] = *is_bisected_;
+    store_->write_info(info);
   }
 
   const Config& config_;
@@ -384,6 +381,7 @@ class DeviceTuner {
   std::vector<SettingScore> scores_;     // one a setting
   std::vector<std::size_t> candidates_;  // settings, in the order of the space
   double started_ns_ = 0;
+  std::optional<bool> is_bisected_;  // once it is decided, by this start or an earlier one
   TuneResult result_;
 };
 

@@ -79,6 +79,7 @@ json path_json(const TuneResult& result) {
     list.push_back({{"samples", point.samples},
                     {"measured", point.measured},
                     {"worst_gap", finite(point.worst_gap)},
+                    {"timed_gap", finite(point.timed_gap)},
                     {"picks", point.picks}});
   return list;
 }

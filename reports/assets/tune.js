@@ -130,14 +130,41 @@ function drawFront() {
 }
 
 function drawGap() {
-  const points = data.path.filter((p) => p.worst_gap !== null).map((p) => ({x: p.samples, y: Math.log10(p.worst_gap), p}));
   const asked = Math.log10(data.question.epsilon);
-  const ends = points.length ? [points[0].x, points[points.length - 1].x] : [0, 1];
+  const line = (label, gap, series) => ({
+    label,
+    data: data.path.filter((p) => p[gap] > 0).map((p) => ({x: p.samples, y: Math.log10(p[gap]), p, gap: p[gap]})),
+    showLine: true,
+    borderColor: seriesColor(theme, series),
+    backgroundColor: seriesColor(theme, series),
+    pointStyle: shapeOf(series),
+    radius: 3,
+  });
+  const last = data.path.length ? data.path[data.path.length - 1].samples : 1;
   draw('gap',
-       [{label: 'worst gap', data: points, showLine: true, borderColor: seriesColor(theme, 0), backgroundColor: seriesColor(theme, 0), radius: 1.5},
-        {label: 'asked', data: ends.map((x) => ({x, y: asked})), showLine: true, borderColor: seriesColor(theme, 3), borderDash: [6, 4], radius: 0, pointStyle: 'line'}],
+       [line('of all settings', 'worst_gap', 0), line('of those timed so far', 'timed_gap', 1),
+        {label: 'asked', data: [0, last].map((x) => ({x, y: asked})), showLine: true, borderColor: seriesColor(theme, 3), borderDash: [6, 4], radius: 0, pointStyle: 'line'}],
        axis('samples', number), axis('gap, %', (value) => number(Number((100 * 10 ** value).toPrecision(2)))),
-       ({p}) => (p ? `${p.samples} samples, ${p.measured} settings: ${gapText(p.worst_gap)}` : 'asked'));
+       ({p, gap}) => (p ? `${p.samples} samples, ${p.measured} settings: ${gapText(gap)}` : 'asked'));
+}
+
+/** With one answer: how long what was its pick takes, as it turned out. */
+function drawPickHistory() {
+  byId('history-title').textContent = 'The pick over time';
+  byId('budget-gap-figure').remove();
+  const points = data.path.filter((p) => p.picks.length > 0).map((p) => ({x: p.samples, p, s: data.settings[p.picks[0]]}));
+  draw('history',
+       [{
+         label: 'pick',
+         data: points.map(({x, p, s}) => ({x, y: s.time_ns / 1e6, p, s})),
+         showLine: true,
+         stepped: true,
+         borderColor: seriesColor(theme, 0),
+         backgroundColor: seriesColor(theme, 0),
+         radius: 3,
+       }],
+       axis('samples', number), axis('frame time of the pick so far, ms (final estimate)', number),
+       ({p, s}) => `${p.samples} samples: ${time(s.time_ns)}: ${s.setting}`);
 }
 
 function drawHistory() {
@@ -191,8 +218,12 @@ showRungs();
 showScenes();
 drawFront();
 drawGap();
-drawHistory();
-drawBudgetGap();
+if (data.question.max_error.length) {
+  drawPickHistory();
+} else {
+  drawHistory();
+  drawBudgetGap();
+}
 fillTable('answers', [`${data.error_metric} at most`, 'time', 'at most', 'within', 'setting'],
           data.answers.map((a) => [number(a.error), time(a.time_ns), time(a.high_ns), gapText(a.gap), a.setting]));
 showSettings();

@@ -85,7 +85,7 @@ function figureRow({strategy, description}, point) {
 function drawTable() {
   const heads = [
     'strategy', 'share', 'settings', '', 'frames', '', 'worst regret', '', 'mean regret', '', 'hypervolume', '',
-    'false front', '', 'seeds without an answer'
+    'false front', '', 'no answer'
   ];
   byId('table').append(
       make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),

@@ -261,7 +261,11 @@ class Search {
   }
 
   void add_path(double gap) {
-    PathPoint point{.samples = result_.samples, .measured = result_.measured, .worst_gap = gap, .picks = {}};
+    PathPoint point{.samples = result_.samples,
+                    .measured = result_.measured,
+                    .worst_gap = gap,
+                    .timed_gap = std::expm1(known_.widest().log_gap),
+                    .picks = {}};
     for (const Gaps::Answer& answer : gaps_.answers()) point.picks.push_back(answer.pick);
     result_.path.push_back(std::move(point));
   }

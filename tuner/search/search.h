@@ -60,7 +60,8 @@ struct BudgetAnswer {
 struct PathPoint {
   std::int64_t samples = 0;
   int measured = 0;
-  double worst_gap = 0;
+  double worst_gap = 0;            ///< infinite while some setting has no bound
+  double timed_gap = 0;            ///< the same if there were no settings but those timed so far
   std::vector<std::size_t> picks;  ///< by falling error
 };
 
