@@ -38,25 +38,24 @@ BakeRequest bake_request(const Settings& settings, const Heightfield& heights, W
     const Param* const param = settings.technique().find(id);
     return param != nullptr && settings.is_active(*param);
   };
-  BakeRequest request{.heights = heights, .wrap = wrap};
-  if (is_on("correction")) request.correction = find_correction(settings.choice("correction"));
-  if (is_on("max_ratio") && settings.choice("max_ratio") == "unbounded") request.max_ratio = kUnboundedRatio;
+  const MapStorage storage = storage_of(settings);
+  BakeRequest request{
+      .heights = heights, .wrap = wrap, .correction = storage.correction, .max_ratio = storage.max_ratio};
   if (is_on("search_steps")) request.search_steps = settings.get("search_steps");
   if (is_on("distance_slices")) request.distance_slices = settings.get("distance_slices");
   return request;
 }
 
 MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wrap, double relief_depth) {
-  const bool encoded = settings.technique().find("encoding") != nullptr;
+  const MapStorage storage = storage_of(settings);
   const bool has_levels = settings.technique().find("lod") != nullptr && settings.choice("lod") == "footprint";
-  return pack_map({.map = map_of(settings),
+  return pack_map({.map = storage.map,
                    .heights = map.heights,
                    .values = map.values,
                    .wrap = wrap,
                    .relief_depth = relief_depth,
                    .mips = has_levels},
-                  find_format(settings.choice("format")),
-                  find_encoding(encoded ? settings.choice("encoding") : "ratio"));
+                  storage.format, storage.encoding);
 }
 
 const Heightfield& MapLibrary::heights(const SceneSpec& scene) {

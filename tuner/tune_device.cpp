@@ -174,6 +174,10 @@ class DeviceTuner {
     }
   }
 
+  [[nodiscard]] double weight_of(std::size_t scene, const std::vector<std::size_t>& scenes) const {
+    return scenes.size() == 1 || options_.weights.empty() ? 1 : options_.weights[scene];
+  }
+
   /// The scored settings as the search sees them. scenes: those whose errors count
   [[nodiscard]] SearchSpace space_of(const std::vector<std::size_t>& scenes) const {
     SearchSpace space = empty_setting_space();
@@ -185,7 +189,9 @@ class DeviceTuner {
         const FrameScore& score = scores_[setting].scores[scene];
         candidate.error = std::max(candidate.error, metric.value(score).value_or(0));
         candidate.is_feasible &= meets_asked(score);
-        for (std::size_t i = 0; i < work.size(); ++i) candidate.work[i] += work[i]->value(score).value_or(0);
+        for (std::size_t i = 0; i < work.size(); ++i)
+          candidate.work[i] = combined(options_.combine, candidate.work[i], weight_of(scene, scenes),
+                                       work[i]->value(score).value_or(0));
       }
       space.candidates.push_back(std::move(candidate));
     }
@@ -196,7 +202,7 @@ class DeviceTuner {
     std::vector<BookSource::Scene> list;
     for (const std::size_t scene : scenes) {
       BookSource::Scene& entry = list.emplace_back();
-      entry.weight = scenes.size() == 1 || options_.weights.empty() ? 1 : options_.weights[scene];
+      entry.weight = weight_of(scene, scenes);
       for (const std::size_t setting : candidates_) entry.case_ids.push_back(case_of(scene, setting).id());
     }
     return {*book_, std::move(list), options_.combine, [this, scenes](std::size_t scene, std::size_t candidate) {

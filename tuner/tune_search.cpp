@@ -60,11 +60,14 @@ double BookSource::frame_ns(std::size_t candidate, int index) {
   for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
     const std::string& id = scenes_[scene].case_ids[candidate];
     while (book_.times(id).size() <= static_cast<std::size_t>(index)) draw_(scene, candidate);
-    const double time_ns = book_.times(id)[static_cast<std::size_t>(index)];
     combined_ns =
-        combine_ == Combine::worst ? std::max(combined_ns, time_ns) : combined_ns + scenes_[scene].weight * time_ns;
+        combined(combine_, combined_ns, scenes_[scene].weight, book_.times(id)[static_cast<std::size_t>(index)]);
   }
   return combined_ns;
+}
+
+double combined(Combine combine, double so_far, double weight, double value) {
+  return combine == Combine::worst ? std::max(so_far, value) : so_far + weight * value;
 }
 
 SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question) {

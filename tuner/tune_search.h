@@ -32,6 +32,9 @@ class BookSource final : public TimeSource {
   std::function<void(std::size_t, std::size_t)> draw_;
 };
 
+/// What the scenes so far and one more of this weight add up to: times, or the work that foretells them.
+[[nodiscard]] double combined(Combine combine, double so_far, double weight, double value);
+
 /// With fixed budgets every setting that meets them is as good as another: errors become 0, so that the search has one
 /// budget to answer.
 [[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question);
