@@ -51,9 +51,9 @@ TEST(Cache, trimming_keeps_what_was_used_last) {
 
 TEST(Cache, trimming_leaves_files_that_are_not_its_own) {
   const TempFolder folder;
-  std::ofstream(folder / "notes.txt") << "mine";
+  for (const char* name : {"notes.txt", "data.bin"}) std::ofstream(folder / name) << "mine";
   Cache(folder.path()).trim(0);
-  EXPECT_TRUE(std::filesystem::exists(folder / "notes.txt"));
+  for (const char* name : {"notes.txt", "data.bin"}) EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
 }
 
 }  // namespace

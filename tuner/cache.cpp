@@ -12,6 +12,20 @@
 #include "tuner/store.h"
 
 namespace reliefbench {
+namespace {
+
+// A file is its value behind the value's own SHA-256, so that a damaged file is told from a good one.
+constexpr std::size_t kDigestSize = 64;
+constexpr std::string_view kExtension = ".bin";
+
+/// Whether a file is one of a cache's: others may lie in a folder that the user chose.
+bool is_entry(const std::filesystem::path& path) {
+  const std::string stem = path.stem().string();
+  return path.extension() == kExtension && stem.size() == kDigestSize &&
+         stem.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+}  // namespace
 
 std::filesystem::path Cache::default_folder() {
   if (const char* own = std::getenv("RELIEFBENCH_CACHE"); own != nullptr && *own != '\0') return own;
@@ -28,14 +42,9 @@ Cache Cache::open() {
   return cache;
 }
 
-constexpr std::string_view kExtension = ".bin";
-
 std::filesystem::path Cache::file(std::string_view key) const {
   return folder_ / (sha256(key) + std::string(kExtension));
 }
-
-// A file is its value behind the value's own SHA-256, so that a damaged file is told from a good one.
-constexpr std::size_t kDigestSize = 64;
 
 std::optional<std::vector<std::byte>> Cache::get(std::string_view key) const {
   std::ifstream in(file(key), std::ios::binary);
@@ -71,9 +80,9 @@ void Cache::trim(std::uintmax_t most_bytes) const {
   std::vector<Entry> entries;
   std::error_code gone;  // another process trims, too
   for (const auto& item : std::filesystem::directory_iterator(folder_, gone)) {
-    const std::uintmax_t bytes = item.is_regular_file(gone) ? item.file_size(gone) : 0;
-    if (!gone && item.path().extension() == kExtension)
-      entries.push_back({item.last_write_time(gone), bytes, item.path()});
+    if (!is_entry(item.path())) continue;
+    const std::uintmax_t bytes = item.file_size(gone);
+    if (!gone) entries.push_back({item.last_write_time(gone), bytes, item.path()});
   }
   std::ranges::sort(entries, std::greater(), &Entry::used);
   std::uintmax_t total = 0;

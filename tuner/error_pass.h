@@ -35,9 +35,9 @@ struct SettingScore {
                                      const std::function<bool(std::size_t done)>& should_stop);
 inline constexpr std::size_t kProbes = 16;
 
-/// The scores for a question with fixed budgets, by bisection: error falls with the count of search steps, nearly always,
-/// so that on a line of settings that differ in nothing else the first that meets the budgets is found in log n frames.
-/// Lines are bisected on the first active step count of the technique's row.
+/// The scores for a question with fixed budgets, by bisection: error falls with the count of search steps, nearly
+/// always, so that on a line of settings that differ in nothing else the first that meets the budgets is found in log n
+/// frames. Lines are bisected on the first active step count of the technique's row.
 [[nodiscard]] std::vector<SettingScore> score_by_bisection(
     std::span<const Settings> settings, std::size_t scenes,
     const std::function<FrameScore(std::size_t, std::size_t)>& judge,

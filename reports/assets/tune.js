@@ -150,13 +150,18 @@ function drawGap() {
 
 /** With one answer: how long what was its pick takes, as it turned out. */
 function drawPickHistory() {
-  byId('history-title').textContent = 'The pick over time';
+  const title = 'The pick over time';
+  byId('history-title').textContent = title;
+  byId('history').setAttribute('aria-label', title);
   byId('budget-gap-figure').remove();
-  const points = data.path.filter((p) => p.picks.length > 0).map((p) => ({x: p.samples, p, s: data.settings[p.picks[0]]}));
+  const points = data.path.filter(({picks}) => picks.length > 0).map(({samples, picks}) => {
+    const s = data.settings[picks[0]];
+    return {x: samples, y: s.time_ns / 1e6, s};
+  });
   draw('history',
        [{
          label: 'pick',
-         data: points.map(({x, p, s}) => ({x, y: s.time_ns / 1e6, p, s})),
+         data: points,
          showLine: true,
          stepped: true,
          borderColor: seriesColor(theme, 0),
@@ -164,7 +169,7 @@ function drawPickHistory() {
          radius: 3,
        }],
        axis('samples', number), axis('frame time of the pick so far, ms (final estimate)', number),
-       ({p, s}) => `${p.samples} samples: ${time(s.time_ns)}: ${s.setting}`);
+       ({x, s}) => `${x} samples: ${time(s.time_ns)}: ${s.setting}`);
 }
 
 function drawHistory() {
