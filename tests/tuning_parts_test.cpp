@@ -228,6 +228,22 @@ TEST(Surrogate, work_foretells_the_time_of_kinds_not_timed_yet) {
   EXPECT_GT(worst_error(space), 0.5);
 }
 
+// On a device whose frames cost the same whatever they do, work is no reason to expect otherwise.
+TEST(Surrogate, a_fixed_cost_is_learnt_from_few_points) {
+  SearchSpace space{.category_axes = {"kind"}, .step_axes = {"cap"}, .work_axes = {"taps"}, .candidates = {}};
+  for (int i = 0; i < 60; ++i)
+    space.candidates.push_back({.id = std::to_string(i),
+                                .categories = {i % 12},
+                                .steps = {static_cast<double>(i)},
+                                .error = 0,
+                                .work = {std::exp(0.1 * i)}});
+  Surrogate surrogate(space, 20);
+  for (std::size_t i = 20; i < 30; ++i) surrogate.add(i, std::log(5.0), 1e-6);
+  surrogate.fit_if_due();
+  surrogate.update();
+  for (std::size_t i = 0; i < 60; ++i) EXPECT_NEAR(surrogate.mean(i), std::log(5.0), 0.1) << i;
+}
+
 TEST(SearchSpace, refuses_what_it_cannot_search) {
   const auto fails = [](auto&& spoil, const char* words) {
     SearchSpace space{.category_axes = {"kind"}, .step_axes = {"steps"}, .work_axes = {"taps"}, .candidates = {}};

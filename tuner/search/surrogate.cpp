@@ -17,6 +17,7 @@ constexpr double kMostLogWeight = 6;
 constexpr double kInactiveStep = 0.25;     // squared distance of a count that one setting has and the other has not
 constexpr double kInactiveCategory = 0.3;  // likewise of a choice; two values of one axis: 1
 constexpr double kInactive = -1;           // a category's value where it is inactive
+constexpr int kMostOverhead = 12;          // log2 of the work that a frame's fixed cost may be worth
 constexpr double kUnseen = 0.2;            // squared distance that a choice adds while no point has it
 
 double matern52(double squared_distance) {
@@ -64,9 +65,9 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
   }
   unseen_ = Eigen::MatrixXd::Zero(settings, axes);
   prior_ = Eigen::VectorXd::Zero(settings);
+  work_ = prior_;
   if (!space.work_axes.empty())
-    for (Eigen::Index i = 0; i < settings; ++i)
-      prior_[i] = std::log1p(space.candidates[static_cast<std::size_t>(i)].work.front());
+    for (Eigen::Index i = 0; i < settings; ++i) work_[i] = space.candidates[static_cast<std::size_t>(i)].work.front();
   const auto most = static_cast<Eigen::Index>(capacity);
   values_ = Eigen::VectorXd::Zero(most);
   factor_ = RowMajor::Zero(most, most);
@@ -116,11 +117,11 @@ void Surrogate::append(std::size_t candidate, double noise_variance) {
 
 void Surrogate::add(std::size_t candidate, double log_time, double noise_variance) {
   append(candidate, noise_variance);
-  set(points_.size() - 1, log_time);
+  values_[static_cast<Eigen::Index>(points_.size()) - 1] = log_time;
 }
 
-void Surrogate::set(std::size_t point, double log_time) {
-  values_[static_cast<Eigen::Index>(point)] = log_time - prior_[static_cast<Eigen::Index>(points_[point])];
+double Surrogate::above_prior(std::size_t point) const {
+  return values_[static_cast<Eigen::Index>(point)] - prior_[static_cast<Eigen::Index>(points_[point])];
 }
 
 void Surrogate::shrink(std::size_t points) {
@@ -135,10 +136,11 @@ void Surrogate::shrink(std::size_t points) {
 void Surrogate::update() {
   const auto n = static_cast<Eigen::Index>(points_.size());
   if (n == 0) return;
-  const Eigen::VectorXd centred = values_.head(n).array() - centre_;
+  const auto centred =
+      Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index i) { return above_prior(static_cast<std::size_t>(i)); });
   const Eigen::VectorXd solved = factor_.topLeftCorner(n, n).triangularView<Eigen::Lower>().solve(centred);
   mean_.noalias() = columns_.topRows(n).transpose() * solved;
-  mean_.array() += prior_.array() + centre_;
+  mean_ += prior_;
 }
 
 double Surrogate::deviation(std::size_t candidate) const {
@@ -155,7 +157,7 @@ double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<c
   for (Eigen::Index a = 0; a < n; ++a) {
     const std::size_t point = points[static_cast<std::size_t>(a)];
     const auto row = static_cast<Eigen::Index>(points_[point]);
-    centred[a] = values_[static_cast<Eigen::Index>(point)] - centre_;
+    centred[a] = above_prior(point);
     for (Eigen::Index b = 0; b < a; ++b) {
       const auto other = static_cast<Eigen::Index>(points_[points[static_cast<std::size_t>(b)]]);
       double distance = 0;
@@ -187,9 +189,23 @@ void Surrogate::fit_if_due() {
   fit();
 }
 
+void Surrogate::fit_prior() {
+  double least = std::numeric_limits<double>::infinity();
+  for (int power = 0; power <= kMostOverhead; ++power) {
+    const Eigen::VectorXd shape = (work_.array() + std::ldexp(1.0, power)).log();
+    Eigen::VectorXd above(static_cast<Eigen::Index>(points_.size()));
+    for (Eigen::Index i = 0; i < above.size(); ++i)
+      above[i] = values_[i] - shape[static_cast<Eigen::Index>(points_[static_cast<std::size_t>(i)])];
+    const double squares = (above.array() - above.mean()).square().sum();
+    if (squares >= least) continue;
+    least = squares;
+    prior_ = shape.array() + above.mean();
+  }
+}
+
 void Surrogate::fit() {
   const std::size_t n = points_.size();
-  centre_ = values_.head(static_cast<Eigen::Index>(n)).mean();
+  fit_prior();
   std::vector<std::size_t> subset;
   const std::size_t most = std::min(n, kMostFitted);
   for (std::size_t i = 0; i < most; ++i) subset.push_back(i * n / most);

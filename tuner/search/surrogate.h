@@ -10,16 +10,17 @@ namespace reliefbench {
 
 /// A Gaussian process on log time over the settings of a space: Matern 5/2 with a length for each axis (automatic
 /// relevance determination) on log1p of step counts and of work, Hamming distance on categories. Step counts are caps,
-/// work is what the rays did, so that the prior's mean is time in proportion to 1 + the first work axis; without one it
-/// is constant. Where an axis is inactive in one of two settings it adds a constant, less than a full difference: a
-/// step count that a technique does not have is not zero steps of it, and which axes are active follows from few
-/// others. (A step count of 0 is taken for inactive.) A choice that no point had at the last fit adds a distance that
-/// the fit cannot explain away: of an axis whose points all agree it learns nothing. A share of the variance is
-/// additive, the mean over the axes of one rational quadratic kernel each, so that what an axis does in one technique
-/// is expected in another. Adding a point costs O(points x settings): the Cholesky factor and, with it, the factor's
-/// columns for all settings grow by a row. Hyper-parameters maximise the posterior density and are refitted when the
-/// points are 1.2 times as many. The constants were chosen on recorded sweeps of rocks/grazing and bricks/oblique on
-/// llvmpipe. source: Rasmussen & Williams, "Gaussian Processes for Machine Learning", 2006, sections 2.2, 5.4.1
+/// work is what the rays did, so that the prior's mean is a fixed cost and a cost of each unit of the first work axis,
+/// fitted to the points by least squares in log time; without such an axis it is constant. Where an axis is inactive in
+/// one of two settings it adds a constant, less than a full difference: a step count that a technique does not have is
+/// not zero steps of it, and which axes are active follows from few others. (A step count of 0 is taken for inactive.)
+/// A choice that no point had at the last fit adds a distance that the fit cannot explain away: of an axis whose points
+/// all agree it learns nothing. A share of the variance is additive, the mean over the axes of one rational quadratic
+/// kernel each, so that what an axis does in one technique is expected in another. Adding a point costs O(points x
+/// settings): the Cholesky factor and, with it, the factor's columns for all settings grow by a row. Hyper-parameters
+/// maximise the posterior density and are refitted when the points are 1.2 times as many. The constants were chosen on
+/// recorded sweeps of rocks/grazing and bricks/oblique on llvmpipe. source: Rasmussen & Williams, "Gaussian Processes
+/// for Machine Learning", 2006, sections 2.2, 5.4.1
 class Surrogate {
  public:
   enum class Axis { steps, work, category };
@@ -29,7 +30,7 @@ class Surrogate {
 
   /// Adds a point, the setting's log time and the variance of its noise. A setting is added once.
   void add(std::size_t candidate, double log_time, double noise_variance);
-  void set(std::size_t point, double log_time);
+  void set(std::size_t point, double log_time) { values_[static_cast<Eigen::Index>(point)] = log_time; }
   /// Takes the last points away again.
   void shrink(std::size_t points);
   /// Fits the hyper-parameters if there are 1.2 times the points of the last time.
@@ -50,20 +51,22 @@ class Surrogate {
   void fit();
   void append(std::size_t candidate, double noise_variance);
   void find_unseen();
+  void fit_prior();
+  [[nodiscard]] double above_prior(std::size_t point) const;
   void rebuild();
 
   std::size_t capacity_;
   std::vector<Axis> axes_;
   Eigen::MatrixXd features_;  // settings x axes
   Eigen::MatrixXd unseen_;    // settings x axes: squared distance that is added, see kUnseen
-  Eigen::VectorXd prior_;     // log time of each setting, but for the centre
+  Eigen::VectorXd work_;      // of each setting, on the first work axis; 0 without one
+  Eigen::VectorXd prior_;     // log time of each setting: the process's mean
   Eigen::VectorXd weights_;   // 1 / length^2 of each axis
   double variance_ = 1;       // of the process
-  double centre_ = 0;         // its mean, above the prior
   std::size_t next_fit_ = 6;  // points
   std::vector<std::size_t> points_;
   std::vector<double> noise_;
-  Eigen::VectorXd values_;     // log time of the points, less prior_
+  Eigen::VectorXd values_;     // log time of the points
   RowMajor factor_;            // Cholesky, of the points' covariance
   RowMajor columns_;           // factor^-1 x covariance of points and settings
   Eigen::VectorXd explained_;  // variance, of each setting
