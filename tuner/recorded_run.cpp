@@ -66,15 +66,14 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
                       .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
   for (const Budget& budget : constraints) table.constraints.push_back(budget.text());
+  const std::vector<const MetricRow*> work = work_metrics();
   double least = std::numeric_limits<double>::infinity();
   for (const TableRow& row : rows) {
     if (group_of(row) != group || row.status != Status::ok || !row.errors[error]) continue;
     if (row.samples_ns.empty()) fail_input("{}: case '{}' has no samples", file, row.case_id);
     Candidate candidate = candidate_of(row.settings, row.case_id);
     candidate.error = *row.errors[error];
-    candidate.work.clear();
-    for (const MetricRow* metric : work_metrics())
-      candidate.work.push_back(row.errors[metric_index(metric->id)].value_or(0));
+    for (std::size_t i = 0; i < work.size(); ++i) candidate.work[i] = row.errors[metric_index(work[i]->id)].value_or(0);
     const Miss miss =
         miss_of(constraints, [&](const Budget& budget) { return row.errors[metric_index(budget.metric)]; });
     candidate.is_feasible = miss.text.empty();
