@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/map_texture.h"
-#include "kernels/score.h"
-#include "kernels/view.h"
+#include "kernels/judge/score.h"
+#include "kernels/maps/map_texture.h"
+#include "kernels/trace/view.h"
 
 namespace reliefbench {
 

@@ -5,9 +5,9 @@
 #include <cstring>
 
 #include "backends/shader_compiler.h"
-#include "kernels/cone_search.h"
-#include "kernels/error.h"
-#include "kernels/max_pyramid.h"
+#include "kernels/base/error.h"
+#include "kernels/maps/cone_search.h"
+#include "kernels/maps/max_pyramid.h"
 
 namespace reliefbench {
 namespace {

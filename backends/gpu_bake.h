@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "backends/backend.h"
-#include "kernels/map_kind.h"
+#include "kernels/maps/map_kind.h"
 
 namespace reliefbench {
 

@@ -2,10 +2,10 @@
 #include <numeric>
 
 #include "backends/backend.h"
-#include "kernels/error.h"
-#include "kernels/reference.h"
-#include "kernels/sha256.h"
-#include "kernels/technique.h"
+#include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
+#include "kernels/judge/reference.h"
+#include "kernels/trace/technique.h"
 
 namespace reliefbench {
 namespace {

@@ -4,8 +4,8 @@
 #include <glslang/Public/ShaderLang.h>
 #include <glslang/SPIRV/GlslangToSpv.h>
 
-#include "kernels/embedded.h"
-#include "kernels/error.h"
+#include "kernels/base/embedded.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

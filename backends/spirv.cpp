@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "backends/shader_compiler.h"
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "backends/backend.h"
 #include "backends/shader_compiler.h"
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "kernels/image.h"
-#include "kernels/ktx2.h"
+#include "kernels/image/image.h"
+#include "kernels/image/ktx2.h"
 #include "tests/command.h"
 #include "tests/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "tuner/cache.h"
+#include "tuner/measure/cache.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tuner/claims.h"
+#include "tuner/measure/claims.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <thread>
 
-#include "kernels/image.h"
+#include "kernels/image/image.h"
 #include "tests/command.h"
 #include "tests/hand_made_stress.h"
 #include "tests/temp_folder.h"

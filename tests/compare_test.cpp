@@ -1,4 +1,4 @@
-#include "tuner/compare.h"
+#include "tuner/decide/compare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "tests/hand_made.h"
-#include "tuner/relative_time.h"
+#include "tuner/results/relative_time.h"
 
 namespace reliefbench {
 namespace {

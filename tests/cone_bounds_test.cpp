@@ -1,4 +1,4 @@
-#include "kernels/cone_bounds.h"
+#include "kernels/maps/cone_bounds.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
 

@@ -1,4 +1,4 @@
-#include "kernels/cone_map.h"
+#include "kernels/maps/cone_map.h"
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
 

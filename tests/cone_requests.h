@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/cone_map.h"
+#include "kernels/maps/cone_map.h"
 #include "tests/cone_test_maps.h"
 
 namespace reliefbench {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/heightfield.h"
+#include "kernels/image/heightfield.h"
 
 namespace reliefbench {
 

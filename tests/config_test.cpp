@@ -1,11 +1,11 @@
-#include "tuner/config.h"
+#include "tuner/plan/config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

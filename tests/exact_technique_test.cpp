@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "kernels/guarantee.h"
-#include "kernels/heightmap.h"
-#include "kernels/score.h"
+#include "kernels/image/heightmap.h"
+#include "kernels/judge/score.h"
+#include "kernels/trace/guarantee.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
 #include "tests/technique_rig.h"

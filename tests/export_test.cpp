@@ -1,5 +1,5 @@
 // What ships: the shader compiles and traces as the technique does, the textures are those that were measured.
-#include "reports/export.h"
+#include "reports/export/export.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -8,17 +8,17 @@
 #include <algorithm>
 #include <set>
 
-#include "kernels/atomic_file.h"
-#include "kernels/ktx2.h"
-#include "kernels/sha256.h"
-#include "reports/glsl_fold.h"
-#include "reports/shipped_shader.h"
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/sha256.h"
+#include "kernels/image/ktx2.h"
+#include "reports/export/glsl_fold.h"
+#include "reports/export/shipped_shader.h"
 #include "tests/command.h"
 #include "tests/finished_run.h"
 #include "tests/schema.h"
 #include "tests/technique_rig.h"
-#include "tuner/presets.h"
-#include "tuner/setting_space.h"
+#include "tuner/decide/presets.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {

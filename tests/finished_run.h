@@ -5,9 +5,9 @@
 
 #include "tests/synthetic_run.h"
 #include "tests/temp_folder.h"
-#include "tuner/config.h"
-#include "tuner/relative_time.h"
-#include "tuner/sweep.h"
+#include "tuner/measure/sweep.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/relative_time.h"
 
 namespace reliefbench {
 

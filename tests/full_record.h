@@ -1,5 +1,5 @@
 #pragma once
-#include "tuner/record.h"
+#include "tuner/results/record.h"
 
 namespace reliefbench {
 

@@ -1,12 +1,12 @@
 // What the registry promises, held against the exact reference on the heights as they are stored.
-#include "kernels/guarantee.h"
+#include "kernels/trace/guarantee.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "kernels/heightmap.h"
-#include "kernels/score.h"
+#include "kernels/image/heightmap.h"
+#include "kernels/judge/score.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {

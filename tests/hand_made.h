@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "tuner/record.h"
+#include "tuner/results/record.h"
 
 namespace reliefbench {
 

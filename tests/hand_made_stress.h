@@ -1,7 +1,7 @@
 #pragma once
 #include <filesystem>
 
-#include "reports/stress_page.h"
+#include "reports/pages/stress_page.h"
 #include "tests/synthetic_run.h"
 
 namespace reliefbench {

@@ -1,10 +1,10 @@
-#include "kernels/heat_map.h"
+#include "kernels/judge/heat_map.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "kernels/heightmap.h"
+#include "kernels/image/heightmap.h"
 
 #include <gmock/gmock.h>
 

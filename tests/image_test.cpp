@@ -1,4 +1,4 @@
-#include "kernels/image.h"
+#include "kernels/image/image.h"
 
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>

@@ -6,16 +6,16 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/error.h"
+#include "kernels/base/append_file.h"
+#include "kernels/base/error.h"
 #include "tests/finished_run.h"
 #include "tests/schema.h"
-#include "tuner/append_file.h"
-#include "tuner/case_table.h"
-#include "tuner/csv.h"
-#include "tuner/pareto.h"
-#include "tuner/recorded_run.h"
-#include "tuner/run_files.h"
-#include "tuner/t4.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/results/case_table.h"
+#include "tuner/results/csv.h"
+#include "tuner/results/recorded_run.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/t4.h"
 
 namespace reliefbench {
 namespace {

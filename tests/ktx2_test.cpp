@@ -1,4 +1,4 @@
-#include "kernels/ktx2.h"
+#include "kernels/image/ktx2.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

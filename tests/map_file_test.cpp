@@ -1,11 +1,11 @@
-#include "kernels/map_file.h"
+#include "kernels/maps/map_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kernels/cone_map.h"
-#include "kernels/image.h"
-#include "kernels/ktx2.h"
+#include "kernels/image/image.h"
+#include "kernels/image/ktx2.h"
+#include "kernels/maps/cone_map.h"
 #include "tests/cone_test_maps.h"
 #include "tests/image_files.h"
 #include "tests/temp_folder.h"

@@ -1,4 +1,4 @@
-#include "kernels/map_texture.h"
+#include "kernels/maps/map_texture.h"
 
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>

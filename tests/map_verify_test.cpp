@@ -1,4 +1,4 @@
-#include "kernels/map_verify.h"
+#include "kernels/maps/map_verify.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -7,10 +7,10 @@
 #include <numbers>
 #include <string>
 
-#include "kernels/cone_map.h"
-#include "kernels/error.h"
-#include "kernels/heightmap.h"
-#include "kernels/stored_cones.h"
+#include "kernels/base/error.h"
+#include "kernels/image/heightmap.h"
+#include "kernels/maps/cone_map.h"
+#include "kernels/maps/stored_cones.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
 

@@ -1,4 +1,4 @@
-#include "kernels/mip_chain.h"
+#include "kernels/maps/mip_chain.h"
 
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "kernels/map_texture.h"
+#include "kernels/maps/map_texture.h"
 #include "tests/cone_test_maps.h"
 
 namespace reliefbench {

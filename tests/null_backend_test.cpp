@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "kernels/texel.h"
+#include "kernels/maps/texel.h"
 #include "tests/backend_rig.h"
 
 namespace reliefbench {

@@ -2,14 +2,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reports/report.h"
-#include "reports/tune_page.h"
-#include "reports/tuners_page.h"
+#include "kernels/base/append_file.h"
+#include "reports/pages/report.h"
+#include "reports/pages/tune_page.h"
+#include "reports/pages/tuners_page.h"
 #include "tests/browser.h"
 #include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"
-#include "tuner/append_file.h"
-#include "tuner/recorded_run.h"
+#include "tuner/results/recorded_run.h"
 #include "tuner/search/strategies.h"
 
 namespace reliefbench {

@@ -1,4 +1,4 @@
-#include "tuner/pareto.h"
+#include "tuner/decide/pareto.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/hand_made.h"
 
 namespace reliefbench {

@@ -1,4 +1,4 @@
-#include "kernels/picture_metrics.h"
+#include "kernels/judge/picture_metrics.h"
 
 #include <gtest/gtest.h>
 

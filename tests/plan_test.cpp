@@ -1,4 +1,4 @@
-#include "tuner/plan.h"
+#include "tuner/plan/plan.h"
 
 #include <fnmatch.h>
 #include <gmock/gmock.h>
@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

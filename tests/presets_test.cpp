@@ -1,4 +1,4 @@
-#include "tuner/presets.h"
+#include "tuner/decide/presets.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,13 +9,13 @@
 #include <set>
 
 #include "backends/shader_compiler.h"
-#include "kernels/atomic_file.h"
-#include "kernels/error.h"
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
 #include "tests/finished_run.h"
 #include "tests/schema.h"
-#include "tuner/case_table.h"
-#include "tuner/pareto.h"
-#include "tuner/plan.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/plan/plan.h"
+#include "tuner/results/case_table.h"
 
 namespace reliefbench {
 namespace {

@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "kernels/heightmap.h"
-#include "kernels/sha256.h"
+#include "kernels/base/sha256.h"
+#include "kernels/image/heightmap.h"
 
 namespace reliefbench {
 namespace {

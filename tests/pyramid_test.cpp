@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
 
-#include "kernels/distance_map.h"
-#include "kernels/error.h"
-#include "kernels/map_texture.h"
-#include "kernels/pyramid_map.h"
+#include "kernels/base/error.h"
+#include "kernels/maps/distance_map.h"
+#include "kernels/maps/map_texture.h"
+#include "kernels/maps/pyramid_map.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
 #include "tests/slow_pyramid.h"

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "kernels/paper.h"
+#include "kernels/base/paper.h"
 #include "tests/command.h"
 #include "tests/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "tuner/recommend.h"
+#include "tuner/decide/recommend.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tuner/record.h"
+#include "tuner/results/record.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/full_record.h"
 
 namespace reliefbench {

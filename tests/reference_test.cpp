@@ -1,4 +1,4 @@
-#include "kernels/reference.h"
+#include "kernels/judge/reference.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/slow_reference.h"
 
 namespace reliefbench {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "kernels/cone_map.h"
+#include "kernels/maps/cone_map.h"
 #include "tests/cone_requests.h"
 #include "tests/slow_cone_map.h"
 

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "reports/report.h"
+#include "reports/pages/report.h"
 #include "tests/browser.h"
 #include "tests/synthetic_run.h"
 

@@ -1,4 +1,4 @@
-#include "reports/report.h"
+#include "reports/pages/report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,15 +7,15 @@
 #include <fstream>
 #include <regex>
 
-#include "kernels/error.h"
-#include "reports/assets.h"
-#include "reports/data_uri.h"
-#include "reports/report_data.h"
+#include "kernels/base/append_file.h"
+#include "kernels/base/error.h"
+#include "reports/pages/assets.h"
+#include "reports/pages/data_uri.h"
+#include "reports/pages/report_data.h"
 #include "tests/hand_made_stress.h"
 #include "tests/synthetic_run.h"
-#include "tuner/append_file.h"
-#include "tuner/pareto.h"
-#include "tuner/run_files.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {

@@ -8,7 +8,7 @@
 #include <valijson/validation_results.hpp>
 #include <valijson/validator.hpp>
 
-#include "tuner/append_file.h"
+#include "kernels/base/append_file.h"
 
 namespace reliefbench {
 

@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/full_record.h"
-#include "tuner/config_reader.h"
-#include "tuner/pareto.h"
-#include "tuner/plan.h"
-#include "tuner/store.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/plan/config_reader.h"
+#include "tuner/plan/plan.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "kernels/heightmap.h"
+#include "kernels/image/heightmap.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/cone_map.h"
+#include "kernels/maps/cone_map.h"
 
 namespace reliefbench {
 

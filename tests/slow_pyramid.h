@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "kernels/distance_map.h"
+#include "kernels/maps/distance_map.h"
 
 namespace reliefbench {
 

@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "kernels/heightfield.h"
-#include "kernels/reference.h"
+#include "kernels/image/heightfield.h"
+#include "kernels/judge/reference.h"
 
 namespace reliefbench {
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "backends/shader_compiler.h"
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

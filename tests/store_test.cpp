@@ -1,4 +1,4 @@
-#include "tuner/store.h"
+#include "tuner/results/store.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -7,10 +7,10 @@
 
 #include <fstream>
 
-#include "kernels/atomic_file.h"
-#include "kernels/error.h"
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
 #include "tests/full_record.h"
-#include "tuner/run_files.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {

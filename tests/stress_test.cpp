@@ -1,4 +1,4 @@
-#include "tuner/stress.h"
+#include "tuner/measure/stress.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "kernels/error.h"
-#include "reports/stress_page.h"
+#include "kernels/base/append_file.h"
+#include "kernels/base/error.h"
+#include "reports/pages/stress_page.h"
 #include "tests/schema.h"
 #include "tests/technique_rig.h"
 #include "tests/temp_folder.h"
-#include "tuner/append_file.h"
 
 namespace reliefbench {
 namespace {

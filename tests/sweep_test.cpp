@@ -1,5 +1,5 @@
 // The sweep as a whole, on the null backend: which measures in no time and makes up the same numbers in every run.
-#include "tuner/sweep.h"
+#include "tuner/measure/sweep.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,12 +9,12 @@
 #include <map>
 #include <set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
-#include "tuner/config.h"
-#include "tuner/run_files.h"
-#include "tuner/store.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "kernels/technique.h"
+#include "kernels/trace/technique.h"
 
 namespace reliefbench {
 namespace {

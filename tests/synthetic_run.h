@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tuner/store.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 

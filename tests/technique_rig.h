@@ -1,13 +1,13 @@
 #pragma once
 #include <vector>
 
-#include "kernels/heightfield.h"
-#include "kernels/technique.h"
-#include "kernels/texel.h"
-#include "kernels/view.h"
+#include "kernels/image/heightfield.h"
+#include "kernels/maps/texel.h"
+#include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
 #include "tests/backend_rig.h"
-#include "tuner/map_library.h"
-#include "tuner/session.h"
+#include "tuner/measure/map_library.h"
+#include "tuner/measure/session.h"
 
 namespace reliefbench {
 

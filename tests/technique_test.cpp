@@ -1,4 +1,4 @@
-#include "kernels/technique.h"
+#include "kernels/trace/technique.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 #include <set>
 
 #include "backends/spirv.h"
-#include "kernels/embedded.h"
-#include "kernels/heightmap.h"
+#include "kernels/base/embedded.h"
+#include "kernels/image/heightmap.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {

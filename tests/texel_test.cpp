@@ -1,4 +1,4 @@
-#include "kernels/texel.h"
+#include "kernels/maps/texel.h"
 
 #include <Imath/half.h>
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/temp_folder.h"
-#include "tuner/error_pass.h"
-#include "tuner/features.h"
-#include "tuner/sample_book.h"
-#include "tuner/setting_space.h"
+#include "tuner/measure/sample_book.h"
+#include "tuner/plan/features.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/tune/error_pass.h"
 
 namespace reliefbench {
 namespace {

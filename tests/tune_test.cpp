@@ -1,5 +1,5 @@
 // Tuning as a whole: on the null backend, which measures in no time, and against the recorded sweep.
-#include "tuner/tune.h"
+#include "tuner/tune/tune.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,12 +11,12 @@
 #include <set>
 #include <thread>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/command.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
-#include "tuner/setting_space.h"
-#include "tuner/store.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "tuner/tuners.h"
+#include "tuner/tune/tuners.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/error.h"
-#include "reports/tuners_page.h"
+#include "kernels/base/append_file.h"
+#include "kernels/base/error.h"
+#include "reports/pages/tuners_page.h"
 #include "tests/finished_run.h"
-#include "tuner/append_file.h"
-#include "tuner/recorded_run.h"
+#include "tuner/results/recorded_run.h"
 #include "tuner/search/strategies.h"
 
 namespace reliefbench {

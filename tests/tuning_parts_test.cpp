@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/search/gaps.h"
 #include "tuner/search/improvement.h"
 #include "tuner/search/observations.h"

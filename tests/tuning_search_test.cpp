@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tests/synthetic_table.h"
 #include "tuner/search/search.h"
 #include "tuner/search/strategies.h"

@@ -5,15 +5,15 @@
 
 #include <cstdlib>
 
-#include "kernels/atomic_file.h"
+#include "kernels/base/atomic_file.h"
 #include "tests/backend_rig.h"
 #include "tests/command.h"
 #include "tests/finished_run.h"
-#include "tuner/prepare.h"
-#include "tuner/presets.h"
-#include "tuner/run_files.h"
-#include "tuner/setting_space.h"
-#include "tuner/view_state.h"
+#include "tuner/decide/presets.h"
+#include "tuner/measure/prepare.h"
+#include "tuner/measure/view_state.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {

@@ -9,9 +9,9 @@
 #include <optional>
 
 #include "backends/shader_compiler.h"
-#include "backends/vulkan_device.h"
-#include "backends/vulkan_memory.h"
-#include "kernels/error.h"
+#include "backends/vulkan/vulkan_device.h"
+#include "backends/vulkan/vulkan_memory.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {

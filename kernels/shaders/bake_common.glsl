@@ -10,7 +10,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(BINDING(0), std430) writeonly buffer Keys { double keys[]; };
 layout(BINDING(1), std430) readonly buffer Band { int first_group_row; };
 layout(BINDING(2), std430) readonly buffer Bake {
-  double weight_x;  // see ConeMetric (kernels/cone_search.h)
+  double weight_x;  // see ConeMetric (kernels/maps/cone_search.h)
   double weight_y;
   double slack;
   double widest_key;  // of the widest ratio allowed

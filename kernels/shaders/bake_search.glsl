@@ -1,7 +1,7 @@
 #include "bake_common.glsl"
 
 // Branch and bound on the max pyramid, nearest child first, for bakers that ask over all higher texels for the least of
-// a key. Boxes are pruned in float with a margin, and what remains is evaluated in double: see kernels/cone_search.cpp.
+// a key. Boxes are pruned in float with a margin, and what remains is evaluated in double: see kernels/maps/cone_search.cpp.
 // The including file defines pair_key.
 
 // Two texels whose key may be under the least one found yet.

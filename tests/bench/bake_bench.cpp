@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kernels/cone_map.h"
+#include "kernels/maps/cone_map.h"
 #include "tests/bench/brute_cone_map.h"
 #include "tests/cone_test_maps.h"
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <vector>
 
-#include "kernels/heightfield.h"
+#include "kernels/image/heightfield.h"
 
 namespace reliefbench {
 

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "kernels/reference.h"
+#include "kernels/judge/reference.h"
 
 // One core, one ray at a time: the exact tracer against Embree's rtcIntersect1 on a triangulation of the same texels,
 // over the same perspective rays: `trace_exact_first_hit` does the same job, `trace_exact` finds the exit from the

@@ -1,4 +1,4 @@
-#include "tuner/bake.h"
+#include "tuner/measure/bake.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"

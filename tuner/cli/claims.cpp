@@ -1,4 +1,4 @@
-#include "tuner/claims.h"
+#include "tuner/measure/claims.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
-#include "tuner/plan.h"
-#include "tuner/sweep.h"
+#include "tuner/measure/sweep.h"
+#include "tuner/plan/plan.h"
 
 namespace reliefbench {
 namespace {

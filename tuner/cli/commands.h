@@ -7,7 +7,7 @@ class App;
 namespace reliefbench {
 
 // One function a subcommand, one file each. It adds the subcommand to `app`; when that one is chosen, its callback runs
-// the command and sets `exit_code` (kernels/error.h, Exit). Errors are thrown as Error and caught in main. Both
+// the command and sets `exit_code` (kernels/base/error.h, Exit). Errors are thrown as Error and caught in main. Both
 // arguments must outlive the parse.
 void add_devices_command(CLI::App& app, int& exit_code);
 void add_list_command(CLI::App& app, int& exit_code);

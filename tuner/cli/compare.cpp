@@ -1,4 +1,4 @@
-#include "tuner/compare.h"
+#include "tuner/decide/compare.h"
 
 #include <fmt/format.h>
 

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "backends/timer_audit.h"
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
-#include "tuner/device_json.h"
+#include "tuner/results/device_json.h"
 
 namespace reliefbench {
 namespace {

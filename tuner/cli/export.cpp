@@ -1,4 +1,4 @@
-#include "reports/export.h"
+#include "reports/export/export.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <memory>
 #include <string>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/setting_options.h"
-#include "tuner/setting_space.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {

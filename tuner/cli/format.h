@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tuner/record.h"
+#include "tuner/results/record.h"
 
 namespace reliefbench {
 

@@ -2,9 +2,9 @@
 #include <cstdio>
 #include <exception>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
-#include "tuner/host.h"
+#include "tuner/results/host.h"
 
 // NOLINTNEXTLINE(bugprone-exception-escape): a message that stderr does not take ends the process all the same
 int main(int argc, char** argv) {

@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "kernels/heightmap.h"
+#include "kernels/image/heightmap.h"
 
 namespace reliefbench {
 

@@ -1,15 +1,15 @@
-#include "tuner/presets.h"
+#include "tuner/decide/presets.h"
 
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "kernels/atomic_file.h"
-#include "tuner/case_table.h"
+#include "kernels/base/atomic_file.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/results/case_table.h"
 
 namespace reliefbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "tuner/recommend.h"
+#include "tuner/decide/recommend.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
-#include "tuner/pareto.h"
-#include "tuner/store.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {

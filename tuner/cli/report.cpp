@@ -1,4 +1,4 @@
-#include "reports/report.h"
+#include "reports/pages/report.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "kernels/error.h"
-#include "reports/stress_page.h"
+#include "kernels/base/error.h"
+#include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
-#include "tuner/run_files.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "kernels/error.h"
-#include "tuner/append_file.h"
+#include "kernels/base/append_file.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/options.h"
-#include "tuner/setting_space.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tuner/presets.h"
+#include "tuner/decide/presets.h"
 
 namespace reliefbench {
 

@@ -1,4 +1,4 @@
-#include "tuner/stress.h"
+#include "tuner/measure/stress.h"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "kernels/error.h"
-#include "reports/stress_page.h"
+#include "kernels/base/error.h"
+#include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
-#include "tuner/sweep.h"
+#include "tuner/measure/sweep.h"
 
 namespace reliefbench {
 namespace {

@@ -1,15 +1,15 @@
-#include "tuner/sweep.h"
+#include "tuner/measure/sweep.h"
 
 #include <CLI/CLI.hpp>
 #include <map>
 #include <memory>
 #include <string>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
-#include "tuner/plan.h"
-#include "tuner/run_files.h"
-#include "tuner/store.h"
+#include "tuner/plan/plan.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "tuner/tune.h"
+#include "tuner/tune/tune.h"
 
 #include <fmt/format.h>
 
@@ -10,11 +10,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "kernels/error.h"
-#include "reports/tune_page.h"
+#include "kernels/base/error.h"
+#include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
-#include "tuner/sweep.h"
+#include "tuner/measure/sweep.h"
 
 namespace reliefbench {
 namespace {

@@ -1,4 +1,4 @@
-#include "tuner/tuners.h"
+#include "tuner/tune/tuners.h"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "reports/tuners_page.h"
+#include "reports/pages/tuners_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
-#include "tuner/progress.h"
-#include "tuner/recorded_run.h"
+#include "tuner/measure/progress.h"
+#include "tuner/results/recorded_run.h"
 
 namespace reliefbench {
 namespace {

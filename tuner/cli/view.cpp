@@ -7,15 +7,15 @@
 #include <string>
 
 #include "backends/window.h"
-#include "kernels/error.h"
-#include "kernels/heat_map.h"
-#include "kernels/image.h"
+#include "kernels/base/error.h"
+#include "kernels/image/image.h"
+#include "kernels/judge/heat_map.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/setting_options.h"
-#include "tuner/setting_space.h"
-#include "tuner/view_state.h"
-#include "tuner/viewer.h"
+#include "tuner/measure/view_state.h"
+#include "tuner/measure/viewer.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {

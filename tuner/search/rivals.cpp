@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/search/random.h"
 
 namespace reliefbench {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 

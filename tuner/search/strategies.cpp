@@ -6,7 +6,7 @@
 #include <iterator>
 #include <limits>
 
-#include "kernels/error.h"
+#include "kernels/base/error.h"
 #include "tuner/search/improvement.h"
 #include "tuner/search/rivals.h"
 #include "tuner/search/search.h"

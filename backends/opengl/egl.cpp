@@ -1,0 +1,109 @@
+#include "backends/opengl/egl.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "kernels/base/error.h"
+
+namespace reliefbench {
+namespace {
+
+[[noreturn]] void fail_egl(const char* call) { fail_environment("EGL: {} failed (0x{:04x})", call, eglGetError()); }
+
+std::vector<EGLDeviceEXT> enumerated_devices() {
+  if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) return {};
+  // EGL_EXT_device_base is the older name of enumeration and query together.
+  if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
+      !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base"))
+    return {};
+  EGLint count = 0;
+  if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
+  std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
+  if (!eglQueryDevicesEXT(count, devices.data(), &count)) return {};
+  devices.resize(static_cast<std::size_t>(count));
+  return devices;
+}
+
+/// EGL_NO_DISPLAY where it cannot be opened.
+EGLDisplay initialised(EGLenum platform, void* native) {
+  EGLDisplay display = eglGetPlatformDisplayEXT(platform, native, nullptr);
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) return EGL_NO_DISPLAY;
+  return display;
+}
+
+/// The device behind a display; none where EGL does not tell.
+EGLDeviceEXT device_of(EGLDisplay display) {
+  EGLAttrib device = 0;
+  if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_query") &&
+      !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_base"))
+    return EGL_NO_DEVICE_EXT;
+  if (!eglQueryDisplayAttribEXT(display, EGL_DEVICE_EXT, &device)) return EGL_NO_DEVICE_EXT;
+  return reinterpret_cast<EGLDeviceEXT>(device);  // NOLINT(performance-no-int-to-ptr): EGL's own way to return it
+}
+
+EGLContext create_context(EGLDisplay display, bool debug) {
+  for (const char* extension : {"EGL_KHR_create_context", "EGL_KHR_surfaceless_context", "EGL_KHR_no_config_context"})
+    if (!epoxy_has_egl_extension(display, extension)) fail_environment("EGL: {} is missing", extension);
+  if (!eglBindAPI(EGL_OPENGL_API)) fail_egl("eglBindAPI");
+  const std::array<EGLint, 9> attributes = {EGL_CONTEXT_MAJOR_VERSION_KHR,
+                                            4,
+                                            EGL_CONTEXT_MINOR_VERSION_KHR,
+                                            5,
+                                            EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
+                                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
+                                            debug ? EGL_CONTEXT_FLAGS_KHR : EGL_NONE,
+                                            EGL_CONTEXT_OPENGL_DEBUG_BIT_KHR,
+                                            EGL_NONE};
+  EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+  if (context == EGL_NO_CONTEXT) fail_egl("eglCreateContext for OpenGL 4.5 core");
+  return context;
+}
+
+void destroy(EGLDisplay display, EGLContext context) {
+  if (eglGetCurrentContext() == context) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  eglDestroyContext(display, context);
+}
+
+}  // namespace
+
+std::vector<EGLDisplay> egl_displays() {
+  // Mesa writes to stderr about every device that another vendor's driver owns, unless it is told otherwise.
+  setenv("EGL_LOG_LEVEL", "fatal", 0);
+  if (!epoxy_has_egl() || !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) return {};
+
+  std::vector<EGLDisplay> displays;
+  std::vector<EGLDeviceEXT> opened;
+  for (EGLDeviceEXT device : enumerated_devices())
+    if (EGLDisplay display = initialised(EGL_PLATFORM_DEVICE_EXT, device)) {
+      displays.push_back(display);
+      opened.push_back(device);
+    }
+  if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
+    if (EGLDisplay display = initialised(EGL_PLATFORM_SURFACELESS_MESA, nullptr))
+      if (std::find(opened.begin(), opened.end(), device_of(display)) == opened.end()) displays.push_back(display);
+  return displays;
+}
+
+EglContext::EglContext(EGLDisplay display, bool debug) : display_(display), context_(create_context(display, debug)) {
+  try {
+    make_current();
+    if (!epoxy_has_gl_extension("GL_ARB_gl_spirv"))
+      fail_environment("OpenGL: {} lacks GL_ARB_gl_spirv", reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+  } catch (const Error&) {
+    destroy(display_, context_);
+    throw;
+  }
+}
+
+EglContext::~EglContext() { destroy(display_, context_); }
+
+void EglContext::make_current() const {
+  if (!eglBindAPI(EGL_OPENGL_API)) fail_egl("eglBindAPI");
+  if (eglGetCurrentContext() == context_) return;
+  if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) fail_egl("eglMakeCurrent");
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,187 @@
+#include "backends/opengl/opengl_objects.h"
+
+#include <algorithm>
+
+#include "backends/spirv.h"
+#include "kernels/base/error.h"
+
+namespace reliefbench {
+namespace {
+
+struct GlFormat {
+  GLenum internal;
+  GLenum layout;
+  GLenum type;
+};
+
+GlFormat gl_format(const TexelLayout& texel) {
+  const auto pick = [&](GLenum one, GLenum two, GLenum four) {
+    return texel.channels == 1 ? one : (texel.channels == 2 ? two : four);
+  };
+  const GLenum layout = pick(GL_RED, GL_RG, GL_RGBA);
+  switch (texel.type) {
+    case TexelType::unorm8:
+      return {pick(GL_R8, GL_RG8, GL_RGBA8), layout, GL_UNSIGNED_BYTE};
+    case TexelType::unorm16:
+      return {pick(GL_R16, GL_RG16, GL_RGBA16), layout, GL_UNSIGNED_SHORT};
+    case TexelType::float16:
+      return {pick(GL_R16F, GL_RG16F, GL_RGBA16F), layout, GL_HALF_FLOAT};
+    case TexelType::float32:
+      return {pick(GL_R32F, GL_RG32F, GL_RGBA32F), layout, GL_FLOAT};
+  }
+  fail_environment("OpenGL: no such texel type");
+}
+
+std::string error_name(GLenum error) {
+  switch (error) {
+    case GL_INVALID_ENUM:
+      return "GL_INVALID_ENUM";
+    case GL_INVALID_VALUE:
+      return "GL_INVALID_VALUE";
+    case GL_INVALID_OPERATION:
+      return "GL_INVALID_OPERATION";
+    case GL_INVALID_FRAMEBUFFER_OPERATION:
+      return "GL_INVALID_FRAMEBUFFER_OPERATION";
+    case GL_OUT_OF_MEMORY:
+      return "GL_OUT_OF_MEMORY";
+    case GL_CONTEXT_LOST:
+      return "GL_CONTEXT_LOST";
+    default:
+      return fmt::format("0x{:04x}", error);
+  }
+}
+
+/// The first error since the last call, and the others forgotten.
+GLenum take_error() {
+  const GLenum first = glGetError();
+  // There may be a flag for each distributed part; a lost context would report for ever.
+  for (int i = 0; i < 8 && glGetError() != GL_NO_ERROR; ++i) continue;
+  return first;
+}
+
+/// The driver's log of a shader or a program as one line.
+template <typename Get>
+std::string info_log(GLuint object, const Get& get) {
+  std::array<char, 1024> log{};
+  get(object, static_cast<GLsizei>(log.size()), nullptr, log.data());
+  std::string text = log.data();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+}  // namespace
+
+void check_gl(std::string_view what) {
+  if (const GLenum error = take_error(); error != GL_NO_ERROR)
+    fail_environment("OpenGL: {} while trying to {}", error_name(error), what);
+}
+
+OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc) : context_(context) {
+  const std::size_t expected = texture_bytes(desc);
+  if (desc.width < 1 || desc.height < 1 || desc.texels.size() != expected)
+    fail_input("texture of {}x{} texels: {} bytes given, {} expected", desc.width, desc.height, desc.texels.size(),
+               expected);
+  const GlFormat format = gl_format(desc.layout);
+  glCreateTextures(GL_TEXTURE_2D, 1, &id_);
+  glTextureStorage2D(id_, desc.levels, format.internal, desc.width, desc.height);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  const std::byte* texels = desc.texels.data();
+  for (int level = 0; level < desc.levels; ++level) {
+    glTextureSubImage2D(id_, level, 0, 0, level_side(desc.width, level), level_side(desc.height, level), format.layout,
+                        format.type, texels);
+    texels += level_bytes(desc, level);
+  }
+  const GLint filter = desc.filter == Filter::linear ? GL_LINEAR : GL_NEAREST;
+  const GLint wrap = desc.wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+  const GLint nearest_level = desc.filter == Filter::linear ? GL_LINEAR_MIPMAP_NEAREST : GL_NEAREST_MIPMAP_NEAREST;
+  glTextureParameteri(id_, GL_TEXTURE_MIN_FILTER, desc.levels > 1 ? nearest_level : filter);
+  glTextureParameteri(id_, GL_TEXTURE_MAG_FILTER, filter);
+  glTextureParameteri(id_, GL_TEXTURE_WRAP_S, wrap);
+  glTextureParameteri(id_, GL_TEXTURE_WRAP_T, wrap);
+  glTextureParameteri(id_, GL_TEXTURE_MAX_LEVEL, desc.levels - 1);
+  glFinish();
+}
+
+OpenglTexture::~OpenglTexture() {
+  context_.make_current();
+  glDeleteTextures(1, &id_);
+}
+
+OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
+                             std::span<const SpecConstant> constants)
+    : context_(context), id_(glCreateProgram()) {
+  try {
+    for (const Stage& stage : stages) attach(stage, label, constants);
+    glLinkProgram(id_);
+    GLint linked = GL_FALSE;
+    glGetProgramiv(id_, GL_LINK_STATUS, &linked);
+    if (linked != GL_TRUE) fail_environment("OpenGL: {} does not link: {}", label, info_log(id_, glGetProgramInfoLog));
+    const auto length = static_cast<GLsizei>(std::min<std::size_t>(label.size(), 255));
+    glObjectLabel(GL_PROGRAM, id_, length, label.data());
+    check_gl(fmt::format("compile {}", label));
+  } catch (const Error&) {
+    glDeleteProgram(id_);
+    throw;
+  }
+}
+
+OpenglProgram::~OpenglProgram() {
+  context_.make_current();
+  glDeleteProgram(id_);
+}
+
+void OpenglProgram::attach(const Stage& stage, const std::string& label,
+                           std::span<const SpecConstant> constants) const {
+  // OpenGL refuses ids that the module does not declare.
+  const std::vector<DeclaredConstant> declared = declared_constants(stage.spirv);
+  std::vector<GLuint> ids;
+  std::vector<GLuint> values;
+  for (const SpecConstant& constant : constants)
+    if (std::any_of(declared.begin(), declared.end(), [&](const auto& known) { return known.id == constant.id; })) {
+      ids.push_back(constant.id);
+      values.push_back(static_cast<GLuint>(constant.value));
+    }
+
+  const GLuint shader = glCreateShader(stage.kind);
+  glAttachShader(id_, shader);
+  glDeleteShader(shader);  // the program keeps it
+  glShaderBinary(1, &shader, GL_SHADER_BINARY_FORMAT_SPIR_V_ARB, stage.spirv.data(),
+                 static_cast<GLsizei>(stage.spirv.size_bytes()));
+  glSpecializeShaderARB(shader, "main", static_cast<GLuint>(ids.size()), ids.data(), values.data());
+  GLint compiled = GL_FALSE;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+  const GLenum error = take_error();
+  if (compiled != GL_TRUE || error != GL_NO_ERROR)
+    fail_environment("OpenGL: {} does not specialise ({}): {}", label, error_name(error),
+                     info_log(shader, glGetShaderInfoLog));
+}
+
+OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
+    : program_(context, desc.label,
+               std::array{OpenglProgram::Stage{.kind = GL_VERTEX_SHADER, .spirv = desc.vertex},
+                          OpenglProgram::Stage{.kind = GL_FRAGMENT_SHADER, .spirv = desc.fragment}},
+               desc.constants),
+      target_(desc.target) {}
+
+void FrameTarget::resize(int new_width, int new_height) {
+  if (new_width == width && new_height == height) return;
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteTextures(attachments, textures.data());
+  width = height = 0;
+
+  constexpr std::array<GLenum, 2> kSlots = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  glCreateFramebuffers(1, &framebuffer);
+  glCreateTextures(GL_TEXTURE_2D, attachments, textures.data());
+  for (std::size_t i = 0; i < static_cast<std::size_t>(attachments); ++i) {
+    glTextureStorage2D(textures[i], 1, format, new_width, new_height);
+    glNamedFramebufferTexture(framebuffer, kSlots[i], textures[i], 0);
+  }
+  glNamedFramebufferDrawBuffers(framebuffer, attachments, kSlots.data());
+  check_gl(fmt::format("make a frame of {}x{} px", new_width, new_height));
+  if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    fail_environment("OpenGL: the device cannot draw into a frame of {}x{} px", new_width, new_height);
+  width = new_width;
+  height = new_height;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,77 @@
+#pragma once
+#include <epoxy/gl.h>
+
+#include <array>
+#include <string_view>
+
+#include "backends/backend.h"
+#include "backends/opengl/egl.h"
+
+namespace reliefbench {
+
+/// throws: Error(environment) naming the first OpenGL error since the last check, if there was one
+void check_gl(std::string_view what);
+
+/// An immutable texture with its sampler state; one mipmap level, so texelFetch and textureLod(..., 0) both work.
+class OpenglTexture final : public Texture {
+ public:
+  /// throws: Error(bad_input): `texels` has not the size that the format asks for
+  OpenglTexture(const EglContext& context, const TextureDesc& desc);
+  ~OpenglTexture() override;
+  OpenglTexture(const OpenglTexture&) = delete;
+  OpenglTexture& operator=(const OpenglTexture&) = delete;
+  [[nodiscard]] GLuint id() const { return id_; }
+
+ private:
+  const EglContext& context_;
+  GLuint id_ = 0;
+};
+
+/// A program from SPIR-V modules.
+class OpenglProgram {
+ public:
+  struct Stage {
+    GLenum kind;
+    std::span<const std::uint32_t> spirv;
+  };
+  /// throws: Error(environment) with the driver's log: broken module, or it does not specialise or link
+  OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
+                std::span<const SpecConstant> constants);
+  ~OpenglProgram();
+  OpenglProgram(const OpenglProgram&) = delete;
+  OpenglProgram& operator=(const OpenglProgram&) = delete;
+  [[nodiscard]] GLuint id() const { return id_; }
+
+ private:
+  void attach(const Stage& stage, const std::string& label, std::span<const SpecConstant> constants) const;
+
+  const EglContext& context_;
+  GLuint id_;
+};
+
+class OpenglPipeline final : public Pipeline {
+ public:
+  OpenglPipeline(const EglContext& context, const PipelineDesc& desc);
+  [[nodiscard]] GLuint program() const { return program_.id(); }
+  [[nodiscard]] Target target() const { return target_; }
+
+ private:
+  OpenglProgram program_;
+  Target target_;
+};
+
+/// The attachments that one Target draws into. The context frees them.
+struct FrameTarget {
+  GLenum format = GL_RGBA8;
+  int attachments = 1;
+  int width = 0;  ///< 0: nothing was drawn yet
+  int height = 0;
+  GLuint framebuffer = 0;
+  std::array<GLuint, 2> textures{};
+
+  /// Makes the attachments anew where the size changed.
+  /// throws: Error(environment): the device cannot draw into a frame of this size
+  void resize(int new_width, int new_height);
+};
+
+}  // namespace reliefbench

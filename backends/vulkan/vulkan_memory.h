@@ -1,0 +1,69 @@
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "backends/vulkan/vulkan_device.h"
+
+namespace reliefbench {
+
+/// Host-visible and coherent, mapped for its whole life.
+struct HostBuffer {
+  Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
+  Owned<VkBuffer, &VolkDeviceTable::vkDestroyBuffer> buffer;
+  std::span<std::byte> bytes;
+};
+/// preferred: memory properties taken if a host-visible type has them
+[[nodiscard]] HostBuffer make_host_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage,
+                                          VkMemoryPropertyFlags preferred);
+
+/// Device-local.
+struct DeviceBuffer {
+  Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
+  Owned<VkBuffer, &VolkDeviceTable::vkDestroyBuffer> buffer;
+};
+[[nodiscard]] DeviceBuffer make_device_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage);
+
+/// Device-local, optimal tiling.
+struct DeviceImage {
+  Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
+  Owned<VkImage, &VolkDeviceTable::vkDestroyImage> image;
+  Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView> view;
+  VkExtent2D extent{};
+  std::uint32_t levels = 1;
+};
+struct DeviceImageDesc {
+  VkExtent2D extent;
+  VkFormat format;
+  std::string_view format_id;  ///< for messages
+  VkImageUsageFlags usage;
+  VkFormatFeatureFlags features;  ///< that the format must have
+  std::uint32_t levels = 1;
+};
+/// throws: Error(environment) where the device has not all of the format's features, or not this size
+[[nodiscard]] DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc& desc);
+
+/// What an image is used for: its layout, and the stage and accesses that a barrier waits for.
+struct ImageUse {
+  VkImageLayout layout;
+  VkPipelineStageFlags stage;
+  VkAccessFlags access;
+};
+inline constexpr ImageUse kUnused{VK_IMAGE_LAYOUT_UNDEFINED, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, 0};
+inline constexpr ImageUse kCopyTo{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                                  VK_ACCESS_TRANSFER_WRITE_BIT};
+inline constexpr ImageUse kCopyFrom{VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                                    VK_ACCESS_TRANSFER_READ_BIT};
+inline constexpr ImageUse kSampled{VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT,
+                                   VK_ACCESS_SHADER_READ_BIT};
+inline constexpr ImageUse kDrawn{VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                 VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT};
+/// Records the layout transition, with its barrier.
+void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
+                const ImageUse& to);
+
+/// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
+void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels);
+/// Reads an image that is kDrawn, tightly packed, and leaves it so.
+[[nodiscard]] HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std::size_t bytes_per_texel);
+
+}  // namespace reliefbench

@@ -1,0 +1,57 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/image/heightfield.h"
+
+namespace reliefbench {
+
+/// Where a heightmap comes from and how it is read.
+struct HeightmapSpec {
+  std::string source;  ///< procedural name (`fbm`), known name (`rocks`), or an image file's path, in this order
+  std::string channel = "auto";  ///< auto | r | g | b | a | luminance; images only
+  bool invert = false;           ///< h -> 1 - h (for depth maps), last
+  bool normalise = false;        ///< stretch to the full [0,1]; a constant map becomes 0
+  int width = 256;               ///< texels; procedural sources only
+  int height = 256;              ///< texels; procedural sources only
+  std::uint32_t seed = 1;        ///< procedural sources only
+};
+
+/// A procedural heightmap: one row, one function.
+struct ProceduralRow {
+  std::string_view id;
+  std::string_view description;
+  Heightfield (*generate)(int width, int height, std::uint32_t seed);
+};
+[[nodiscard]] std::span<const ProceduralRow> procedurals();
+
+/// A real heightmap that `./dev setup` fetches; the file lies in a heightmap folder (heightmap_folders()).
+struct KnownHeightmapRow {
+  std::string_view id;
+  std::string_view file;
+  std::string_view channel;
+  bool normalise;
+  std::string_view origin;  ///< package and licence
+};
+[[nodiscard]] std::span<const KnownHeightmapRow> known_heightmaps();
+
+/// Where known heightmaps are looked for: $RELIEFBENCH_HEIGHTMAPS alone if it is set, else ./build/heightmaps, then
+/// ../heightmaps beside the folder of the executable.
+[[nodiscard]] std::vector<std::filesystem::path> heightmap_folders();
+
+/// Resolves, reads and checks a heightmap. Channel `auto` is alpha if the image has one that is not constant, else
+/// luminance (Rec. 709 weights on the stored values) if R, G and B differ anywhere, else the first channel.
+/// throws: Error(bad_input) naming the file and what was expected: missing, truncated or unreadable file, unknown
+///         channel, a side under 2 texels or over kMaxSide (image.h), NaN or infinite pixels, heights outside [0,1]
+///         unless normalised; denormals are kept
+[[nodiscard]] Heightfield load_heightmap(const HeightmapSpec& spec);
+
+/// Tangent-space normals of a heightfield for a relief that is `relief_depth` tiles deep, width x height RGBA8
+/// (xyz*0.5+0.5, alpha 255), from central differences of the texels. Shading only; never part of a trace.
+[[nodiscard]] std::vector<std::uint8_t> normal_map(const Heightfield& heights, Wrap wrap, double relief_depth);
+
+}  // namespace reliefbench

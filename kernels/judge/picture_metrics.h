@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernels/judge/score.h"
+
+namespace reliefbench {
+
+/// Two RGBA8 pictures of one size, row-major; alpha is ignored.
+struct PicturePair {
+  std::span<const std::uint8_t> reference;
+  std::span<const std::uint8_t> test;
+  int width;
+  int height;
+};
+
+/// LDR-FLIP of every pixel, 0 (no difference to be seen) to 1. Edges are replicated.
+/// pixels_per_degree: of the eye; 67.02 is a 0.7 m wide 4K screen seen from 0.7 m
+/// source: Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020
+[[nodiscard]] std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree = 67.02);
+
+/// Structural similarity of every pixel's luma (Rec. 601), -1 to 1: Gaussian window of sigma 1.5, 11 x 11, K1 = 0.01,
+/// K2 = 0.03, population covariance. Edges are mirrored.
+/// source: Wang et al., Image Quality Assessment: From Error Visibility to Structural Similarity, 2004
+[[nodiscard]] std::vector<float> ssim_map(const PicturePair& pictures);
+
+/// Mean over the pixels where `mask` is not no_ray; none where there is no such pixel.
+[[nodiscard]] std::optional<double> masked_mean(std::span<const float> map, std::span<const PixelScore> mask);
+
+/// How the error of a moving picture trembles: mean |E - E_before| over pixels with a ray in both frames and over their
+/// three channels, as a share of full scale. E = picture - reference, of this frame and of the one before.
+struct FlickerFrame {
+  std::span<const std::uint8_t> picture;    ///< RGBA8
+  std::span<const std::uint8_t> reference;  ///< RGBA8
+  std::span<const PixelScore> mask;
+};
+[[nodiscard]] std::optional<double> flicker(const FlickerFrame& before, const FlickerFrame& now);
+
+}  // namespace reliefbench

@@ -1,0 +1,67 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "kernels/image/heightfield.h"
+
+namespace reliefbench {
+
+/// A ray in texture space: p(t) = (u + slope_u t, v + slope_v t), height z(t) = 1 - t, t in [0, 1].
+/// uv in tiles, slope in uv per unit of height. It enters at the top plate at t = 0 and leaves at the bottom, t = 1.
+struct TextureRay {
+  float u = 0;
+  float v = 0;
+  float slope_u = 0;
+  float slope_v = 0;
+};
+
+/// The exact first solid interval along a ray.
+struct ReferenceHit {
+  double t_enter = 0;  ///< first t with z(t) <= surface; always exists in [0, 1] since heights are >= 0
+  double t_exit = 0;   ///< end of that solid interval; +infinity where the ray stays inside to the bottom
+};
+
+/// Exact first hits of rays on the bilinear surface, in double precision, cell by cell.
+/// Immutable after construction; trace() is safe from many threads.
+class ReferenceTracer {
+ public:
+  ReferenceTracer(const Heightfield& heights, Wrap wrap);  ///< throws: Error if either side is under 2 texels
+
+  /// The ray's floats are taken exactly. A touch (in and out at one point) has t_exit == t_enter. A ray that is not
+  /// finite, or whose travel exceeds kMaxTravel, counts as parallel to the plate: it enters at the highest texel's
+  /// height and never leaves.
+  [[nodiscard]] ReferenceHit trace(const TextureRay& ray) const;
+  [[nodiscard]] double first_hit(const TextureRay& ray) const;  ///< trace(ray).t_enter, for less work
+  [[nodiscard]] std::vector<ReferenceHit> trace(std::span<const TextureRay> rays, int threads = 0) const;
+
+  static constexpr int kVersion = 1;  ///< part of the cache key; raised when a result changes
+  /// Texels from top to bottom along either axis. Up to here the double t places a ray to 2^-21 texel.
+  static constexpr double kMaxTravel = 4294967296.0;
+
+ private:
+  /// Lowest and highest texel that a node's cells touch.
+  struct Bounds {
+    float min;
+    float max;
+  };
+  /// Nodes of 2^level x 2^level cells, fewer at the far sides, so that every size is covered.
+  struct Level {
+    int width = 0;
+    std::vector<Bounds> nodes;
+  };
+  class Walk;
+
+  void build_levels();
+
+  Wrap wrap_;
+  int width_;  ///< of the map, texels
+  int height_;
+  int cells_x_;  ///< repeat: one cell a texel; clamp: one more, as a border cell on each side runs to infinity
+  int cells_y_;
+  std::vector<float> corners_;  ///< (cells_x_ + 1) x (cells_y_ + 1): the texels, wrapped on
+  std::vector<Level> levels_;   ///< [0] is empty: a cell's bounds are found from its corners
+  Bounds bounds_{};             ///< of the whole map
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,265 @@
+#include "kernels/maps/map_kind.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <string>
+
+#include "kernels/base/error.h"
+#include "kernels/maps/cone_map.h"
+#include "kernels/maps/distance_map.h"
+#include "kernels/maps/pyramid_map.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::array kNone{Correction::none};
+constexpr std::array kConservative{Correction::none, Correction::min3x3, Correction::safe, Correction::certified,
+                                   Correction::min4};
+constexpr std::array kQuick{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
+constexpr std::array kSafe{Correction::none, Correction::min3x3, Correction::safe};
+constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
+
+std::vector<float> bake_nothing(const BakeRequest& request) {
+  check_bakeable(request.heights);
+  return {};
+}
+
+constexpr std::array kMaps{
+    MapRow{.kind = MapKind::height,
+           .id = "height",
+           .description = "heights alone",
+           .source = "[RTM]",
+           .guarantee = "the heights as the format rounds them",
+           .content = MapContent::heights,
+           .corrections = kNone,
+           .bake = bake_nothing,
+           .version = 1},
+    MapRow{.kind = MapKind::conservative,
+           .id = "conservative",
+           .description = "widest cone of each texel that holds no texel above",
+           .source = "[DUM06]",
+           .guarantee = "a cone contains no texel centre's surface point; with `safe`, no point of the surface",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kConservative,
+           .promise = MapPromise::conservative,
+           .bake = bake_conservative,
+           .version = 1},
+    MapRow{.kind = MapKind::quick_naive,
+           .id = "quick_naive",
+           .description = "conservative cones from a max pyramid: the nearest texel of the 3 x 3 nodes round each "
+                          "texel, on every level",
+           .source = "[VB22] algorithm 1",
+           .guarantee = "never wider than `conservative`, whatever the correction",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kQuick,
+           .promise = MapPromise::conservative,
+           .bake = bake_quick_naive,
+           .version = 1},
+    MapRow{.kind = MapKind::quick,
+           .id = "quick",
+           .description = "the same from each node's nearest texel that no finer level has visited",
+           .source = "[VB22] algorithm 2, corner tests corrected",
+           .guarantee = "at least as wide as `quick_naive`, never wider than `conservative`, whatever the correction",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kQuick,
+           .promise = MapPromise::conservative,
+           .bake = bake_quick,
+           .version = 1},
+    MapRow{
+        .kind = MapKind::quick_published,
+        .id = "quick_published",
+        .description = "`quick` with the corner tests as published: two of the four corners are measured too far away",
+        .source = "[VB22] QuickConemap.cs.slang",
+        .guarantee = "claimed to be conservative, and is not: some cones contain a texel",
+        .content = MapContent::ratios,
+        .ratios = 1,
+        .corrections = kQuick,
+        .promise = MapPromise::conservative,
+        .bake = bake_quick_published,
+        .version = 1},
+    MapRow{.kind = MapKind::quick_centre,
+           .id = "quick_centre",
+           .description = "`quick_naive` with each node's centre instead of its nearest texel: a heuristic, openly",
+           .source = "[VB22] section 3",
+           .guarantee = "none: a cone may contain texels",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kQuick,
+           .promise = MapPromise::none,
+           .bake = bake_quick_centre,
+           .version = 1},
+    MapRow{.kind = MapKind::relaxed_po07,
+           .id = "relaxed_po07",
+           .description = "cones inside which a ray from the top plate enters the relief at most once",
+           .source = "[PO07] listings 18-1 and 18-2",
+           .guarantee = "a ray from the top plate over a texel, towards another texel's surface point, does not leave "
+                        "the relief within the cone, as far as the search's steps see",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kRelaxed,
+           .parameter = "search_steps",
+           .is_relaxed = true,
+           .sees_pairs = true,
+           .bake = bake_relaxed_po07,
+           .version = 2},
+    MapRow{.kind = MapKind::relaxed,
+           .id = "relaxed",
+           .description = "widest cones that hold no point where the surface goes down, seen from the texel",
+           .source = "[BVBV24] algorithm 2, axes included, factor 1/N",
+           .guarantee = "a ray over a texel crosses the surface at most once inside its cone; `safe` is not proved for "
+                        "relaxed cones",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kSafe,
+           .promise = MapPromise::relaxed,
+           .is_relaxed = true,
+           .bake = bake_relaxed,
+           .version = 1},
+    MapRow{.kind = MapKind::quad,
+           .id = "quad",
+           .description = "four conservative cones a texel, for the directions +x, -x, +y and -y; each bounds the 90 "
+                          "degrees round its axis",
+           .source = "QDCSM",
+           .guarantee =
+               "a sector of a cone contains no texel centre's surface point; with `safe`, no point of the surface",
+           .content = MapContent::ratios,
+           .ratios = 4,
+           .corrections = kSafe,
+           .promise = MapPromise::conservative,
+           .bake = bake_quad,
+           .version = 1},
+    MapRow{.kind = MapKind::hybrid,
+           .id = "hybrid",
+           .description = "the mean of the conservative and the relaxed ratio: a cone between the two; the paper's own "
+                          "rule is not public",
+           .source = "[CHRS17]",
+           .guarantee = "at most `relaxed`, at least `conservative`",
+           .content = MapContent::ratios,
+           .ratios = 1,
+           .corrections = kRelaxed,
+           .promise = MapPromise::none,
+           .is_relaxed = true,
+           .bake = bake_hybrid,
+           .version = 1},
+    MapRow{.kind = MapKind::safety_shape,
+           .id = "safety_shape",
+           .description =
+               "the relaxed cone, and the radius of an upright cylinder round the texel: their union is safe; "
+               "the paper's own shape is not public",
+           .source = "[BES12]",
+           .guarantee = "a ray over a texel crosses the surface at most once inside its cone or its cylinder",
+           .content = MapContent::ratios,
+           .ratios = 2,
+           .corrections = kRelaxed,
+           .promise = MapPromise::relaxed,
+           .is_relaxed = true,
+           .bake = bake_safety_shape,
+           .version = 1},
+    MapRow{.kind = MapKind::max_mip,
+           .id = "max_mip",
+           .description = "mip chain of the bilinear cells' maxima",
+           .source = "[TIS08]",
+           .guarantee = "no point of the surface is above the node that covers it",
+           .content = MapContent::pyramid,
+           .corrections = kNone,
+           .bake = bake_max_mip,
+           .version = 1},
+    MapRow{.kind = MapKind::quadtree,
+           .id = "quadtree",
+           .description = "mip chain of the texels' maxima",
+           .source = "[DRO18]",
+           .guarantee = "no texel is above a node that covers it; the bilinear surface between nodes may be",
+           .content = MapContent::pyramid,
+           .corrections = kNone,
+           .bake = bake_quadtree,
+           .version = 1},
+    MapRow{.kind = MapKind::distance,
+           .id = "distance",
+           .description = "voxels that hold their distance to the relief",
+           .source = "[DON05], bounds instead of samples",
+           .guarantee = "no point of the surface is nearer to any point of a voxel than its value",
+           .content = MapContent::volume,
+           .corrections = kNone,
+           .parameter = "distance_slices",
+           .bake = bake_distance,
+           .version = 1},
+};
+
+}  // namespace
+
+std::span<const MapRow> map_kinds() { return kMaps; }
+
+const MapRow& find_map(MapKind kind) {
+  const auto* row = std::ranges::find(kMaps, kind, &MapRow::kind);
+  assert(row != kMaps.end());
+  return *row;
+}
+
+const MapRow& find_map(std::string_view id) {
+  const auto* row = std::ranges::find(kMaps, id, &MapRow::id);
+  if (row != kMaps.end()) return *row;
+  std::string choices;
+  for (const MapRow& candidate : kMaps) choices += fmt::format("{}{}", choices.empty() ? "" : ", ", candidate.id);
+  fail_input("unknown map kind '{}'; the choices are {}", id, choices);
+}
+
+std::span<const Correction> corrections() {
+  static constexpr std::array kAll{Correction::none, Correction::min3x3, Correction::safe, Correction::certified,
+                                   Correction::min4};
+  return kAll;
+}
+
+std::string_view correction_id(Correction correction) {
+  switch (correction) {
+    case Correction::none:
+      return "none";
+    case Correction::min3x3:
+      return "min3x3";
+    case Correction::safe:
+      return "safe";
+    case Correction::certified:
+      return "certified";
+    case Correction::min4:
+      return "min4";
+  }
+  assert(false);
+  return "";
+}
+
+Correction find_correction(std::string_view id) {
+  std::string choices;
+  for (const Correction candidate : corrections()) {
+    if (correction_id(candidate) == id) return candidate;
+    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", correction_id(candidate));
+  }
+  fail_input("unknown correction '{}'; the choices are {}", id, choices);
+}
+
+void check_bakeable(const Heightfield& heights) {
+  const int width = heights.width;
+  const int height = heights.height;
+  if (width < 2 || height < 2) fail_input("heightmap: {} x {} texels, expected at least 2 x 2", width, height);
+  if (heights.texels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+    fail_input("heightmap: {} texels, expected {} x {}", heights.texels.size(), width, height);
+  }
+}
+
+void check_request(const BakeRequest& request, MapKind kind) {
+  check_bakeable(request.heights);
+  const MapRow& row = find_map(kind);
+  if (row.parameter == "search_steps" && request.search_steps < 1) {
+    fail_input("search_steps: {}, expected at least 1", request.search_steps);
+  }
+  if (std::ranges::find(row.corrections, request.correction) != row.corrections.end()) return;
+  std::string choices;
+  for (const Correction choice : row.corrections) {
+    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", correction_id(choice));
+  }
+  fail_input("{}: no correction `{}`, expected one of {}", row.id, correction_id(request.correction), choices);
+}
+
+}  // namespace reliefbench

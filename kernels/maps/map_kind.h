@@ -1,0 +1,104 @@
+#pragma once
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "kernels/image/heightfield.h"
+
+namespace reliefbench {
+
+enum class MapKind {
+  height,
+  conservative,
+  quick_naive,
+  quick,
+  quick_published,
+  quick_centre,
+  relaxed_po07,
+  relaxed,
+  quad,
+  hybrid,
+  safety_shape,
+  max_mip,
+  quadtree,
+  distance
+};
+
+/// What `bake --verify` holds a map to.
+enum class MapPromise {
+  none,
+  conservative,  ///< no cone contains a texel's surface point
+  relaxed,       ///< no ray crosses the surface twice before it leaves the cone
+};
+
+/// What a baker returns for a map of width x height texels.
+enum class MapContent {
+  heights,  ///< nothing: the heights are the map
+  ratios,   ///< MapRow::ratios cone ratios a texel, interleaved, row-major
+  pyramid,  ///< levels of a mip chain below one another, level 0 first (see level_side)
+  volume,   ///< slices of width x height texels, bottom slice first
+};
+
+/// Side of a mip level, as GL and Vulkan have it: halves are rounded down, and never under 1.
+[[nodiscard]] constexpr int level_side(int side, int level) { return side >> level > 0 ? side >> level : 1; }
+
+/// What makes interpolated cones safe.
+///
+/// Theorem behind `safe`: let S_a = min over texels b of sqrt(|b-a|^2 - 1/2) / (N (H_b - H_a)), at most 1, distances in
+/// texels. If every ratio is at most the 3x3 minimum of S, the interpolated cone at every point is disjoint from the
+/// bilinear surface. Proof idea: couple the corner weights of the two points comonotonically per axis; |dX| then takes
+/// only the two integers round |dx|, with variance at most 1/4; Jensen's inequality on sqrt(d^2 - 1/2) gives the bound
+/// for distances of at least 1, a direct estimate below that.
+enum class Correction {
+  none,
+  min3x3,     ///< 3x3 minimum of the texels' ratios [BVBV24]; not a guarantee
+  safe,       ///< ratios from sqrt(d^2 - 1/2 texel^2), then the 3x3 minimum: no interpolated cone meets the surface
+  certified,  ///< as safe, wider: texels raised as far as proved bounds inside the cells allow (certified_cones)
+  min4,       ///< `safe`'s ratios as they are; the tracer takes the least of the four texels round the point, so that
+              ///< none is interpolated
+};
+[[nodiscard]] std::span<const Correction> corrections();
+[[nodiscard]] std::string_view correction_id(Correction correction);
+[[nodiscard]] Correction find_correction(std::string_view id);  ///< throws: Error(bad_input) listing the choices
+
+/// The widest ratio that a half float still holds: what an unbounded ratio is bounded by.
+inline constexpr float kUnboundedRatio = 65504;
+
+/// What a bake is made from. Cone ratio: tangent of the half aperture, uv per unit of height, in [0, max_ratio].
+struct BakeRequest {
+  const Heightfield& heights;  ///< already quantised to the texture's format
+  Wrap wrap = Wrap::repeat;
+  Correction correction = Correction::none;
+  float max_ratio = 1;       ///< 1 or kUnboundedRatio
+  int search_steps = 128;    ///< relaxed_po07 only: forward steps of the exit search, [PO07] listing 18-2
+  int distance_slices = 32;  ///< distance only: voxels from bottom to top, 4 to 256
+  int threads = 0;           ///< 0: as many as the machine has
+};
+
+/// A map kind: one row, one bake_*.cpp.
+struct MapRow {
+  MapKind kind;
+  std::string_view id;
+  std::string_view description;
+  std::string_view source;
+  std::string_view guarantee;  ///< what holds at texel centres, in words
+  MapContent content;
+  int ratios = 0;                           ///< cone ratios a texel
+  std::span<const Correction> corrections;  ///< those that make sense; the first is the default
+  std::string_view parameter{};             ///< bake parameter of its own, "" for none
+  MapPromise promise = MapPromise::none;
+  bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
+  bool sees_pairs = false;  ///< its baker looks at nearly every pair of texels: days for large maps
+  std::vector<float> (*bake)(const BakeRequest&);
+  int version;  ///< part of the cache key; raised when the result changes
+};
+[[nodiscard]] std::span<const MapRow> map_kinds();
+[[nodiscard]] const MapRow& find_map(MapKind kind);
+[[nodiscard]] const MapRow& find_map(std::string_view id);  ///< throws: Error(bad_input) listing the choices
+
+/// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
+void check_bakeable(const Heightfield& heights);
+/// throws: Error(bad_input) also if the map kind has no such correction, or its search_steps are under 1
+void check_request(const BakeRequest& request, MapKind kind);
+
+}  // namespace reliefbench

@@ -1,0 +1,50 @@
+#include "kernels/maps/map_storage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace reliefbench {
+namespace {
+
+std::string format_conflict(const MapRow& map, const Format& format) {
+  if (format.ratios() < map.ratios)
+    return fmt::format("format {} has room for {} cone ratios, a {} map needs {}", format.id, format.ratios(), map.id,
+                       map.ratios);
+  if (map.content != MapContent::ratios && format.extra_channels > 0)
+    return fmt::format("format {} has a texture for ratios, which a {} map does not fill", format.id, map.id);
+  if (map.ratios == 1 && format.extra_channels > 1)
+    return fmt::format("format {} has 4 cone ratios, a {} map fills one", format.id, map.id);
+  if ((map.content == MapContent::pyramid || map.content == MapContent::volume) && format.channels > 1)
+    return fmt::format("format {} has room for cone ratios, which a {} map does not have", format.id, map.id);
+  return "";
+}
+
+std::string correction_conflict(const MapStorage& storage) {
+  const auto& known = storage.map.corrections;
+  if (std::find(known.begin(), known.end(), storage.correction) == known.end())
+    return fmt::format("a {} map has no correction {}", storage.map.id, correction_id(storage.correction));
+  if (storage.correction == Correction::certified && storage.encoding.is_over_depth)
+    return fmt::format("certified cones are proved for interpolated ratios, {} interpolates radii",
+                       storage.encoding.id);
+  return "";
+}
+
+std::string ratio_conflict(const MapStorage& storage) {
+  const TexelType type = storage.format.type;
+  const bool is_unorm = type == TexelType::unorm8 || type == TexelType::unorm16;
+  const std::string_view encoding = storage.encoding.id;
+  if (storage.max_ratio > 1 && is_unorm && encoding != "h_tan" && encoding != "atan")
+    return fmt::format("{} cannot hold a ratio over 1 as {}", storage.format.id, encoding);
+  return "";
+}
+
+}  // namespace
+
+std::string conflict(const MapStorage& storage) {
+  if (std::string reason = correction_conflict(storage); !reason.empty()) return reason;
+  if (std::string reason = format_conflict(storage.map, storage.format); !reason.empty()) return reason;
+  return ratio_conflict(storage);
+}
+
+}  // namespace reliefbench

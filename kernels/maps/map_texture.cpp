@@ -1,0 +1,189 @@
+#include "kernels/maps/map_texture.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstdint>
+#include <cstring>
+
+#include "kernels/base/parallel.h"
+#include "kernels/image/heightmap.h"
+#include "kernels/maps/mip_chain.h"
+
+namespace reliefbench {
+namespace {
+
+// The first bytes of a little-endian code are its low ones, and GPUs read texels in the host's order.
+static_assert(std::endian::native == std::endian::little);
+
+std::size_t texel_count(int width, int height) {
+  return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+}
+
+/// Levels down to 1 x 1.
+int chain_length(const Heightfield& heights) {
+  return static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(heights.width, heights.height))));
+}
+
+TextureImage blank(int width, int height, const TexelLayout& layout, int levels = 1) {
+  TextureImage image{.width = width, .height = height, .layout = layout, .levels = levels};
+  std::size_t texels = 0;
+  for (int level = 0; level < levels; ++level)
+    texels += texel_count(level_side(width, level), level_side(height, level));
+  image.texels.resize(texels * static_cast<std::size_t>(layout.bytes()));
+  return image;
+}
+
+/// Bytes of a channel, and where it begins in texel `texel`, counted over all levels.
+struct Place {
+  std::size_t offset, size;
+};
+Place place_of(const TexelLayout& layout, std::size_t texel, int channel) {
+  const auto channels = static_cast<std::size_t>(layout.channels);
+  const std::size_t size = static_cast<std::size_t>(layout.bytes()) / channels;
+  return {.offset = (texel * channels + static_cast<std::size_t>(channel)) * size, .size = size};
+}
+
+void write_code(TextureImage& image, std::size_t texel, int channel, std::uint32_t code) {
+  const Place place = place_of(image.layout, texel, channel);
+  std::memcpy(image.texels.data() + place.offset, &code, place.size);
+}
+
+float read_value(const TextureImage& image, std::size_t texel, int channel) {
+  const Place place = place_of(image.layout, texel, channel);
+  std::uint32_t code = 0;
+  std::memcpy(&code, image.texels.data() + place.offset, place.size);
+  return value_of(code, image.layout.type);
+}
+
+template <typename Texel>
+void for_each_texel(const Heightfield& heights, const Texel& texel) {
+  const auto row_texels = static_cast<std::size_t>(heights.width);
+  parallel_for(heights.height, 0, [&](int y) {
+    const std::size_t begin = static_cast<std::size_t>(y) * row_texels;
+    for (std::size_t i = begin; i < begin + row_texels; ++i) texel(i);
+  });
+}
+
+/// first: texel of the image where the level begins.
+void write_heights(TextureImage& image, const Heightfield& heights, std::size_t first = 0) {
+  for_each_texel(heights, [&](std::size_t i) {
+    write_code(image, first + i, 0, nearest_code(heights.texels[i], image.layout.type));
+  });
+}
+
+void write_normals(TextureImage& image, const MapSource& source) {
+  const std::vector<std::uint8_t> normals = normal_map(source.heights, source.wrap, source.relief_depth);
+  for_each_texel(source.heights, [&](std::size_t i) {
+    write_code(image, i, 2, normals[4 * i]);
+    write_code(image, i, 3, normals[4 * i + 1]);
+  });
+}
+
+/// How ratios are kept.
+struct RatioLayout {
+  int ratios;  ///< that the map has
+  const Format& format;
+  const Encoding& encoding;
+};
+
+void write_ratios(MapTextures& textures, const Heightfield& heights, std::span<const float> values,
+                  const RatioLayout& layout, std::size_t first_texel = 0) {
+  const int have = layout.ratios;
+  const Format& format = layout.format;
+  const int first = format.extra_channels > 0 ? 0 : 1;  // channel of the first ratio
+  TextureImage& image = format.extra_channels > 0 ? *textures.extra : textures.relief;
+  for_each_texel(heights, [&](std::size_t i) {
+    for (int k = 0; k < format.ratios(); ++k) {
+      const float ratio = k < have ? values[i * static_cast<std::size_t>(have) + static_cast<std::size_t>(k)] : 0;
+      write_code(image, first_texel + i, first + k, floor_code(ratio, heights.texels[i], format.type, layout.encoding));
+    }
+  });
+}
+
+/// The coarse levels of a map of heights and ratios. Normals are looked up in the base alone.
+void write_mips(MapTextures& textures, const MapSource& source, const RatioLayout& layout) {
+  std::size_t first = source.heights.texels.size();
+  for (const MipLevel& level : mip_chain(source.heights, source.values, layout.ratios, source.wrap)) {
+    write_heights(textures.relief, level.heights, first);
+    write_ratios(textures, level.heights, level.ratios, layout, first);
+    first += level.heights.texels.size();
+  }
+}
+
+/// Maxima of stored heights are stored heights: nothing is rounded.
+TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) {
+  const auto [map, heights, values, wrap, depth, mips] = source;
+  TextureImage image = blank(heights.width, heights.height, layout, chain_length(heights));
+  assert(values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size());
+  for (std::size_t i = 0; i < values.size(); ++i) write_code(image, i, 0, nearest_code(values[i], layout.type));
+  return image;
+}
+
+/// The slices below one another in one texture; distances are rounded down.
+TextureImage packed_volume(const MapSource& source, const TexelLayout& layout) {
+  const auto [map, heights, values, wrap, depth, mips] = source;
+  const auto rows = static_cast<int>(values.size() / static_cast<std::size_t>(heights.width));
+  TextureImage image = blank(heights.width, rows, layout);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::uint32_t code = nearest_code(values[i], layout.type);
+    write_code(image, i, 0, value_of(code, layout.type) > values[i] ? code - 1 : code);
+  }
+  return image;
+}
+
+}  // namespace
+
+MapTextures pack_heights(const Heightfield& heights, const Format& format) {
+  MapTextures textures{.relief = blank(heights.width, heights.height, format.relief())};
+  write_heights(textures.relief, heights);
+  return textures;
+}
+
+MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
+  const auto [map, heights, values, wrap, depth, mips] = source;
+  const int levels = mips ? chain_length(heights) : 1;
+  MapTextures textures{.relief = blank(heights.width, heights.height, format.relief(), levels)};
+  write_heights(textures.relief, heights);
+  if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra(), levels);
+  if (format.with_normal) write_normals(textures.relief, source);
+  const RatioLayout layout{.ratios = map.ratios, .format = format, .encoding = encoding};
+  switch (map.content) {
+    case MapContent::heights:
+      break;
+    case MapContent::ratios:
+      assert(values.size() == heights.texels.size() * static_cast<std::size_t>(map.ratios));
+      write_ratios(textures, heights, values, layout);
+      break;
+    case MapContent::pyramid:
+      textures.extra = packed_pyramid(source, format.relief());
+      break;
+    case MapContent::volume:
+      textures.extra = packed_volume(source, format.relief());
+      break;
+  }
+  if (mips) write_mips(textures, source, layout);
+  return textures;
+}
+
+UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding) {
+  const TextureImage& relief = textures.relief;
+  UnpackedMap unpacked{.heights = {.width = relief.width, .height = relief.height, .texels = read_channel(relief, 0)},
+                       .ratios = {}};
+  const TextureImage& image = format.extra_channels > 0 ? textures.extra.value() : relief;
+  const int first = format.extra_channels > 0 ? 0 : 1;
+  for (std::size_t i = 0; i < unpacked.heights.texels.size(); ++i)
+    for (int k = 0; k < format.ratios(); ++k)
+      unpacked.ratios.push_back(encoding.decode(read_value(image, i, first + k), unpacked.heights.texels[i]));
+  return unpacked;
+}
+
+std::vector<float> read_channel(const TextureImage& image, int channel, int level) {
+  std::size_t begin = 0;
+  for (int l = 0; l < level; ++l) begin += texel_count(level_side(image.width, l), level_side(image.height, l));
+  std::vector<float> values(texel_count(level_side(image.width, level), level_side(image.height, level)));
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = read_value(image, begin + i, channel);
+  return values;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,55 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "kernels/maps/map_kind.h"
+#include "kernels/maps/texel.h"
+
+namespace reliefbench {
+
+/// A texture ready for upload: tightly packed rows, mip levels one after the other (level_side).
+struct TextureImage {
+  int width = 0;
+  int height = 0;
+  TexelLayout layout{};
+  int levels = 1;
+  std::vector<std::byte> texels{};
+};
+
+/// A relief map as the shaders have it.
+struct MapTextures {
+  TextureImage relief;
+  std::optional<TextureImage> extra{};
+  [[nodiscard]] std::size_t bytes() const { return relief.texels.size() + (extra ? extra->texels.size() : 0); }
+};
+
+/// What is packed. values: what the map kind's baker returned for these heights.
+struct MapSource {
+  const MapRow& map;
+  const Heightfield& heights;  ///< already quantised by quantise_heights for format.type
+  std::span<const float> values;
+  Wrap wrap = Wrap::repeat;
+  double relief_depth = 0.1;  ///< of the scene, for a format with normals
+  bool mips = false;          ///< with the levels of mip_chain(), for heights and ratios
+};
+
+/// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down. Where a format has more ratio channels
+/// than the map, those are 0.
+[[nodiscard]] MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding);
+
+/// Heights alone.
+[[nodiscard]] MapTextures pack_heights(const Heightfield& heights, const Format& format);
+
+/// Decodes packed textures again (tests, --verify): what the shader sees at texel centres.
+struct UnpackedMap {
+  Heightfield heights;
+  std::vector<float> ratios;  ///< Format::ratios() a texel, interleaved
+};
+[[nodiscard]] UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding);
+
+/// One channel of one level, decoded from its texel type.
+[[nodiscard]] std::vector<float> read_channel(const TextureImage& image, int channel, int level = 0);
+
+}  // namespace reliefbench

@@ -1,0 +1,68 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "kernels/maps/map_texture.h"
+
+namespace reliefbench {
+
+struct VerifyRequest {
+  const MapRow& map;  ///< content: ratios
+  const MapTextures& textures;
+  const Format& format;
+  const Encoding& encoding;
+  Correction correction = Correction::none;
+  Wrap wrap = Wrap::repeat;
+  int finest = 8;      ///< most points a texel
+  int rays = 1 << 18;  ///< that are traced through relaxed cones
+  int threads = 0;
+};
+
+/// How wrong the worst cone is: its ratio over the ratio of the point that it must not hold.
+struct WorstCone {
+  double factor = 1;
+  double u = 0, v = 0;  ///< apex
+};
+
+/// Apexes inside cells, for cones that no point of the surface may be in. A cell is proved where cones of all its
+/// points are narrower than lower bounds of the true ratios, broken where a point of the surface was found in a cone,
+/// undecided otherwise.
+struct CellVerdict {
+  std::int64_t cells = 0, proved = 0, broken = 0, undecided = 0;
+  int finest = 0;  ///< points a texel that were needed; 0: not examined
+  WorstCone worst{};
+};
+
+/// Rays from the top plate through points over the relief, each seen inside the interpolated cone under such a point.
+struct RayVerdict {
+  std::int64_t rays = 0;            ///< that reach their point
+  std::int64_t crossing_twice = 0;  ///< that enter and leave the relief again inside the cone
+  WorstCone worst{};
+};
+
+/// What a stored map was found to be.
+struct MapVerdict {
+  std::int64_t texels = 0;           ///< cones at texel centres; quad has four a texel, and four of each cell
+  std::int64_t texels_too_wide = 0;  ///< cones at texel centres that another texel's surface point forbids; exact
+  WorstCone worst_texel{};
+  CellVerdict cells{};  ///< conservative cones
+  RayVerdict rays{};    ///< relaxed cones
+  /// The kind's promise is shown not to hold. Correction none promises texel centres only, the others interpolated
+  /// positions too; a kind without a promise breaks none.
+  bool broken = false;
+  bool undecided = false;  ///< the promise is neither shown to hold nor not to hold
+};
+
+/// Verifies a map as it is stored: decoded by format and encoding, interpolated as shaders do but without their
+/// rounding.
+///
+/// Conservative cones: texel centres are compared with the exact ratios, cells with the bounds of cone_bounds.h on
+/// grids 1, 2, 4, 8 times finer, as far as cells are undecided (within kMaxFineSide).
+/// The sectors of `quad` each by itself, likewise.
+/// Relaxed cones: a texel is too wide where its cone holds a texel v whose surface descends away from the apex u,
+/// (v-u).grad H(v) < 0 on either side of v ([BVBV24] section 5); between texels, rays are traced exactly; that finds
+/// what is wrong, but proves nothing. safety_shape's rays are seen inside the union of its cone and cylinder.
+/// throws: Error(bad_input): the map's content is not ratios
+[[nodiscard]] MapVerdict verify_map(const VerifyRequest& request);
+
+}  // namespace reliefbench

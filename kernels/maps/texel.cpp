@@ -1,0 +1,190 @@
+#include "kernels/maps/texel.h"
+
+#include <Imath/half.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <string>
+
+#include "kernels/base/error.h"
+#include "kernels/maps/map_kind.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::array kFormats{
+    Format{.id = "r8", .type = TexelType::unorm8, .channels = 1},
+    Format{.id = "r16", .type = TexelType::unorm16, .channels = 1},
+    Format{.id = "r16f", .type = TexelType::float16, .channels = 1},
+    Format{.id = "r32f", .type = TexelType::float32, .channels = 1},
+    Format{.id = "rg8", .type = TexelType::unorm8, .channels = 2},
+    Format{.id = "rg16", .type = TexelType::unorm16, .channels = 2},
+    Format{.id = "rg16f", .type = TexelType::float16, .channels = 2},
+    Format{.id = "rg32f", .type = TexelType::float32, .channels = 2},
+    Format{.id = "rgba8", .type = TexelType::unorm8, .channels = 4, .with_normal = true},
+    Format{.id = "r8+r8", .type = TexelType::unorm8, .channels = 1, .extra_channels = 1},
+    Format{.id = "r8+rgba8", .type = TexelType::unorm8, .channels = 1, .extra_channels = 4},
+    Format{.id = "r16+rgba16", .type = TexelType::unorm16, .channels = 1, .extra_channels = 4},
+    Format{.id = "r16f+rgba16f", .type = TexelType::float16, .channels = 1, .extra_channels = 4},
+    Format{.id = "r32f+rgba32f", .type = TexelType::float32, .channels = 1, .extra_channels = 4},
+};
+
+/// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
+/// to, and these few operations are the same on every device, where a driver's tan is not.
+template <typename Real>
+Real tangent(Real y) {
+  return y * (15.0F - y * y) / (15.0F - 6.0F * y * y);
+}
+
+template <typename Real>
+Real decode_ratio(Real stored, Real /*height*/) {
+  return stored;
+}
+
+template <typename Real>
+Real decode_sqrt(Real stored, Real /*height*/) {
+  return stored * stored;
+}
+
+/// stored = angle between the cone's generatrix and the plane, over pi/2: 1 closed, 1/2 at ratio 1.
+template <typename Real>
+Real decode_atan(Real stored, Real /*height*/) {
+  constexpr float kHalfPi = 1.57079632679F;
+  return stored < 0.5F ? 1.0F / std::max<Real>(tangent(stored * kHalfPi), 1.0F / kUnboundedRatio)
+                       : tangent((1.0F - stored) * kHalfPi);
+}
+
+/// stored = radius of the cone at the top plate, (1 - height) ratio. At the plate itself no cone is needed.
+template <typename Real>
+Real decode_h_tan(Real stored, Real height) {
+  return stored / std::max<Real>(1.0F - height, kLeastDepth);
+}
+
+constexpr float kDivisionGuard = 1 + 0x1p-20F;  // divisions on GPUs are 2.5 ulp off, a few of them in a row
+
+constexpr std::array kEncodings{
+    Encoding{
+        .id = "ratio", .shader_value = 0, .source = "[DUM06]", .decode = decode_ratio, .decode_exact = decode_ratio},
+    Encoding{.id = "sqrt", .shader_value = 1, .source = "[PO07]", .decode = decode_sqrt, .decode_exact = decode_sqrt},
+    Encoding{.id = "h_tan",
+             .shader_value = 2,
+             .source = "[HSST08]",
+             .decode = decode_h_tan,
+             .decode_exact = decode_h_tan,
+             .is_over_depth = true,
+             .guard = kDivisionGuard},
+    Encoding{.id = "atan",
+             .shader_value = 3,
+             .source = "angle of the cone, over pi/2",
+             .decode = decode_atan,
+             .decode_exact = decode_atan,
+             .is_decreasing = true,
+             .guard = kDivisionGuard},
+};
+
+template <typename Rows>
+const typename Rows::value_type& find_row(const Rows& rows, std::string_view id, std::string_view kind) {
+  const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& candidate) { return candidate.id == id; });
+  if (row != rows.end()) return *row;
+  std::string choices;
+  for (const auto& candidate : rows) choices += (choices.empty() ? "" : ", ") + std::string(candidate.id);
+  fail_input("unknown {} '{}'; the choices are {}", kind, id, choices);
+}
+
+}  // namespace
+
+int TexelLayout::bytes() const {
+  switch (type) {
+    case TexelType::unorm8:
+      return channels;
+    case TexelType::unorm16:
+    case TexelType::float16:
+      return 2 * channels;
+    case TexelType::float32:
+      return 4 * channels;
+  }
+  return 0;
+}
+
+std::string_view texel_type_id(TexelType type) {
+  constexpr std::array<std::string_view, 4> kIds{"unorm8", "unorm16", "float16", "float32"};
+  return kIds.at(static_cast<std::size_t>(type));
+}
+
+int Format::bytes_per_texel() const { return relief().bytes() + extra().bytes(); }
+
+std::span<const Format> formats() { return kFormats; }
+const Format& find_format(std::string_view id) { return find_row(formats(), id, "texture format"); }
+
+std::span<const Encoding> encodings() { return kEncodings; }
+const Encoding& find_encoding(std::string_view id) { return find_row(encodings(), id, "cone encoding"); }
+
+float value_of(std::uint32_t code, TexelType type) {
+  switch (type) {
+    case TexelType::unorm8:
+      return static_cast<float>(code) / 255.0F;
+    case TexelType::unorm16:
+      return static_cast<float>(code) / 65535.0F;
+    case TexelType::float16:
+      return half(half::FromBits, static_cast<std::uint16_t>(code));
+    case TexelType::float32:
+      return std::bit_cast<float>(code);
+  }
+  return 0;
+}
+
+std::uint32_t nearest_code(float value, TexelType type) {
+  switch (type) {
+    case TexelType::unorm8:
+      return static_cast<std::uint32_t>(std::lround(double{value} * 255.0));
+    case TexelType::unorm16:
+      return static_cast<std::uint32_t>(std::lround(double{value} * 65535.0));
+    case TexelType::float16:
+      return half(value).bits();
+    case TexelType::float32:
+      return std::bit_cast<std::uint32_t>(value);
+  }
+  return 0;
+}
+
+Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
+  Heightfield quantised = heights;
+  for (float& texel : quantised.texels) texel = value_of(nearest_code(texel, type), type);
+  return quantised;
+}
+
+std::uint32_t floor_code(float ratio, float height, TexelType type, const Encoding& encoding) {
+  // An angle ends at 1, everything else where the type does.
+  const bool is_float = type == TexelType::float16 || type == TexelType::float32;
+  const float greatest = is_float && !encoding.is_decreasing ? kUnboundedRatio : 1.0F;
+  const std::uint32_t end = nearest_code(greatest, type) + 1;
+  const auto fits = [&](std::uint32_t code) {
+    return encoding.decode(value_of(code, type), height) * encoding.guard < ratio;
+  };
+  std::uint32_t low = 0;
+  std::uint32_t high = end;
+  if (encoding.is_decreasing) {  // the least code that fits; the last one if none does
+    while (low < high) {
+      const std::uint32_t middle = low + (high - low) / 2;
+      if (fits(middle)) {
+        high = middle;
+      } else {
+        low = middle + 1;
+      }
+    }
+    return std::min(low, end - 1);
+  }
+  while (high - low > 1) {  // the greatest code that fits; 0 if none does
+    const std::uint32_t middle = low + (high - low) / 2;
+    (fits(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+float floor_ratio(float ratio, float height, TexelType type, const Encoding& encoding) {
+  return encoding.decode(value_of(floor_code(ratio, height, type, encoding), type), height);
+}
+
+}  // namespace reliefbench

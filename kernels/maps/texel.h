@@ -1,0 +1,72 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "kernels/image/heightfield.h"
+
+namespace reliefbench {
+
+enum class TexelType { unorm8, unorm16, float16, float32 };
+
+/// One texel of a texture: 1, 2 or 4 channels of one type.
+struct TexelLayout {
+  TexelType type = TexelType::unorm8;
+  int channels = 4;
+  [[nodiscard]] int bytes() const;
+  bool operator==(const TexelLayout&) const = default;
+};
+[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32
+
+/// How a relief map is spread over textures, one row. The relief texture has the height first, then, if it has more
+/// channels, the cone ratio; with_normal: then x and y of the normal. The extra texture holds what is kept apart: the
+/// ratios, or a pyramid or volume (those have the relief texture's layout).
+struct Format {
+  std::string_view id;
+  TexelType type;
+  int channels;            ///< of the relief texture
+  int extra_channels = 0;  ///< of the extra texture
+  bool with_normal = false;
+  [[nodiscard]] int ratios() const { return with_normal ? 1 : channels - 1 + extra_channels; }
+  [[nodiscard]] TexelLayout relief() const { return {.type = type, .channels = channels}; }
+  [[nodiscard]] TexelLayout extra() const { return {.type = type, .channels = extra_channels}; }
+  [[nodiscard]] int bytes_per_texel() const;  ///< of both textures
+};
+[[nodiscard]] std::span<const Format> formats();
+[[nodiscard]] const Format& find_format(std::string_view id);  ///< throws: Error(bad_input) listing the choices
+
+/// Depth under the top plate that h_tan divides by at least.
+inline constexpr float kLeastDepth = 0x1p-16F;
+
+/// How a cone ratio becomes a stored value. `shader_value` is the ENCODING specialization constant.
+struct Encoding {
+  std::string_view id;
+  int shader_value;
+  std::string_view source;
+  float (*decode)(float stored, float height);           ///< the shader's arithmetic, in float
+  double (*decode_exact)(double stored, double height);  ///< the same but for float's rounding
+  bool is_decreasing = false;                            ///< greater codes are narrower cones
+  bool is_over_depth = false;                            ///< decoding divides by the depth under the top plate
+  float guard = 1;  ///< greatest factor by which a shader's rounding may widen the decoded ratio
+};
+[[nodiscard]] std::span<const Encoding> encodings();
+[[nodiscard]] const Encoding& find_encoding(std::string_view id);  ///< throws: Error(bad_input) listing the choices
+
+/// A code is the bits as stored. For values >= 0 all four types are ordered as their codes are.
+[[nodiscard]] float value_of(std::uint32_t code, TexelType type);
+/// The code of the value nearest to `value` (in [0, 1] for unorms); halves: ties to even.
+[[nodiscard]] std::uint32_t nearest_code(float value, TexelType type);
+
+/// Heights as the GPU will read them back: rounded to the nearest code of `type`, decoded. Cones are
+/// built from these, never from the unquantised heights.
+[[nodiscard]] Heightfield quantise_heights(const Heightfield& heights, TexelType type);
+
+/// The code of the widest cone that `type` can hold whose decoded ratio, with a guard, is below `ratio`; the narrowest
+/// cone's code if none is. The guard is one ulp, for samplers whose unorm conversion is an ulp off, or Encoding::guard.
+/// Not idempotent: floor a baked ratio once.
+/// ratio: >= 0; height: of the texel, as stored
+[[nodiscard]] std::uint32_t floor_code(float ratio, float height, TexelType type, const Encoding& encoding);
+/// The ratio that the shader will see: floor_code, decoded.
+[[nodiscard]] float floor_ratio(float ratio, float height, TexelType type, const Encoding& encoding);
+
+}  // namespace reliefbench

@@ -1,0 +1,25 @@
+#pragma once
+#include "kernels/image/heightfield.h"
+#include "kernels/judge/score.h"
+#include "kernels/trace/technique.h"
+
+namespace reliefbench {
+
+/// How finely a trace in floats can be held to the exact surface.
+inline constexpr double kThinnestSolid = 0x1p-23;  ///< of t: holds less than two floats, so rounding alone may pass it
+inline constexpr double kNearestGap = 0x1p-22;     ///< of height: nearer than this a ray may count as having arrived
+
+/// Height of the ray above the surface at t, in double precision; negative inside the relief.
+[[nodiscard]] double gap_above(const Heightfield& surface, Wrap wrap, const TextureRay& ray, double t);
+
+enum class Kept {
+  yes,
+  unresolved,  ///< only by a solid thinner than kThinnestSolid that was passed, or a stop less than kNearestGap above
+  no,
+};
+/// Whether a pixel keeps a guarantee. exact lets a ray stop early only at its step cap.
+/// score, reference: of this pixel; surface: the heights as stored
+[[nodiscard]] Kept keeps(Guarantee guarantee, const ScorePixel& pixel, const PixelScore& score,
+                         const ReferenceHit& reference, const Heightfield& surface, Wrap wrap);
+
+}  // namespace reliefbench

@@ -1,0 +1,68 @@
+#include "kernels/trace/view.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace reliefbench {
+
+std::span<const View> view_presets() {
+  static const std::array<View, 4> presets = {
+      View{.id = "top", .elevation_deg = 90, .distance = 1.2, .fov_deg = 45},
+      View{.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35},
+      // The field of view is narrow, so that the whole frame looks at the relief: 3 to 13 degrees.
+      View{.id = "grazing", .elevation_deg = 8, .distance = 5, .fov_deg = 10},
+      View{.id = "horizon", .elevation_deg = 8, .distance = 2, .fov_deg = 50},
+  };
+  return presets;
+}
+
+FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) {
+  const double elevation = scene.view.elevation_deg * std::numbers::pi / 180;
+  // cos(90 degrees) must be 0, so that `top` looks straight down.
+  const double c = scene.view.elevation_deg == 90 ? 0.0 : std::cos(elevation);
+  const double s = std::sin(elevation);
+  const double half = std::tan(scene.view.fov_deg * std::numbers::pi / 360);
+  const double aspect = static_cast<double>(scene.width_px) / scene.height_px;
+  const auto f = [](double value) { return static_cast<float>(value); };
+  const double azimuth = scene.view.azimuth_deg * std::numbers::pi / 180;
+  const auto turned = [&, cosine = std::cos(azimuth), sine = std::sin(azimuth)](double x, double y) {
+    return std::array{x * cosine - y * sine, x * sine + y * cosine};
+  };
+  // Before it is turned, the camera looks along +y and down at (1/2 + pan, 1/2, 0), and right is +x.
+  const auto [position_x, position_y] = turned(0, -scene.view.distance * c);
+  const auto [right_x, right_y] = turned(aspect * half, 0);
+  const auto [up_x, up_y] = turned(0, s * half);
+  const auto [forward_x, forward_y] = turned(0, c);
+  return {.position = {f(0.5 + scene.pan + position_x), f(0.5 + position_y), f(scene.view.distance * s),
+                       f(scene.relief_depth)},
+          .right = {f(right_x), f(right_y), 0, f(scene.tiling)},
+          .up = {f(up_x), f(up_y), f(c * half), 0},
+          .forward = {f(forward_x), f(forward_y), f(-s), 0},
+          .light = {f(-0.48), f(0.36), f(0.8), 0},
+          .sizes = {scene.width_px, scene.height_px, map_width, map_height}};
+}
+
+ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y) {
+  const std::array<float, 2> ndc = {(static_cast<float>(x) + 0.5F) / static_cast<float>(frame.sizes[0]) * 2.0F - 1.0F,
+                                    (static_cast<float>(y) + 0.5F) / static_cast<float>(frame.sizes[1]) * 2.0F - 1.0F};
+  std::array<float, 3> direction{};
+  for (std::size_t i = 0; i < 3; ++i)
+    direction.at(i) = frame.forward.at(i) + frame.right.at(i) * ndc[0] - frame.up.at(i) * ndc[1];
+  if (direction[2] >= 0) return {};
+  std::array<float, 2> per_height{};
+  std::array<float, 2> uv{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    per_height.at(i) = direction.at(i) / -direction[2];
+    const float plane = frame.position.at(i) + per_height.at(i) * frame.position[2];
+    if (wrap == Wrap::clamp && (plane < 0 || plane > 1)) return {};
+    uv.at(i) = plane * frame.right[3];
+    if (wrap == Wrap::repeat) uv.at(i) -= std::floor(uv.at(i));
+  }
+  return {.ray = {.u = uv[0],
+                  .v = uv[1],
+                  .slope_u = per_height[0] * frame.position[3],
+                  .slope_v = per_height[1] * frame.position[3]},
+          .status = static_cast<float>(PixelStatus::hit)};
+}
+
+}  // namespace reliefbench

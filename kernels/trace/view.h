@@ -1,0 +1,53 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "kernels/image/heightfield.h"
+#include "kernels/judge/score.h"
+
+namespace reliefbench {
+
+/// A camera that looks at the centre of the unit square of a relief-mapped plane.
+struct View {
+  std::string id;
+  double elevation_deg = 30;  ///< 90 = straight down
+  double distance = 1.5;      ///< from camera to the look-at point, in sides of the unit square
+  double fov_deg = 45;        ///< vertical
+  double azimuth_deg = 0;     ///< camera turned about the look-at point, anticlockwise from above; 0: looks along +y
+
+  bool operator==(const View&) const = default;
+};
+/// top, oblique (30 degrees), grazing (8 degrees), horizon.
+[[nodiscard]] std::span<const View> view_presets();
+
+/// How the relief lies in the picture.
+struct Scene {
+  View view;
+  double relief_depth = 0.1;  ///< depth of the relief in sides of one tile
+  double tiling = 1;          ///< tiles along a side of the unit square
+  double pan = 0;             ///< how far camera and look-at point are moved along u, in sides of the unit square
+  Wrap wrap = Wrap::repeat;   ///< repeat: the plane goes on for ever; clamp: it ends at the unit square
+  int width_px = 256;
+  int height_px = 256;
+};
+
+/// The uniform block `Frame` of frame.glsl, std140.
+struct FrameUniforms {
+  std::array<float, 4> position;      ///< xyz, w = relief depth
+  std::array<float, 4> right;         ///< xyz scaled by aspect * tan(fov/2), w = tiling
+  std::array<float, 4> up;            ///< xyz scaled by tan(fov/2)
+  std::array<float, 4> forward;       ///< xyz
+  std::array<float, 4> light;         ///< xyz, towards the light
+  std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
+};
+static_assert(sizeof(FrameUniforms) == 96);
+[[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);
+
+/// The ray of one pixel, as frame.glsl makes it (same formulas in float; used by the null backend and by tests).
+/// status is no_ray for the sky and, with clamp, outside the unit square.
+[[nodiscard]] ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y);
+
+}  // namespace reliefbench

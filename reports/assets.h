@@ -1,8 +1,0 @@
-#pragma once
-#include "kernels/embedded.h"
-
-namespace reliefbench {
-
-[[nodiscard]] const std::vector<EmbeddedFile>& embedded_assets();  ///< reports/assets/* and Chart.js
-
-}  // namespace reliefbench

@@ -1,0 +1,44 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kernels/image/heightmap.h"
+#include "kernels/trace/technique.h"
+
+namespace reliefbench {
+
+inline constexpr int kExportSchema = 1;
+
+/// What ships: one setting for one heightmap.
+struct ExportJob {
+  HeightmapSpec heightmap;
+  Settings settings;
+  Wrap wrap = Wrap::repeat;
+  double relief_depth = 0.1;          ///< in sides of one tile
+  nlohmann::json evidence = nullptr;  ///< what the choice rests on, for settings.json; null: the user said so
+};
+
+struct ExportedFile {
+  std::string name;
+  std::string what;  ///< in a few words
+  std::string bytes;
+};
+
+/// Everything that an engine needs, and nothing that needs reliefbench.
+struct Export {                     // NOLINT(bugprone-exception-escape): moving a json does not throw
+  nlohmann::ordered_json settings;  ///< settings.json
+  /// relief.ktx2 and relief.extra.ktx2 as the map has them, relief.glsl, settings.json
+  std::vector<ExportedFile> files;
+};
+
+/// Loads the heightmap, bakes its map (or has it from the cache) and makes the files.
+/// throws: Error(bad_input): settings that make no sense together, an unreadable heightmap
+[[nodiscard]] Export make_export(const ExportJob& job);
+
+/// Writes all files whole, or none. Those of an earlier export in the folder are replaced, others left alone.
+/// throws: Error(bad_input): unwritable
+void write_export(const Export& exported, const std::filesystem::path& folder);
+
+}  // namespace reliefbench

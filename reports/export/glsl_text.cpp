@@ -1,0 +1,189 @@
+#include "reports/export/glsl_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include "kernels/base/embedded.h"
+#include "reports/export/glsl_fold.h"
+
+namespace reliefbench {
+namespace {
+
+/// A declaration or a block of preprocessor lines, with the comment above it; or a comment that stands alone.
+struct Piece {
+  std::string file;
+  std::string text;
+  std::vector<std::string> names{};  ///< that it declares; none: a comment
+  bool after_blank = false;          ///< a blank line stands before it
+  bool is_needed = false;
+};
+
+bool is_word_character(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+
+/// Every identifier and number of the code.
+std::vector<std::string> words_of(std::string_view text) {
+  std::vector<std::string> words;
+  for (const std::string& line : text_lines(text)) {
+    std::string word;
+    for (const char c : std::string(code_of(line)) + " ") {
+      if (is_word_character(c)) {
+        word += c;
+      } else if (!word.empty()) {
+        words.push_back(std::move(word));
+        word.clear();
+      }
+    }
+  }
+  return words;
+}
+
+/// Code without the `layout(...)` that it may begin with.
+std::string_view without_layout(std::string_view code) {
+  const std::size_t close = code.starts_with("layout(") ? closing(code, code.find('(')) : std::string_view::npos;
+  return close == std::string_view::npos ? code : code.substr(close + 1);
+}
+
+/// What a piece declares: the macros of preprocessor lines; else the last word before the first of `( = ; {`.
+std::vector<std::string> names_of(std::string_view text) {
+  std::vector<std::string> names;
+  for (const std::string& line : text_lines(text)) {
+    const std::string_view code = code_of(line);
+    if (code.starts_with("#define ")) names.push_back(words_of(code).at(1));
+    if (code.empty() || code.front() == '#') continue;
+    if (!names.empty()) return names;
+    const std::string_view declaration = without_layout(code);
+    return {words_of(declaration.substr(0, declaration.find_first_of("(=;{"))).back()};
+  }
+  return names;
+}
+
+/// Cuts lines into pieces.
+class Cutter {
+ public:
+  Cutter(std::string file, std::vector<Piece>& pieces) : file_(std::move(file)), pieces_(pieces) {}
+
+  void add(const std::string& line) {
+    const std::string_view code = code_of(line);
+    const bool is_open = braces_ > 0 || conditions_ > 0;
+    if (line.empty() && !is_open) {
+      end();
+      after_blank_ = true;
+      return;
+    }
+    text_ += line + "\n";
+    conditions_ += code.starts_with("#if") ? 1 : (code.starts_with("#endif") ? -1 : 0);
+    braces_ += static_cast<int>(std::ranges::count(code, '{') - std::ranges::count(code, '}'));
+    const bool is_whole = code.starts_with("#") || code.ends_with(';') || code.ends_with('}');
+    if (is_whole && braces_ == 0 && conditions_ == 0) end();
+  }
+  void end() {
+    if (text_.empty()) return;
+    pieces_.push_back({.file = file_, .text = text_, .names = names_of(text_), .after_blank = after_blank_});
+    text_.clear();
+    after_blank_ = false;
+  }
+
+ private:
+  std::string file_;
+  std::vector<Piece>& pieces_;
+  std::string text_;
+  bool after_blank_ = true;
+  int braces_ = 0;
+  int conditions_ = 0;
+};
+
+/// The pieces of a file, those of its includes first; nothing where it was read before.
+void read_pieces(const std::string& file, std::set<std::string>& seen, std::vector<Piece>& pieces) {
+  if (!seen.insert(file).second) return;
+  std::vector<std::string> lines = text_lines(embedded_text(embedded_shaders(), file));
+  if (lines.front().starts_with("#ifndef ")) {  // the guard
+    lines.erase(lines.begin(), lines.begin() + 2);
+    lines.pop_back();
+  }
+  for (const std::string& line : lines)
+    if (line.starts_with("#include \"")) read_pieces(line.substr(10, line.rfind('"') - 10), seen, pieces);
+  Cutter cutter(file, pieces);
+  for (const std::string& line : lines)
+    if (!line.starts_with("#include")) cutter.add(line);
+  cutter.end();
+}
+
+/// "const int NAME = VALUE;" as words: const int NAME VALUE; none: another declaration
+std::vector<std::string> constant_words(const Piece& piece) {
+  std::vector<std::string> words = words_of(without_layout(code_of(text_lines(piece.text).back())));
+  if (words.size() != 4 || words[0] != "const" || words[1] != "int") words.clear();
+  return words;
+}
+
+int number(const std::string& text) {
+  int value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+/// The named choice that stands for a value: WRAP_CLAMP for 1 where the default is WRAP_REPEAT; else the number.
+std::string value_text(const GlslConstants& constants, const std::string& fallback, int value) {
+  const std::string family = fallback.substr(0, fallback.find('_') + 1);
+  for (const auto& [name, known] : constants)
+    if (!family.empty() && name.starts_with(family) && known == value) return name;
+  return fmt::format("{}", value);
+}
+
+/// `layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;` to `const int LOOP = <its value>;`
+/// returns: the value of every integer constant
+GlslConstants specialise(std::vector<Piece>& pieces, const std::map<int, int>& given) {
+  constexpr std::string_view kSpecialised = "layout(constant_id = ";
+  GlslConstants choices;
+  for (const Piece& piece : pieces)
+    if (const auto words = constant_words(piece); !words.empty() && !piece.text.starts_with("layout"))
+      choices.emplace(words[2], number(words[3]));
+  GlslConstants constants = choices;
+  for (Piece& piece : pieces) {
+    if (!piece.text.starts_with(kSpecialised)) continue;
+    const std::vector<std::string> words = constant_words(piece);
+    const auto choice = choices.find(words.at(3));
+    const int fallback = choice == choices.end() ? number(words.at(3)) : choice->second;
+    const auto found = given.find(number(words_of(piece.text).at(2)));
+    const int value = found == given.end() ? fallback : found->second;
+    piece.text = fmt::format("const int {} = {};\n", words[2], value_text(choices, words[3], value));
+    constants.emplace(words[2], value);
+  }
+  return constants;
+}
+
+void mark(std::vector<Piece>& pieces, const std::string& name) {
+  for (Piece& piece : pieces) {
+    if (piece.is_needed || std::ranges::find(piece.names, name) == piece.names.end()) continue;
+    piece.is_needed = true;
+    for (const std::string& word : words_of(piece.text)) mark(pieces, word);
+  }
+}
+
+}  // namespace
+
+std::string cut_glsl(const GlslCut& cut) {
+  std::vector<Piece> pieces;
+  std::set<std::string> seen;
+  for (const std::string& file : cut.files) read_pieces(file, seen, pieces);
+  const GlslConstants constants = specialise(pieces, cut.constants);
+  for (Piece& piece : pieces) piece.text = folded(piece.text, constants);
+  for (const std::string& root : cut.roots) mark(pieces, root);
+  std::set<std::string> files;
+  for (const Piece& piece : pieces)
+    if (piece.is_needed) files.insert(piece.file);
+  std::string text;
+  bool after_blank = false;
+  for (const Piece& piece : pieces) {
+    after_blank = after_blank || piece.after_blank;
+    if (!piece.is_needed && !(piece.names.empty() && files.contains(piece.file))) continue;
+    if (after_blank && !text.empty()) text += "\n";
+    text += piece.text;
+    after_blank = false;
+  }
+  return text;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,84 @@
+#include "reports/pages/stress_page.h"
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "kernels/base/append_file.h"
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
+#include "kernels/image/image.h"
+#include "reports/pages/data_uri.h"
+#include "reports/pages/report_data.h"
+#include "reports/pages/template.h"
+#include "tuner/results/run_files.h"
+
+namespace reliefbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+fs::path picture_path(const fs::path& folder, const std::string& technique) {
+  return folder / "images" / (technique + ".png");
+}
+
+json parse_stress(const fs::path& path) {
+  const std::string text = read_file(path);
+  json stress = json::parse(text, nullptr, false);
+  if (stress.is_discarded()) fail_input("{}: torn, or not JSON", path.string());
+  const json schema = stress.is_object() ? stress.value("schema", json()) : json();
+  if (schema != kStressSchema)
+    fail_input("{}: key 'schema': is {}, this reliefbench reads {}", path.string(),
+               schema.is_null() ? "missing" : schema.dump(), kStressSchema);
+  return stress;
+}
+
+json pictures_of(const json& stress, const fs::path& folder) {
+  json pictures = json::object();
+  for (const json& worst : stress.at("worst")) {
+    const auto technique = worst.at("technique").get<std::string>();
+    const auto picture = png_data_uri(picture_path(folder, technique));
+    pictures[technique] = picture ? json(*picture) : json();
+  }
+  return pictures;
+}
+
+}  // namespace
+
+void prepare_stress_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder / "images", error);
+  if (error) fail_input("{}: cannot be made: {}", folder.string(), error.message());
+}
+
+void write_stress(const StressReport& report, const fs::path& folder) {
+  write_atomically(folder / kStressFile,
+                   stress_json(report).dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+  for (const StressPicture& picture : report.pictures)
+    write_png(picture_path(folder, picture.technique), picture.width, picture.height, picture.rgba8);
+  write_stress_page(folder, folder / kStressPage);
+}
+
+bool is_stress_folder(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / kStressFile, error) && !fs::exists(folder / kRunFile, error);
+}
+
+json load_stress(const fs::path& folder) {
+  const fs::path path = folder / kStressFile;
+  json stress = parse_stress(path);
+  try {
+    stress["pictures"] = pictures_of(stress, folder);
+  } catch (const json::exception& error) {
+    fail_input("{}: not as `reliefbench stress` writes it: {}", path.string(), error.what());
+  }
+  return stress;
+}
+
+void write_stress_page(const fs::path& folder, const fs::path& output) {
+  json data = load_stress(folder);
+  data["heat_map"] = heat_map_json();
+  write_atomically(output, fill_page(kStressPage, data));
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,170 @@
+#include "tuner/decide/recommend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "tuner/decide/pareto.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kNsPerMs = 1e6;
+
+bool measured(const Record& record) { return record.status == Status::ok && record.frame_time && record.error; }
+
+/// Lower is better, whatever the metric's direction. No psnr is that of identical pictures: perfect; no flicker was not
+/// measured.
+double badness(const Record& record, const std::string& metric_id) {
+  const std::optional<double> value = metric_value(record, metric_id);
+  const bool lower_is_better = find_metric(metric_id).lower_is_better;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (!value) return lower_is_better ? kInfinity : -kInfinity;
+  return lower_is_better ? *value : -*value;
+}
+
+bool answers_question(const Record& record, const Question& question) {
+  if (question.max_time_ms && judged_time_ns(record) > *question.max_time_ms * kNsPerMs) return false;
+  const auto met = [&](const Budget& budget) { return meets(record, budget); };
+  return std::all_of(question.budgets.begin(), question.budgets.end(), met);
+}
+
+bool is_better(const Record& a, const Record& b, const Question& question) {
+  const double time_a = judged_time_ns(a);
+  const double time_b = judged_time_ns(b);
+  const double error_a = badness(a, question.error_metric);
+  const double error_b = badness(b, question.error_metric);
+  if (question.max_time_ms) return std::tie(error_a, time_a, a.case_id) < std::tie(error_b, time_b, b.case_id);
+  return std::tie(time_a, error_a, a.case_id) < std::tie(time_b, error_b, b.case_id);
+}
+
+/// Place in the registry, which goes from simple to involved.
+std::size_t simplicity(const Record& record) {
+  const std::vector<Technique>& rows = techniques();
+  const auto row = std::find_if(rows.begin(), rows.end(), [&](const Technique& t) { return t.id == record.technique; });
+  return static_cast<std::size_t>(row - rows.begin());
+}
+
+double relative_miss(double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); }
+
+double worst_miss(const Record& record, const Question& question) {
+  const double worst = miss_of(question.budgets, *record.error).worst;
+  if (!question.max_time_ms) return worst;
+  const double excess_ms = judged_time_ns(record) / kNsPerMs - *question.max_time_ms;
+  return std::max(worst, relative_miss(excess_ms, *question.max_time_ms));
+}
+
+std::string miss_text(const Record& record, const Question& question) {
+  std::string text = miss_of(question.budgets, *record.error).text;
+  const double time_ms = judged_time_ns(record) / kNsPerMs;
+  if (question.max_time_ms && time_ms > *question.max_time_ms)
+    text += fmt::format("{}frame time is up to {:.4g} ms where {:.4g} ms is asked", text.empty() ? "" : ", ", time_ms,
+                        *question.max_time_ms);
+  return text;
+}
+
+Answer answer_of(const RecordGroup& group, const Question& question) {
+  Answer answer{.backend = group.backend, .device = group.device, .scene = group.scene};
+  std::vector<const Record*> all;
+  std::copy_if(group.records.begin(), group.records.end(), std::back_inserter(all),
+               [](const Record* record) { return measured(*record); });
+  if (all.empty()) {
+    const Record& first = *group.records.front();
+    answer.miss = fmt::format("no case was measured, of {}; the first is {}{}{}", group.records.size(),
+                              status_id(first.status), first.reason.empty() ? "" : ": ", first.reason);
+    return answer;
+  }
+
+  const auto better = [&](const Record* a, const Record* b) { return is_better(*a, *b, question); };
+  std::sort(all.begin(), all.end(), better);
+  for (const Record* record : all) {
+    const bool faster = answer.flat == nullptr || judged_time_ns(*record) < judged_time_ns(*answer.flat);
+    if (record->technique == "flat" && faster) answer.flat = record;
+  }
+
+  // `all` is sorted best first, so the first of each kind is the best of its kind.
+  std::vector<const Record*> meeting;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(meeting),
+               [&](const Record* record) { return answers_question(*record, question); });
+  if (meeting.empty()) {
+    answer.nearest = *std::min_element(all.begin(), all.end(), [&](const Record* a, const Record* b) {
+      return worst_miss(*a, question) < worst_miss(*b, question);
+    });
+    answer.miss = miss_text(*answer.nearest, question);
+    return answer;
+  }
+  answer.pick = meeting.front();
+  if (meeting.size() > 1) answer.runner_up = meeting[1];
+  answer.simplest = *std::min_element(meeting.begin(), meeting.end(),
+                                      [](const Record* a, const Record* b) { return simplicity(*a) < simplicity(*b); });
+  return answer;
+}
+
+nlohmann::json record_or_null(const Record* record) {
+  return record == nullptr ? nlohmann::json() : nlohmann::json(*record);
+}
+
+}  // namespace
+
+Miss miss_of(std::span<const Budget> budgets, const std::function<std::optional<double>(const Budget&)>& value) {
+  Miss miss;
+  for (const Budget& budget : budgets) {
+    const std::optional<double> is = value(budget);
+    if (within(is, budget)) continue;
+    const double excess = std::abs(is.value_or(std::numeric_limits<double>::infinity()) - budget.limit);
+    miss.worst = std::max(miss.worst, relative_miss(excess, budget.limit));
+    miss.text += fmt::format("{}{} is {} where {:.4g} is asked", miss.text.empty() ? "" : ", ", budget.metric,
+                             is ? fmt::format("{:.4g}", *is) : "undefined", budget.limit);
+  }
+  return miss;
+}
+
+Miss miss_of(std::span<const Budget> budgets, const FrameScore& score) {
+  return miss_of(budgets, [&](const Budget& budget) { return find_metric(budget.metric).value(score); });
+}
+
+double judged_time_ns(const Record& record) {
+  if (!record.frame_time) fail_input("case {} has no frame time to judge", record.case_id);
+  return record.frame_time->summary.ci_high;
+}
+
+std::vector<Answer> recommend(std::span<const Record> records, const Question& question) {
+  // Unknown names are refused here even when no record would ask for them.
+  (void)find_metric(question.error_metric);
+  for (const Budget& budget : question.budgets) (void)find_metric(budget.metric);
+  std::vector<Answer> answers;
+  for (const RecordGroup& group : group_records(records)) answers.push_back(answer_of(group, question));
+  return answers;
+}
+
+Exit exit_of(std::span<const Answer> answers) {
+  const auto is_measured = [](const Answer& answer) { return answer.pick != nullptr || answer.nearest != nullptr; };
+  const auto is_answered = [](const Answer& answer) { return answer.pick != nullptr; };
+  if (std::none_of(answers.begin(), answers.end(), is_measured)) return Exit::nothing_measured;
+  return std::all_of(answers.begin(), answers.end(), is_answered) ? Exit::done : Exit::answer_is_no;
+}
+
+nlohmann::json answers_json(std::span<const Answer> answers, const Question& question) {
+  nlohmann::json budgets = nlohmann::json::array();
+  for (const Budget& budget : question.budgets) budgets.push_back(budget.text());
+  nlohmann::json asked = {{"budgets", std::move(budgets)}, {"error_metric", question.error_metric}};
+  asked["max_time_ms"] = question.max_time_ms ? nlohmann::json(*question.max_time_ms) : nlohmann::json();
+
+  nlohmann::json list = nlohmann::json::array();
+  for (const Answer& answer : answers) {
+    list.push_back({{"backend", answer.backend},
+                    {"device", answer.device},
+                    {"scene", answer.scene},
+                    {"pick", record_or_null(answer.pick)},
+                    {"runner_up", record_or_null(answer.runner_up)},
+                    {"simplest", record_or_null(answer.simplest)},
+                    {"flat", record_or_null(answer.flat)},
+                    {"nearest", record_or_null(answer.nearest)},
+                    {"miss", answer.miss}});
+  }
+  return {{"schema", kSchemaVersion}, {"question", std::move(asked)}, {"answers", std::move(list)}};
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,59 @@
+#pragma once
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kernels/base/error.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/record.h"
+
+namespace reliefbench {
+
+struct Question {
+  std::vector<Budget> budgets;            ///< all must hold
+  std::optional<double> max_time_ms{};    ///< then: the most accurate within it; else: the fastest within the budgets
+  std::string error_metric = "e_xy.p99";  ///< what "most accurate" means, and what decides between equal times
+};
+
+/// The answer for one device and scene. Pointers go into the records that were asked.
+struct Answer {
+  std::string backend;
+  std::string device;
+  std::string scene;
+  const Record* pick = nullptr;       ///< null: nothing meets the question
+  const Record* runner_up = nullptr;  ///< next best
+  const Record* simplest =
+      nullptr;                   ///< best of the simplest technique (registry order: flat, parallax, ...) that meets it
+  const Record* flat = nullptr;  ///< the floor of frame time, whatever its error
+  const Record* nearest = nullptr;  ///< where pick is null: the one that comes nearest; null: nothing was measured
+  std::string miss{};               ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
+};
+
+/// What some metrics' values miss of their budgets.
+struct Miss {
+  double worst = 0;    ///< relative to the limit (to 1 where the limit is 0); 0 where all are within
+  std::string text{};  ///< "e_xy.p99 is 0.61 where 0.5 is asked, ..."; "" where all are within
+};
+/// value: of a budget's metric
+[[nodiscard]] Miss miss_of(std::span<const Budget> budgets,
+                           const std::function<std::optional<double>(const Budget&)>& value);
+[[nodiscard]] Miss miss_of(std::span<const Budget> budgets, const FrameScore& score);
+
+/// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
+[[nodiscard]] double judged_time_ns(const Record& record);
+
+/// One answer a (backend, device, scene), also where nothing of it was measured. Order of cases: judged time (with
+/// max_time_ms: error), then error (judged time), then case id. The nearest is the one whose worst miss, relative to
+/// the limit (to 1 where the limit is 0), is the smallest.
+/// throws: Error(bad_input): no such metric
+[[nodiscard]] std::vector<Answer> recommend(std::span<const Record> records, const Question& question);
+
+/// 0, 1 where some answer has no pick, 5 where nothing at all was measured.
+[[nodiscard]] Exit exit_of(std::span<const Answer> answers);
+
+[[nodiscard]] nlohmann::json answers_json(std::span<const Answer> answers, const Question& question);
+
+}  // namespace reliefbench

@@ -1,0 +1,92 @@
+#include "tuner/measure/harness.h"
+
+#include <benchmark/benchmark.h>
+
+#include <exception>
+#include <map>
+#include <sstream>
+
+#include "kernels/base/error.h"
+
+namespace reliefbench {
+namespace {
+
+/// Hands on what Google Benchmark reports, as soon as it does, and prints nothing.
+class ForwardingReporter : public benchmark::BenchmarkReporter {
+ public:
+  explicit ForwardingReporter(const std::function<void(std::size_t, double)>& on_time) : on_time_(on_time) {}
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs)
+      if (run.run_type == Run::RT_Iteration && !run.error_occurred) on_time_(next_++, run.GetAdjustedRealTime());
+  }
+
+ private:
+  const std::function<void(std::size_t, double)>& on_time_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+void run_round(std::span<const TimedBatch> batches, const std::function<void(std::size_t, double)>& on_time) {
+  std::exception_ptr failure;
+  benchmark::ClearRegisteredBenchmarks();
+  for (const TimedBatch& batch : batches) {
+    benchmark::RegisterBenchmark(batch.name.c_str(),
+                                 [&failure, &batch](benchmark::State& state) {
+                                   while (state.KeepRunningBatch(batch.frames)) {
+                                     if (failure) {  // after a failure the rest is not run
+                                       state.SkipWithError("skipped");
+                                       break;
+                                     }
+                                     try {
+                                       state.SetIterationTime(batch.run_ns() * 1e-9);
+                                     } catch (...) {
+                                       failure = std::current_exception();
+                                       state.SkipWithError("failed");
+                                       break;
+                                     }
+                                   }
+                                 })
+        ->Iterations(batch.frames)
+        ->UseManualTime()
+        ->Unit(benchmark::kNanosecond);
+  }
+  ForwardingReporter reporter(on_time);
+  benchmark::RunSpecifiedBenchmarks(&reporter, nullptr, ".*");
+  benchmark::ClearRegisteredBenchmarks();
+  if (failure) std::rethrow_exception(failure);
+}
+
+std::string benchmark_json(std::span<const Sample> samples) {
+  std::map<std::string, std::vector<const Sample*>> by_case;
+  for (const Sample& sample : samples) by_case[sample.case_id].push_back(&sample);
+
+  std::ostringstream out;
+  std::ostringstream ignored;
+  benchmark::JSONReporter reporter;
+  reporter.SetOutputStream(&out);
+  reporter.SetErrorStream(&ignored);
+  const benchmark::BenchmarkReporter::Context context;
+  reporter.ReportContext(context);
+  for (const auto& [id, list] : by_case) {
+    std::vector<benchmark::BenchmarkReporter::Run> runs;
+    for (const Sample* sample : list) {
+      benchmark::BenchmarkReporter::Run run;
+      run.run_name.function_name = id;
+      run.iterations = sample->frames;
+      run.repetitions = static_cast<int64_t>(list.size());
+      run.repetition_index = static_cast<int64_t>(runs.size());
+      run.threads = 1;
+      run.time_unit = benchmark::kNanosecond;
+      run.real_accumulated_time = sample->frame_time_ns * 1e-9 * sample->frames;
+      run.cpu_accumulated_time = 0;
+      runs.push_back(run);
+    }
+    reporter.ReportRuns(runs);
+  }
+  reporter.Finalize();
+  return out.str();
+}
+
+}  // namespace reliefbench

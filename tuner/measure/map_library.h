@@ -1,0 +1,51 @@
+#pragma once
+#include <list>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "kernels/maps/map_texture.h"
+#include "tuner/measure/cache.h"
+#include "tuner/measure/wall_split.h"
+#include "tuner/plan/case.h"
+
+namespace reliefbench {
+
+/// A baked map: heights as the texture's format rounds them, and what its baker made of those.
+struct BakedMap {
+  Heightfield heights{};
+  std::vector<float> values{};  ///< as MapRow::content says; empty for a height map
+  double bake_time_ns = 0;      ///< when it was baked; kept through the cache
+  std::string key{};            ///< SHA-256 of heights, bake parameters, baker version
+};
+
+/// The bake that settings ask for. heights: as the settings' format rounds them; must outlive the request
+[[nodiscard]] BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap);
+/// A baked map in the settings' format and encoding. relief_depth: of the scene
+[[nodiscard]] MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wrap, double relief_depth);
+
+/// Heightmaps and baked maps, each made once: in memory while it is in use, on disk for good.
+class MapLibrary {
+ public:
+  MapLibrary(const Cache& cache, WallSplit& split) : cache_(cache), split_(split) {}
+
+  [[nodiscard]] const Heightfield& heights(const SceneSpec& scene);  ///< as loaded; valid while the library lives
+  /// The map of a case that has a `format`; valid until another kRecentMaps maps were asked for.
+  [[nodiscard]] const BakedMap& map(const Case& c, const SceneSpec& scene);
+
+  [[nodiscard]] int baked() const { return baked_; }
+  [[nodiscard]] int from_cache() const { return from_cache_; }
+
+ private:
+  static constexpr std::size_t kRecentMaps = 4;
+  [[nodiscard]] BakedMap load_or_bake(const Case& c, const SceneSpec& scene);
+
+  const Cache& cache_;
+  WallSplit& split_;
+  std::map<std::string, Heightfield> heightmaps_;       // by heightmap_key()
+  std::list<std::pair<std::string, BakedMap>> recent_;  // by bake_text(), latest first
+  int baked_ = 0;
+  int from_cache_ = 0;
+};
+
+}  // namespace reliefbench

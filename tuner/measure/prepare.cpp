@@ -1,0 +1,320 @@
+#include "tuner/measure/prepare.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstring>
+
+#include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
+#include "kernels/image/image.h"
+#include "kernels/judge/heat_map.h"
+#include "kernels/judge/picture_metrics.h"
+#include "tuner/results/run_files.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kPanTexels = 0.25;  // of the moving camera, a frame
+
+template <typename T>
+std::string hash_of(const std::vector<T>& values) {
+  return sha256(std::as_bytes(std::span(values)));
+}
+
+Record blank_record(const Case& c, const DeviceInfo& device) {
+  Record record;
+  record.case_id = c.id();
+  record.technique = c.settings.technique().id;
+  for (const Param& param : c.settings.technique().params)
+    if (c.settings.is_active(param)) record.params.emplace_back(param.id, param.text(c.settings.get(param.id)));
+  record.map = map_of(c.settings).id;
+  record.scene = c.scene_id;
+  record.backend = c.backend;
+  record.device = device.name;
+  return record;
+}
+
+}  // namespace
+
+Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
+  const auto found = scenes_.find(scene.id);
+  if (found != scenes_.end()) return found->second;
+  const Heightfield& heights = context_.library.heights(scene);
+  const std::vector<std::uint8_t> normals = normal_map(heights, scene.scene.wrap, scene.scene.relief_depth);
+  SceneState state;
+  state.frame = frame_uniforms(scene.scene, heights.width, heights.height);
+  state.normals = context_.session.backend().upload({.width = heights.width,
+                                                     .height = heights.height,
+                                                     .texels = std::as_bytes(std::span(normals)),
+                                                     .wrap = scene.scene.wrap});
+  return scenes_.emplace(scene.id, std::move(state)).first->second;
+}
+
+PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
+                               const std::function<void(PreparedCase&, SceneState&)>& rest) {
+  PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  Status on_failure = Status::unsupported;
+  try {
+    SceneState& state = state_of(scene);
+    upload_and_draw(prepared, scene, state, on_failure);
+    if (prepared.record.status == Status::ok) rest(prepared, state);
+  } catch (const Error& error) {
+    const std::string reason = error.what();
+    prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
+    prepared.record.reason = reason;
+  }
+  return prepared;
+}
+
+PreparedCase Preparer::prepare_to_time(const Case& c, const SceneSpec& scene) {
+  return attempt(c, scene, [](PreparedCase&, SceneState&) {});
+}
+
+PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
+  Pictures pictures;
+  PreparedCase prepared =
+      attempt(c, scene, [&](PreparedCase& drawn, SceneState& state) { pictures = score(drawn, scene, state); });
+  // Outside the case's own failures: a full disk ends the sweep.
+  if (!pictures.frame.empty()) {
+    context_.split.book(Part::score, [&] {
+      const auto write = [&](const char* kind, const std::vector<std::uint8_t>& rgba8) {
+        write_png(context_.folder / image_path(prepared.record.case_id, kind), scene.scene.width_px,
+                  scene.scene.height_px, rgba8);
+      };
+      write("frame", pictures.frame);
+      write("error", pictures.error);
+    });
+  }
+  return prepared;
+}
+
+void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state) {
+  Session& session = context_.session;
+  const Settings& settings = prepared.spec->settings;
+  prepared.draw = {.relief = state.normals.get(),
+                   .normals = state.normals.get(),
+                   .reference = state.normals.get(),
+                   .extra = state.normals.get(),
+                   .frame = state.frame};
+  if (settings.technique().find("format") != nullptr) {
+    const BakedMap& map = context_.library.map(*prepared.spec, scene);
+    const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
+    prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
+    prepared.draw.relief = prepared.relief.get();
+    if (textures.extra) {
+      prepared.extra = session.backend().upload(texture_desc(*textures.extra, scene.scene.wrap));
+      prepared.draw.extra = prepared.extra.get();
+    }
+    prepared.record.memory_bytes = static_cast<std::int64_t>(textures.bytes());
+    prepared.record.bake_time_ns = map.bake_time_ns;
+    prepared.record.bake_key = map.key;
+  }
+}
+
+void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
+                               Status& on_failure) {
+  Session& session = context_.session;
+  const Settings& settings = prepared.spec->settings;
+  upload(prepared, scene, state);
+
+  on_failure = Status::compile_error;
+  Session::Compiled& shade = session.pipeline(settings.technique().id, &settings, Target::color, scene.scene.wrap);
+  prepared.draw.pipeline = shade.pipeline.get();
+  // Drivers compile as late as the first draw, once more for each texture format.
+  const double draw_ns = context_.split.book(
+      Part::compile, [&] { return session.backend().render(prepared.draw, 1, Timer::fenced_wall).wall_ns; });
+  if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
+  prepared.record.first_draw_ns = shade.first_draw_ns;
+  const DeviceInfo& device = session.device();
+  prepared.record.timing_key = sha256(fmt::format("timing|{}|{}|{}|{}|{}", prepared.record.case_id, shade.spirv_sha256,
+                                                  device.name, device.driver, kHarnessVersion));
+  if (draw_ns > context_.timeout_s * 1e9) {
+    prepared.record.status = Status::timeout;
+    prepared.record.reason =
+        fmt::format("the first frame took {:.1f} s, more than timeout_s = {}", draw_ns * 1e-9, context_.timeout_s);
+  }
+}
+
+Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
+  Session& session = context_.session;
+  WallSplit& split = context_.split;
+  const Settings& settings = prepared.spec->settings;
+
+  std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return session.backend().read_color(); });
+  Draw draw = prepared.draw;
+  draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
+  const std::vector<ScorePixel> pixels = score_frame(draw);
+  const Reference& reference = reference_of(pixels, scene, state);
+  const std::optional<double> flicker = measure_flicker(prepared, draw, scene, state);
+  return split.book(Part::score, [&] {
+    JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
+    judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
+    const PicturePair pair{
+        .reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px};
+    judged.score.flip = masked_mean(flip_map(pair), judged.pixels).value_or(0);
+    judged.score.ssim = masked_mean(ssim_map(pair), judged.pixels).value_or(1);
+    judged.score.flicker = flicker;
+    prepared.record.error = judged.score;
+    prepared.record.reference_key = reference.key;
+    return Pictures{.frame = std::move(frame),
+                    .error = heat_map(judged.pixels, scene.scene.width_px, scene.scene.height_px)};
+  });
+}
+
+std::vector<ScorePixel> Preparer::score_frame(const Draw& draw) {
+  return context_.split.book(Part::score, [&] {
+    context_.session.backend().render(draw, 1, Timer::fenced_wall);
+    return context_.session.backend().read_score();
+  });
+}
+
+FrameScore Preparer::judge(const Case& c, const SceneSpec& scene) {
+  static_assert(std::is_trivially_copyable_v<FrameScore>);
+  const std::string key = judge_key(c, scene);
+  FrameScore score;
+  if (const auto bytes = context_.cache.get(key); bytes && bytes->size() == sizeof(FrameScore)) {
+    std::memcpy(static_cast<void*>(&score), bytes->data(), sizeof(FrameScore));
+    return score;
+  }
+  SceneState& state = state_of(scene);
+  PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  upload(prepared, scene, state);
+  const std::string_view source = c.settings.technique().id;
+  prepared.draw.pipeline =
+      context_.session.pipeline(source, &c.settings, Target::score, scene.scene.wrap).pipeline.get();
+  const std::vector<ScorePixel> pixels = score_frame(prepared.draw);
+  const Reference& reference = reference_of(pixels, scene, state);
+  score = context_.split.book(Part::score, [&] {
+    return judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]).score;
+  });
+  context_.cache.put(key, std::as_bytes(std::span(&score, 1)));
+  return score;
+}
+
+std::string Preparer::judge_key(const Case& c, const SceneSpec& scene) {
+  const DeviceInfo& device = context_.session.device();
+  const FrameUniforms& frame = state_of(scene).frame;
+  return sha256(fmt::format("judge|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}x{}", c.settings.technique().id, c.settings.text(),
+                            context_.session.fragment_sha256(c.settings.technique().id, Target::score),
+                            map_of(c.settings).version, hash_of(context_.library.heights(scene).texels),
+                            sha256(std::as_bytes(std::span(&frame, 1))), static_cast<int>(scene.scene.wrap),
+                            scene.scene.relief_depth, ReferenceTracer::kVersion, device.name + "|" + device.driver,
+                            scene.scene.width_px, scene.scene.height_px));
+}
+
+const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                                  SceneState& state) {
+  const std::string rays_hash = context_.split.book(Part::reference, [&] { return hash_of(rays_of(pixels)); });
+  if (const auto found = state.references.find(rays_hash); found != state.references.end()) return found->second;
+  Reference reference;
+  reference.key = reference_key(rays_hash, scene);
+  reference.hits = trace(pixels, scene, reference.key);
+  reference.frame = shade_reference(reference.hits, scene, state, state.frame);
+  context_.split.book(Part::score, [&] {
+    write_png(context_.folder / image_path(reference_image_key(scene.id, context_.session.device().backend), "frame"),
+              scene.scene.width_px, scene.scene.height_px, reference.frame);
+  });
+  return state.references.emplace(rays_hash, std::move(reference)).first->second;
+}
+
+std::vector<ReferenceHit> Preparer::trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                          const std::string& key) {
+  return context_.split.book(Part::reference, [&] {
+    std::vector<ReferenceHit> hits(pixels.size());
+    if (const auto bytes = context_.cache.get(key); bytes && bytes->size() == hits.size() * sizeof(ReferenceHit)) {
+      std::memcpy(hits.data(), bytes->data(), bytes->size());
+      ++references_from_cache_;
+      return hits;
+    }
+    std::vector<TextureRay> rays;
+    std::vector<std::size_t> where;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (static_cast<PixelStatus>(pixels[i].status) == PixelStatus::no_ray) continue;
+      rays.push_back(pixels[i].ray);
+      where.push_back(i);
+    }
+    const ReferenceTracer tracer(context_.library.heights(scene), scene.scene.wrap);
+    const std::vector<ReferenceHit> traced = tracer.trace(rays);
+    for (std::size_t i = 0; i < traced.size(); ++i) hits[where[i]] = traced[i];
+    ++references_traced_;
+    context_.cache.put(key, std::as_bytes(std::span(hits)));
+    return hits;
+  });
+}
+
+std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene) {
+  return sha256(fmt::format("reference|{}|{}|{}|{}", hash_of(context_.library.heights(scene).texels), rays_hash,
+                            static_cast<int>(scene.scene.wrap), ReferenceTracer::kVersion));
+}
+
+Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
+                                           int index) {
+  Scene moved_scene = scene.scene;
+  moved_scene.pan = kPanTexels * index / (state.frame.sizes[2] * moved_scene.tiling);
+  MovedFrame moved{.frame = frame_uniforms(moved_scene, state.frame.sizes[2], state.frame.sizes[3])};
+  Draw draw = score_draw;
+  draw.frame = moved.frame;
+  context_.session.backend().render(draw, 1, Timer::fenced_wall);
+  const std::vector<ScorePixel> pixels = context_.session.backend().read_score();
+  const std::vector<ReferenceHit> hits = trace(pixels, scene, reference_key(hash_of(rays_of(pixels)), scene));
+  moved.mask = judge_frame(pixels, hits, state.frame.sizes[2], state.frame.sizes[3]).pixels;
+  moved.reference = shade_reference(hits, scene, state, moved.frame);
+  return moved;
+}
+
+std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
+                                                const SceneSpec& scene, SceneState& state) {
+  for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
+    state.moved.push_back(moved_frame(score_draw, scene, state, i));
+  return context_.split.book(Part::score, [&]() -> std::optional<double> {
+    double sum = 0;
+    int count = 0;
+    std::vector<std::uint8_t> before;
+    for (std::size_t i = 0; i < state.moved.size(); ++i) {
+      Draw draw = prepared.draw;
+      draw.frame = state.moved[i].frame;
+      context_.session.backend().render(draw, 1, Timer::fenced_wall);
+      std::vector<std::uint8_t> picture = context_.session.backend().read_color();
+      if (i > 0) {
+        const MovedFrame& last = state.moved[i - 1];
+        const MovedFrame& now = state.moved[i];
+        const std::optional<double> value = flicker({.picture = before, .reference = last.reference, .mask = last.mask},
+                                                    {.picture = picture, .reference = now.reference, .mask = now.mask});
+        sum += value.value_or(0);
+        count += value ? 1 : 0;
+      }
+      before = std::move(picture);
+    }
+    if (count == 0) return std::nullopt;
+    return sum / count;
+  });
+}
+
+std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
+                                                    const SceneState& state, const FrameUniforms& frame) {
+  Session& session = context_.session;
+  std::vector<float> t;
+  t.reserve(hits.size());
+  for (const ReferenceHit& hit : hits) t.push_back(static_cast<float>(hit.t_enter));
+  const Pipeline* pipeline = session.pipeline("reference", nullptr, Target::color, scene.scene.wrap).pipeline.get();
+  return context_.split.book(Part::score, [&] {
+    const std::unique_ptr<Texture> texture =
+        session.backend().upload({.width = scene.scene.width_px,
+                                  .height = scene.scene.height_px,
+                                  .layout = {.type = TexelType::float32, .channels = 1},
+                                  .texels = std::as_bytes(std::span(t)),
+                                  .wrap = Wrap::clamp,
+                                  .filter = Filter::nearest});
+    const Draw draw{.pipeline = pipeline,
+                    .relief = state.normals.get(),
+                    .normals = state.normals.get(),
+                    .reference = texture.get(),
+                    .extra = state.normals.get(),
+                    .frame = frame};
+    session.backend().render(draw, 1, Timer::fenced_wall);
+    return session.backend().read_color();
+  });
+}
+
+}  // namespace reliefbench

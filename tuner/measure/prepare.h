@@ -1,0 +1,107 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tuner/measure/map_library.h"
+#include "tuner/measure/session.h"
+#include "tuner/results/record.h"
+
+namespace reliefbench {
+
+/// Part of the timing key and of a run's identity; raised when what is timed changes.
+inline constexpr int kHarnessVersion = 1;
+
+/// A case that was compiled, drawn once and scored. Where record.status is not ok, there is nothing to time.
+struct PreparedCase {
+  const Case* spec = nullptr;
+  Record record{};
+  std::unique_ptr<Texture> relief{};
+  std::unique_ptr<Texture> extra{};  ///< null where the map has one texture
+  Draw draw{};
+};
+
+/// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
+/// Must not outlive session and library.
+class Preparer {
+ public:
+  struct Context {
+    Session& session;
+    MapLibrary& library;
+    const Cache& cache;
+    WallSplit& split;
+    std::filesystem::path folder;  ///< of the run
+    double timeout_s;
+    int flicker_frames;
+  };
+  explicit Preparer(Context context) : context_(std::move(context)) {}
+
+  /// Never throws for a case's own failure: that becomes its record's status and reason.
+  [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
+
+  /// The same without the error: compiled, uploaded, drawn once.
+  [[nodiscard]] PreparedCase prepare_to_time(const Case& c, const SceneSpec& scene);
+
+  /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
+  /// content. throws: Error: what prepare() would make a status of
+  [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
+
+  [[nodiscard]] int references_traced() const { return references_traced_; }
+  [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
+
+ private:
+  /// The exact hits of one scene's rays, and their picture.
+  struct Reference {
+    std::string key;
+    std::vector<ReferenceHit> hits;
+    std::vector<std::uint8_t> frame;  ///< shaded, RGBA8
+  };
+  /// A frame of the moving camera.
+  struct MovedFrame {
+    FrameUniforms frame{};
+    std::vector<std::uint8_t> reference{};  ///< shaded, RGBA8
+    std::vector<PixelScore> mask{};         ///< which pixels have a ray
+  };
+  struct SceneState {
+    FrameUniforms frame{};
+    std::vector<MovedFrame> moved;  ///< flicker_frames of them; empty until they are needed
+    std::unique_ptr<Texture> normals;
+    std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
+  };
+  [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
+  [[nodiscard]] const Reference& reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                              SceneState& state);
+  [[nodiscard]] std::vector<ReferenceHit> trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                                const std::string& key);
+  [[nodiscard]] std::vector<std::uint8_t> shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
+                                                          const SceneState& state, const FrameUniforms& frame);
+  [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
+  [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
+                                       int index);
+  /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
+  [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
+                                                      const SceneSpec& scene, SceneState& state);
+  struct Pictures {
+    std::vector<std::uint8_t> frame{};  ///< RGBA8
+    std::vector<std::uint8_t> error{};
+  };
+  /// Readies a case to be drawn and runs `rest` on it; failures become the record's status.
+  [[nodiscard]] PreparedCase attempt(const Case& c, const SceneSpec& scene,
+                                     const std::function<void(PreparedCase&, SceneState&)>& rest);
+  /// Fills the draw but for its pipeline.
+  void upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state);
+  [[nodiscard]] std::vector<ScorePixel> score_frame(const Draw& draw);
+  [[nodiscard]] std::string judge_key(const Case& c, const SceneSpec& scene);
+  void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
+  [[nodiscard]] Pictures score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
+
+  Context context_;
+  std::map<std::string, SceneState> scenes_;
+  int references_traced_ = 0;
+  int references_from_cache_ = 0;
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,63 @@
+#include "tuner/measure/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace reliefbench {
+namespace {
+
+constexpr int kBarWidth = 30;
+
+std::string clock_text(double seconds) {
+  const long whole = std::lround(seconds);
+  return fmt::format("{}:{:02}", whole / 60, whole % 60);
+}
+
+}  // namespace
+
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+Progress::~Progress() { finish(); }
+
+void Progress::update(double fraction, std::string_view label) {
+  if (quiet_) return;
+  const Clock::time_point now = Clock::now();
+  const auto since_last = now - last_;
+  if (since_last < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000))) return;
+  fraction = std::clamp(fraction, 0.0, 1.0);
+  if (last_ == Clock::time_point{}) {
+    start_ = now;
+    start_fraction_ = fraction;
+  }
+  last_ = now;
+  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  const double done = fraction - start_fraction_;
+  const std::string left =
+      done > 0.01 ? clock_text(elapsed_s * (1 - fraction) / done) + " left" : std::string("estimating");
+  if (!terminal_) {
+    fmt::print(stderr, "{:3.0f} %  {} passed, {}  {}\n", fraction * 100, clock_text(elapsed_s), left, label);
+    return;
+  }
+  const int filled = static_cast<int>(fraction * kBarWidth);
+  fmt::print(stderr, "\r\033[2K[{:=<{}}{: <{}}] {:3.0f} %  {}  {}", "", filled, "", kBarWidth - filled, fraction * 100,
+             left, label.substr(0, 60));
+  std::fflush(stderr);
+  drawn_ = true;
+}
+
+void Progress::note(std::string_view line) {
+  if (quiet_) return;
+  fmt::print(stderr, "{}{}\n", drawn_ ? "\r\033[2K" : "", line);
+  drawn_ = false;
+}
+
+void Progress::finish() {
+  if (drawn_) fmt::print(stderr, "\r\033[2K");
+  drawn_ = false;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,74 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backends/shader_compiler.h"
+#include "backends/timer_audit.h"
+#include "kernels/trace/technique.h"
+#include "tuner/measure/wall_split.h"
+
+namespace reliefbench {
+
+/// The specialization constants of a technique's run-time settings (null: none) and of the wrap that all shaders have.
+[[nodiscard]] std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap);
+
+/// What a run's times rest on, settled when it is first started and kept when it is continued: the timer, and the
+/// control case (known arithmetic, drawn between the samples, by which drift is seen and taken out).
+struct Calibration {
+  Timer timer = Timer::fenced_wall;
+  int load_steps = 0;       ///< LOAD_STEPS of load.frag
+  int frames = 0;           ///< of one batch of the control case
+  double reference_ns = 0;  ///< a frame's time of the control case when the run was first started
+};
+
+/// One open device of a sweep: its audited timers, its calibration, and its compiled shaders, each compiled once.
+class Session {
+ public:
+  /// Opens, and audits the timers unless nothing will be timed. throws: Error(environment): no such device
+  Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true);
+
+  [[nodiscard]] Backend& backend() { return *backend_; }
+  [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }
+  [[nodiscard]] const std::vector<TimerAudit>& audit() const { return audit_; }
+
+  struct Compiled {
+    std::unique_ptr<Pipeline> pipeline;
+    std::string spirv_sha256;
+    double compile_ns = 0;
+    double first_draw_ns = 0;  ///< compile and first draw; 0 until it is drawn
+  };
+  /// The pipeline of a technique for a target, from the run-time settings. source: the shader file's name.
+  /// settings: may be null (the reference's shader has none). throws: Error(environment): compiler's words
+  [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap);
+  /// Of a technique's SPIR-V, before its settings are specialised.
+  [[nodiscard]] std::string fragment_sha256(std::string_view source, Target target);
+  [[nodiscard]] int shaders_compiled() const { return static_cast<int>(pipelines_.size()); }
+
+  /// `known`: the calibration of an earlier start of the same run, or null to settle one now.
+  /// throws: Error(environment): no valid timer
+  void calibrate(double batch_ms, const Calibration* known);
+  [[nodiscard]] const Calibration& calibration() const { return calibration_; }
+  /// Time of one batch of the control case, ns.
+  double draw_control_ns();
+  /// Time of a batch by the calibration's timer, ns.
+  double draw_ns(const Draw& draw, int frames);
+
+ private:
+  [[nodiscard]] const Spirv& fragment(std::string_view source, Target target);
+
+  Dialect dialect_;
+  WallSplit& split_;
+  std::unique_ptr<Backend> backend_;  // outlives what it made
+  std::vector<TimerAudit> audit_;
+  Spirv vertex_;
+  std::map<std::string, Spirv, std::less<>> fragments_;
+  std::map<std::string, Compiled, std::less<>> pipelines_;
+  Calibration calibration_;
+  std::unique_ptr<Pipeline> control_pipeline_;
+  std::unique_ptr<Texture> blank_;
+  Draw control_draw_;
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,222 @@
+#include "tuner/measure/stress.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "kernels/base/error.h"
+#include "kernels/image/heightmap.h"
+#include "kernels/judge/heat_map.h"
+#include "kernels/trace/guarantee.h"
+#include "tuner/measure/progress.h"
+#include "tuner/measure/trace_device.h"
+#include "tuner/plan/plan.h"
+
+namespace reliefbench {
+namespace {
+
+std::int64_t& fault(StressResult& result, StressCheck check) {
+  return result.faults.at(static_cast<std::size_t>(check));
+}
+
+bool has_ray(const ScorePixel& pixel) { return pixel.status != static_cast<float>(PixelStatus::no_ray); }
+
+bool is_finite(const ScorePixel& pixel) {
+  const TextureRay& ray = pixel.ray;
+  const std::array values{ray.u, ray.v, ray.slope_u, ray.slope_v, pixel.t, pixel.status, pixel.taps, pixel.steps};
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+/// What one frame says by itself.
+JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const BakedScene& baked,
+                        Wrap wrap, StressResult& result) {
+  const auto cap = static_cast<float>(step_cap(settings));
+  std::vector<TextureRay> rays;
+  rays.reserve(pixels.size());
+  for (const ScorePixel& pixel : pixels) {
+    rays.push_back(pixel.ray);
+    if (!has_ray(pixel)) continue;
+    if (!is_finite(pixel)) ++fault(result, StressCheck::finite);
+    if (!(pixel.t >= 0 && pixel.t <= 1)) ++fault(result, StressCheck::inside);
+    if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
+    if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
+  }
+  const Heightfield& surface = baked.map->heights;
+  const std::vector<ReferenceHit> reference = baked.tracer->trace(rays);
+  JudgedFrame judged = judge_frame(pixels, reference, surface.width, surface.height);
+  result.pixels = judged.score.pixels;
+  result.missed_rate = judged.score.missed_rate;
+  result.unconverged_rate = judged.score.unconverged_rate;
+  result.e_xy_p99 = judged.score.e_xy.p99;
+  result.e_xy_max = judged.score.e_xy.max;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], reference[i], surface, wrap);
+    if (kept == Kept::no) ++fault(result, StressCheck::guarantee);
+    if (kept == Kept::unresolved) ++result.unresolved;
+  }
+  return judged;
+}
+
+bool is_same_ray(const TextureRay& a, const TextureRay& b) {
+  return a.u == b.u && a.v == b.v && a.slope_u == b.slope_u && a.slope_v == b.slope_v;
+}
+
+void compare_frames(const std::vector<ScorePixel>& a, const std::vector<ScorePixel>& b, StressResult& result) {
+  std::int64_t differing = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const bool same_ray = is_same_ray(a[i].ray, b[i].ray);
+    if (!same_ray || !(std::abs(a[i].t - b[i].t) <= static_cast<float>(kAgreement))) ++differing;
+  }
+  if (result.pixels == 0) return;
+  result.differing_rate = static_cast<double>(differing) / static_cast<double>(result.pixels);
+  if (result.differing_rate > find_technique(result.technique).disagreement)
+    fault(result, StressCheck::agreement) = differing;
+}
+
+class Run {
+ public:
+  Run(const Extremes& extremes, const StressOptions& options)
+      : extremes_(extremes), options_(options), progress_(options.quiet) {
+    for (const std::string& id : options.backends)
+      devices_.push_back(std::make_unique<TraceDevice>(find_backend(id), options.device, split_));
+  }
+
+  StressReport all() {
+    plan();
+    const auto total = static_cast<double>(planned_.size());
+    for (std::size_t i = 0; i < planned_.size(); ++i) {
+      const Planned& planned = planned_[i];
+      progress_.update(static_cast<double>(i) / total,
+                       fmt::format("{} at {}", planned.settings.technique().id, planned.extreme->id));
+      run_one(planned);
+    }
+    progress_.finish();
+    report_.extremes = extremes_.list;
+    for (const auto& device : devices_)
+      report_.devices.push_back(
+          fmt::format("{}: {}, {}", device->info().backend, device->info().name, device->info().driver));
+    for (auto& [technique, picture] : pictures_) report_.pictures.push_back(std::move(picture));
+    report_.wall_s = split_.total_seconds();
+    return std::move(report_);
+  }
+
+ private:
+  struct Planned {
+    const Extreme* extreme;
+    Settings settings;
+  };
+
+  void plan() {
+    for (const Technique& technique : techniques()) report_.techniques.emplace_back(technique.id);
+    for (const Extreme& extreme : extremes_.list) {
+      std::vector<std::pair<std::string, Planned>> here;  // by bake
+      for (const Technique& technique : techniques())
+        for (Settings& settings : stress_settings(technique, extremes_.changes, extreme))
+          if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
+            std::string bake = bake_text(settings, extreme.scene);
+            here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});
+          }
+      std::ranges::stable_sort(here, {}, &std::pair<std::string, Planned>::first);
+      for (auto& [bake, planned] : here) planned_.push_back(std::move(planned));
+    }
+    if (planned_.empty()) fail_input("stress: the filter '{}' matches nothing", options_.filter);
+  }
+
+  static std::string_view format_of(const Settings& settings) {
+    return settings.technique().find("format") == nullptr ? "" : settings.choice("format");
+  }
+
+  static std::string name_of(const Extreme& extreme, const Settings& settings) {
+    return fmt::format("{}/{}/{}/{}", settings.technique().id, map_of(settings).id, format_of(settings), extreme.id);
+  }
+
+  StressResult blank(const Planned& planned) const {
+    return {.extreme = planned.extreme->id,
+            .technique = std::string(planned.settings.technique().id),
+            .map = std::string(map_of(planned.settings).id),
+            .format = std::string(format_of(planned.settings)),
+            .settings = planned.settings.text(),
+            .backend = {},
+            .guarantee = guarantee_of(planned.settings)};
+  }
+
+  SceneBaker& baker_of(const Extreme& extreme) {
+    if (last_extreme_ != &extreme) baker_.emplace(load_heightmap(extreme.scene.heightmap));
+    last_extreme_ = &extreme;
+    return *baker_;
+  }
+
+  std::string reason_to_skip(const Planned& planned) const {
+    if (!planned.extreme->is_large) return "";
+    if (!options_.is_large) return "large maps are run with --large";
+    return map_of(planned.settings).sees_pairs ? "its baker looks at every pair of texels: days at this size" : "";
+  }
+
+  void run_one(const Planned& planned) {
+    const Extreme& extreme = *planned.extreme;
+    StressResult result = blank(planned);
+    result.skipped = reason_to_skip(planned);
+    if (!result.skipped.empty()) {
+      report_.results.push_back(result);
+      return;
+    }
+    std::optional<std::vector<ScorePixel>> first;
+    try {
+      const BakedScene baked = baker_of(extreme).bake(planned.settings, extreme.scene);
+      for (const auto& device : devices_) {
+        StressResult here = result;
+        here.backend = device->info().backend;
+        const TraceDevice::Frame frame = device->frame(planned.settings, baked, extreme.scene.scene, Target::score);
+        std::array frames{device->trace(frame), device->trace(frame)};
+        const JudgedFrame judged = check_frame(frames[0], planned.settings, baked, extreme.scene.scene.wrap, here);
+        if (std::memcmp(frames[0].data(), frames[1].data(), frames[0].size() * sizeof(ScorePixel)) != 0)
+          fault(here, StressCheck::repeatable) = 1;
+        if (first) compare_frames(*first, frames[0], here);
+        if (!first) first = std::move(frames[0]);
+        keep_worst(here, judged, extreme.scene.scene);
+        report_.results.push_back(std::move(here));
+      }
+    } catch (const Error& error) {
+      if (error.code() != Exit::bad_input) throw;
+      result.skipped = error.what();
+      report_.results.push_back(std::move(result));
+    }
+  }
+
+  void keep_worst(const StressResult& result, const JudgedFrame& judged, const Scene& scene) {
+    const auto found = pictures_.find(result.technique);
+    if (found != pictures_.end() && found->second.result.e_xy_p99 >= result.e_xy_p99) return;
+    pictures_[result.technique] = {.technique = result.technique,
+                                   .result = result,
+                                   .rgba8 = heat_map(judged.pixels, scene.width_px, scene.height_px),
+                                   .width = scene.width_px,
+                                   .height = scene.height_px};
+  }
+
+  const Extremes& extremes_;
+  const StressOptions& options_;
+  WallSplit split_;
+  Progress progress_;
+  std::vector<std::unique_ptr<TraceDevice>> devices_;
+  std::vector<Planned> planned_;
+  const Extreme* last_extreme_ = nullptr;
+  std::optional<SceneBaker> baker_;
+  std::map<std::string, StressPicture> pictures_;
+  StressReport report_;
+};
+
+}  // namespace
+
+bool StressResult::holds() const {
+  return std::ranges::all_of(faults, [](std::int64_t pixels_at_fault) { return pixels_at_fault == 0; });
+}
+
+bool StressReport::holds() const { return std::ranges::all_of(results, &StressResult::holds); }
+
+StressReport run_stress(const Extremes& extremes, const StressOptions& options) { return Run(extremes, options).all(); }
+
+}  // namespace reliefbench

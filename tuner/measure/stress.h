@@ -1,0 +1,89 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/plan/extremes.h"
+
+namespace reliefbench {
+
+/// What every technique must keep at every extreme.
+enum class StressCheck {
+  finite,      ///< no NaN or infinity in a pixel
+  inside,      ///< no hit outside the volume: t in [0, 1]
+  step_cap,    ///< no more iterations than the settings allow
+  repeatable,  ///< two frames have the same bits
+  guarantee,   ///< what the settings claim: no missed first hit; exact: none left short before the cap
+  agreement,   ///< the backends agree: no more pixels than Technique::disagreement differ by more than kAgreement in t
+};
+inline constexpr std::array<std::string_view, 6> kStressCheckIds{"finite",     "inside",    "step_cap",
+                                                                 "repeatable", "guarantee", "agreement"};
+inline constexpr double kAgreement = 1e-4;
+
+/// One technique with one setting at one extreme on one backend (agreement: on the later backend).
+struct StressResult {
+  std::string extreme;
+  std::string technique;
+  std::string map;
+  std::string format;
+  std::string settings;
+  std::string backend;
+  Guarantee guarantee = Guarantee::none;
+  std::string skipped{};  ///< why nothing was drawn; "" if it was
+  /// Pixels at fault by StressCheck; 0 where the check holds.
+  std::array<std::int64_t, kStressCheckIds.size()> faults{};
+  std::int64_t pixels = 0;      ///< with a ray
+  std::int64_t capped = 0;      ///< that ended at the step cap
+  std::int64_t unresolved = 0;  ///< that floats can't tell from keeping the guarantee (Kept::unresolved)
+  double missed_rate = 0;
+  double unconverged_rate = 0;
+  double e_xy_p99 = 0;  ///< texels
+  double e_xy_max = 0;
+  double differing_rate = 0;  ///< to the other backend
+
+  [[nodiscard]] bool holds() const;
+};
+
+struct StressOptions {
+  std::vector<std::string> backends;
+  int device = 0;
+  std::string filter;  ///< glob over "technique/map/format/extreme"; "" for all
+  bool is_large = false;
+  bool quiet = false;
+};
+
+/// The worst picture of a technique: the frame with the highest p99 error.
+struct StressPicture {
+  std::string technique;
+  StressResult result;
+  std::vector<std::uint8_t> rgba8;  ///< heat map of the error
+  int width = 0;
+  int height = 0;
+};
+
+struct StressReport {
+  std::vector<std::string> techniques;
+  std::vector<Extreme> extremes;
+  std::vector<std::string> devices;  ///< "opengl: llvmpipe ..."
+  std::vector<StressResult> results;
+  std::vector<StressPicture> pictures;
+  double wall_s = 0;
+
+  [[nodiscard]] bool holds() const;
+};
+
+/// Runs every technique x map x format over the extremes.
+/// throws: Error(environment): no such device; Error(bad_input): the filter matches nothing
+[[nodiscard]] StressReport run_stress(const Extremes& extremes, const StressOptions& options);
+
+/// stress.json: the matrix and every result (configs/schema/stress.schema.json).
+[[nodiscard]] nlohmann::json stress_json(const StressReport& report);
+
+inline constexpr std::string_view kStressFile = "stress.json";
+inline constexpr int kStressSchema = 1;  ///< its layout; raised when that changes
+
+}  // namespace reliefbench

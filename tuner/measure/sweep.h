@@ -1,0 +1,49 @@
+#pragma once
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tuner/measure/wall_split.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/record.h"
+
+namespace reliefbench {
+
+struct SweepOptions {
+  std::filesystem::path output;
+  std::vector<std::string> backends;  ///< ids, in order
+  int device = 0;                     ///< index on each of them
+  std::string filter{};               ///< glob on case ids; "" = all
+  bool quiet = false;                 ///< no progress
+};
+
+/// What a sweep did, for its last lines and for run.json.
+struct SweepSummary {
+  std::filesystem::path folder{};
+  int cases = 0;
+  int resumed = 0;                        ///< of them finished by an earlier start
+  std::map<std::string, int> statuses{};  ///< status id -> cases
+  int bakes = 0;
+  int bakes_cached = 0;
+  int references = 0;
+  int references_cached = 0;
+  int shaders = 0;
+  std::array<double, kPartIds.size()> part_s{};
+  double other_s = 0;
+  double total_s = 0;
+};
+
+/// Config -> cases -> maps -> textures -> samples and hits -> scores -> records -> front, into a run folder.
+/// Continues an interrupted run of the same config on the same devices; measures nothing twice.
+/// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
+///         before config, heightmaps and devices have been found good.
+[[nodiscard]] SweepSummary run_sweep(const Config& config, const SweepOptions& options);
+
+/// The backends that `--backend` means: an id, or "all" for every real one that has a device.
+/// throws: Error: unknown id; none has a device
+[[nodiscard]] std::vector<std::string> choose_backends(const std::string& name);
+
+}  // namespace reliefbench

@@ -1,0 +1,92 @@
+#include "tuner/measure/timing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tuner/measure/harness.h"
+
+namespace reliefbench {
+namespace {
+
+/// A case with the number of frames that make a batch.
+struct Subject {
+  PreparedCase* prepared;
+  int frames;
+  int rounds_done;
+};
+
+int frames_for(double frame_ns, const MeasureSpec& measure) {
+  return std::max(1, static_cast<int>(std::ceil(measure.batch_ms * 1e6 / std::max(frame_ns, 1.0))));
+}
+
+}  // namespace
+
+int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure) {
+  double previous_ns = session.draw_ns(draw, 1);
+  int frames = frames_for(previous_ns, measure);
+  for (int batch = 0; batch < measure.warmup_batches_max; ++batch) {
+    const double frame_ns = session.draw_ns(draw, frames) / frames;
+    const bool settled = std::abs(frame_ns - previous_ns) <= 0.05 * frame_ns;
+    previous_ns = frame_ns;
+    frames = frames_for(frame_ns, measure);
+    if (settled) break;
+  }
+  return frames;
+}
+
+void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context) {
+  Session& session = context.session;
+  std::vector<Subject> subjects;
+  context.split.book(Part::warmup, [&] {
+    for (PreparedCase* prepared : cases) {
+      const auto earlier = context.samples_so_far.find(prepared->record.case_id);
+      const int done = earlier == context.samples_so_far.end() ? 0 : static_cast<int>(earlier->second.size());
+      if (done >= context.measure.samples) continue;
+      subjects.push_back(
+          {.prepared = prepared, .frames = warm_up(session, prepared->draw, context.measure), .rounds_done = done});
+    }
+  });
+
+  std::mt19937_64 random(context.seed);
+  const std::string control_id = control_case_id(session.device().backend);
+  const TimedBatch control{.name = control_id, .frames = session.calibration().frames, .run_ns = [&session] {
+                             return session.draw_control_ns();
+                           }};
+  for (int round = 0; round < context.measure.samples; ++round) {
+    std::vector<Subject*> order;
+    for (Subject& subject : subjects)
+      if (subject.rounds_done < context.measure.samples) order.push_back(&subject);
+    if (order.empty()) break;
+    std::shuffle(order.begin(), order.end(), random);
+
+    std::vector<TimedBatch> batches = {control};
+    std::vector<Subject*> owners = {nullptr};
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      Subject* subject = order[i];
+      batches.push_back(
+          {.name = subject->prepared->record.case_id, .frames = subject->frames, .run_ns = [&session, subject] {
+             return session.draw_ns(subject->prepared->draw, subject->frames);
+           }});
+      owners.push_back(subject);
+      const bool last = i + 1 == order.size();
+      if (last || (i + 1) % static_cast<std::size_t>(context.measure.control_every) == 0) {
+        batches.push_back(control);
+        owners.push_back(nullptr);
+      }
+    }
+    context.split.book(Part::samples, [&] {
+      run_round(batches, [&](std::size_t index, double frame_ns) {
+        Subject* owner = owners[index];
+        context.on_sample({.case_id = batches[index].name,
+                           .round = owner != nullptr ? owner->rounds_done++ : 0,
+                           .frames = batches[index].frames,
+                           .frame_time_ns = frame_ns,
+                           .at_ns = context.clock_ns()});
+      });
+    });
+    context.on_progress((round + 1.0) / context.measure.samples);
+  }
+}
+
+}  // namespace reliefbench

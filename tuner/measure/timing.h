@@ -1,0 +1,32 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "tuner/measure/prepare.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/relative_time.h"
+
+namespace reliefbench {
+
+/// What timing a block needs besides its cases.
+struct TimingContext {
+  Session& session;
+  const MeasureSpec& measure;
+  WallSplit& split;
+  std::uint64_t seed;                                ///< of this block's shuffles
+  const SamplesByCase& samples_so_far;               ///< of an earlier, interrupted start
+  std::function<double()> clock_ns;                  ///< Sample::at_ns
+  std::function<void(const Sample&)> on_sample;      ///< called, and safe on disk, before the next batch is drawn
+  std::function<void(double fraction)> on_progress;  ///< of the block
+};
+
+/// Draws batches until two in a row agree within 5 %, or as often as `measure` allows.
+/// returns: frames that make a batch of the asked length
+[[nodiscard]] int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure);
+
+/// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
+/// shuffled anew, with the control case first, last and between.
+void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context);
+
+}  // namespace reliefbench

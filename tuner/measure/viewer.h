@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "kernels/judge/reference.h"
+#include "kernels/judge/score.h"
+#include "tuner/measure/prepare.h"
+
+namespace reliefbench {
+
+/// A frame with what can be said of it.
+struct ViewedFrame {
+  std::vector<std::uint8_t> rgba8;  ///< the shaded frame, rows from the top
+  double wall_ns = 0;               ///< of its drawing; one frame, so a hint
+  JudgedFrame judged;
+};
+
+/// Draws single frames of one heightmap, just as a sweep draws and judges them.
+class Viewer {
+ public:
+  /// scene: its view does not matter
+  /// throws: Error(bad_input): unreadable heightmap; Error(environment): no such device
+  Viewer(const BackendRow& row, int device, SceneSpec scene);
+  Viewer(const Viewer&) = delete;
+  Viewer& operator=(const Viewer&) = delete;
+
+  /// Bakes and compiles what the next frames are drawn with.
+  /// throws: Error(bad_input): settings that make no sense together; Error(environment): the device cannot draw them
+  void choose(const Settings& settings);
+  /// choose() comes first.
+  [[nodiscard]] ViewedFrame draw(const View& view);
+
+ private:
+  SceneSpec scene_;
+  Cache cache_ = Cache::open();
+  WallSplit split_;
+  Session session_;
+  MapLibrary library_{cache_, split_};
+  const Heightfield& heights_;
+  ReferenceTracer tracer_;
+  Preparer preparer_;
+  std::optional<Case> case_;
+  PreparedCase prepared_;
+};
+
+}  // namespace reliefbench

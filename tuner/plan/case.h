@@ -1,0 +1,32 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "kernels/image/heightmap.h"
+#include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
+
+namespace reliefbench {
+
+/// A scene of a config: a heightmap seen from one view.
+struct SceneSpec {
+  std::string id;  ///< "<heightmap>/<view>", e.g. rocks/grazing
+  HeightmapSpec heightmap;
+  Scene scene;
+};
+
+/// One point of the space: what is drawn, where, with which settings.
+struct Case {
+  Settings settings;
+  std::string scene_id;
+  std::string backend;
+
+  /// Canonical, defaults spelt out: `relief@rocks/grazing?linear_steps=16&...&backend=vulkan`. Filter, log key, link.
+  [[nodiscard]] std::string id() const;
+};
+
+/// What identifies a bake: all settings with the same text share one map.
+/// "<heightmap id>|<map>|correction=..|search_steps=..|heights=unorm8|wrap=repeat"
+[[nodiscard]] std::string bake_text(const Settings& settings, const SceneSpec& scene);
+
+}  // namespace reliefbench

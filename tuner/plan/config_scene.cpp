@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <array>
+#include <system_error>
+
+#include "kernels/base/error.h"
+#include "tuner/plan/config_reader.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::array<std::string_view, 6> kChannels{"auto", "r", "g", "b", "a", "luminance"};
+constexpr int kFrameSideMax = 16384;      // px
+constexpr int kHeightmapSideMin = 2;      // texels: one cell of the bilinear surface
+constexpr int kHeightmapSideMax = 16384;  // texels
+constexpr std::array<std::string_view, 1> kImageOnly{"channel"};
+constexpr std::array<std::string_view, 3> kProceduralOnly{"width", "height", "seed"};
+
+/// A part of a scene id; the characters between such parts are those that ids, globs and links use otherwise.
+bool is_name(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-") ==
+                              std::string_view::npos;
+}
+
+std::string read_name(const ConfigReader& reader, const JsonNode& node) {
+  std::string name = reader.text(node);
+  if (!is_name(name)) reader.fail(node, fmt::format("'{}' may hold letters, digits, '_', '.' and '-' only", name));
+  return name;
+}
+
+template <typename Rows>
+std::vector<std::string_view> ids(const Rows& rows) {
+  std::vector<std::string_view> list;
+  for (const auto& row : rows) list.push_back(row.id);
+  return list;
+}
+
+bool contains(const std::vector<std::string_view>& list, std::string_view word) {
+  return std::ranges::find(list, word) != list.end();
+}
+
+struct NamedHeightmap {
+  std::string id;
+  HeightmapSpec spec;
+};
+
+/// A procedural name, a known name, or a file that is there.
+void resolve_source(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder,
+                    HeightmapSpec& spec, bool procedural) {
+  std::vector<std::string_view> names = ids(known_heightmaps());
+  if (procedural || contains(names, spec.source)) return;
+  const std::filesystem::path file = folder / spec.source;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) {
+    for (const std::string_view name : ids(procedurals())) names.push_back(name);
+    reader.fail(node, fmt::format("'{}' is {}, and there is no file {}", spec.source, unknown_text(spec.source, names),
+                                  file.string()));
+  }
+  spec.source = file.string();
+}
+
+NamedHeightmap read_heightmap(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder) {
+  HeightmapSpec spec;
+  const bool is_object = node.value.is_object();
+  if (is_object) reader.check_object(node, "heightmap");
+  const JsonNode& source = is_object ? reader.required(node, "source") : node;
+  spec.source = reader.text(source);
+  const std::string stem = std::filesystem::path(spec.source).stem().string();
+  const bool procedural = contains(ids(procedurals()), spec.source);
+  resolve_source(reader, source, folder, spec, procedural);
+  std::string id = procedural ? spec.source : stem;
+
+  if (is_object) {
+    for (const std::string_view key : procedural ? std::span<const std::string_view>(kImageOnly) : kProceduralOnly)
+      if (const JsonNode* child = node.find(key))
+        reader.fail(*child, procedural ? "a procedural heightmap has no channels"
+                                       : "only a procedural heightmap has a size and a seed");
+    if (const JsonNode* channel = node.find("channel")) {
+      spec.channel = reader.text(*channel);
+      if (const std::vector<std::string_view> known(kChannels.begin(), kChannels.end()); !contains(known, spec.channel))
+        reader.fail(*channel, fmt::format("'{}' is {}", spec.channel, unknown_text(spec.channel, known)));
+    }
+    if (const JsonNode* invert = node.find("invert")) spec.invert = reader.flag(*invert);
+    if (const JsonNode* normalise = node.find("normalise")) spec.normalise = reader.flag(*normalise);
+    const auto side = [&](std::string_view key, int& value) {
+      if (const JsonNode* child = node.find(key))
+        value = static_cast<int>(reader.integer(*child, kHeightmapSideMin, kHeightmapSideMax));
+    };
+    side("width", spec.width);
+    side("height", spec.height);
+    if (const JsonNode* seed = node.find("seed"))
+      spec.seed = static_cast<std::uint32_t>(reader.integer(*seed, 0, UINT32_MAX));
+    if (const JsonNode* name = node.find("name")) return {.id = read_name(reader, *name), .spec = spec};
+  }
+  if (!is_name(id)) reader.fail(source, fmt::format("'{}' can't stand in a case id; give a \"name\" beside it", id));
+  const HeightmapSpec usual;
+  if (procedural && (spec.width != usual.width || spec.height != usual.height))
+    id += fmt::format("_{}x{}", spec.width, spec.height);
+  return {.id = std::move(id), .spec = std::move(spec)};
+}
+
+View read_view(const ConfigReader& reader, const JsonNode& node) {
+  const std::span<const View> presets = view_presets();
+  const auto preset = [&](std::string_view id) { return std::ranges::find(presets, id, &View::id); };
+  if (!node.value.is_object()) {
+    const std::string id = reader.text(node);
+    const auto found = preset(id);
+    if (found == presets.end()) reader.fail(node, fmt::format("view '{}' is {}", id, unknown_text(id, ids(presets))));
+    return *found;
+  }
+  reader.check_object(node, "view");
+  const JsonNode& id = reader.required(node, "id");
+  View view;
+  view.id = read_name(reader, id);
+  if (preset(view.id) != presets.end())
+    reader.fail(id, fmt::format("'{}' is a preset (take another id, or the preset's name alone)", view.id));
+  if (const JsonNode* elevation = node.find("elevation_deg"))
+    view.elevation_deg = reader.number(*elevation, {.low = -90, .high = 90});
+  if (const JsonNode* distance = node.find("distance"))
+    view.distance = reader.number(*distance, {.low = 0, .above_low = true});
+  if (const JsonNode* fov = node.find("fov_deg"))
+    view.fov_deg = reader.number(*fov, {.low = 0, .high = 179, .above_low = true});
+  return view;
+}
+
+Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
+  const std::string text = reader.text(node);
+  if (text != "repeat" && text != "clamp")
+    reader.fail(node, fmt::format("'{}' is {}", text, unknown_text(text, {"repeat", "clamp"})));
+  return text == "clamp" ? Wrap::clamp : Wrap::repeat;
+}
+
+}  // namespace
+
+std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& node,
+                                  const std::filesystem::path& folder) {
+  reader.check_object(node, "scene");
+  const NamedHeightmap heightmap = read_heightmap(reader, reader.required(node, "heightmap"), folder);
+  Scene scene;
+  if (const JsonNode* depth = node.find("relief_depth")) scene.relief_depth = reader.number(*depth, {.low = 0});
+  if (const JsonNode* tiling = node.find("tiling"))
+    scene.tiling = reader.number(*tiling, {.low = 0, .above_low = true});
+  if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
+  if (const JsonNode* frame = node.find("frame_px")) {
+    if (!frame->value.is_array() || frame->children.size() != 2) reader.fail(*frame, "expected [width, height]");
+    scene.width_px = static_cast<int>(reader.integer(frame->children[0], 1, kFrameSideMax));
+    scene.height_px = static_cast<int>(reader.integer(frame->children[1], 1, kFrameSideMax));
+  }
+  std::vector<SceneSpec> scenes;
+  for (const JsonNode& view : reader.items(reader.required(node, "views"))) {
+    scene.view = read_view(reader, view);
+    scenes.push_back(
+        {.id = fmt::format("{}/{}", heightmap.id, scene.view.id), .heightmap = heightmap.spec, .scene = scene});
+  }
+  return scenes;
+}
+
+}  // namespace reliefbench

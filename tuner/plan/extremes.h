@@ -1,0 +1,46 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tuner/plan/case.h"
+
+namespace reliefbench {
+
+/// A change of settings: a parameter's id and value as text; "steps" stands for every run-time count of steps.
+using SettingChange = std::pair<std::string, std::string>;
+
+/// One extreme: where every technique, map and format is tried.
+struct Extreme {
+  std::string id;
+  std::string about;
+  SceneSpec scene;
+  std::vector<SettingChange> changes{};
+  bool is_large = false;  ///< takes minutes; run only when asked for
+};
+
+/// configs/extremes/*.json as read.
+struct Extremes {
+  std::vector<SettingChange> changes{};  ///< of all extremes, before their own
+  std::vector<Extreme> list{};
+};
+
+/// throws: Error(bad_input) "FILE:LINE: key 'a.b': what was expected"
+[[nodiscard]] Extremes load_extremes(const std::filesystem::path& path);
+[[nodiscard]] Extremes parse_extremes(const std::string& text, const std::filesystem::path& path);
+/// The extremes that the binary carries.
+[[nodiscard]] Extremes built_in_extremes();
+
+/// Sets what the technique has; values of ranges are brought into them, others that it does not know are left out.
+void apply(const std::vector<SettingChange>& changes, Settings& settings);
+
+/// Every map and format of a technique that makes sense, with the changes that all extremes make and those of this one;
+/// and every choice of how the map is corrected, stored and read, but for large maps, whose bakes take long.
+[[nodiscard]] std::vector<Settings> stress_settings(const Technique& technique, const std::vector<SettingChange>& all,
+                                                    const Extreme& extreme);
+
+/// The most iterations that these settings allow a pixel.
+[[nodiscard]] int step_cap(const Settings& settings);
+
+}  // namespace reliefbench

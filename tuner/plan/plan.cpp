@@ -1,0 +1,162 @@
+#include "tuner/plan/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+#include <unordered_set>
+
+#include "kernels/base/error.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::size_t kCombinationLimit = 1'000'000;  // of one sweep; a slip of the pen, not a plan, is bigger
+
+std::size_t combination_count(const SweepSpec& sweep, const std::filesystem::path& path) {
+  std::size_t product = 1;
+  std::size_t longest = 1;
+  for (const Axis& axis : sweep.axes) {
+    longest = std::max(longest, axis.values.size());
+    if (!sweep.zip && product > kCombinationLimit / axis.values.size())
+      fail_input("{}:{}: the sweep of '{}' has over {} combinations", path.string(), sweep.line, sweep.technique->id,
+                 kCombinationLimit);
+    product *= axis.values.size();
+  }
+  return sweep.zip ? longest : product;
+}
+
+/// The settings of combination `index`: the last axis of a product moves fastest.
+Settings combination(const SweepSpec& sweep, std::size_t index) {
+  Settings settings(*sweep.technique);
+  for (auto axis = sweep.axes.rbegin(); axis != sweep.axes.rend(); ++axis) {
+    const std::size_t length = axis->values.size();
+    const std::vector<int>& tuple = axis->values[sweep.zip && length == 1 ? 0 : index % length];
+    for (std::size_t i = 0; i < tuple.size(); ++i) settings.set(axis->params[i], tuple[i]);
+    if (!sweep.zip) index /= length;
+  }
+  return settings;
+}
+
+using Terms = std::vector<std::pair<std::string, std::vector<int>>>;
+
+/// Whether every term holds; an inactive parameter has no value, and the answer for it is `if_inactive`.
+bool all_hold(const Terms& terms, const Settings& settings, bool if_inactive) {
+  return std::ranges::all_of(terms, [&](const auto& term) {
+    const auto& [param, allowed] = term;
+    if (!settings.is_active(*settings.technique().find(param))) return if_inactive;
+    return std::ranges::find(allowed, settings.get(param)) != allowed.end();
+  });
+}
+
+bool allowed(const std::vector<WhereRule>& rules, const Settings& settings) {
+  return std::ranges::all_of(rules, [&](const WhereRule& rule) {
+    return !all_hold(rule.when, settings, false) || all_hold(rule.then, settings, true);
+  });
+}
+
+/// What is left of one sweep, without duplicates; what makes no sense goes into `conflicts`.
+std::vector<Settings> expand(const SweepSpec& sweep, const std::filesystem::path& path,
+                             std::vector<std::string>& conflicts) {
+  std::vector<Settings> kept;
+  std::unordered_set<std::string> seen;
+  std::size_t by_where = 0;
+  std::string last_conflict;
+  const std::size_t count = combination_count(sweep, path);
+  for (std::size_t i = 0; i < count; ++i) {
+    Settings settings = combination(sweep, i);
+    if (!allowed(sweep.where, settings)) {
+      ++by_where;
+      continue;
+    }
+    const std::string text = settings.text();
+    if (!seen.insert(text).second) continue;
+    if (const std::string reason = conflict(settings); !reason.empty()) {
+      last_conflict = fmt::format("{}?{}: {}", sweep.technique->id, text, reason);
+      conflicts.push_back(last_conflict);
+      continue;
+    }
+    kept.push_back(std::move(settings));
+  }
+  if (kept.empty())
+    fail_input("{}:{}: the sweep of '{}': all of its {} combinations are left out, {} by 'where'{}", path.string(),
+               sweep.line, sweep.technique->id, count, by_where,
+               last_conflict.empty() ? "" : ", others as conflicts: " + last_conflict);
+  return kept;
+}
+
+struct Planned {
+  Case planned;
+  std::size_t backend = 0;  // index
+  std::size_t scene = 0;    // index
+  std::string bake;
+  std::string id;
+};
+
+}  // namespace
+
+bool glob_matches(std::string_view pattern, std::string_view text) {
+  std::size_t p = 0;
+  std::size_t t = 0;
+  std::size_t star = std::string_view::npos;  // the last '*' met, and what of the text it has swallowed up to
+  std::size_t swallowed = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      swallowed = t;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++swallowed;
+    } else {
+      return false;
+    }
+  }
+  return pattern.find_first_not_of('*', p) == std::string_view::npos;
+}
+
+Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter) {
+  Plan plan;
+  std::vector<Planned> all;
+  std::unordered_set<std::string> seen;
+  std::string example;
+  for (const SweepSpec& sweep : config.sweeps) {
+    const std::vector<Settings> kept = expand(sweep, config.path, plan.conflicts);
+    for (std::size_t b = 0; b < backend_ids.size(); ++b)
+      for (std::size_t s = 0; s < config.scenes.size(); ++s)
+        for (const Settings& settings : kept) {
+          Planned planned{.planned = {.settings = settings, .scene_id = config.scenes[s].id, .backend = backend_ids[b]},
+                          .backend = b,
+                          .scene = s,
+                          .bake = {},
+                          .id = {}};
+          planned.id = planned.planned.id();
+          if (!seen.insert(planned.id).second) continue;
+          if (example.empty()) example = planned.id;
+          if (!filter.empty() && !glob_matches(filter, planned.id)) continue;
+          planned.bake = bake_text(planned.planned.settings, config.scenes[s]);
+          all.push_back(std::move(planned));
+        }
+  }
+  if (all.empty()) {
+    if (seen.empty()) fail_input("{}: no case: there is no backend to run it on", config.path.string());
+    fail_input("{}: the filter '{}' matches none of the {} cases, e.g. not {}", config.path.string(), filter,
+               seen.size(), example);
+  }
+  std::ranges::sort(plan.conflicts);
+  plan.conflicts.erase(std::unique(plan.conflicts.begin(), plan.conflicts.end()), plan.conflicts.end());
+
+  // Stable, so that the settings keep the order of the config's axes.
+  std::ranges::stable_sort(all, {}, [](const Planned& p) { return std::tie(p.backend, p.scene, p.bake); });
+  std::set<std::string> bakes;
+  for (Planned& planned : all) {
+    if (bakes.insert(planned.bake).second) plan.bakes.push_back(planned.bake);
+    plan.cases.push_back(std::move(planned.planned));
+  }
+  return plan;
+}
+
+}  // namespace reliefbench

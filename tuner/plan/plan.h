@@ -1,0 +1,23 @@
+#pragma once
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/plan/config.h"
+
+namespace reliefbench {
+
+struct Plan {
+  std::vector<Case> cases;             ///< no duplicates; sorted by backend, scene, bake, then settings
+  std::vector<std::string> bakes;      ///< distinct bake_text()s
+  std::vector<std::string> conflicts;  ///< combinations left out because they make no sense, with the reason
+};
+
+/// Expands the config for some backends. filter: a glob (`*`, `?`) on case ids, "" = all.
+/// throws: Error(bad_input): nothing is left; a sweep whose every combination is left out (with its line)
+[[nodiscard]] Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter);
+
+[[nodiscard]] bool glob_matches(std::string_view pattern, std::string_view text);
+
+}  // namespace reliefbench

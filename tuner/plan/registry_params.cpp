@@ -1,0 +1,28 @@
+#include "tuner/plan/registry_params.h"
+
+#include <algorithm>
+
+#include "kernels/trace/technique.h"
+
+namespace reliefbench {
+
+int RegistryParam::index(std::string_view value) const {
+  return static_cast<int>(std::ranges::find(values, value) - values.begin());
+}
+
+const std::vector<RegistryParam>& registry_params() {
+  static const std::vector<RegistryParam> table = [] {
+    std::vector<RegistryParam> list;
+    for (const Technique& technique : techniques())
+      for (const Param& param : technique.params) {
+        auto row = std::ranges::find(list, param.id, &RegistryParam::id);
+        if (row == list.end()) row = list.insert(list.end(), {.id = param.id, .values = {}});
+        for (const std::string_view choice : param.choices)
+          if (std::ranges::find(row->values, choice) == row->values.end()) row->values.push_back(choice);
+      }
+    return list;
+  }();
+  return table;
+}
+
+}  // namespace reliefbench

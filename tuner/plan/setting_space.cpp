@@ -1,0 +1,70 @@
+#include "tuner/plan/setting_space.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "kernels/base/error.h"
+#include "tuner/plan/registry_params.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::string_view kTechniqueAxis = "technique";
+
+}  // namespace
+
+std::vector<const MetricRow*> work_metrics() {
+  std::vector<const MetricRow*> rows;
+  for (const MetricRow& metric : metrics())
+    if (metric.counts_work) rows.push_back(&metric);
+  return rows;
+}
+
+SearchSpace empty_setting_space() {
+  SearchSpace space;
+  for (const MetricRow* metric : work_metrics()) space.work_axes.emplace_back(metric->id);
+  space.category_axes.emplace_back(kTechniqueAxis);
+  for (const RegistryParam& param : registry_params())
+    (param.values.empty() ? space.step_axes : space.category_axes).emplace_back(param.id);
+  return space;
+}
+
+Candidate candidate_of(const Settings& settings, std::string id) {
+  const Technique& technique = settings.technique();
+  Candidate candidate{
+      .id = std::move(id), .categories = {static_cast<int>(&technique - techniques().data())}, .steps = {}};
+  candidate.work.assign(work_metrics().size(), 0);
+  for (const RegistryParam& param : registry_params()) {
+    const Param* const own = technique.find(param.id);
+    const bool is_active = own != nullptr && settings.is_active(*own);
+    if (param.values.empty())
+      candidate.steps.push_back(is_active ? settings.get(param.id) : 0);
+    else
+      candidate.categories.push_back(is_active ? param.index(settings.choice(param.id)) : -1);
+  }
+  return candidate;
+}
+
+std::string setting_id(const Settings& settings) {
+  const std::string params = settings.text();
+  return fmt::format("{}{}{}", settings.technique().id, params.empty() ? "" : "?", params);
+}
+
+Settings parse_setting(std::string_view id) {
+  const std::size_t question_mark = std::min(id.find('?'), id.size());
+  const std::string_view name = id.substr(0, question_mark);
+  Settings settings(find_technique(name.substr(0, name.find('@'))));
+  for (std::size_t begin = question_mark + 1; begin < id.size();) {
+    const std::size_t end = std::min(id.find('&', begin), id.size());
+    const std::string_view term = id.substr(begin, end - begin);
+    const std::size_t equals = term.find('=');
+    if (equals == std::string_view::npos) fail_input("'{}': expected parameter=value, not '{}'", id, term);
+    if (term.substr(0, equals) != "backend") settings.set(term.substr(0, equals), term.substr(equals + 1));
+    begin = end + 1;
+  }
+  return settings;
+}
+
+}  // namespace reliefbench

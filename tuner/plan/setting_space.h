@@ -1,0 +1,26 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "kernels/judge/score.h"
+#include "kernels/trace/technique.h"
+#include "tuner/search/space.h"
+
+namespace reliefbench {
+
+/// The metrics that count work, by the registry's order: a space's work axes.
+[[nodiscard]] std::vector<const MetricRow*> work_metrics();
+
+/// A space without candidates whose axes are those of the registry: "technique" and every parameter with named choices
+/// as categories, every integer parameter as steps, in the order in which the techniques first have them.
+[[nodiscard]] SearchSpace empty_setting_space();
+
+/// Settings as a candidate of such a space, without its error; its work is 0.
+[[nodiscard]] Candidate candidate_of(const Settings& settings, std::string id);
+
+/// "cone?cone_steps=32&...": settings without the scene and the backend of a case.
+[[nodiscard]] std::string setting_id(const Settings& settings);
+/// The settings of a setting's or a case's id. throws: Error(bad_input): no such technique, parameter or value
+[[nodiscard]] Settings parse_setting(std::string_view id);
+
+}  // namespace reliefbench

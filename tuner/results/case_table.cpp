@@ -1,0 +1,75 @@
+#include "tuner/results/case_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/base/error.h"
+#include "tuner/results/relative_time.h"
+
+namespace reliefbench {
+namespace {
+
+/// The control case's time on a backend when the run began, ns. Nothing where the run does not say (no device yet).
+std::optional<double> control_reference_ns(const Run& run, std::string_view backend) {
+  for (const nlohmann::json& device : run.info.value("devices", nlohmann::json::array()))
+    if (device.value("backend", "") == backend && device.contains("control_reference_ns"))
+      return device.at("control_reference_ns").get<double>();
+  return std::nullopt;
+}
+
+std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& samples, const Record& record) {
+  const auto own = samples.find(record.case_id);
+  const auto control = samples.find(control_case_id(record.backend));
+  const std::optional<double> reference_ns = control_reference_ns(run, record.backend);
+  if (own == samples.end() || control == samples.end() || !reference_ns) return {};
+  return corrected_times_ns(own->second, control->second, *reference_ns);
+}
+
+}  // namespace
+
+Settings settings_of(std::string_view technique, std::span<const std::pair<std::string, std::string>> params) {
+  Settings settings(find_technique(technique));
+  for (const auto& [id, text] : params) settings.set(id, text);
+  for (const auto& [id, text] : params)
+    if (!settings.is_active(*settings.technique().find(id)))
+      fail_input("parameter '{}' of '{}' means nothing without {}", id, technique,
+                 settings.technique().find(id)->active_if);
+  for (const Param& param : settings.technique().params) {
+    const auto is_it = [&](const auto& given) { return given.first == param.id; };
+    if (settings.is_active(param) && std::ranges::none_of(params, is_it))
+      fail_input("parameter '{}' of '{}' is missing", param.id, technique);
+  }
+  return settings;
+}
+
+std::vector<TableRow> case_table(const Run& run) {
+  const SamplesByCase samples = group_samples(run.samples);
+  std::vector<TableRow> rows;
+  rows.reserve(run.records.size());
+  for (const Record& record : run.records) {
+    TableRow row{.case_id = record.case_id,
+                 .settings = settings_of(record.technique, record.params),
+                 .map = record.map,
+                 .backend = record.backend,
+                 .device = record.device,
+                 .scene = record.scene,
+                 .status = record.status,
+                 .reason = record.reason,
+                 .errors = std::vector<std::optional<double>>(metrics().size()),
+                 .memory_bytes = record.memory_bytes,
+                 .bake_time_ns = record.bake_time_ns,
+                 .first_draw_ns = record.first_draw_ns,
+                 .frame_time = std::nullopt,
+                 .samples_ns = corrected_samples_ns(run, samples, record)};
+    if (record.frame_time) row.frame_time = record.frame_time->summary;
+    if (record.error)
+      std::ranges::transform(metrics(), row.errors.begin(),
+                             [&](const MetricRow& metric) { return metric.value(*record.error); });
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/trace/technique.h"
+#include "tuner/results/store.h"
+
+namespace reliefbench {
+
+/// A case as other programs get it: what was found, not how. A run folder and its table.csv give the same rows, up to
+/// the digits of the samples.
+struct TableRow {
+  std::string case_id;
+  Settings settings;
+  std::string map;
+  std::string backend;
+  std::string device;
+  std::string scene;
+  Status status = Status::ok;
+  std::string reason;
+  std::vector<std::optional<double>> errors;  ///< parallel to metrics(); none: not defined for this case
+  std::int64_t memory_bytes = 0;
+  double bake_time_ns = 0;
+  double first_draw_ns = 0;
+  std::optional<Summary> frame_time;  ///< ns a frame, as the sweep summed it up; there where status is ok
+  std::vector<double> samples_ns;     ///< ns a frame, corrected for drift; by time of measurement
+};
+
+/// The settings that a record's or a preset's texts name. params: parameter id -> text, of active parameters only
+/// throws: Error(bad_input): an unknown technique, parameter or value, a parameter that is missing or inactive
+[[nodiscard]] Settings settings_of(std::string_view technique,
+                                   std::span<const std::pair<std::string, std::string>> params);
+
+/// Every case of a run, in the run's order. throws: Error(bad_input): a record that this registry does not know
+[[nodiscard]] std::vector<TableRow> case_table(const Run& run);
+
+/// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, status, reason,
+/// map, every other parameter of the registry (blank where inactive), every metric of the registry (blank where it is
+/// not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns, ci_high_ns, samples_ns (all
+/// samples, space-separated, five digits).
+/// throws: Error(bad_input): a number that is not finite
+[[nodiscard]] std::string case_table_csv(std::span<const TableRow> rows);
+
+/// Reads table.csv back. A parameter or metric whose column is missing counts as blank.
+/// throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown columns, names or values
+[[nodiscard]] std::vector<TableRow> parse_case_table(std::string_view text, std::string_view file);
+
+}  // namespace reliefbench

@@ -1,0 +1,28 @@
+#include "tuner/results/device_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace reliefbench {
+
+nlohmann::json device_json(const DeviceInfo& device) {
+  nlohmann::json timers = nlohmann::json::array();
+  for (const Timer timer : device.timers) timers.push_back(timer_id(timer));
+  return {{"backend", device.backend},         {"index", device.index},       {"name", device.name},
+          {"vendor", device.vendor},           {"type", device.type},         {"driver", device.driver},
+          {"api_version", device.api_version}, {"software", device.software}, {"subtexel_bits", device.subtexel_bits},
+          {"timers", std::move(timers)}};
+}
+
+nlohmann::json audit_json(std::span<const TimerAudit> audit) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const TimerAudit& row : audit) {
+    list.push_back({{"timer", timer_id(row.timer)},
+                    {"valid", row.valid},
+                    {"wall_ratio", row.wall_ratio},
+                    {"doubling", row.doubling},
+                    {"reason", row.reason}});
+  }
+  return list;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,39 @@
+#include "tuner/results/host.h"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+
+#include "git_sha.h"  // made at build time (CMakeLists.txt)
+
+namespace reliefbench {
+namespace {
+
+/// The value behind the first line of a file that begins with `key`, without separators and quotes; "" if none.
+std::string value_in(const char* path, std::string_view key) {
+  std::ifstream in(path);
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with(key)) continue;
+    const std::size_t from = line.find_first_not_of(" \t:=\"", key.size());
+    if (from == std::string::npos) return "";
+    return line.substr(from, line.find_last_not_of(" \"") + 1 - from);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string_view version() { return RELIEFBENCH_VERSION; }
+std::string_view git_sha() { return RELIEFBENCH_GIT_SHA; }
+
+nlohmann::json host_json() {
+  return {{"cpu", value_in("/proc/cpuinfo", "model name")},
+          {"cores", std::thread::hardware_concurrency()},
+          {"os", value_in("/etc/os-release", "PRETTY_NAME")},
+          {"memory_bytes", static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE)}};
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,211 @@
+#include "tuner/results/record.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "kernels/base/error.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+
+// In the order of Status.
+constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "unsupported",   "compile_error",
+                                                     "timeout", "device_lost", "invalid_timer", "throttled"};
+
+/// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
+/// returns: the document (a json under construction would leak if to_json threw once it holds something)
+json checked(json document) {
+  const json flat = document.flatten();
+  for (const auto& [key, value] : flat.items())
+    if (value.is_number_float() && !std::isfinite(value.get<double>()))
+      fail_input("'{}' is {}, which no file may hold", key, value.get<double>());
+  return document;
+}
+
+const json& member(const json& object, const char* key) {
+  if (!object.is_object()) fail_input("expected an object that holds '{}'", key);
+  const auto found = object.find(key);
+  if (found == object.end()) fail_input("'{}' is missing", key);
+  return *found;
+}
+
+double number(const json& object, const char* key) {
+  const json& value = member(object, key);
+  if (!value.is_number()) fail_input("'{}' is not a number", key);
+  return value.get<double>();
+}
+
+template <typename Integer>
+Integer integer(const json& object, const char* key) {
+  const json& value = member(object, key);
+  if (!value.is_number_integer()) fail_input("'{}' is not an integer", key);
+  return value.get<Integer>();
+}
+
+std::string text(const json& object, const char* key) {
+  const json& value = member(object, key);
+  if (!value.is_string()) fail_input("'{}' is not a string", key);
+  return value.get<std::string>();
+}
+
+/// The member, or null where it is absent or null.
+const json* optional_member(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found == object.end() || found->is_null() ? nullptr : &*found;
+}
+
+json distribution_json(const Distribution& d) {
+  return {{"mean", d.mean}, {"p50", d.p50}, {"p95", d.p95}, {"p99", d.p99}, {"max", d.max}};
+}
+
+Distribution parse_distribution(const json& j) {
+  return {.mean = number(j, "mean"),
+          .p50 = number(j, "p50"),
+          .p95 = number(j, "p95"),
+          .p99 = number(j, "p99"),
+          .max = number(j, "max")};
+}
+
+json score_json(const FrameScore& score) {
+  return {{"pixels", score.pixels},
+          {"e_xy", distribution_json(score.e_xy)},
+          {"e_z", distribution_json(score.e_z)},
+          {"missed_rate", score.missed_rate},
+          {"inside_rate", score.inside_rate},
+          {"unconverged_rate", score.unconverged_rate},
+          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
+          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
+          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
+          {"flip", score.flip},
+          {"ssim", score.ssim},
+          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
+}
+
+FrameScore parse_score(const json& j) {
+  const json& taps = member(j, "taps");
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
+                   .e_xy = parse_distribution(member(j, "e_xy")),
+                   .e_z = parse_distribution(member(j, "e_z")),
+                   .missed_rate = number(j, "missed_rate"),
+                   .inside_rate = number(j, "inside_rate"),
+                   .unconverged_rate = number(j, "unconverged_rate"),
+                   .mean_taps = number(taps, "mean"),
+                   .max_taps = number(taps, "max"),
+                   .psnr = std::nullopt,
+                   .flip = number(j, "flip"),
+                   .ssim = number(j, "ssim")};
+  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
+  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
+  return score;
+}
+
+json frame_time_json(const FrameTime& time) {
+  return {{"median", time.summary.median},
+          {"mad", time.summary.mad},
+          {"ci_low", time.summary.ci_low},
+          {"ci_high", time.summary.ci_high},
+          {"n", time.summary.n},
+          {"raw_median", time.raw_median},
+          {"timer", time.timer}};
+}
+
+FrameTime parse_frame_time(const json& j) {
+  return {.summary = {.median = number(j, "median"),
+                      .mad = number(j, "mad"),
+                      .ci_low = number(j, "ci_low"),
+                      .ci_high = number(j, "ci_high"),
+                      .n = integer<int>(j, "n")},
+          .raw_median = number(j, "raw_median"),
+          .timer = text(j, "timer")};
+}
+
+/// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
+std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std::string_view case_id) {
+  if (!j.is_object()) fail_input("'params' is not an object");
+  std::vector<std::pair<std::string, std::string>> params;
+  for (const auto& item : j.items()) params.emplace_back(item.key(), text(j, item.key().c_str()));
+  const auto place = [case_id](const auto& param) {
+    return std::min(case_id.find("?" + param.first + "="), case_id.find("&" + param.first + "="));
+  };
+  std::ranges::stable_sort(params, {}, place);
+  return params;
+}
+
+}  // namespace
+
+std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }
+
+Status parse_status(std::string_view id) {
+  const auto* const found = std::ranges::find(kStatusIds, id);
+  if (found == kStatusIds.end()) fail_input("unknown status '{}'", id);
+  return static_cast<Status>(found - kStatusIds.begin());
+}
+
+void to_json(json& j, const Record& record) {
+  json params = json::object();
+  for (const auto& [id, value] : record.params) params[id] = value;
+  json line = {{"case", record.case_id},
+               {"technique", record.technique},
+               {"params", std::move(params)},
+               {"map", record.map},
+               {"scene", record.scene},
+               {"backend", record.backend},
+               {"device", record.device},
+               {"status", status_id(record.status)},
+               {"memory_bytes", record.memory_bytes},
+               {"bake_time_ns", record.bake_time_ns},
+               {"first_draw_ns", record.first_draw_ns},
+               {"timing_key", record.timing_key},
+               {"bake_key", record.bake_key},
+               {"reference_key", record.reference_key}};
+  if (!record.reason.empty()) line["reason"] = record.reason;
+  if (record.frame_time) line["frame_time_ns"] = frame_time_json(*record.frame_time);
+  if (record.error) line["error"] = score_json(*record.error);
+  j = checked(std::move(line));
+}
+
+void from_json(const json& j, Record& record) {
+  record = {.case_id = text(j, "case"),
+            .technique = text(j, "technique"),
+            .params = parse_params(member(j, "params"), text(j, "case")),
+            .map = text(j, "map"),
+            .scene = text(j, "scene"),
+            .backend = text(j, "backend"),
+            .device = text(j, "device"),
+            .status = parse_status(text(j, "status")),
+            .reason = optional_member(j, "reason") != nullptr ? text(j, "reason") : "",
+            .frame_time = std::nullopt,
+            .error = std::nullopt,
+            .memory_bytes = integer<std::int64_t>(j, "memory_bytes"),
+            .bake_time_ns = number(j, "bake_time_ns"),
+            .first_draw_ns = number(j, "first_draw_ns"),
+            .timing_key = text(j, "timing_key"),
+            .bake_key = text(j, "bake_key"),
+            .reference_key = text(j, "reference_key")};
+  if (const json* time = optional_member(j, "frame_time_ns")) record.frame_time = parse_frame_time(*time);
+  if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);
+  if (record.status == Status::ok && !(record.frame_time && record.error))
+    fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
+}
+
+void to_json(json& j, const Sample& sample) {
+  j = checked({{"case", sample.case_id},
+               {"round", sample.round},
+               {"frames", sample.frames},
+               {"frame_time_ns", sample.frame_time_ns},
+               {"at_ns", sample.at_ns}});
+}
+
+void from_json(const json& j, Sample& sample) {
+  sample = {.case_id = text(j, "case"),
+            .round = integer<int>(j, "round"),
+            .frames = integer<int>(j, "frames"),
+            .frame_time_ns = number(j, "frame_time_ns"),
+            .at_ns = number(j, "at_ns")};
+}
+
+}  // namespace reliefbench

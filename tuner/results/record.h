@@ -1,0 +1,64 @@
+#pragma once
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "kernels/judge/score.h"
+#include "tuner/results/statistics.h"
+
+namespace reliefbench {
+
+/// The layout of every file of a run; raised when one changes.
+inline constexpr int kSchemaVersion = 2;
+
+enum class Status { ok, skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled };
+[[nodiscard]] std::string_view status_id(Status status);
+[[nodiscard]] Status parse_status(std::string_view id);  ///< throws: Error(bad_input)
+
+/// Times of one case, corrected for drift by the control case.
+struct FrameTime {
+  Summary summary;        ///< ns a frame, drift-corrected
+  double raw_median = 0;  ///< ns a frame, as measured
+  std::string timer;
+};
+
+/// One line of results.jsonl. `frame_time` and `error` are there when status is ok.
+struct Record {
+  std::string case_id;
+  std::string technique;
+  std::vector<std::pair<std::string, std::string>> params;
+  std::string map;
+  std::string scene;
+  std::string backend;
+  std::string device;
+  Status status = Status::ok;
+  std::string reason;
+  std::optional<FrameTime> frame_time;
+  std::optional<FrameScore> error;
+  std::int64_t memory_bytes = 0;  ///< of the relief map
+  double bake_time_ns = 0;        ///< of the map, as it was when it was baked (cached maps keep it)
+  double first_draw_ns = 0;       ///< compile with first draw of the shaded frame
+  std::string timing_key;         ///< case + SPIR-V + device + driver + harness version
+  std::string bake_key;
+  std::string reference_key;
+};
+
+/// One line of samples.jsonl: one batch of frames, as measured.
+struct Sample {
+  std::string case_id;  ///< "control@<backend>" for the control case
+  int round = 0;        ///< index within the case
+  int frames = 0;
+  double frame_time_ns = 0;  ///< raw
+  double at_ns = 0;          ///< when, on the run's own clock (ns since the run was first started, wall clock)
+};
+
+void to_json(nlohmann::json& j, const Record& record);
+void from_json(const nlohmann::json& j, Record& record);  ///< throws: Error(bad_input)
+void to_json(nlohmann::json& j, const Sample& sample);
+void from_json(const nlohmann::json& j, Sample& sample);
+
+}  // namespace reliefbench

@@ -1,0 +1,33 @@
+#pragma once
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/results/record.h"
+
+namespace reliefbench {
+
+/// Name of a backend's control case in samples.jsonl.
+[[nodiscard]] std::string control_case_id(std::string_view backend);
+
+/// The samples of a run by case id, each list by rising time of measurement.
+using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
+[[nodiscard]] SamplesByCase group_samples(std::span<const Sample> samples);
+
+/// Frame times as measured, ns.
+[[nodiscard]] std::vector<double> raw_times(std::span<const Sample> samples);
+
+/// Each sample's frame time divided by the median of the (up to) three control samples nearest to it in time, so that
+/// what slows both (clock rates, other tenants of the machine) cancels.
+/// samples, control: by rising time; control not empty
+[[nodiscard]] std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control);
+
+/// A case's frame times corrected for drift: relative_times() at the speed that the device had when the run began.
+/// reference_ns: the control case's time then (run.json, "control_reference_ns")
+/// returns: ns a frame, in the samples' order
+[[nodiscard]] std::vector<double> corrected_times_ns(std::span<const Sample> samples, std::span<const Sample> control,
+                                                     double reference_ns);
+
+}  // namespace reliefbench

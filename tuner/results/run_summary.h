@@ -1,0 +1,35 @@
+#pragma once
+#include <nlohmann/json.hpp>
+
+#include "tuner/measure/session.h"
+#include "tuner/measure/sweep.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/store.h"
+
+namespace reliefbench {
+
+/// A device of a run as run.json keeps it, with its audit and calibration.
+[[nodiscard]] nlohmann::json device_json(const Session& session);
+/// The calibration of a device in an earlier start's run.json; nothing where there is none.
+[[nodiscard]] std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device);
+
+/// run.json without its identity.
+[[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,
+                                      const SweepSummary& summary, double started_ns, bool finished);
+
+/// What the numbers depend on in this build: shaders, bakers, tracer, harness.
+[[nodiscard]] std::string kernels_sha256();
+
+/// Of a run's identity: the config with the files that it includes, and a device that it runs on.
+[[nodiscard]] std::string config_sha256(const Config& config);
+[[nodiscard]] nlohmann::json device_identity(const DeviceInfo& device);
+
+[[nodiscard]] double unix_ns();  ///< now, ns since 1970
+/// "2026-11-22T12:00:00Z" of ns since 1970.
+[[nodiscard]] std::string utc_text(double time_ns);
+
+/// Writes front.json, benchmark.json, table.csv and t4.json of a complete run, and removes the pictures of cases that
+/// are neither on a front nor recommended.
+void write_results(const Config& config, const Run& run);
+
+}  // namespace reliefbench

@@ -1,0 +1,174 @@
+#include "tuner/results/store.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <system_error>
+#include <unordered_map>
+#include <utility>
+
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
+#include "tuner/results/run_files.h"
+
+namespace reliefbench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// One line of JSON. Bytes that are no UTF-8 (a driver's strings) are replaced, not refused.
+std::string line_of(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+json parse(std::string_view text, const fs::path& path, int line) {
+  try {
+    return json::parse(text);
+  } catch (const json::exception&) {
+    fail_input("{}:{}: not JSON: {}", path.string(), line, text.substr(0, 60));
+  }
+}
+
+/// The lines of a .jsonl file; what follows the last newline is a torn line and left out. A missing file has none.
+template <typename Line>
+std::vector<Line> read_lines(const fs::path& path) {
+  std::vector<Line> lines;
+  if (!fs::exists(path)) return lines;
+  const std::string text = read_file(path);
+  int number = 0;
+  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    ++number;
+    const json j = parse(std::string_view(text).substr(begin, end - begin), path, number);
+    try {
+      lines.push_back(j.get<Line>());
+    } catch (const Error& error) {
+      fail_input("{}:{}: {}", path.string(), number, error.what());
+    }
+  }
+  return lines;
+}
+
+/// A case that was measured again after a failure has two lines; the later one counts, in the place of the first.
+std::vector<Record> latest_of_each_case(std::vector<Record> records) {
+  std::vector<Record> latest;
+  std::unordered_map<std::string, std::size_t> place;
+  for (Record& record : records) {
+    const auto [found, is_new] = place.try_emplace(record.case_id, latest.size());
+    if (is_new)
+      latest.push_back(std::move(record));
+    else
+      latest[found->second] = std::move(record);
+  }
+  return latest;
+}
+
+json read_info(const fs::path& path) {
+  json info = parse(read_file(path), path, 1);
+  if (!info.is_object() || !info.contains("identity") || !info["identity"].is_object())
+    fail_input("{}: key 'identity' is missing: not a run of reliefbench", path.string());
+  return info;
+}
+
+void check_schema(const json& identity, const fs::path& path) {
+  const auto schema = identity.find("schema");
+  if (schema == identity.end() || *schema != kSchemaVersion)
+    fail_input("{}: key 'identity.schema': is {}, this reliefbench reads {}", path.string(),
+               schema == identity.end() ? "missing" : line_of(*schema), kSchemaVersion);
+}
+
+struct Difference {
+  std::string key;  ///< "devices[0].driver"
+  std::string before;
+  std::string now;
+};
+
+json member_or_null(const json& object, const std::string& key) {
+  const auto found = object.find(key);
+  return found == object.end() ? json(nullptr) : *found;
+}
+
+/// The first key, in alphabetical order, whose values differ.
+std::optional<Difference> first_difference(const json& before, const json& now, const std::string& key = "") {
+  if (before == now) return std::nullopt;
+  if (before.is_object() && now.is_object()) {
+    json keys = before;
+    keys.update(now);
+    for (const auto& item : keys.items()) {
+      const std::string path = key.empty() ? item.key() : key + "." + item.key();
+      auto difference = first_difference(member_or_null(before, item.key()), member_or_null(now, item.key()), path);
+      if (difference) return difference;
+    }
+  }
+  if (before.is_array() && now.is_array() && before.size() == now.size())
+    for (std::size_t i = 0; i < before.size(); ++i)
+      if (auto difference = first_difference(before[i], now[i], fmt::format("{}[{}]", key, i))) return difference;
+  return Difference{.key = key, .before = line_of(before), .now = line_of(now)};
+}
+
+void check_same_identity(const json& before, const json& now, const fs::path& folder) {
+  if (const auto difference = first_difference(before, now))
+    fail_input("{}: holds another run: its '{}' is {}, now it is {}; choose another folder to start anew",
+               folder.string(), difference->key, difference->before, difference->now);
+}
+
+/// Folders on the way to `folder` that do not exist yet, innermost first.
+std::vector<fs::path> missing_folders(const fs::path& folder) {
+  std::vector<fs::path> missing;
+  std::error_code error;
+  for (fs::path path = fs::absolute(folder).lexically_normal(); !fs::exists(path, error) && path.has_relative_path();
+       path = path.parent_path())
+    if (path.has_filename()) missing.push_back(path);  // "a/b/" has an empty last part
+  return missing;
+}
+
+}  // namespace
+
+Run load_run(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder / kRunFile, error))
+    fail_input("{}: is not a run folder: it has no {}", folder.string(), kRunFile);
+  Run run{.folder = folder, .info = read_info(folder / kRunFile), .records = {}, .samples = {}};
+  check_schema(run.info["identity"], folder / kRunFile);
+  run.records = latest_of_each_case(read_lines<Record>(folder / kResultsFile));
+  run.samples = read_lines<Sample>(folder / kSamplesFile);
+  return run;
+}
+
+RunStore::RunStore(fs::path folder, const json& identity) : folder_(std::move(folder)), identity_(identity) {
+  earlier_.folder = folder_;
+  std::error_code error;
+  if (fs::exists(folder_ / kRunFile, error)) {
+    check_same_identity(read_info(folder_ / kRunFile)["identity"], identity_, folder_);
+    results_.emplace(folder_ / kResultsFile);
+    samples_.emplace(folder_ / kSamplesFile);
+    earlier_ = load_run(folder_);  // after the lock: nobody adds a line any more
+    return;
+  }
+  for (const std::string_view name : {kResultsFile, kSamplesFile})
+    if (fs::exists(folder_ / name, error))
+      fail_input("{}: holds {} but no {}; choose another folder", folder_.string(), name, kRunFile);
+
+  const std::vector<fs::path> missing = missing_folders(folder_);
+  try {
+    fs::create_directories(folder_, error);
+    if (error) fail_input("{}: cannot be made: {}", folder_.string(), error.message());
+    results_.emplace(folder_ / kResultsFile);
+    samples_.emplace(folder_ / kSamplesFile);
+    write_info(json::object());
+  } catch (const Error&) {  // leave nothing behind
+    for (const std::string_view name : {kResultsFile, kSamplesFile}) fs::remove(folder_ / name, error);
+    for (const fs::path& made : missing) fs::remove(made, error);
+    throw;
+  }
+}
+
+void RunStore::append(const Record& record) { results_->append(line_of(record)); }
+
+void RunStore::append(const Sample& sample) { samples_->append(line_of(sample)); }
+
+void RunStore::write_info(const json& info) {
+  json whole = info;
+  whole["identity"] = identity_;
+  write_atomically(folder_ / kRunFile, whole.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,49 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/base/append_file.h"
+#include "tuner/results/record.h"
+
+namespace reliefbench {
+
+/// A run's folder as read back. A torn last line of a .jsonl is ignored; any other broken line is an error with its
+/// file and line. Of two records of a case (measured again after a failure) the later one counts.
+struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
+  std::filesystem::path folder;
+  nlohmann::json info;  ///< run.json
+  std::vector<Record> records;
+  std::vector<Sample> samples;
+};
+[[nodiscard]] Run load_run(const std::filesystem::path& folder);  ///< throws: Error(bad_input): not a run, other schema
+
+/// An append-only run folder: a line is with the kernel when append() returns, so it survives this process. One
+/// process at a time holds a folder.
+class RunStore {
+ public:
+  /// Opens or makes the folder. `identity` is what must not change between start and resume (schema, config hash,
+  /// devices with drivers); it is kept as run.json's "identity".
+  /// throws: Error(bad_input): unwritable; a run of something else lies there (names the first differing key)
+  RunStore(std::filesystem::path folder, const nlohmann::json& identity);
+
+  /// What an earlier, interrupted start left: finished records and all samples.
+  [[nodiscard]] const Run& earlier() const { return earlier_; }
+  void append(const Record& record);
+  void append(const Sample& sample);
+  /// Replaces run.json's content (identity is added).
+  void write_info(const nlohmann::json& info);
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+  nlohmann::json identity_;
+  Run earlier_;
+  std::optional<AppendFile> results_;
+  std::optional<AppendFile> samples_;
+};
+
+}  // namespace reliefbench

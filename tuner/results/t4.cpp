@@ -1,0 +1,104 @@
+#include "tuner/results/t4.h"
+
+#include <algorithm>
+
+#include "kernels/judge/score.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/results/relative_time.h"
+#include "tuner/results/run_summary.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMsPerNs = 1e-6;
+
+json configuration_of(const TableRow& row) {
+  const Settings& settings = row.settings;
+  json configuration = {{"technique", settings.technique().id}, {"backend", row.backend}, {"scene", row.scene}};
+  for (const Param& param : settings.technique().params) {
+    if (!settings.is_active(param)) continue;
+    const int value = settings.get(param.id);
+    configuration[std::string(param.id)] = param.choices.empty() ? json(value) : json(param.text(value));
+  }
+  return configuration;
+}
+
+std::string_view invalidity_of(const TableRow& row, std::span<const Budget> constraints) {
+  const auto met = [&](const Budget& budget) {
+    const std::ptrdiff_t metric = &find_metric(budget.metric) - metrics().data();
+    return within(row.errors[static_cast<std::size_t>(metric)], budget);
+  };
+  switch (row.status) {
+    case Status::ok:
+      return std::ranges::all_of(constraints, met) ? "correct" : "correctness";
+    case Status::skipped:
+    case Status::unsupported:
+      return "constraints";
+    case Status::compile_error:
+      return "compile";
+    case Status::timeout:
+      return "timeout";
+    case Status::device_lost:
+    case Status::invalid_timer:
+    case Status::throttled:
+      break;
+  }
+  return "runtime";
+}
+
+json measurements_of(const TableRow& row) {
+  json list = json::array();
+  const auto add = [&](std::string_view name, const json& value, std::string_view unit) {
+    list.push_back({{"name", name}, {"value", value}, {"unit", unit}});
+  };
+  if (row.frame_time) {
+    add("frame_time", row.frame_time->median * kMsPerNs, "ms");
+    add("frame_time_ci_low", row.frame_time->ci_low * kMsPerNs, "ms");
+    add("frame_time_ci_high", row.frame_time->ci_high * kMsPerNs, "ms");
+  }
+  for (std::size_t i = 0; i < metrics().size(); ++i)
+    if (row.errors[i]) add(metrics()[i].id, *row.errors[i], metrics()[i].unit);
+  add("memory", row.memory_bytes, "bytes");
+  add("bake_time", row.bake_time_ns * kMsPerNs, "ms");
+  return list;
+}
+
+json metadata_of(const Run& run) {
+  const json host = run.info.value("host", json::object());
+  json devices = json::object();
+  for (const json& device : run.info.value("devices", json::array())) devices[device.value("backend", "")] = device;
+  return {{"hardware", {{"hardware_description", json::array({host})}, {"operating_system", host.value("os", "")}}},
+          {"environment",
+           {{"device_query", devices},
+            {"requirements",
+             {"reliefbench " + run.info.value("version", "") + " (" + run.info.value("git_sha", "") + ")"}}}}};
+}
+
+}  // namespace
+
+json t4_json(const Run& run, std::span<const TableRow> rows, std::span<const Budget> constraints) {
+  const SamplesByCase samples = group_samples(run.samples);
+  const double started_ns = run.info.value("started_unix_ns", 0.0);
+  const std::string error_metric = run.info.value(json::json_pointer("/front/error"), Config{}.front_error);
+  json results = json::array();
+  for (const TableRow& row : rows) {
+    const std::string_view invalidity = invalidity_of(row, constraints);
+    json runtimes = json::array();
+    for (const double sample : row.samples_ns) runtimes.push_back(sample * kMsPerNs);
+    const auto own = samples.find(row.case_id);  // a case that was not timed counts as of the run's start
+    results.push_back(
+        {{"timestamp", utc_text(started_ns + (own == samples.end() ? 0 : own->second.back().at_ns))},
+         {"configuration", configuration_of(row)},
+         {"times",
+          {{"compilation_time", row.first_draw_ns * kMsPerNs}, {"search_algorithm", 0}, {"runtimes", runtimes}}},
+         {"invalidity", invalidity},
+         {"correctness", invalidity == "correct" ? 1 : 0},
+         {"measurements", measurements_of(row)},
+         {"objectives", {"frame_time", error_metric}}});
+  }
+  return {{"schema_version", "1.0.0"}, {"metadata", metadata_of(run)}, {"results", std::move(results)}};
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,130 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tuner/plan/config.h"
+#include "tuner/search/search.h"
+#include "tuner/tune/error_pass.h"
+
+namespace reliefbench {
+
+/// What is asked of a search.
+struct TuneQuestion {
+  std::vector<Budget> max_error{};      ///< all must hold: then there is one answer, the cheapest that meets them
+  std::optional<double> max_time_ms{};  ///< then the pick is the most accurate within it
+  double epsilon = 0.02;                ///< the pick may be so much slower than the best, as a ratio - 1
+  double confidence = 0.95;
+  std::uint64_t seed = 1;
+};
+
+/// How the scenes of one setting become one time. Errors are always the worst scene's.
+enum class Combine {
+  weighted,  ///< sum of the scenes' frame times, each with its weight
+  worst,     ///< the slowest scene's
+};
+
+struct TuneOptions {
+  TuneQuestion question{};
+  std::filesystem::path output{};
+  std::string backend{};
+  int device = 0;
+  Combine combine = Combine::weighted;
+  std::vector<double> weights{};     ///< one a scene; empty: all 1
+  std::vector<SceneSpec> holdout{};  ///< scenes on which the pick is only tried
+  std::optional<double> time_limit_s{};
+  std::function<bool()> is_interrupted = [] { return false; };
+  bool quiet = false;
+};
+
+/// A setting that is answered with. Times: of the combined scenes, ns a frame.
+struct TunePick {
+  std::string setting{};    ///< setting_id()
+  double error = 0;         ///< the front's metric, in the worst scene
+  double time_ns = 0;       ///< estimate
+  double high_ns = 0;       ///< upper confidence bound
+  double rival_low_ns = 0;  ///< least lower bound of all others that would do; infinite where there is none
+  double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best the pick may be
+};
+
+/// One rung from the plainest setting that does to the pick.
+struct TuneRung {
+  std::string setting{};
+  std::vector<std::string> gained{};   ///< features that the rung before has not
+  std::vector<std::string> dropped{};  ///< features of the rung before that this one has not
+  double time_ns = 0;
+  double high_ns = 0;
+};
+
+/// The best setting of one scene alone, and what it would gain there over the pick for all.
+struct SceneAnswer {
+  std::string scene{};
+  std::optional<TunePick> own{};
+  double common_ns = 0;  ///< estimate of the common pick's time in this scene
+};
+
+struct HoldoutAnswer {
+  std::string scene{};
+  std::string failure{};  ///< why the pick could not be drawn there; "" if it was
+  double error = 0;
+  double time_ns = 0;
+  std::string miss{};  ///< "e_xy.p99 is 0.61 where 0.5 is asked"; "" where the budgets hold
+};
+
+struct TuneCounts {
+  int settings = 0;   ///< of the space
+  int conflicts = 0;  ///< combinations that the registry refuses
+  int scored = 0;     ///< error known
+  int assumed = 0;    ///< not drawn: fewer steps do already
+  int hopeless = 0;   ///< not drawn: more steps do not
+  int failed = 0;
+  int unscored = 0;  ///< out of time
+  bool is_bisected = false;
+};
+
+struct TuneResult {
+  TuneQuestion question{};
+  std::string error_metric{};
+  std::vector<Budget> constraints{};  ///< of every answer, without max_error
+  std::string backend{};
+  std::string device{};
+  std::vector<std::string> scenes{};
+  std::string replayed{};  ///< the table that stood for the device; "" for a device
+  TuneCounts counts{};
+  SearchSpace space{};  ///< of the scored settings; ids are setting_id()s
+  SearchResult search{};
+  std::optional<TunePick> pick{};
+  std::vector<TuneRung> rungs{};
+  std::vector<SceneAnswer> scene_answers{};  ///< where there are several scenes
+  std::vector<HoldoutAnswer> holdout{};
+  std::string nearest{};    ///< where nothing does: the setting that misses least
+  std::string miss{};       ///< and by how much
+  bool is_stopped = false;  ///< by the time limit or the user
+  double wall_s = 0;
+
+  /// Whether the pick is certified within epsilon of the best of the whole space.
+  [[nodiscard]] bool is_certified() const;
+};
+
+/// Tunes on a device: scores, then times what the search asks for, into a run folder that also holds the records and
+/// samples of what was measured. Goes on where an earlier start of the same question was killed.
+/// throws: Error: bad config or input, another run's folder, no such device
+[[nodiscard]] TuneResult run_tune(const Config& config, const TuneOptions& options);
+
+/// The same against a recorded sweep, whose samples are the noise. output may be empty: then nothing is kept.
+[[nodiscard]] TuneResult replay_tune(const std::filesystem::path& recorded, const std::string& scene,
+                                     const TuneOptions& options);
+
+/// tune.json, configs/schema/tune.schema.json
+[[nodiscard]] nlohmann::json tune_json(const TuneResult& result);
+
+/// The config of `tune HEIGHTMAP`: the built-in space on a heightmap (as in a config's "heightmap"), seen from views.
+/// views: preset names; empty: grazing
+[[nodiscard]] Config default_tune_config(const std::string& heightmap, const std::vector<std::string>& views);
+
+inline constexpr std::string_view kTuneFile = "tune.json";
+
+}  // namespace reliefbench

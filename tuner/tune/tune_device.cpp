@@ -1,0 +1,398 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <set>
+
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/decide/recommend.h"
+#include "tuner/measure/device_times.h"
+#include "tuner/measure/prepare.h"
+#include "tuner/measure/progress.h"
+#include "tuner/plan/plan.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/results/relative_time.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/run_summary.h"
+#include "tuner/tune/tune_search.h"
+
+namespace reliefbench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kMostOfErrorPass = 0.6;          // of the time limit: then it is cut off
+constexpr double kMuchOfErrorPass = 1 / 3.0;      // of the time limit: rather bisect, where that is possible
+constexpr const char* kBisectedKey = "bisected";  // in run.json
+
+bool compares_pictures(const std::vector<Budget>& budgets, std::string_view error_metric) {
+  return find_metric(error_metric).compares_pictures ||
+         std::ranges::any_of(budgets, [](const Budget& b) { return find_metric(b.metric).compares_pictures; });
+}
+
+nlohmann::json identity_of(const Config& config, const TuneOptions& options, const Session& session) {
+  const TuneQuestion& question = options.question;
+  nlohmann::json budgets = nlohmann::json::array();
+  for (const Budget& budget : question.max_error) budgets.push_back(budget.text());
+  nlohmann::json scenes = nlohmann::json::array();  // of a config some may be left out
+  for (const SceneSpec& scene : config.scenes) scenes.push_back(scene.id);
+  return {{"schema", kSchemaVersion},
+          {"config_sha256", config_sha256(config)},
+          {"kernels_sha256", kernels_sha256()},
+          {"tune",
+           {{"max_error", budgets},
+            {"scenes", scenes},
+            {"epsilon", question.epsilon},
+            {"confidence", question.confidence},
+            {"seed", question.seed},
+            {"combine", options.combine == Combine::worst ? "worst" : "weighted"},
+            {"weights", options.weights}}},
+          {"devices", nlohmann::json::array({device_identity(session.device())})}};
+}
+
+class DeviceTuner {
+ public:
+  DeviceTuner(const Config& config, const TuneOptions& options)
+      : config_(config),
+        options_(options),
+        plan_(make_plan(config, std::vector{options.backend}, "")),
+        cache_(Cache::open()),
+        library_(cache_, split_) {
+    for (const SceneSpec& scene : config.scenes) static_cast<void>(library_.heights(scene));
+    for (const SceneSpec& scene : options.holdout) static_cast<void>(library_.heights(scene));
+    for (const Case& c : plan_.cases)
+      if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
+    session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
+    store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
+    std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
+    const nlohmann::json& info = store_->earlier().info;
+    started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
+    const std::optional<Calibration> known =
+        info.is_object() ? known_calibration(info, session_->device()) : std::nullopt;
+    split_.book(Part::audit, [&] { session_->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
+    if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
+    write_info(false);
+    preparer_ = std::make_unique<Preparer>(Preparer::Context{.session = *session_,
+                                                             .library = library_,
+                                                             .cache = cache_,
+                                                             .split = split_,
+                                                             .folder = options.output,
+                                                             .timeout_s = config.measure.timeout_s,
+                                                             .flicker_frames = config.measure.flicker_frames});
+    book_ =
+        std::make_unique<SampleBook>(*store_, control_case_id(options.backend), session_->calibration().reference_ns);
+    times_ = std::make_unique<DeviceTimes>(DeviceTimes::Context{.session = *session_,
+                                                                .preparer = *preparer_,
+                                                                .book = *book_,
+                                                                .split = split_,
+                                                                .measure = config.measure,
+                                                                .started_ns = started_ns_});
+  }
+
+  TuneResult run() {
+    result_.question = options_.question;
+    result_.error_metric = config_.front_error;
+    result_.constraints = config_.front_constraints;
+    result_.backend = options_.backend;
+    result_.device = session_->device().name;
+    for (const SceneSpec& scene : config_.scenes) result_.scenes.push_back(scene.id);
+    score_settings();
+    const bool has_scenes = config_.scenes.size() > 1;
+    race(has_scenes ? 0.5 : 1.0);
+    if (has_scenes && result_.pick) answer_scenes();
+    if (result_.pick) try_holdout();
+    if (!result_.search.is_feasible) name_nearest();
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  [[nodiscard]] double limit_s() const {
+    return options_.time_limit_s.value_or(std::numeric_limits<double>::infinity());
+  }
+  [[nodiscard]] bool is_over(double until_s) {
+    const bool over = options_.is_interrupted() || elapsed_s() > until_s;
+    result_.is_stopped |= over;
+    return over;
+  }
+  [[nodiscard]] Case case_of(std::size_t scene, std::size_t setting) const {
+    return {.settings = settings_[setting], .scene_id = config_.scenes[scene].id, .backend = options_.backend};
+  }
+  [[nodiscard]] const std::vector<Budget>& asked() const {
+    return options_.question.max_error.empty() ? config_.front_constraints : options_.question.max_error;
+  }
+  [[nodiscard]] bool meets_asked(const FrameScore& score) const {
+    return std::ranges::all_of(asked(), [&](const Budget& budget) { return meets(score, budget); });
+  }
+
+  void score_settings() {
+    Progress progress(options_.quiet);
+    const bool pictures = compares_pictures(asked(), config_.front_error);
+    const auto judge = [&](std::size_t setting, std::size_t scene) {
+      const Case c = case_of(scene, setting);
+      if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
+      const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
+      if (prepared.record.status != Status::ok) fail_environment("{}", prepared.record.reason);
+      return *prepared.record.error;
+    };
+    const auto should_stop = [&](std::size_t done) {
+      progress.update(static_cast<double>(done) / static_cast<double>(settings_.size()),
+                      fmt::format("errors of {} settings", settings_.size()));
+      return is_over(kMostOfErrorPass * limit_s());
+    };
+    TuneCounts& counts = result_.counts;
+    if (is_bisected_) {
+      counts.is_bisected = *is_bisected_;  // or the settings to search would be others than they were
+    } else if (!options_.question.max_error.empty() && options_.time_limit_s) {
+      const double whole_s = estimate_pass_s(settings_.size(), config_.scenes.size(), judge, should_stop);
+      counts.is_bisected = whole_s > kMuchOfErrorPass * limit_s();
+      if (counts.is_bisected)
+        progress.note(fmt::format("all errors would take {:.0f} s of {:.0f} s: bisecting along the step counts",
+                                  whole_s, limit_s()));
+    }
+    if (!options_.is_interrupted()) is_bisected_ = counts.is_bisected;
+    write_info(false);
+    scores_ = counts.is_bisected ? score_by_bisection(
+                                       settings_, config_.scenes.size(), judge,
+                                       [&](const FrameScore& score) { return meets_asked(score); }, should_stop)
+                                 : score_all(settings_.size(), config_.scenes.size(), judge, should_stop);
+    progress.finish();
+    counts.settings = static_cast<int>(settings_.size());
+    counts.conflicts = static_cast<int>(plan_.conflicts.size());
+    for (const SettingScore& score : scores_) {
+      counts.scored += score.scored == Scored::yes ? 1 : 0;
+      counts.assumed += score.scored == Scored::assumed ? 1 : 0;
+      counts.hopeless += score.scored == Scored::hopeless ? 1 : 0;
+      counts.failed += score.scored == Scored::failed ? 1 : 0;
+      counts.unscored += score.scored == Scored::no ? 1 : 0;
+    }
+  }
+
+  [[nodiscard]] double weight_of(std::size_t scene, const std::vector<std::size_t>& scenes) const {
+    return scenes.size() == 1 || options_.weights.empty() ? 1 : options_.weights[scene];
+  }
+
+  /// The scored settings as the search sees them. scenes: those whose errors count
+  [[nodiscard]] SearchSpace space_of(const std::vector<std::size_t>& scenes) const {
+    SearchSpace space = empty_setting_space();
+    const MetricRow& metric = find_metric(config_.front_error);
+    const std::vector<const MetricRow*> work = work_metrics();
+    for (const std::size_t setting : candidates_) {
+      Candidate candidate = candidate_of(settings_[setting], setting_id(settings_[setting]));
+      for (const std::size_t scene : scenes) {
+        const FrameScore& score = scores_[setting].scores[scene];
+        candidate.error = std::max(candidate.error, metric.value(score).value_or(0));
+        candidate.is_feasible &= meets_asked(score);
+        for (std::size_t i = 0; i < work.size(); ++i)
+          candidate.work[i] = combined(options_.combine, candidate.work[i], weight_of(scene, scenes),
+                                       work[i]->value(score).value_or(0));
+      }
+      space.candidates.push_back(std::move(candidate));
+    }
+    return space;
+  }
+
+  [[nodiscard]] BookSource source_of(const std::vector<std::size_t>& scenes) {
+    std::vector<BookSource::Scene> list;
+    for (const std::size_t scene : scenes) {
+      BookSource::Scene& entry = list.emplace_back();
+      entry.weight = weight_of(scene, scenes);
+      for (const std::size_t setting : candidates_) entry.case_ids.push_back(case_of(scene, setting).id());
+    }
+    return {*book_, std::move(list), options_.combine, [this, scenes](std::size_t scene, std::size_t candidate) {
+              times_->draw(case_of(scenes[scene], candidates_[candidate]), config_.scenes[scenes[scene]]);
+            }};
+  }
+
+  [[nodiscard]] std::vector<std::size_t> all_scenes() const {
+    std::vector<std::size_t> scenes(config_.scenes.size());
+    std::iota(scenes.begin(), scenes.end(), std::size_t{0});
+    return scenes;
+  }
+
+  [[nodiscard]] std::optional<double> asked_front_error() const {
+    for (const Budget& budget : config_.budgets)
+      if (budget.metric == config_.front_error) return budget.limit;
+    return std::nullopt;
+  }
+
+  /// share: of the time that is left
+  void race(double share) {
+    const double until_s = elapsed_s() + share * (limit_s() - elapsed_s());
+    for (;;) {
+      candidates_.clear();
+      for (std::size_t i = 0; i < settings_.size(); ++i)
+        if (scores_[i].scored == Scored::yes) candidates_.push_back(i);
+      if (candidates_.empty()) return;
+      result_.space = space_of(all_scenes());
+      BookSource source = source_of(all_scenes());
+      Progress progress(options_.quiet);
+      try {
+        search_into(
+            result_, source, [&] { return is_over(until_s); },
+            [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error());
+        progress.finish();
+        return;
+      } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
+        store_->append(failed.record);
+        const std::size_t setting = setting_of(setting_id(parse_setting(failed.record.case_id)));
+        scores_[setting] = {.scored = Scored::failed, .failure = failed.record.reason};
+        --result_.counts.scored;
+        ++result_.counts.failed;
+      }
+    }
+  }
+
+  void show(Progress& progress, const SearchProgress& now, double until_s) const {
+    const double epsilon = options_.question.epsilon;
+    const double by_gap = now.worst_gap < 1 ? std::log(now.worst_gap) / std::log(epsilon) : 0;
+    const double fraction = std::max(by_gap, std::isinf(until_s) ? 0 : elapsed_s() / until_s);
+    progress.update(std::clamp(fraction, 0.0, 1.0),
+                    std::isinf(now.worst_gap)
+                        ? fmt::format("{} settings timed, {} samples", now.measured, now.samples)
+                        : fmt::format("{} settings timed, {} samples, picks within {:.1f} % of the best", now.measured,
+                                      now.samples, 100 * now.worst_gap));
+  }
+
+  void answer_scenes() {
+    for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
+      const auto left = static_cast<double>(config_.scenes.size() - scene);
+      const double until_s = elapsed_s() + (limit_s() - elapsed_s()) / left;
+      TuneResult alone{.question = options_.question};
+      alone.space = space_of({scene});
+      BookSource source = source_of({scene});
+      SceneAnswer answer{.scene = config_.scenes[scene].id};
+      try {
+        search_into(
+            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
+        answer.own = alone.pick;
+      } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
+        store_->append(failed.record);
+      }
+      const std::size_t pick = setting_of(result_.pick->setting);
+      const std::vector<double>& times = book_->times(case_of(scene, pick).id());
+      if (!times.empty()) answer.common_ns = median(times);
+      result_.scene_answers.push_back(std::move(answer));
+    }
+  }
+
+  [[nodiscard]] std::size_t setting_of(const std::string& id) const {
+    return static_cast<std::size_t>(std::ranges::find(settings_, id, [](const Settings& s) { return setting_id(s); }) -
+                                    settings_.begin());
+  }
+
+  void try_holdout() {
+    const std::vector<Budget>& budgets = options_.question.max_error.empty() ? config_.budgets : asked();
+    for (const SceneSpec& scene : options_.holdout) {
+      const Case c{.settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend};
+      const std::string id = c.id();
+      PreparedCase prepared = preparer_->prepare(c, scene);
+      HoldoutAnswer answer{.scene = scene.id, .failure = prepared.record.reason};
+      if (prepared.record.status == Status::ok) {
+        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
+        answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
+        answer.miss = miss_of(budgets, *prepared.record.error).text;
+        answer.time_ns = median(book_->times(id));
+        store_record(prepared.record);
+      }
+      result_.holdout.push_back(std::move(answer));
+    }
+  }
+
+  void name_nearest() {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < settings_.size(); ++i) {
+      if (scores_[i].scored != Scored::yes) continue;
+      Miss worst;
+      for (const FrameScore& score : scores_[i].scores) {
+        Miss here = miss_of(asked(), score);
+        if (here.worst >= worst.worst) worst = std::move(here);
+      }
+      if (worst.worst >= least) continue;
+      least = worst.worst;
+      result_.nearest = setting_id(settings_[i]);
+      result_.miss = worst.text;
+    }
+  }
+
+  void store_record(Record& record) {
+    const std::vector<double>& times = book_->times(record.case_id);
+    if (times.empty()) return;
+    std::vector<double> raw_ns = raw_times(book_->samples(record.case_id));
+    record.frame_time = FrameTime{.summary = summarise(times),
+                                  .raw_median = median(raw_ns),
+                                  .timer = std::string(timer_id(session_->calibration().timer))};
+    store_->append(record);
+  }
+
+  /// Settings that an answer names: these get a whole record, with pictures.
+  [[nodiscard]] std::set<std::string> answering_settings() const {
+    std::set<std::string> ids;
+    for (const BudgetAnswer& answer : result_.search.answers) ids.insert(result_.space.candidates[answer.pick].id);
+    for (const TuneRung& rung : result_.rungs) ids.insert(rung.setting);
+    for (const SceneAnswer& answer : result_.scene_answers)
+      if (answer.own) ids.insert(answer.own->setting);
+    return ids;
+  }
+
+  void finish() {
+    for (const std::string& id : answering_settings())
+      for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
+        const Case c = case_of(scene, setting_of(id));
+        if (book_->times(c.id()).empty()) continue;
+        PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
+        store_record(prepared.record);
+      }
+    result_.wall_s = elapsed_s();
+    write_results(config_, load_run(options_.output));
+    write_atomically(options_.output / kTuneFile, tune_json(result_).dump(1) + "\n");
+    write_info(true);
+  }
+
+  void write_info(bool finished) {
+    SweepSummary summary{.folder = options_.output, .cases = static_cast<int>(settings_.size())};
+    summary.bakes = library_.baked();
+    summary.bakes_cached = library_.from_cache();
+    summary.shaders = session_->shaders_compiled();
+    summary.total_s = split_.total_seconds();
+    summary.other_s = summary.total_s;
+    for (std::size_t i = 0; i < kPartIds.size(); ++i) {
+      summary.part_s.at(i) = split_.seconds(static_cast<Part>(i));
+      summary.other_s -= summary.part_s.at(i);
+    }
+    nlohmann::json info = run_info(config_, {device_json(*session_)}, summary, started_ns_, finished);
+    if (is_bisected_) info[kBisectedKey] = *is_bisected_;
+    store_->write_info(info);
+  }
+
+  const Config& config_;
+  const TuneOptions& options_;
+  Clock::time_point start_ = Clock::now();
+  WallSplit split_;
+  Plan plan_;
+  Cache cache_;
+  MapLibrary library_;
+  std::vector<Settings> settings_;
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<RunStore> store_;
+  std::unique_ptr<Preparer> preparer_;
+  std::unique_ptr<SampleBook> book_;
+  std::unique_ptr<DeviceTimes> times_;
+  std::vector<SettingScore> scores_;     // one a setting
+  std::vector<std::size_t> candidates_;  // settings, in the order of the space
+  double started_ns_ = 0;
+  std::optional<bool> is_bisected_;  // once it is decided, by this start or an earlier one
+  TuneResult result_;
+};
+
+}  // namespace
+
+TuneResult run_tune(const Config& config, const TuneOptions& options) { return DeviceTuner(config, options).run(); }
+
+}  // namespace reliefbench

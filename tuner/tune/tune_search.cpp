@@ -1,0 +1,142 @@
+#include "tuner/tune/tune_search.h"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "tuner/plan/features.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kNsPerMs = 1e6;
+
+std::size_t place_of(const Settings& settings) {
+  return static_cast<std::size_t>(&settings.technique() - techniques().data());
+}
+
+/// What `more` has and `less` has not.
+std::vector<std::string> without(const std::vector<std::string>& more, const std::vector<std::string>& less) {
+  std::vector<std::string> rest;
+  std::ranges::copy_if(more, std::back_inserter(rest),
+                       [&](const std::string& feature) { return std::ranges::find(less, feature) == less.end(); });
+  return rest;
+}
+
+/// Rungs from the measured settings that are as accurate as the pick is asked to be.
+std::vector<TuneRung> rungs_of(const TuneResult& result, double max_error) {
+  std::vector<RungCandidate> candidates;
+  for (std::size_t i = 0; i < result.space.candidates.size(); ++i) {
+    const Candidate& candidate = result.space.candidates[i];
+    const CandidateState& state = result.search.states[i];
+    if (!candidate.is_feasible || candidate.error > max_error || !state.high_ns) continue;
+    const Settings settings = parse_setting(candidate.id);
+    candidates.push_back(
+        {.index = i, .features = features(settings), .simplicity = place_of(settings), .time_ns = *state.high_ns});
+  }
+  std::vector<TuneRung> rungs;
+  std::vector<std::string> before;
+  for (const std::size_t rung : ladder(candidates)) {
+    const RungCandidate& candidate = candidates[rung];
+    const CandidateState& state = result.search.states[candidate.index];
+    rungs.push_back({.setting = result.space.candidates[candidate.index].id,
+                     .gained = without(candidate.features, before),
+                     .dropped = without(before, candidate.features),
+                     .time_ns = state.time_ns.value_or(*state.high_ns),
+                     .high_ns = *state.high_ns});
+    before = candidate.features;
+  }
+  return rungs;
+}
+
+}  // namespace
+
+double BookSource::frame_ns(std::size_t candidate, int index) {
+  double combined_ns = 0;
+  for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
+    const std::string& id = scenes_[scene].case_ids[candidate];
+    while (book_.times(id).size() <= static_cast<std::size_t>(index)) draw_(scene, candidate);
+    combined_ns =
+        combined(combine_, combined_ns, scenes_[scene].weight, book_.times(id)[static_cast<std::size_t>(index)]);
+  }
+  return combined_ns;
+}
+
+double combined(Combine combine, double so_far, double weight, double value) {
+  return combine == Combine::worst ? std::max(so_far, value) : so_far + weight * value;
+}
+
+SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question) {
+  SearchSpace asked = space;
+  if (!question.max_error.empty())
+    for (Candidate& candidate : asked.candidates) candidate.error = 0;
+  return asked;
+}
+
+std::vector<std::size_t> first_settings(const SearchSpace& space) {
+  std::map<std::string_view, std::vector<std::size_t>> by_technique;
+  for (std::size_t i = 0; i < space.candidates.size(); ++i)
+    if (space.candidates[i].is_feasible)
+      by_technique[parse_setting(space.candidates[i].id).technique().id].push_back(i);
+  std::vector<std::size_t> first;
+  const auto add = [&](std::size_t i) {
+    if (std::ranges::find(first, i) == first.end()) first.push_back(i);
+  };
+  for (const Technique& technique : techniques()) {
+    const auto found = by_technique.find(technique.id);
+    if (found == by_technique.end()) continue;
+    const std::vector<std::size_t>& list = found->second;
+    const std::string usual = setting_id(Settings(technique));
+    for (const std::size_t i : list)
+      if (space.candidates[i].id == usual) add(i);
+    add(*std::ranges::min_element(list, {}, [&](std::size_t i) {
+      const Candidate& candidate = space.candidates[i];
+      const double steps = std::accumulate(candidate.steps.begin(), candidate.steps.end(), 0.0);
+      return std::tuple(features(parse_setting(candidate.id)).size(), steps, i);
+    }));
+  }
+  return first;
+}
+
+std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space, const TuneQuestion& question,
+                                std::optional<double> budget) {
+  const BudgetAnswer* answer = nullptr;
+  if (question.max_time_ms) {
+    for (const BudgetAnswer& one : search.answers)  // by falling error, so rising time
+      if (one.high_ns <= *question.max_time_ms * kNsPerMs) answer = &one;
+  } else if (!search.answers.empty()) {
+    answer = question.max_error.empty() && budget ? answer_for(search.answers, *budget) : &search.answers.back();
+  }
+  if (answer == nullptr) return std::nullopt;
+  const Candidate& candidate = space.candidates[answer->pick];
+  return TunePick{.setting = candidate.id,
+                  .error = candidate.error,
+                  .time_ns = answer->time_ns,
+                  .high_ns = answer->high_ns,
+                  .rival_low_ns = answer->rival_low_ns,
+                  .gap = answer->gap};
+}
+
+void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
+                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget) {
+  const TuneQuestion& question = result.question;
+  result.search = search(asked_space(result.space, question), times,
+                         {.epsilon = question.epsilon,
+                          .confidence = question.confidence,
+                          .seed = question.seed,
+                          .first = first_settings(result.space),
+                          .should_stop = should_stop,
+                          .on_progress = on_progress});
+  result.pick = pick_of(result.search, result.space, question, budget);
+  if (!result.pick) return;
+  const double any = std::numeric_limits<double>::infinity();
+  result.rungs = rungs_of(result, question.max_error.empty() ? budget.value_or(result.pick->error) : any);
+}
+
+bool TuneResult::is_certified() const { return search.is_certified && counts.unscored == 0; }
+
+}  // namespace reliefbench

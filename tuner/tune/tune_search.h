@@ -1,0 +1,54 @@
+#pragma once
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tuner/measure/sample_book.h"
+#include "tuner/tune/tune.h"
+
+namespace reliefbench {
+
+// What tuning on a device and replay share.
+
+/// A source of times that draws what the book does not hold yet.
+class BookSource final : public TimeSource {
+ public:
+  /// The cases of one candidate, one a scene.
+  struct Scene {
+    std::vector<std::string> case_ids;  ///< one a candidate
+    double weight = 1;
+  };
+  /// draw: appends at least one sample of (scene, candidate) to the book
+  BookSource(const SampleBook& book, std::vector<Scene> scenes, Combine combine,
+             std::function<void(std::size_t, std::size_t)> draw)
+      : book_(book), scenes_(std::move(scenes)), combine_(combine), draw_(std::move(draw)) {}
+  [[nodiscard]] double frame_ns(std::size_t candidate, int index) override;
+
+ private:
+  const SampleBook& book_;
+  std::vector<Scene> scenes_;
+  Combine combine_;
+  std::function<void(std::size_t, std::size_t)> draw_;
+};
+
+/// What the scenes so far and one more of this weight add up to: times, or the work that foretells them.
+[[nodiscard]] double combined(Combine combine, double so_far, double weight, double value);
+
+/// With fixed budgets every setting that meets them is as good as another: errors become 0, so that the search has one
+/// budget to answer.
+[[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question);
+
+/// Timed first: of every technique its default if it is feasible, and its setting with the fewest features and steps.
+[[nodiscard]] std::vector<std::size_t> first_settings(const SearchSpace& space);
+
+/// Fills in search, pick and rungs of a result whose space and question are set.
+/// budget: of the front's metric, for the pick where the question has no budgets of its own; none: the most accurate
+void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
+                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget);
+
+/// The pick among answers; nothing where none will do.
+[[nodiscard]] std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space,
+                                              const TuneQuestion& question, std::optional<double> budget);
+
+}  // namespace reliefbench
