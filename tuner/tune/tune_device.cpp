@@ -19,6 +19,7 @@
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_summary.h"
+#include "tuner/results/scene_json.h"
 #include "tuner/tune/tune_search.h"
 
 namespace reliefbench {
@@ -63,12 +64,14 @@ class DeviceTuner {
         plan_(make_plan(config, std::vector{options.backend}, "")),
         cache_(Cache::open()),
         library_(cache_, split_) {
-    for (const SceneSpec& scene : config.scenes) static_cast<void>(library_.heights(scene));
-    for (const SceneSpec& scene : options.holdout) static_cast<void>(library_.heights(scene));
+    for (const SceneSpec& scene : config.scenes) tuned_.push_back(library_.measured(scene));
+    for (const SceneSpec& scene : options.holdout) add_holdout(library_.measured(scene));
     for (const Case& c : plan_.cases)
       if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
     session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
     store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
+    scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
+    scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
     std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
     const nlohmann::json& info = store_->earlier().info;
     started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
@@ -100,7 +103,10 @@ class DeviceTuner {
     result_.constraints = config_.front_constraints;
     result_.backend = options_.backend;
     result_.device = session_->device().name;
-    for (const SceneSpec& scene : config_.scenes) result_.scenes.push_back(scene.id);
+    for (const MeasuredScene& scene : tuned_) {
+      result_.scenes.push_back(scene.spec.id);
+      result_.scene_keys.push_back(scene.key);
+    }
     score_settings();
     const bool has_scenes = config_.scenes.size() > 1;
     race(has_scenes ? 0.5 : 1.0);
@@ -129,6 +135,18 @@ class DeviceTuner {
   }
   [[nodiscard]] bool meets_asked(const FrameScore& score) const {
     return std::ranges::all_of(asked(), [&](const Budget& budget) { return meets(score, budget); });
+  }
+
+  /// A hold-out goes by a name of its own, whatever else is called so; the same scene twice is one.
+  void add_holdout(MeasuredScene scene) {
+    if (const MeasuredScene* const same = find_scene(tuned_, scene.key))
+      fail_input("--holdout {}: is what the pick is tuned on (scene '{}')", scene.spec.heightmap.source, same->spec.id);
+    if (find_scene(holdout_, scene.key) != nullptr) return;
+    const auto is_namesake = [&](const MeasuredScene& other) { return other.spec.id == scene.spec.id; };
+    if (std::ranges::any_of(tuned_, is_namesake) || std::ranges::any_of(holdout_, is_namesake))
+      scene.spec.id = fmt::format("{}.{}/{}", heightmap_part(scene.spec.id), short_key(scene.heights_sha256),
+                                  view_part(scene.spec.id));
+    holdout_.push_back(std::move(scene));
   }
 
   void score_settings() {
@@ -289,11 +307,11 @@ class DeviceTuner {
 
   void try_holdout() {
     const std::vector<Budget>& budgets = options_.question.max_error.empty() ? config_.budgets : asked();
-    for (const SceneSpec& scene : options_.holdout) {
+    for (const auto& [scene, heights_hash, key] : holdout_) {
       const Case c{.settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend};
       const std::string id = c.id();
       PreparedCase prepared = preparer_->prepare(c, scene);
-      HoldoutAnswer answer{.scene = scene.id, .failure = prepared.record.reason};
+      HoldoutAnswer answer{.scene = scene.id, .scene_key = key, .failure = prepared.record.reason};
       if (prepared.record.status == Status::ok) {
         while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
         answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
@@ -366,7 +384,7 @@ class DeviceTuner {
       summary.part_s.at(i) = split_.seconds(static_cast<Part>(i));
       summary.other_s -= summary.part_s.at(i);
     }
-    nlohmann::json info = run_info(config_, {device_json(*session_)}, summary, started_ns_, finished);
+    nlohmann::json info = run_info(config_, {device_json(*session_)}, scenes_, summary, started_ns_, finished);
     if (is_bisected_) info[kBisectedKey] = *is_bisected_;
     store_->write_info(info);
   }
@@ -378,6 +396,9 @@ class DeviceTuner {
   Plan plan_;
   Cache cache_;
   MapLibrary library_;
+  std::vector<MeasuredScene> tuned_;  // one a scene of the config
+  std::vector<MeasuredScene> holdout_;
+  std::vector<MeasuredScene> scenes_;  // of this start and earlier ones
   std::vector<Settings> settings_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunStore> store_;
