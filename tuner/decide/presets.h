@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "tuner/plan/config.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
 
-inline constexpr int kPresetsSchema = 1;
+inline constexpr int kPresetsSchema = 2;
 inline constexpr int kPresetStep = 10;  ///< levels are 0, 10, ..., 100
 
 /// What presets are to be made by. Where nothing is said: as the runs' configs have it, which must then agree.
@@ -88,8 +89,9 @@ struct LoadedPreset {
   int quality = 0;
   Settings settings;
   /// backend, device, quality; as far as the file says driver, error_metric, relative_time, error; scenes: a list of
-  /// {scene, case, time_ns, ci, samples, error}.
+  /// {scene, scene_key, case, time_ns, ci, samples, error}.
   nlohmann::json evidence{};
+  std::vector<MeasuredScene> scenes{};  ///< parallel to evidence's scenes
 };
 /// throws: Error(bad_input) "FILE:LINE: key 'a.b': ...": not presets, another schema, unknown techniques, parameters or
 ///         values
