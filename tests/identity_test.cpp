@@ -46,7 +46,7 @@ class IdentityTest : public ::testing::Test {
                            {{"technique", "cone"}, {"axes", {{"cone_steps", {8, 32}}}}}}}};
     return parse_config(config.dump(), folder_ / "config.json");
   }
-  Run sweep(const json& scene, const std::string& name, const std::string& filter = "") const {
+  reliefbench::Run sweep(const json& scene, const std::string& name, const std::string& filter = "") const {
     const SweepOptions options{.output = folder_ / name, .backends = {"null"}, .filter = filter, .quiet = true};
     return load_run(run_sweep(config(scene), options).folder);
   }
@@ -62,7 +62,7 @@ class IdentityTest : public ::testing::Test {
 const json kSmall = {{"source", "fbm"}, {"width", 32}, {"height", 32}};
 
 TEST_F(IdentityTest, runs_that_differ_in_seed_depth_or_frame_have_no_case_in_common) {
-  const Run base = sweep({{"heightmap", kSmall}}, "base");
+  const reliefbench::Run base = sweep({{"heightmap", kSmall}}, "base");
   json seeded = kSmall;
   seeded["seed"] = 2;
   const std::vector<json> others = {{{"heightmap", seeded}},
@@ -70,10 +70,12 @@ TEST_F(IdentityTest, runs_that_differ_in_seed_depth_or_frame_have_no_case_in_com
                                     {{"heightmap", kSmall}, {"frame_px", {48, 32}}},
                                     {{"heightmap", kSmall}, {"tiling", 2}},
                                     {{"heightmap", kSmall}, {"wrap", "clamp"}}};
+  const std::vector<std::string> differs = {"heights ", "relief depth 0.1, now 0.2\n", "frame 32x32, now 48x32\n",
+                                            "tiling 1, now 2\n", "wrap repeat, now clamp\n"};
   for (std::size_t i = 0; i < others.size(); ++i) {
     SCOPED_TRACE(others[i]);
     const std::string name = "other" + std::to_string(i);
-    const Run other = sweep(others[i], name);
+    const reliefbench::Run other = sweep(others[i], name);
     for (std::size_t r = 0; r < base.records.size(); ++r) {
       ASSERT_EQ(other.records[r].case_id, base.records[r].case_id);
       EXPECT_NE(other.records[r].scene_key, base.records[r].scene_key);
@@ -82,27 +84,28 @@ TEST_F(IdentityTest, runs_that_differ_in_seed_depth_or_frame_have_no_case_in_com
     const CommandResult result = run({"compare", "base", name});
     EXPECT_EQ(result.exit_code, 5) << result.out << result.err;
     EXPECT_THAT(result.out, Not(HasSubstr("slower")));
-    EXPECT_THAT(result.err, AllOf(HasSubstr("scene 'fbm_32x32/oblique' is not the same in both runs"),
-                                  HasSubstr("no case was measured in both runs")));
+    EXPECT_THAT(result.err,
+                AllOf(HasSubstr("scene 'fbm_32x32/oblique' is not the same, its cases are not compared: " + differs[i]),
+                      HasSubstr("no case was measured in both runs")));
   }
 }
 
 TEST_F(IdentityTest, a_scene_under_another_name_is_the_same_scene) {
   write_heightmap(folder_ / "a/rocks.pgm", 1);
   write_heightmap(folder_ / "b/stones.pgm", 1);
-  const Run base = sweep(file_scene("a/rocks.pgm"), "base");
-  const Run renamed = sweep(file_scene("b/stones.pgm"), "renamed");
+  const reliefbench::Run base = sweep(file_scene("a/rocks.pgm"), "base");
+  const reliefbench::Run renamed = sweep(file_scene("b/stones.pgm"), "renamed");
   EXPECT_EQ(base.records[0].scene_key, renamed.records[0].scene_key);
   EXPECT_EQ(compare_runs(base, renamed, {}).matched, base.records.size());
   // In one run both names may stand for it: then each case has its own twin.
-  Run both = base;
+  reliefbench::Run both = base;
   both.records.insert(both.records.end(), renamed.records.begin(), renamed.records.end());
   both.samples.insert(both.samples.end(), renamed.samples.begin(), renamed.samples.end());
   EXPECT_EQ(compare_runs(both, both, {}).matched, both.records.size());
 }
 
 TEST_F(IdentityTest, records_and_tables_have_the_key_and_one_name_has_one) {
-  const Run made = sweep({{"heightmap", kSmall}}, "run");
+  const reliefbench::Run made = sweep({{"heightmap", kSmall}}, "run");
   ASSERT_EQ(made.scenes.size(), 1U);
   EXPECT_EQ(schema_errors(made.info, "run"), "");
   for (const Record& record : made.records) EXPECT_EQ(record.scene_key, made.scenes[0].key);
@@ -122,14 +125,25 @@ TEST_F(IdentityTest, records_and_tables_have_the_key_and_one_name_has_one) {
               ThrowsMessage<Error>(AllOf(HasSubstr("two scenes are called"), HasSubstr("bbbbbbbb"))));
 }
 
+TEST(RecordedTables, without_keys_are_read_by_their_scenes_ids) {
+  const std::string path = std::string(RELIEFBENCH_SOURCE_DIR) + "/tests/data/exhaustive_rocks.csv";
+  const std::vector<TableRow> rows = parse_case_table(file_text(path), path);
+  ASSERT_GT(rows.size(), 1500U);
+  EXPECT_FALSE(rows.front().scene_key.is_known());
+  EXPECT_NE(rows.front().scene, "");
+}
+
 TEST_F(IdentityTest, runs_of_the_schema_before_are_refused_in_one_line) {
   static_cast<void>(sweep({{"heightmap", kSmall}}, "run"));
   json info = json::parse(file_text(folder_ / "run/run.json"));
   info["identity"]["schema"] = kSchemaVersion - 1;
+  info["identity"]["kernels_sha256"] = std::string(64, '0');  // as the build of then had it
   write_atomically(folder_ / "run/run.json", info.dump());
+  const std::string refusal = "key 'identity.schema': is 2, this reliefbench reads 3; measure it anew";
   const CommandResult result = run({"recommend", "run"});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("key 'identity.schema': is 2, this reliefbench reads 3; measure it anew"));
+  EXPECT_THAT(result.err, HasSubstr(refusal));
+  EXPECT_THAT([&] { (void)sweep({{"heightmap", kSmall}}, "run"); }, ThrowsMessage<Error>(HasSubstr(refusal)));
 }
 
 class ChangedHeightmap : public IdentityTest {
@@ -175,6 +189,11 @@ TEST_F(ChangedHeightmap, does_not_go_on_with_a_search_or_its_hold_out) {
   static_cast<void>(tune("rocks.pgm", "other.pgm", "tuned"));
   static_cast<void>(tune("other.pgm", "rocks.pgm", "held"));
   static_cast<void>(tune("rocks.pgm", "other.pgm", "tuned"));  // unchanged: goes on
+  // Another file of the first hold-out's name is another hold-out.
+  write_heightmap(folder_ / "more/rocks.pgm", 5);
+  const std::string name = tune("other.pgm", "more/rocks.pgm", "held").holdout.at(0).scene;
+  EXPECT_THAT(name, AllOf(HasSubstr("rocks."), HasSubstr("/oblique")));
+  EXPECT_EQ(tune("other.pgm", "more/rocks.pgm", "held").holdout.at(0).scene, name);
   write_heightmap(folder_ / "rocks.pgm", 2);
   expect_refused([&] { (void)tune("rocks.pgm", "other.pgm", "tuned"); });
   expect_refused([&] { (void)tune("other.pgm", "rocks.pgm", "held"); });

@@ -12,7 +12,7 @@
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
 #include "tuner/results/run_summary.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/stages.h"
 
 namespace reliefbench {

@@ -17,7 +17,7 @@
 #include "tuner/measure/map_library.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/host.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {

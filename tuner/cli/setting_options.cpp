@@ -7,7 +7,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "tuner/decide/pareto.h"
 #include "tuner/results/relative_time.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -70,17 +71,11 @@ void warn_of_host(const Run& base, const Run& now, Comparison& comparison) {
 
 /// Names that mean another scene in each run, which explains why their cases do not match.
 void warn_of_scenes(const Run& base, const Run& now, Comparison& comparison) {
-  std::map<std::string, SceneKey> before;
-  for (const Record& record : base.records) before.try_emplace(record.scene, record.scene_key);
-  std::set<std::string> told;
-  for (const Record& record : now.records) {
-    const auto other = before.find(record.scene);
-    if (other == before.end() || other->second == record.scene_key || !told.insert(record.scene).second) continue;
-    comparison.warnings.push_back(
-        fmt::format("scene '{}' is not the same in both runs ({}, now {}: heights, view, depth, tiling, wrap or frame "
-                    "differ): its cases are not compared",
-                    record.scene, other->second.short_text(), record.scene_key.short_text()));
-  }
+  for (const MeasuredScene& before : base.scenes)
+    for (const MeasuredScene& after : now.scenes)
+      if (before.spec.id == after.spec.id && before.key != after.key)
+        comparison.warnings.push_back(fmt::format("scene '{}' is not the same, its cases are not compared: {}",
+                                                  before.spec.id, difference_text(before, after)));
 }
 
 std::vector<Match> match_cases(const Run& base, const Run& now, Comparison& comparison) {

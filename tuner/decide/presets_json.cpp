@@ -9,7 +9,7 @@
 #include "tuner/results/case_table.h"
 #include "tuner/results/host.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {

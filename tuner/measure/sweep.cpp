@@ -15,7 +15,7 @@
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_summary.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {

@@ -17,7 +17,7 @@
 #include "tuner/results/device_json.h"
 #include "tuner/results/host.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/t4.h"
 
 namespace reliefbench {

@@ -10,7 +10,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -156,7 +156,9 @@ RunStore::RunStore(fs::path folder, const json& identity) : folder_(std::move(fo
   earlier_.folder = folder_;
   std::error_code error;
   if (fs::exists(folder_ / kRunFile, error)) {
-    check_same_identity(read_info(folder_ / kRunFile)["identity"], identity_, folder_);
+    const json before = read_info(folder_ / kRunFile)["identity"];
+    check_schema(before, folder_ / kRunFile);
+    check_same_identity(before, identity_, folder_);
     results_.emplace(folder_ / kResultsFile);
     samples_.emplace(folder_ / kSamplesFile);
     earlier_ = load_run(folder_);  // after the lock: nobody adds a line any more

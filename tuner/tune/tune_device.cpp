@@ -19,7 +19,8 @@
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_summary.h"
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
+#include "tuner/tune/holdout.h"
 #include "tuner/tune/tune_search.h"
 
 namespace reliefbench {
@@ -65,11 +66,13 @@ class DeviceTuner {
         cache_(Cache::open()),
         library_(cache_, split_) {
     for (const SceneSpec& scene : config.scenes) tuned_.push_back(library_.measured(scene));
-    for (const SceneSpec& scene : options.holdout) add_holdout(library_.measured(scene));
+    for (const SceneSpec& scene : options.holdout) holdout_.push_back(library_.measured(scene));
+    holdout_ = named_holdout(holdout_, tuned_, {});
     for (const Case& c : plan_.cases)
       if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
     session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
     store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
+    holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
     scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
     scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
     std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
@@ -135,18 +138,6 @@ class DeviceTuner {
   }
   [[nodiscard]] bool meets_asked(const FrameScore& score) const {
     return std::ranges::all_of(asked(), [&](const Budget& budget) { return meets(score, budget); });
-  }
-
-  /// A hold-out goes by a name of its own, whatever else is called so; the same scene twice is one.
-  void add_holdout(MeasuredScene scene) {
-    if (const MeasuredScene* const same = find_scene(tuned_, scene.key))
-      fail_input("--holdout {}: is what the pick is tuned on (scene '{}')", scene.spec.heightmap.source, same->spec.id);
-    if (find_scene(holdout_, scene.key) != nullptr) return;
-    const auto is_namesake = [&](const MeasuredScene& other) { return other.spec.id == scene.spec.id; };
-    if (std::ranges::any_of(tuned_, is_namesake) || std::ranges::any_of(holdout_, is_namesake))
-      scene.spec.id = fmt::format("{}.{}/{}", heightmap_part(scene.spec.id), short_key(scene.heights_sha256),
-                                  view_part(scene.spec.id));
-    holdout_.push_back(std::move(scene));
   }
 
   void score_settings() {

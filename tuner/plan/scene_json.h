@@ -1,6 +1,7 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,9 @@ namespace reliefbench {
 
 /// The scene of that key; null: none.
 [[nodiscard]] const MeasuredScene* find_scene(std::span<const MeasuredScene> scenes, const SceneKey& key);
+
+/// What tells one scene from another, for people: "relief depth 0.1, now 0.2; frame 256x256, now 128x128".
+[[nodiscard]] std::string difference_text(const MeasuredScene& before, const MeasuredScene& now);
 
 /// The scenes of an earlier start, and those of this one that are new.
 /// folder: for messages

@@ -1,8 +1,9 @@
-#include "tuner/results/scene_json.h"
+#include "tuner/plan/scene_json.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/error.h"
@@ -128,6 +129,29 @@ const MeasuredScene* find_scene(std::span<const MeasuredScene> scenes, const Sce
   return found == scenes.end() ? nullptr : &*found;
 }
 
+std::string difference_text(const MeasuredScene& before, const MeasuredScene& now) {
+  const auto traits = [](const MeasuredScene& scene) {
+    const Scene& s = scene.spec.scene;
+    const View& v = s.view;
+    return std::array{fmt::format("heights {}", short_key(scene.heights_sha256)),
+                      fmt::format("view {}/{}/{}/{}", v.elevation_deg, v.distance, v.fov_deg, v.azimuth_deg),
+                      fmt::format("relief depth {}", s.relief_depth),
+                      fmt::format("tiling {}", s.tiling),
+                      fmt::format("pan {}", s.pan),
+                      fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
+                      fmt::format("frame {}x{}", s.width_px, s.height_px)};
+  };
+  const auto old = traits(before);
+  const auto fresh = traits(now);
+  std::string text;
+  for (std::size_t i = 0; i < old.size(); ++i) {
+    if (old.at(i) == fresh.at(i)) continue;
+    const std::string value = fresh.at(i).substr(fresh.at(i).rfind(' ') + 1);
+    text += fmt::format("{}{}, now {}", text.empty() ? "" : "; ", old.at(i), value);
+  }
+  return text;
+}
+
 std::vector<MeasuredScene> joined_scenes(std::span<const MeasuredScene> earlier, std::span<const MeasuredScene> now,
                                          std::string_view folder) {
   std::vector<MeasuredScene> all(earlier.begin(), earlier.end());
@@ -146,9 +170,10 @@ std::vector<MeasuredScene> joined_scenes(std::span<const MeasuredScene> earlier,
           folder, scene.spec.id, short_key(known->heights_sha256), scene.spec.heightmap.source,
           short_key(scene.heights_sha256));
     if (place < earlier.size())
-      fail_input("{}: scene '{}' was measured as {}, now it is {}; choose another folder to start anew", folder,
-                 scene.spec.id, known->key.short_text(), scene.key.short_text());
-    fail_input("two scenes are called '{}': {} and {}", scene.spec.id, known->key.short_text(), scene.key.short_text());
+      fail_input("{}: scene '{}' is not the same: {}; choose another folder to start anew", folder, scene.spec.id,
+                 difference_text(*known, scene));
+    fail_input("two scenes are called '{}', {} and {}: {}", scene.spec.id, known->key.short_text(),
+               scene.key.short_text(), difference_text(*known, scene));
   }
   return all;
 }
