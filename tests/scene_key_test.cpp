@@ -11,7 +11,7 @@
 #include "kernels/base/error.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
-#include "tuner/results/run_summary.h"
+#include "tuner/measure/run_info.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/stages.h"
 

@@ -4,10 +4,10 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
-#include "tuner/decide/pareto.h"
-#include "tuner/plan/setting_space.h"
-#include "tuner/results/case_table.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/results/budgets.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tuner/decide/presets.h"
+#include "tuner/plan/preset_file.h"
 
 namespace reliefbench {
 

@@ -1,15 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
 
 #include "kernels/base/error.h"
 #include "tuner/decide/presets.h"
-#include "tuner/plan/config_reader.h"
-#include "tuner/results/case_table.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
 #include "tuner/results/run_files.h"
-#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -86,86 +83,6 @@ json scenes_of(const Presets& presets) {
   return scenes_json(scenes);
 }
 
-/// The node's value with its children in it.
-json whole_value(const JsonNode& node) {
-  json value = node.value;
-  for (const JsonNode& child : node.children) {
-    if (value.is_array())
-      value.push_back(whole_value(child));
-    else
-      value[child.key] = whole_value(child);
-  }
-  return value;
-}
-
-/// One measurement.
-json read_measurement(const ConfigReader& reader, const JsonNode& node) {
-  const auto number = [&](std::string_view key) { return reader.number(reader.required(node, key), {.low = 0}); };
-  json ci = json::array();
-  for (const JsonNode& end : reader.items(reader.required(node, "ci"))) ci.push_back(reader.number(end, {.low = 0}));
-  json measurement = {{"scene", reader.text(reader.required(node, "scene"))},
-                      {"scene_key", reader.text(reader.required(node, "scene_key"))},
-                      {"case", reader.text(reader.required(node, "case"))},
-                      {"time_ns", number("time_ns")},
-                      {"ci", std::move(ci)},
-                      {"error", number("error")}};
-  if (const JsonNode* samples = node.find("samples")) measurement["samples"] = reader.integer(*samples, 1, INT32_MAX);
-  return measurement;
-}
-
-/// What a level rests on, as far as the file says.
-json read_evidence(const ConfigReader& reader, const JsonNode& root, const JsonNode& device, const JsonNode& level) {
-  json evidence = {{"backend", reader.text(reader.required(device, "backend"))},
-                   {"device", reader.text(reader.required(device, "device"))},
-                   {"quality", reader.integer(reader.required(level, "quality"), 0, 100)},
-                   {"scenes", json::array()}};
-  for (const auto& [node, key] : {std::pair(&root, "error_metric"), std::pair(&device, "driver")})
-    if (const JsonNode* text = node->find(key)) evidence[key] = reader.text(*text);
-  for (const char* key : {"relative_time", "error"})
-    if (const JsonNode* number = level.find(key)) evidence[key] = reader.number(*number, {.low = 0});
-  if (const JsonNode* list = level.find("evidence"))
-    for (const JsonNode& one : reader.items(*list)) evidence["scenes"].push_back(read_measurement(reader, one));
-  return evidence;
-}
-
-/// The scenes of a level's measurements.
-std::vector<MeasuredScene> read_scenes(const ConfigReader& reader, const JsonNode& level,
-                                       std::span<const MeasuredScene> all) {
-  std::vector<MeasuredScene> scenes;
-  const JsonNode* const list = level.find("evidence");
-  if (list == nullptr) return scenes;
-  for (const JsonNode& one : reader.items(*list)) {
-    const JsonNode& node = reader.required(one, "scene_key");
-    const SceneKey key = reader.at(node, [&] { return parse_scene_key(reader.text(node)); });
-    const MeasuredScene* const scene = find_scene(all, key);
-    if (scene == nullptr) reader.fail(node, fmt::format("no scene of the file has the key {}", key.short_text()));
-    scenes.push_back(*scene);
-  }
-  return scenes;
-}
-
-LoadedPreset read_level(const ConfigReader& reader, const JsonNode& root, const JsonNode& device, const JsonNode& level,
-                        std::span<const MeasuredScene> scenes) {
-  const JsonNode& technique = reader.required(level, "technique");
-  const std::string id = reader.text(technique);
-  Settings known(*reader.at(technique, [&] { return &find_technique(id); }));
-  const JsonNode& params = reader.required(level, "params");
-  if (!params.value.is_object()) reader.fail(params, "expected an object");
-  std::vector<std::pair<std::string, std::string>> texts;
-  for (const JsonNode& param : params.children) {
-    texts.emplace_back(param.key, reader.text(param));
-    reader.at(param, [&] { known.set(param.key, texts.back().second); });
-  }
-  json evidence = read_evidence(reader, root, device, level);
-  LoadedPreset preset{.backend = evidence["backend"],
-                      .device = evidence["device"],
-                      .quality = evidence["quality"],
-                      .settings = reader.at(params, [&] { return settings_of(id, texts); })};
-  preset.evidence = std::move(evidence);
-  preset.scenes = read_scenes(reader, level, scenes);
-  return preset;
-}
-
 }  // namespace
 
 json presets_json(const Presets& presets) {
@@ -182,22 +99,6 @@ json presets_json(const Presets& presets) {
           {"runs", std::move(runs)},
           {"scenes", scenes_of(presets)},
           {"devices", std::move(devices)}};
-}
-
-std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view file) {
-  const ConfigReader reader{std::string(file)};
-  const JsonNode root = parse_json_lines(text, file);
-  const JsonNode& schema = reader.required(root, "schema");
-  if (schema.value != kPresetsSchema)
-    reader.fail(schema, fmt::format("is {}, this reliefbench reads {}; make the presets anew", schema.value.dump(),
-                                    kPresetsSchema));
-  const JsonNode& list = reader.required(root, "scenes");
-  const std::vector<MeasuredScene> scenes = reader.at(list, [&] { return parse_scenes(whole_value(list)); });
-  std::vector<LoadedPreset> presets;
-  for (const JsonNode& device : reader.items(reader.required(root, "devices")))
-    for (const JsonNode& level : reader.items(reader.required(device, "levels")))
-      presets.push_back(read_level(reader, root, device, level, scenes));
-  return presets;
 }
 
 }  // namespace reliefbench

@@ -40,6 +40,12 @@ std::string bake_key(const MapRow& map, const BakeRequest& request) {
                     fmt::format("{}", request.search_steps), fmt::format("{}", request.distance_slices)});
 }
 
+std::vector<MeasuredScene> MapLibrary::measured(std::span<const SceneSpec> scenes) {
+  std::vector<MeasuredScene> list;
+  for (const SceneSpec& scene : scenes) list.push_back(measured_scene(scene, loaded(scene)));
+  return list;
+}
+
 const BakedMap& MapLibrary::map(const Case& c, const SceneSpec& scene) {
   const std::string text = loaded(scene).sha256 + bake_text(c.settings, scene);
   for (auto it = recent_.begin(); it != recent_.end(); ++it) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <list>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,7 @@ class MapLibrary {
   /// As they are read, once; valid while the library lives.
   [[nodiscard]] const LoadedHeights& loaded(const SceneSpec& scene) { return heightmaps_.read(scene.heightmap); }
   [[nodiscard]] const Heightfield& heights(const SceneSpec& scene) { return loaded(scene).field; }
-  [[nodiscard]] MeasuredScene measured(const SceneSpec& scene) { return measured_scene(scene, loaded(scene)); }
+  [[nodiscard]] std::vector<MeasuredScene> measured(std::span<const SceneSpec> scenes);
   /// The map of a case that has a `format`; valid until another kRecentMaps maps were asked for.
   [[nodiscard]] const BakedMap& map(const Case& c, const SceneSpec& scene);
 

@@ -6,16 +6,18 @@
 #include <chrono>
 #include <set>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/run_info.h"
+#include "tuner/measure/run_results.h"
 #include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/run_summary.h"
-#include "tuner/plan/scene_json.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -163,8 +165,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   const Plan plan = make_plan(config, options.backends, options.filter);
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
-  std::vector<MeasuredScene> measured;
-  for (const SceneSpec& scene : config.scenes) measured.push_back(library.measured(scene));
+  const std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
   std::vector<std::unique_ptr<Session>> sessions;
   for (const std::string& id : options.backends)

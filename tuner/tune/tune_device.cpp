@@ -7,6 +7,7 @@
 #include <set>
 
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/decide/pareto.h"
@@ -14,12 +15,13 @@
 #include "tuner/measure/device_times.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/run_info.h"
+#include "tuner/measure/run_results.h"
 #include "tuner/plan/plan.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/run_summary.h"
-#include "tuner/plan/scene_json.h"
 #include "tuner/tune/holdout.h"
 #include "tuner/tune/tune_search.h"
 
@@ -64,10 +66,9 @@ class DeviceTuner {
         options_(options),
         plan_(make_plan(config, std::vector{options.backend}, "")),
         cache_(Cache::open()),
-        library_(cache_, split_) {
-    for (const SceneSpec& scene : config.scenes) tuned_.push_back(library_.measured(scene));
-    for (const SceneSpec& scene : options.holdout) holdout_.push_back(library_.measured(scene));
-    holdout_ = named_holdout(holdout_, tuned_, {});
+        library_(cache_, split_),
+        tuned_(library_.measured(config.scenes)),
+        holdout_(named_holdout(library_.measured(options.holdout), tuned_, {})) {
     for (const Case& c : plan_.cases)
       if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
     session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
