@@ -143,7 +143,7 @@ TEST(Report, CountsEveryStatusOnce) {
   }
   EXPECT_EQ(sum, run.records.size());
   for (const char* id :
-       {"ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer", "throttled"})
+       {"ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer", "throttled", "crashed"})
     EXPECT_THAT(seen, testing::Contains(id));
 }
 
