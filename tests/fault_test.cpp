@@ -67,7 +67,7 @@ class FaultTest : public ::testing::Test {
     return static_cast<std::size_t>(std::ranges::count(file_text(folder_ / output / file), '\n'));
   }
   void expect_whole(const std::string& output) const {
-    const Run run = load_run(folder_ / output);
+    const reliefbench::Run run = load_run(folder_ / output);
     EXPECT_EQ(lines(output, kResultsFile), 4U);
     ASSERT_EQ(run.records.size(), 4U);
     for (const Record& record : run.records) {

@@ -1,3 +1,5 @@
+#include <sys/resource.h>
+
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <csignal>
@@ -14,7 +16,18 @@
 namespace reliefbench {
 namespace {
 
+// Libraries and drivers end the process in their own ways where a file cannot be opened.
+constexpr rlim_t kLeastDescriptors = 64;
+
+void check_descriptors() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < kLeastDescriptors)
+    fail_environment("{} files may be open at a time (ulimit -n): at least {} are needed", limit.rlim_cur,
+                     kLeastDescriptors);
+}
+
 int run(int argc, char** argv) {
+  check_descriptors();
   CLI::App app{"reliefbench: measure and tune per-pixel displacement mapping"};
   app.footer(
       "Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
