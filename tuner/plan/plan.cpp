@@ -28,6 +28,16 @@ std::size_t combination_count(const SweepSpec& sweep, const std::filesystem::pat
   return sweep.zip ? longest : product;
 }
 
+void check_combinations(const Config& config) {
+  std::size_t combinations = 0;
+  for (const SweepSpec& sweep : config.sweeps) {
+    combinations += combination_count(sweep, config.path);
+    if (combinations > kPlanLimit)
+      fail_input("{}:{}: with the sweep of '{}' the plan has over {} combinations", config.path.string(), sweep.line,
+                 sweep.technique->id, kPlanLimit);
+  }
+}
+
 /// The settings of combination `index`: the last axis of a product moves fastest.
 Settings combination(const SweepSpec& sweep, std::size_t index) {
   Settings settings(*sweep.technique);
@@ -124,13 +134,9 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
   std::vector<Planned> all;
   std::unordered_set<std::string> seen;
   std::string example;
-  std::size_t combinations = 0;
+  check_combinations(config);
   std::size_t cases = 0;
   for (const SweepSpec& sweep : config.sweeps) {
-    combinations += combination_count(sweep, config.path);
-    if (combinations > kPlanLimit)
-      fail_input("{}:{}: with the sweep of '{}' the plan has over {} combinations", config.path.string(), sweep.line,
-                 sweep.technique->id, kPlanLimit);
     const std::vector<Settings> kept = expand(sweep, config.path, plan.conflicts);
     cases += kept.size() * config.scenes.size() * backend_ids.size();
     if (cases > kPlanLimit)
