@@ -9,6 +9,7 @@
 #include <set>
 
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
 #include "reports/export/glsl_fold.h"
@@ -26,6 +27,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 /// Every technique, and what changes which code or textures it needs.
 std::vector<std::string> shipped_settings() {
@@ -230,6 +232,33 @@ TEST_F(ExportTest, a_later_export_replaces_its_own_files_alone) {
   write_atomically(folder_ / "a/b/mine.txt", "mine");
   write_export(make_export(job("relief")), folder_ / "a/b");
   EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"mine.txt", "relief.ktx2", "relief.glsl", "settings.json"}));
+}
+
+TEST_F(ExportTest, files_of_somebody_else_stay) {
+  const Export exported = make_export(job("max_mip"));
+  for (const char* name : {"settings.json", "relief.ktx2", "relief.extra.ktx2", "relief.glsl"}) {
+    for (const char* text : {"mine", "{}", R"({"made_by": "me", "files": [{"file": "relief.glsl"}]})"}) {
+      write_atomically(folder_ / name, text);
+      EXPECT_THAT([&] { write_export(exported, folder_.path()); }, ThrowsMessage<Error>(HasSubstr(name)));
+      EXPECT_EQ(file_text(folder_ / name), text);
+      std::filesystem::remove(folder_ / name);
+    }
+  }
+  // An earlier export's settings.json says which files are its own.
+  write_export(make_export(job("relief")), folder_ / "out");
+  write_atomically(folder_ / "out/relief.extra.ktx2", "mine");
+  write_export(make_export(job("relief")), folder_ / "out");
+  EXPECT_EQ(file_text(folder_ / "out/relief.extra.ktx2"), "mine");
+  EXPECT_THROW(write_export(exported, folder_ / "out"), Error);
+  EXPECT_EQ(file_text(folder_ / "out/relief.extra.ktx2"), "mine");
+}
+
+TEST_F(ExportTest, a_link_is_not_followed) {
+  write_atomically(folder_ / "mine", "mine");
+  std::filesystem::create_directories(folder_ / "out");
+  std::filesystem::create_symlink(folder_ / "mine", folder_ / "out/relief.glsl");
+  EXPECT_THROW(write_export(make_export(job("relief")), folder_ / "out"), Error);
+  EXPECT_EQ(file_text(folder_ / "mine"), "mine");
 }
 
 TEST_F(ExportTest, nothing_is_half_written) {

@@ -236,9 +236,9 @@ class DataBuilder {
     json pictures;
     if (answer.pick != nullptr)
       pictures = {
-          {"frame", image_index(folder / image_path(answer.pick->case_id, "frame"))},
-          {"reference", image_index(folder / image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
-          {"error", image_index(folder / image_path(answer.pick->case_id, "error"))}};
+          {"frame", image_index(folder, image_path(answer.pick->case_id, "frame"))},
+          {"reference", image_index(folder, image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
+          {"error", image_index(folder, image_path(answer.pick->case_id, "error"))}};
     return {{"group", group_index(run, answer.backend, answer.device)},
             {"scene", scenes_.index(answer.scene, answer.scene_key)},
             {"pick", point_json(answer.pick)},
@@ -250,10 +250,11 @@ class DataBuilder {
             {"pictures", pictures}};
   }
 
-  json image_index(const std::filesystem::path& path) {
+  json image_index(const std::filesystem::path& folder, const std::filesystem::path& picture) {
+    const std::filesystem::path path = folder / picture;
     const auto known = image_of_.find(path);
     if (known != image_of_.end()) return known->second;
-    const std::optional<std::string> uri = png_data_uri(path);
+    const std::optional<std::string> uri = png_data_uri(folder, picture);
     if (!uri) return image_of_[path] = json();
     images_.push_back(*uri);
     return image_of_[path] = images_.size() - 1;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -144,8 +145,7 @@ Exit run(const Arguments& arguments) {
   fmt::print("{}\n", paint.dim("Times: median [95 % interval]; judged by the interval's upper end."));
   for (const Answer& answer : answers) print_answer(answer, question, stored.info, paint);
   const Exit result = exit_of(answers);
-  if (result == Exit::nothing_measured)
-    fmt::print(stderr, "reliefbench: no case of {} was measured\n", arguments.folder);
+  if (result == Exit::nothing_measured) print_error(fmt::format("no case of {} was measured", arguments.folder));
   return result;
 }
 

@@ -18,12 +18,16 @@ void DeviceTimes::draw(const Case& c, const SceneSpec& scene) {
     until_control_ = context_.measure.control_every;
   }
   --until_control_;
-  draw_batch(id, one.frames, [&] { return session.draw_ns(one.prepared.draw, one.frames); });
+  draw_batch(id, one.frames, [&] {
+    const auto hold = context_.mark.hold(id);
+    return session.draw_ns(one.prepared.draw, one.frames);
+  });
 }
 
 DeviceTimes::Ready& DeviceTimes::ready(const Case& c, const SceneSpec& scene, const std::string& id) {
   const auto found = ready_.find(id);
   if (found != ready_.end()) return *found->second;
+  const auto hold = context_.mark.hold(id);
   auto fresh = std::make_unique<Ready>(Ready{.spec = c, .prepared = {}, .frames = 1});
   fresh->prepared = context_.preparer.prepare_to_time(fresh->spec, scene);
   if (fresh->prepared.record.status != Status::ok) throw CaseFailed{fresh->prepared.record};

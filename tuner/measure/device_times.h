@@ -23,6 +23,7 @@ class DeviceTimes {
     Preparer& preparer;
     SampleBook& book;
     WallSplit& split;
+    CaseMark& mark;
     const MeasureSpec& measure;
     double started_ns;  ///< of the run, ns since 1970: Sample::at_ns is 0 there
   };

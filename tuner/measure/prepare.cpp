@@ -5,7 +5,7 @@
 #include <chrono>
 #include <optional>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
@@ -25,6 +25,8 @@ std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
 }
 
+}  // namespace
+
 Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();
@@ -38,8 +40,6 @@ Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& 
   record.device = device.name;
   return record;
 }
-
-}  // namespace
 
 Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
   const SceneKey key = key_of(scene);
@@ -68,6 +68,8 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
+    throw;
   } catch (const Error& error) {
     const std::string reason = error.what();
     prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;

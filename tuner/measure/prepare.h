@@ -21,6 +21,9 @@ struct PreparedCase {
   Draw draw{};
 };
 
+/// A case's record before anything is known of it.
+[[nodiscard]] Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device);
+
 /// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
 /// Must not outlive session and library.
 class Preparer {
@@ -36,7 +39,7 @@ class Preparer {
   };
   explicit Preparer(Context context) : context_(std::move(context)) {}
 
-  /// Never throws for a case's own failure: that becomes its record's status and reason.
+  /// Never throws for a case's own failure: that becomes its record's status and reason. throws: FileError
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
   /// The same without the error: compiled, uploaded, drawn once.

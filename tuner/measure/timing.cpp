@@ -43,6 +43,7 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
       const auto earlier = context.samples_so_far.find(prepared->record.case_id);
       const int done = earlier == context.samples_so_far.end() ? 0 : static_cast<int>(earlier->second.size());
       if (done >= context.measure.samples) continue;
+      const auto hold = context.mark.hold(prepared->record.case_id);
       subjects.push_back(
           {.prepared = prepared, .frames = warm_up(session, prepared->draw, context.measure), .rounds_done = done});
     }
@@ -64,10 +65,12 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
     std::vector<Subject*> owners = {nullptr};
     for (std::size_t i = 0; i < order.size(); ++i) {
       Subject* subject = order[i];
-      batches.push_back(
-          {.name = subject->prepared->record.case_id, .frames = subject->frames, .run_ns = [&session, subject] {
-             return session.draw_ns(subject->prepared->draw, subject->frames);
-           }});
+      batches.push_back({.name = subject->prepared->record.case_id,
+                         .frames = subject->frames,
+                         .run_ns = [&session, &context, subject] {
+                           const auto hold = context.mark.hold(subject->prepared->record.case_id);
+                           return session.draw_ns(subject->prepared->draw, subject->frames);
+                         }});
       owners.push_back(subject);
       const bool last = i + 1 == order.size();
       if (last || (i + 1) % static_cast<std::size_t>(context.measure.control_every) == 0) {

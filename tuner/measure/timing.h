@@ -5,6 +5,7 @@
 
 #include "tuner/measure/prepare.h"
 #include "tuner/plan/config.h"
+#include "tuner/results/case_mark.h"
 #include "tuner/results/relative_time.h"
 
 namespace reliefbench {
@@ -16,6 +17,7 @@ struct TimingContext {
   WallSplit& split;
   std::uint64_t seed;                                ///< of this block's shuffles
   const SamplesByCase& samples_so_far;               ///< of an earlier, interrupted start
+  CaseMark& mark;                                    ///< of the case that is being drawn
   std::function<double()> clock_ns;                  ///< Sample::at_ns
   std::function<void(const Sample&)> on_sample;      ///< called, and safe on disk, before the next batch is drawn
   std::function<void(double fraction)> on_progress;  ///< of the block

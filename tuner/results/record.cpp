@@ -15,8 +15,8 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "unsupported",   "compile_error",
-                                                     "timeout", "device_lost", "invalid_timer", "throttled"};
+constexpr std::array<std::string_view, 9> kStatusIds{
+    "ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer", "throttled", "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -150,7 +150,8 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  json line = {{"case", record.case_id},
+  json line = {{"schema", kSchemaVersion},
+               {"case", record.case_id},
                {"technique", record.technique},
                {"params", std::move(params)},
                {"map", record.map},
@@ -172,6 +173,8 @@ void to_json(json& j, const Record& record) {
 }
 
 void from_json(const json& j, Record& record) {
+  if (const int schema = integer<int>(j, "schema"); schema != kSchemaVersion)
+    fail_input("'schema' is {}, this reliefbench reads {}", schema, kSchemaVersion);
   record = {.case_id = text(j, "case"),
             .technique = text(j, "technique"),
             .params = parse_params(member(j, "params"), text(j, "case")),

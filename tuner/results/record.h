@@ -16,7 +16,17 @@ namespace reliefbench {
 /// The layout of every file of a run; raised when one changes.
 inline constexpr int kSchemaVersion = 3;
 
-enum class Status { ok, skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled };
+enum class Status {
+  ok,
+  skipped,
+  unsupported,
+  compile_error,
+  timeout,
+  device_lost,
+  invalid_timer,
+  throttled,
+  crashed  ///< the process died while the case was drawn
+};
 [[nodiscard]] std::string_view status_id(Status status);
 [[nodiscard]] Status parse_status(std::string_view id);  ///< throws: Error(bad_input)
 

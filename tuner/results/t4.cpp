@@ -44,6 +44,7 @@ std::string_view invalidity_of(const TableRow& row, std::span<const Budget> cons
     case Status::device_lost:
     case Status::invalid_timer:
     case Status::throttled:
+    case Status::crashed:
       break;
   }
   return "runtime";

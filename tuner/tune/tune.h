@@ -40,6 +40,7 @@ struct TuneOptions {
   std::vector<SceneSpec> holdout{};
   std::optional<double> time_limit_s{};
   std::function<bool()> is_interrupted = [] { return false; };
+  bool retry_failed = false;  ///< draw again what failed in an earlier start
   bool quiet = false;
 };
 

@@ -15,6 +15,7 @@
 #include "tuner/measure/device_times.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/record_book.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/measure/run_results.h"
 #include "tuner/plan/plan.h"
@@ -22,6 +23,7 @@
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
 #include "tuner/tune/holdout.h"
 #include "tuner/tune/tune_search.h"
 
@@ -76,7 +78,9 @@ class DeviceTuner {
     holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
     scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
     scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
-    std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
+    make_images_folder(options.output);
+    records_ = std::make_unique<RecordBook>(*store_, options.retry_failed);
+    records_->enter_death(all_cases(), scenes_, session_->device());
     const nlohmann::json& info = store_->earlier().info;
     started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
     const std::optional<Calibration> known =
@@ -97,6 +101,7 @@ class DeviceTuner {
                                                                 .preparer = *preparer_,
                                                                 .book = *book_,
                                                                 .split = split_,
+                                                                .mark = store_->mark(),
                                                                 .measure = config.measure,
                                                                 .started_ns = started_ns_});
   }
@@ -134,6 +139,20 @@ class DeviceTuner {
   [[nodiscard]] Case case_of(std::size_t scene, std::size_t setting) const {
     return {.settings = settings_[setting], .scene_id = config_.scenes[scene].id, .backend = options_.backend};
   }
+  /// Those of the plan, and every setting on the held-out scenes.
+  [[nodiscard]] std::vector<Case> all_cases() const {
+    std::vector<Case> cases = plan_.cases;
+    for (const MeasuredScene& scene : holdout_)
+      for (const Settings& settings : settings_)
+        cases.push_back({.settings = settings, .scene.spec.id = scene.id, .backend = options_.backend});
+    return cases;
+  }
+  /// The record of a case that is not to be drawn again since it killed the process twice; null for any other.
+  [[nodiscard]] const Record* given_up(const std::string& case_id) const {
+    const Record* const record = records_->find(case_id);
+    const bool is_crash = record != nullptr && record->status == Status::crashed;
+    return is_crash && records_->is_finished(case_id) ? record : nullptr;
+  }
   [[nodiscard]] const std::vector<Budget>& asked() const {
     return options_.question.max_error.empty() ? config_.front_constraints : options_.question.max_error;
   }
@@ -146,6 +165,9 @@ class DeviceTuner {
     const bool pictures = compares_pictures(asked(), config_.front_error);
     const auto judge = [&](std::size_t setting, std::size_t scene) {
       const Case c = case_of(scene, setting);
+      const std::string id = c.id();
+      if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
+      const auto hold = store_->mark().hold(id);
       if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
       const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
       if (prepared.record.status != Status::ok) fail_environment("{}", prepared.record.reason);
@@ -250,7 +272,7 @@ class DeviceTuner {
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
-        store_->append(failed.record);
+        keep(failed.record);
         const std::size_t setting = setting_of(setting_id(parse_setting(failed.record.case_id)));
         scores_[setting] = {.scored = Scored::failed, .failure = failed.record.reason};
         --result_.counts.scored;
@@ -283,7 +305,7 @@ class DeviceTuner {
             alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
         answer.own = alone.pick;
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
-        store_->append(failed.record);
+        keep(failed.record);
       }
       const std::size_t pick = setting_of(result_.pick->setting);
       const std::vector<double>& times = book_->times(case_of(scene, pick).id());
@@ -302,14 +324,19 @@ class DeviceTuner {
     for (const auto& [scene, heights_hash, key] : holdout_) {
       const Case c{.settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend};
       const std::string id = c.id();
-      PreparedCase prepared = preparer_->prepare(c, scene);
-      HoldoutAnswer answer{.scene = scene.id, .scene_key = key, .failure = prepared.record.reason};
-      if (prepared.record.status == Status::ok) {
+      HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
+      try {
+        if (const Record* const record = given_up(id)) throw CaseFailed{*record};
         while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
-        answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
-        answer.miss = miss_of(budgets, *prepared.record.error).text;
-        answer.time_ns = median(book_->times(id));
-        store_record(prepared.record);
+        const Record& record = whole_record(c, scene);
+        answer.failure = record.reason;
+        if (record.error) {
+          answer.error = find_metric(config_.front_error).value(*record.error).value_or(0);
+          answer.miss = miss_of(budgets, *record.error).text;
+          answer.time_ns = median(book_->times(id));
+        }
+      } catch (const CaseFailed& failed) {
+        answer.failure = failed.record.reason;
       }
       result_.holdout.push_back(std::move(answer));
     }
@@ -331,14 +358,31 @@ class DeviceTuner {
     }
   }
 
-  void store_record(Record& record) {
-    const std::vector<double>& times = book_->times(record.case_id);
-    if (times.empty()) return;
-    std::vector<double> raw_ns = raw_times(book_->samples(record.case_id));
-    record.frame_time = FrameTime{.summary = summarise(times),
-                                  .raw_median = median(raw_ns),
-                                  .timer = std::string(timer_id(session_->calibration().timer))};
-    store_->append(record);
+  /// The record of a case that was timed, with its error and pictures: as an earlier start left it if nothing was drawn
+  /// since, or a search that is asked for again would enter it again.
+  const Record& whole_record(const Case& c, const SceneSpec& scene) {
+    const std::string id = c.id();
+    const std::vector<double>& times = book_->times(id);
+    const Record* const known = records_->find(id);
+    if (known != nullptr && known->status == Status::ok &&
+        known->frame_time->summary.n == static_cast<int>(times.size()))
+      return *known;
+    const auto hold = store_->mark().hold(id);
+    Record record = preparer_->prepare(c, scene).record;
+    if (record.status == Status::ok)
+      record.frame_time = FrameTime{.summary = summarise(times),
+                                    .raw_median = median(raw_times(book_->samples(id))),
+                                    .timer = std::string(timer_id(session_->calibration().timer))};
+    return keep(record);
+  }
+
+  /// Enters a record unless the same failure is there already.
+  const Record& keep(const Record& record) {
+    const Record* const known = records_->find(record.case_id);
+    if (known == nullptr || record.status == Status::ok || known->status != record.status ||
+        known->reason != record.reason)
+      records_->append(record);
+    return *records_->find(record.case_id);
   }
 
   /// Settings that an answer names: these get a whole record, with pictures.
@@ -355,9 +399,7 @@ class DeviceTuner {
     for (const std::string& id : answering_settings())
       for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
         const Case c = case_of(scene, setting_of(id));
-        if (book_->times(c.id()).empty()) continue;
-        PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-        store_record(prepared.record);
+        if (!book_->times(c.id()).empty()) whole_record(c, config_.scenes[scene]);
       }
     result_.wall_s = elapsed_s();
     write_results(config_, load_run(options_.output));
@@ -394,6 +436,7 @@ class DeviceTuner {
   std::vector<Settings> settings_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunStore> store_;
+  std::unique_ptr<RecordBook> records_;
   std::unique_ptr<Preparer> preparer_;
   std::unique_ptr<SampleBook> book_;
   std::unique_ptr<DeviceTimes> times_;
