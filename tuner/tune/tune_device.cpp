@@ -144,7 +144,7 @@ class DeviceTuner {
     std::vector<Case> cases = plan_.cases;
     for (const MeasuredScene& scene : holdout_)
       for (const Settings& settings : settings_)
-        cases.push_back({.settings = settings, .scene.spec.id = scene.id, .backend = options_.backend});
+        cases.push_back({.settings = settings, .scene_id = scene.spec.id, .backend = options_.backend});
     return cases;
   }
   /// The record of a case that is not to be drawn again since it killed the process twice; null for any other.
