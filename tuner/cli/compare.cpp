@@ -94,7 +94,7 @@ Exit run(const Arguments& arguments) {
   for (const std::string& lost : comparison.lost) fmt::print("{} {}\n", paint.bad("lost"), lost);
   print_unmatched("only in base", comparison.only_base, arguments.all);
   print_unmatched("only in new", comparison.only_new, arguments.all);
-  if (comparison.matched == 0) print_error("no case was measured in both runs");
+  if (comparison.matched == 0) print_error("no case was measured in both runs: nothing is compared");
   return result;
 }
 

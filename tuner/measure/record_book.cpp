@@ -27,12 +27,15 @@ RecordBook::RecordBook(RunStore& store, bool retry_failed)
   for (const Record& record : store.earlier().records) latest_.insert_or_assign(record.case_id, record);
 }
 
-void RecordBook::enter_death(std::span<const Case> cases, const DeviceInfo& device) {
+void RecordBook::enter_death(std::span<const Case> cases, std::span<const MeasuredScene> scenes,
+                             const DeviceInfo& device) {
   const std::optional<CaseMark::Death>& death = store_.mark().death();
   if (!death || (death->signal == 0 && death->times % kSilentEndsOfACrash != 0)) return;
   const auto found = std::ranges::find(cases, death->case_id, &Case::id);
   if (found == cases.end() || found->backend != device.backend) return;
-  Record record = blank_record(*found, device);
+  const auto scene = std::ranges::find(scenes, found->scene_id, [](const MeasuredScene& one) { return one.spec.id; });
+  if (scene == scenes.end()) return;
+  Record record = blank_record(*found, scene->key, device);
   record.status = Status::crashed;
   record.reason = reason_of(*death);
   append(record);
