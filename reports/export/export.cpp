@@ -17,9 +17,9 @@
 #include "reports/export/shipped_shader.h"
 #include "tuner/measure/bake.h"
 #include "tuner/measure/map_library.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/host.h"
-#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {

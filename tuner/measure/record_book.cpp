@@ -33,7 +33,7 @@ void RecordBook::enter_death(std::span<const Case> cases, std::span<const Measur
   if (!death || (death->signal == 0 && death->times % kSilentEndsOfACrash != 0)) return;
   const auto found = std::ranges::find(cases, death->case_id, &Case::id);
   if (found == cases.end() || found->backend != device.backend) return;
-  const auto scene = std::ranges::find(scenes, found->scene_id, [](const MeasuredScene& s) { return s.spec.id; });
+  const auto scene = std::ranges::find(scenes, found->scene_id, [](const MeasuredScene& one) { return one.spec.id; });
   if (scene == scenes.end()) return;
   Record record = blank_record(*found, scene->key, device);
   record.status = Status::crashed;

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "backends/backend.h"
-#include "tuner/plan/case.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/results/store.h"
 
@@ -20,8 +19,9 @@ class RecordBook {
   /// retry_failed: cases that failed count as not drawn yet
   RecordBook(RunStore& store, bool retry_failed);
 
-  /// Makes the case that the earlier start died of a `crashed` record, if it is one of these. Where a signal of the
-  /// process's own says that it crashed, at once; what ended without a word (kill -9, power, memory) counts half.
+  /// Makes the case that the earlier start died of a `crashed` record, if it is one of these. scenes: of all cases.
+  /// Where a signal of the process's own says that it crashed, at once; what ended without a word (kill -9, power,
+  /// memory) counts half.
   void enter_death(std::span<const Case> cases, std::span<const MeasuredScene> scenes, const DeviceInfo& device);
   void append(const Record& record);
 

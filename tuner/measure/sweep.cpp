@@ -206,9 +206,9 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split));
 
   RunStore store(options.output, identity_of(config, options, sessions));
-  make_images_folder(options.output);
   const Run& earlier = store.earlier();
   const std::vector<MeasuredScene> scenes = joined_scenes(earlier.scenes, measured, options.output.string());
+  make_images_folder(options.output);
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());
   SamplesByCase samples = group_samples(earlier.samples);

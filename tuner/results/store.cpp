@@ -213,7 +213,11 @@ void RunStore::open() {
   earlier_.folder = folder_;
   results_.emplace(folder_ / kResultsFile);
   const FolderState state = folder_state(folder_);
-  if (state == FolderState::run) check_same_identity(read_info(folder_ / kRunFile)["identity"], identity_, folder_);
+  if (state == FolderState::run) {
+    const json before = read_info(folder_ / kRunFile)["identity"];
+    check_schema(before, folder_ / kRunFile);
+    check_same_identity(before, identity_, folder_);
+  }
   samples_.emplace(folder_ / kSamplesFile);
   mark_.emplace(folder_ / kMarkFile);
   remove_stale_run_files(folder_);
