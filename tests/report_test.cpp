@@ -143,7 +143,7 @@ TEST(Report, CountsEveryStatusOnce) {
   }
   EXPECT_EQ(sum, run.records.size());
   for (const char* id :
-       {"ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer", "throttled"})
+       {"ok", "unsupported", "compile_error", "timeout", "device_lost", "out_of_memory", "invalid_timer", "throttled"})
     EXPECT_THAT(seen, testing::Contains(id));
 }
 

@@ -26,7 +26,7 @@ bool contains_text(const Spirv& spirv, std::string_view text) {
 
 std::string error_of(std::string_view text, Dialect dialect) {
   try {
-    (void)compile_fragment({.name = "probe.glsl", .text = text}, Target::score, dialect);
+    (void)compile_fragment({.name = "probe.glsl", .text = std::string(text)}, Target::score, dialect);
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), Exit::environment);
     return error.what();
@@ -64,7 +64,7 @@ TEST_P(ShaderCompiler, targets_and_techniques_differ) {
 
 TEST_P(ShaderCompiler, a_given_source_equals_the_embedded_one) {
   const std::string_view text = "Hit trace(Ray ray) { return Hit(0.0, STATUS_HIT, 0, 0); }\n";
-  EXPECT_EQ(compile_fragment({.name = "other.glsl", .text = text}, Target::color, GetParam()),
+  EXPECT_EQ(compile_fragment({.name = "other.glsl", .text = std::string(text)}, Target::color, GetParam()),
             compile_fragment("flat", Target::color, GetParam()));
 }
 

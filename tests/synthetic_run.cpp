@@ -76,7 +76,8 @@ Record ok_record(const Settings& settings, const std::string& scene, const std::
 void add_failed(Run& run, const std::string& scene, const std::string& backend, const SyntheticRunOptions& options) {
   using enum Status;
   Settings settings(techniques().back());
-  for (const Status status : {skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled}) {
+  for (const Status status :
+       {unsupported, compile_error, timeout, device_lost, out_of_memory, invalid_timer, throttled}) {
     Record record = base_record(settings, scene, backend, options.device);
     record.case_id += fmt::format("&failed={}{}", static_cast<int>(status), kHostileText);
     record.status = status;

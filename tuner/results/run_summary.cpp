@@ -12,6 +12,8 @@
 #include "kernels/base/sha256.h"
 #include "kernels/judge/reference.h"
 #include "kernels/maps/map_kind.h"
+#include "kernels/trace/shader_contract.h"
+#include "kernels/trace/technique.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/measure/harness.h"
@@ -52,6 +54,8 @@ std::vector<std::string> command_line() {
 std::string kernels_sha256() {
   std::string text = fmt::format("harness {} tracer {}\n", kHarnessVersion, ReferenceTracer::kVersion);
   for (const MapRow& row : map_kinds()) text += fmt::format("{} {}\n", row.id, row.version);
+  text += shared_contract();
+  for (const Technique& technique : techniques()) text += parameters_contract(technique);
   for (const EmbeddedFile& file : embedded_shaders()) text += fmt::format("{}\n{}\n", file.name, file.text);
   return sha256(text);
 }
