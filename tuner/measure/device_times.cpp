@@ -2,11 +2,11 @@
 
 #include <vector>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "tuner/measure/harness.h"
 #include "tuner/measure/timing.h"
 #include "tuner/results/relative_time.h"
-#include "tuner/results/run_summary.h"
 
 namespace reliefbench {
 namespace {
