@@ -4,7 +4,6 @@
 #include <array>
 #include <cstring>
 
-#include "backends/shader_compiler.h"
 #include "kernels/base/error.h"
 #include "kernels/maps/cone_search.h"
 #include "kernels/maps/max_pyramid.h"
@@ -152,11 +151,14 @@ std::span<const MapKind> gpu_bakers() {
   return kinds;
 }
 
+Spirv compile_baker(MapKind kind, Dialect dialect) {
+  return compile_compute(find_row(kind).shader, dialect, {.name = "bake_contract.glsl", .text = bake_contract()});
+}
+
 GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind) : backend_(backend), kind_(kind) {
-  const Row& row = find_row(kind);
   const DeviceInfo& device = backend.device();
   if (!device.float64) fail_environment("{}: no double precision in shaders, which a bake needs", device.name);
-  const Spirv spirv = compile_compute(row.shader, dialect, {.name = "bake_contract.glsl", .text = bake_contract()});
+  const Spirv spirv = compile_baker(kind, dialect);
   pipeline_ = backend.compile_compute({.label = std::string(find_map(kind).id), .spirv = spirv, .inputs = 2});
 }
 

@@ -127,7 +127,9 @@ TEST_F(DeviceFault, memory_that_runs_out_costs_one_case_whatever_wanted_it) {
         EXPECT_EQ(call, FaultyDevices::draw);
       }
       EXPECT_EQ(devices.calls(FaultyDevices::open), 1);
-      if (!statuses.empty()) EXPECT_EQ(statuses, (Statuses{{"ok", whole.at("ok") - 1}, {"out_of_memory", 1}}));
+      if (!statuses.empty()) {
+        EXPECT_EQ(statuses, (Statuses{{"ok", whole.at("ok") - 1}, {"out_of_memory", 1}}));
+      }
       EXPECT_EQ(sweep(name), whole);
     }
 }
@@ -159,7 +161,9 @@ TEST_F(DeviceFault, a_time_of_zero_is_no_time) {
     try {
       Statuses statuses = sweep("zero" + std::to_string(nth), devices);
       was_a_case = statuses["invalid_timer"] == 1;
-      if (was_a_case) EXPECT_EQ(statuses["ok"], cases - 1);
+      if (was_a_case) {
+        EXPECT_EQ(statuses["ok"], cases - 1);
+      }
     } catch (const Error& error) {  // the control case's
       EXPECT_EQ(error.fault(), Fault::invalid_timer);
     }
