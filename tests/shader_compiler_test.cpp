@@ -4,8 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
 
+#include "backends/gpu_bake.h"
 #include "kernels/base/error.h"
+#include "kernels/trace/technique.h"
+#include "tests/command.h"
+#include "tests/temp_folder.h"
 
 namespace reliefbench {
 namespace {
@@ -95,6 +101,30 @@ TEST_P(ShaderCompiler, an_unknown_technique_is_named) {
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("nowhere.glsl"));
   }
+}
+
+TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator) {
+  const TempFolder folder;
+  int modules = 0;
+  const auto write = [&](const std::string& name, const Spirv& spirv) {
+    std::ofstream((folder / (name + ".spv")), std::ios::binary)
+        .write(reinterpret_cast<const char*>(spirv.data()), static_cast<std::streamsize>(spirv.size() * 4));
+    ++modules;
+  };
+  write("fullscreen", compile_vertex(GetParam()));
+  write("load", compile_load(GetParam()));
+  write("reference", compile_fragment("reference", Target::color, GetParam()));
+  for (const Technique& technique : techniques()) {
+    write(std::string(technique.id) + ".shade", compile_fragment(technique.id, Target::color, GetParam()));
+    write(std::string(technique.id) + ".score", compile_fragment(technique.id, Target::score, GetParam()));
+  }
+  for (const MapKind kind : gpu_bakers()) write(std::string(find_map(kind).id), compile_baker(kind, GetParam()));
+  const std::string command = fmt::format(
+      "cd '{}' && for module in *.spv; do spirv-val --target-env {} $module || echo in $module; done >log 2>&1",
+      folder.path().string(), GetParam() == Dialect::vulkan ? "vulkan1.1" : "spv1.0");
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(file_text(folder / "log"), "");
+  EXPECT_GT(modules, 30);
 }
 
 TEST_P(ShaderCompiler, it_works_again_after_an_error) {
