@@ -131,11 +131,10 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
                                            Target::score, {}, "shipped");
         const auto relief = rig.backend->upload(texture_desc(map.textures.relief, wrap));
         const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, wrap)) : nullptr;
+        Textures textures = rig.textures(relief.get(), extra.get());
+        textures["rays"] = ray_texture.get();
         rig.backend->render({.pipeline = pipeline.get(),
-                             .relief = relief.get(),
-                             .normals = rig.plain.get(),
-                             .reference = ray_texture.get(),
-                             .extra = extra ? extra.get() : rig.plain.get(),
+                             .textures = std::move(textures),
                              .frame = frame_uniforms(scene, heights().width, heights().height)},
                             1, Timer::fenced_wall);
         const std::vector<ScorePixel> found = rig.backend->read_score();

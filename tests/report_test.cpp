@@ -143,8 +143,8 @@ TEST(Report, CountsEveryStatusOnce) {
     seen.push_back(row["status"]);
   }
   EXPECT_EQ(sum, run.records.size());
-  for (const char* id : {"ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer",
-                         "throttled", "crashed"})
+  for (const char* id : {"ok", "unsupported", "compile_error", "timeout", "device_lost", "out_of_memory",
+                         "invalid_timer", "throttled", "crashed"})
     EXPECT_THAT(seen, testing::Contains(id));
 }
 

@@ -71,6 +71,24 @@ void print_summary(const SweepSummary& summary) {
   fmt::print("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
 
+/// On stderr, where it is seen beside --json too: how many cases have no time, and why.
+void print_failures(const SweepSummary& summary) {
+  std::vector<std::string> failed;
+  int count = 0;
+  bool is_tried_again = false;
+  for (const auto& [status, cases] : summary.statuses) {
+    if (status == status_id(Status::ok)) continue;
+    failed.push_back(fmt::format("{} {}", cases, status));
+    count += cases;
+    is_tried_again |= may_pass(parse_status(status));
+  }
+  if (failed.empty()) return;
+  fmt::print(
+      stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
+      fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
+      is_tried_again ? "; the same command tries again what timed out, lost the device or ran out of memory" : "");
+}
+
 void run(const Arguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
@@ -91,11 +109,8 @@ void run(const Arguments& arguments, int& exit_code) {
   } else {
     print_summary(summary);
   }
-  if (!summary.statuses.contains("ok")) {
-    print_error(
-        fmt::format("no case could be measured; the reasons are in {}", (summary.folder / kResultsFile).string()));
-    exit_code = static_cast<int>(Exit::nothing_measured);
-  }
+  print_failures(summary);
+  if (!summary.statuses.contains("ok")) exit_code = static_cast<int>(Exit::nothing_measured);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "tuner/decide/pareto.h"
-#include "tuner/results/relative_time.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/relative_time.h"
 
 namespace reliefbench {
 namespace {

@@ -3,11 +3,29 @@
 #include <vector>
 
 #include "kernels/base/clock.h"
+#include "kernels/base/error.h"
 #include "tuner/measure/harness.h"
 #include "tuner/measure/timing.h"
 #include "tuner/results/relative_time.h"
 
 namespace reliefbench {
+namespace {
+
+/// What `draw` returns. throws: CaseFailed where the device does not draw the case
+template <typename Draw>
+auto drawn_or_failed(const PreparedCase& prepared, const Draw& draw) {
+  try {
+    return draw();
+  } catch (const Error& error) {
+    CaseFailed failed{prepared.record};
+    failed.record.status = status_of(error.fault(), Status::unsupported);
+    failed.record.reason = error.what();
+    throw failed;
+  }
+}
+
+}  // namespace
+
 void DeviceTimes::draw(const Case& c, const SceneSpec& scene) {
   Session& session = context_.session;
   const std::string id = c.id();
@@ -20,7 +38,7 @@ void DeviceTimes::draw(const Case& c, const SceneSpec& scene) {
   --until_control_;
   draw_batch(id, one.frames, [&] {
     const auto hold = context_.mark.hold(id);
-    return session.draw_ns(one.prepared.draw, one.frames);
+    return drawn_or_failed(one.prepared, [&] { return session.draw_ns(one.prepared.draw, one.frames); });
   });
 }
 
@@ -31,8 +49,10 @@ DeviceTimes::Ready& DeviceTimes::ready(const Case& c, const SceneSpec& scene, co
   auto fresh = std::make_unique<Ready>(Ready{.spec = c, .prepared = {}, .frames = 1});
   fresh->prepared = context_.preparer.prepare_to_time(fresh->spec, scene);
   if (fresh->prepared.record.status != Status::ok) throw CaseFailed{fresh->prepared.record};
-  fresh->frames = context_.split.book(
-      Part::warmup, [&] { return warm_up(context_.session, fresh->prepared.draw, context_.measure); });
+  fresh->frames = context_.split.book(Part::warmup, [&] {
+    return drawn_or_failed(fresh->prepared,
+                           [&] { return warm_up(context_.session, fresh->prepared.draw, context_.measure); });
+  });
   return *ready_.emplace(id, std::move(fresh)).first->second;
 }
 

@@ -10,7 +10,8 @@
 
 namespace reliefbench {
 
-/// A case that cannot be drawn, found out when it was to be timed.
+/// A case that cannot be drawn, found out when it was to be timed. Where its status is device_lost, the device is to be
+/// opened again.
 struct CaseFailed {
   Record record;
 };
@@ -31,6 +32,8 @@ class DeviceTimes {
 
   /// One more sample of a case; the first time it is compiled, uploaded and warmed up. throws: CaseFailed
   void draw(const Case& c, const SceneSpec& scene);
+  /// Frees what it has on the device, which is made again when it is needed.
+  void release() { ready_.clear(); }
 
  private:
   struct Ready {

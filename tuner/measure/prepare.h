@@ -19,6 +19,9 @@ struct PreparedCase {
   std::unique_ptr<Texture> relief{};
   std::unique_ptr<Texture> extra{};  ///< null where the map has one texture
   Draw draw{};
+
+  /// Frees what it has on the device; it can't be drawn then.
+  void release();
 };
 
 /// A case's record before anything is known of it.
@@ -48,6 +51,9 @@ class Preparer {
   /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
   /// content. throws: Error: what prepare() would make a status of
   [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
+
+  /// Frees what it has on the device, which is uploaded again when it is needed.
+  void release();
 
   [[nodiscard]] int references_traced() const { return references_traced_; }
   [[nodiscard]] int references_from_cache() const { return references_from_cache_; }

@@ -54,7 +54,7 @@ const Record* RecordBook::find(std::string_view case_id) const {
 
 bool RecordBook::is_finished(std::string_view case_id) const {
   const Record* const record = find(case_id);
-  if (record == nullptr || record->status == Status::device_lost) return false;
+  if (record == nullptr || may_pass(record->status)) return false;
   if (record->status == Status::ok) return true;
   if (record->status == Status::crashed && crashes_.find(case_id)->second < kMostCrashes) return false;
   return !retry_failed_;

@@ -8,6 +8,8 @@
 #include "kernels/base/embedded.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
+#include "kernels/trace/shader_contract.h"
+#include "kernels/trace/technique.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/host.h"
@@ -43,6 +45,8 @@ std::vector<std::string> command_line() {
 std::string kernels_sha256(std::span<const StageVersion> stages) {
   std::string text;
   for (const StageVersion& stage : stages) text += fmt::format("{} {}\n", stage.id, stage.version);
+  text += shared_contract();
+  for (const Technique& technique : techniques()) text += parameters_contract(technique);
   for (const EmbeddedFile& file : embedded_shaders()) text += fmt::format("{}\n{}\n", file.name, file.text);
   return sha256(text);
 }

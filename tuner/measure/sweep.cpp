@@ -128,49 +128,85 @@ class DeviceSweep {
   void run_block(const Block& block, const std::function<void(double)>& on_progress) {
     std::vector<PreparedCase> prepared;
     prepared.reserve(block.size());
-    std::vector<PreparedCase*> timed;
     for (const Case* c : block) {
       const auto hold = store_.mark().hold(c->id());
       prepared.push_back(preparer_.prepare(*c, scene_of(config_, *c)));
-      if (prepared.back().record.status == Status::ok) timed.push_back(&prepared.back());
+      if (prepared.back().record.status == Status::device_lost) reopen(prepared);
       on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
     }
-    std::string failure;
-    try {
-      time_block(timed, {.session = session_,
-                         .measure = config_.measure,
-                         .split = split_,
-                         .seed = config_.seed ^ std::hash<std::string>{}(block.front()->id()),
-                         .samples_so_far = samples_,
-                         .mark = store_.mark(),
-                         .clock_ns = [this] { return unix_ns() - started_ns_; },
-                         .on_sample =
-                             [this](const Sample& sample) {
-                               store_.append(sample);
-                               samples_[sample.case_id].push_back(sample);
-                             },
-                         .on_progress =
-                             [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); }});
-    } catch (const FileError&) {  // a full disk ends the run: it says nothing about the cases
-      throw;
-    } catch (const Error& error) {  // the device failed under a batch: its block ends here, finished cases count
-      failure = error.what();
-    }
+    sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
     for (PreparedCase& one : prepared) {
       Record& record = one.record;
-      if (record.status == Status::ok) {
-        const auto count = static_cast<int>(samples_[record.case_id].size());
-        if (count >= config_.measure.samples) {
-          set_frame_time(record, samples_, session_);
-        } else {
-          record.status = Status::device_lost;
-          record.reason = failure;
-        }
-      }
+      if (record.status == Status::ok) set_frame_time(record, samples_, session_);
       book_.append(record);
     }
   }
 
+  /// Samples the cases of a block that are ok. One that fails in its frames gets its status, and the others go on.
+  void sample(std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
+    for (int lost_by_control = 0;;) {
+      make_drawable(block);
+      std::vector<PreparedCase*> timed;
+      for (PreparedCase& one : block)
+        if (one.record.status == Status::ok) timed.push_back(&one);
+      try {
+        time_block(timed, {.session = session_,
+                           .measure = config_.measure,
+                           .split = split_,
+                           .seed = config_.seed ^ std::hash<std::string>{}(block.front().record.case_id),
+                           .samples_so_far = samples_,
+                           .mark = store_.mark(),
+                           .clock_ns = [this] { return unix_ns() - started_ns_; },
+                           .on_sample =
+                               [this](const Sample& sample) {
+                                 store_.append(sample);
+                                 samples_[sample.case_id].push_back(sample);
+                               },
+                           .on_progress = on_progress});
+        return;
+      } catch (const BatchFailed& failed) {
+        const bool is_lost = failed.error.fault() == Fault::device_lost;
+        if (failed.owner != nullptr) {
+          fail(*failed.owner, status_of(failed.error.fault(), Status::unsupported), failed.error.what());
+        } else if (!is_lost || ++lost_by_control > kMostLostByControl) {
+          throw failed.error;  // it is no case's fault
+        }
+        if (is_lost) reopen(block);
+      }
+    }
+  }
+
+  static void fail(PreparedCase& one, Status status, const std::string& reason) {
+    one.record.status = status;
+    one.record.reason = reason;
+    one.release();
+  }
+
+  /// Opens the lost device again; what the block had on it is gone.
+  void reopen(std::vector<PreparedCase>& block) {
+    for (PreparedCase& one : block) one.release();
+    preparer_.release();
+    session_.reopen();
+  }
+
+  /// Uploads and draws again what a block had on a lost device.
+  void make_drawable(std::vector<PreparedCase>& block) {
+    for (std::size_t i = 0; i < block.size();) {
+      PreparedCase& one = block[i++];
+      if (one.record.status != Status::ok || one.draw.pipeline != nullptr) continue;
+      PreparedCase again = preparer_.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
+      one.relief = std::move(again.relief);
+      one.extra = std::move(again.extra);
+      one.draw = again.draw;
+      if (again.record.status == Status::ok) continue;
+      fail(one, again.record.status, again.record.reason);
+      if (again.record.status != Status::device_lost) continue;
+      reopen(block);
+      i = 0;
+    }
+  }
+
+  static constexpr int kMostLostByControl = 3;  // in a block
   static constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
 
   const Config& config_;
@@ -203,7 +239,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   Progress progress(options.quiet);
   std::vector<std::unique_ptr<Session>> sessions;
   for (const std::string& id : options.backends)
-    sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split));
+    sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
 
   RunStore store(options.output, identity_of(config, options, sessions));
   const Run& earlier = store.earlier();

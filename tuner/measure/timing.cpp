@@ -16,6 +16,16 @@ struct Subject {
   int rounds_done;
 };
 
+/// What `draw` returns. owner: whose frames it draws, null for the control case
+template <typename Draw>
+auto drawn_for(PreparedCase* owner, const Draw& draw) {
+  try {
+    return draw();
+  } catch (const Error& error) {
+    throw BatchFailed{.owner = owner, .error = error};
+  }
+}
+
 int frames_for(double frame_ns, const MeasureSpec& measure) {
   return std::max(1, static_cast<int>(std::ceil(measure.batch_ms * 1e6 / std::max(frame_ns, 1.0))));
 }
@@ -44,15 +54,15 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
       const int done = earlier == context.samples_so_far.end() ? 0 : static_cast<int>(earlier->second.size());
       if (done >= context.measure.samples) continue;
       const auto hold = context.mark.hold(prepared->record.case_id);
-      subjects.push_back(
-          {.prepared = prepared, .frames = warm_up(session, prepared->draw, context.measure), .rounds_done = done});
+      const int frames = drawn_for(prepared, [&] { return warm_up(session, prepared->draw, context.measure); });
+      subjects.push_back({.prepared = prepared, .frames = frames, .rounds_done = done});
     }
   });
 
   std::mt19937_64 random(context.seed);
   const std::string control_id = control_case_id(session.device().backend);
   const TimedBatch control{.name = control_id, .frames = session.calibration().frames, .run_ns = [&session] {
-                             return session.draw_control_ns();
+                             return drawn_for(nullptr, [&] { return session.draw_control_ns(); });
                            }};
   for (int round = 0; round < context.measure.samples; ++round) {
     std::vector<Subject*> order;
@@ -69,7 +79,8 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
                          .frames = subject->frames,
                          .run_ns = [&session, &context, subject] {
                            const auto hold = context.mark.hold(subject->prepared->record.case_id);
-                           return session.draw_ns(subject->prepared->draw, subject->frames);
+                           return drawn_for(subject->prepared,
+                                            [&] { return session.draw_ns(subject->prepared->draw, subject->frames); });
                          }});
       owners.push_back(subject);
       const bool last = i + 1 == order.size();

@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "kernels/base/error.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/plan/config.h"
 #include "tuner/results/case_mark.h"
@@ -23,12 +24,19 @@ struct TimingContext {
   std::function<void(double fraction)> on_progress;  ///< of the block
 };
 
+/// Thrown where a batch of frames fails.
+struct BatchFailed {
+  PreparedCase* owner;  ///< null: the control case
+  Error error;
+};
+
 /// Draws batches until two in a row agree within 5 %, or as often as `measure` allows.
 /// returns: frames that make a batch of the asked length
 [[nodiscard]] int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure);
 
 /// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
 /// shuffled anew, with the control case first, last and between.
+/// throws: BatchFailed: samples taken before count; whatever on_sample throws
 void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context);
 
 }  // namespace reliefbench

@@ -15,8 +15,9 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 9> kStatusIds{
-    "ok", "skipped", "unsupported", "compile_error", "timeout", "device_lost", "invalid_timer", "throttled", "crashed"};
+constexpr std::array<std::string_view, 9> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
+                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled",
+                                                     "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -105,6 +106,24 @@ std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std
 }
 
 }  // namespace
+
+bool may_pass(Status status) {
+  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
+}
+
+Status status_of(Fault fault, Status otherwise) {
+  switch (fault) {
+    case Fault::device_lost:
+      return Status::device_lost;
+    case Fault::out_of_memory:
+      return Status::out_of_memory;
+    case Fault::invalid_timer:
+      return Status::invalid_timer;
+    case Fault::other:
+      break;
+  }
+  return otherwise;
+}
 
 json score_json(const FrameScore& score) {
   return {{"pixels", score.pixels},

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -163,17 +164,35 @@ class DeviceTuner {
   void score_settings() {
     Progress progress(options_.quiet);
     const bool pictures = compares_pictures(asked(), config_.front_error);
-    const auto judge = [&](std::size_t setting, std::size_t scene) {
+    const auto judge_once = [&](std::size_t setting, std::size_t scene) {
       const Case c = case_of(scene, setting);
       const std::string id = c.id();
       if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
       const auto hold = store_->mark().hold(id);
       if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
       const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-      if (prepared.record.status != Status::ok) fail_environment("{}", prepared.record.reason);
+      const bool is_lost = prepared.record.status == Status::device_lost;
+      if (prepared.record.status != Status::ok)
+        fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
       return *prepared.record.error;
     };
+    // A device that is lost is opened again; where that fails, all ends.
+    std::exception_ptr end;
+    const auto judge = [&](std::size_t setting, std::size_t scene) {
+      try {
+        return judge_once(setting, scene);
+      } catch (const Error& error) {
+        if (error.fault() != Fault::device_lost || end) throw;
+      }
+      try {
+        reopen();
+      } catch (const Error&) {
+        end = std::current_exception();
+      }
+      fail_device(Fault::device_lost, "the device was lost");
+    };
     const auto should_stop = [&](std::size_t done) {
+      if (end) return true;
       progress.update(static_cast<double>(done) / static_cast<double>(settings_.size()),
                       fmt::format("errors of {} settings", settings_.size()));
       return is_over(kMostOfErrorPass * limit_s());
@@ -195,6 +214,7 @@ class DeviceTuner {
                                        [&](const FrameScore& score) { return meets_asked(score); }, should_stop)
                                  : score_all(settings_.size(), config_.scenes.size(), judge, should_stop);
     progress.finish();
+    if (end) std::rethrow_exception(end);
     counts.settings = static_cast<int>(settings_.size());
     counts.conflicts = static_cast<int>(plan_.conflicts.size());
     for (const SettingScore& score : scores_) {
@@ -254,6 +274,18 @@ class DeviceTuner {
     return std::nullopt;
   }
 
+  void take_failure(const CaseFailed& failed) {
+    keep(failed.record);
+    if (failed.record.status == Status::device_lost) reopen();
+  }
+
+  /// Opens the device again after it was lost.
+  void reopen() {
+    times_->release();
+    preparer_->release();
+    session_->reopen();
+  }
+
   /// share: of the time that is left
   void race(double share) {
     const double until_s = elapsed_s() + share * (limit_s() - elapsed_s());
@@ -272,7 +304,7 @@ class DeviceTuner {
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
-        keep(failed.record);
+        take_failure(failed);
         const std::size_t setting = setting_of(setting_id(parse_setting(failed.record.case_id)));
         scores_[setting] = {.scored = Scored::failed, .failure = failed.record.reason};
         --result_.counts.scored;
@@ -305,7 +337,7 @@ class DeviceTuner {
             alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
         answer.own = alone.pick;
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
-        keep(failed.record);
+        take_failure(failed);
       }
       const std::size_t pick = setting_of(result_.pick->setting);
       const std::vector<double>& times = book_->times(case_of(scene, pick).id());
@@ -336,6 +368,7 @@ class DeviceTuner {
           answer.time_ns = median(book_->times(id));
         }
       } catch (const CaseFailed& failed) {
+        take_failure(failed);
         answer.failure = failed.record.reason;
       }
       result_.holdout.push_back(std::move(answer));
