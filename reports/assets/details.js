@@ -7,7 +7,7 @@ function detailsElement(point) {
           'tr', {}, make('th', {scope: 'row', title: metric.description}, metric.id),
           make('td', {}, errorOf(point, index))));
   const facts = [
-    ['Frame time', `${formatTime(point.time_ns[0])}, 95 % interval ${formatInterval(point.time_ns)}`],
+    ['Frame time', `${formatTime(point.time_ns[0])}, ${intervalText(point)}`],
     ['Measured', `${point.samples} samples by ${point.timer}`],
     ['Relief map', `${formatBytes(point.memory_bytes)}, baked in ${formatTime(point.bake_ns)}`],
     ['First draw', `${formatTime(point.first_draw_ns)} with compilation`],
