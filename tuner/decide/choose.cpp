@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "tuner/plan/case.h"
 #include "tuner/plan/features.h"
-#include "tuner/results/case_table.h"
 
 namespace reliefbench {
 

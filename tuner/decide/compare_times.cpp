@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
@@ -106,7 +107,7 @@ std::vector<std::pair<std::string, std::vector<std::size_t>>> groups_of(std::spa
     const auto found = std::ranges::find(record.params, id, [](const auto& p) { return std::string_view(p.first); });
     return found == record.params.end() ? std::string() : found->second;
   };
-  std::map<std::string, std::vector<std::size_t>> by_name[3];
+  std::array<std::map<std::string, std::vector<std::size_t>>, 3> by_name;
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Record& record = *matches[i].now;
@@ -176,23 +177,16 @@ class TimeComparison {
 
   /// Corrects for how much was looked at, and judges.
   void finish() {
-    GroupChange whole{time_change(pooled(devices_, sizes_), options_), "all", comparison_.cases.size()};
-    std::vector<TimeChange*> changes;
     // With one device the whole is that device's group, which is there already; with one case, that case.
-    const bool is_new = devices_.size() > 1 || comparison_.cases.size() == 1;
-    if (is_new)
-      comparison_.groups.insert(comparison_.groups.begin(), whole);
+    if (devices_.size() > 1 || comparison_.cases.size() == 1)
+      comparison_.groups.insert(comparison_.groups.begin(), GroupChange{time_change(pooled(devices_, sizes_), options_),
+                                                                        "all", comparison_.cases.size()});
     else
       comparison_.groups.front().group = "all";
-    for (CaseChange& c : comparison_.cases) changes.push_back(&c);
-    for (GroupChange& group : comparison_.groups) changes.push_back(&group);
-    std::vector<double> p_values;
-    for (const TimeChange* change : changes) p_values.push_back(change->p);
-    const std::vector<double> corrected = holm(p_values);
-    for (std::size_t i = 0; i < changes.size(); ++i) {
-      changes[i]->p = corrected[i];
-      changes[i]->change = judge(*changes[i], options_);
-    }
+    const std::span<GroupChange> groups(comparison_.groups);
+    correct(groups.first(1));
+    correct(groups.subspan(1));
+    correct(std::span(comparison_.cases));
     std::ranges::stable_sort(comparison_.cases,
                              [](const CaseChange& a, const CaseChange& b) { return a.ratio.ratio > b.ratio.ratio; });
   }
@@ -214,6 +208,20 @@ class TimeComparison {
                       "which ratios to the control case cancel only as far as all cases feel it alike",
                       backend, ratio));
     return true;
+  }
+
+  /// Holm's correction within one of the three questions (whole, groups, cases), which share the chance of a false
+  /// alarm evenly: so the whole does not pay for the count of the cases.
+  template <typename T>
+  void correct(std::span<T> changes) const {
+    constexpr double kQuestions = 3;
+    std::vector<double> p_values;
+    for (const TimeChange& change : changes) p_values.push_back(change.p);
+    const std::vector<double> corrected = holm(p_values);
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      changes[i].p = std::min(1.0, kQuestions * corrected[i]);
+      changes[i].change = judge(changes[i], options_);
+    }
   }
 
   const Run& base_;

@@ -181,8 +181,8 @@ std::vector<Candidate> front_of(const std::vector<Candidate>& candidates) {
 /// The largest error that a level allows.
 double level_limit(double loosest, double least, int quality, bool is_linear) {
   const double share = static_cast<double>(quality) / kBestPreset;
-  if (is_linear) return std::lerp(loosest, least, share);
   const double seen = std::max(least, kUnseen * loosest);
+  if (is_linear) return std::lerp(loosest, seen, share);
   return loosest > 0 ? std::exp(std::lerp(std::log(loosest), std::log(seen), share)) : 0;
 }
 

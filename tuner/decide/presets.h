@@ -46,12 +46,12 @@ struct SceneFloor {
 ///
 /// Only settings count that were measured in every scene and meet the constraints in each. A setting's error and its
 /// time relative to the scene's fastest are those of its worst scene. Levels are equal steps of the error that is seen,
-/// between that of the cheapest setting and the least there is: equal differences of FLIP, which is made to be linear
-/// in what is seen; equal ratios of other errors, of which what is under a fiftieth of the cheapest setting's (.01
-/// texel where .5 is allowed) counts as none. Of the settings that are as accurate as a level asks, choose() takes one,
-/// but none that is slower than the next better level or more accurate: so along the levels error never rises and time
-/// never falls. Levels that would be the same setting as the one below are left out: fewer than eleven where the
-/// settings are few.
+/// between that of the cheapest setting and the least there is, where less than a fiftieth of the former (.01 texel
+/// where .5 is allowed) counts as none: equal differences of FLIP, which is made to be linear in what is seen, and
+/// equal ratios of other errors. Of the settings that are as accurate as a level asks, choose() takes one, but none
+/// that is slower than the next better level or more accurate: so along the levels error never rises and time never
+/// falls. Levels that would be the same setting as the one below are left out: fewer than eleven where the settings are
+/// few.
 struct DevicePresets {
   std::string backend;
   std::string device;
