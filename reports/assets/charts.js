@@ -144,7 +144,7 @@ function tooltipLines({point}) {
   const others = ['e_xy.p99', 'e_xy.max', 'missed_rate']
                      .map((id) => metricIndex.get(id))
                      .filter((index) => index !== undefined && index !== state.metric);
-  lines.push(`${formatTime(point.time_ns[0])}  (${formatInterval(point.time_ns)}, 95 %)`);
+  lines.push(`${formatTime(point.time_ns[0])}  (${formatInterval(point.time_ns)}, ${point.coverage})`);
   for (const index of [state.metric, ...others]) lines.push(`${data.metrics[index].id}  ${errorOf(point, index)}`);
   for (const broken of point.breaks) lines.push(`breaks ${comparison(broken)}`);
   return lines;

@@ -226,6 +226,9 @@ void print_result(const TuneResult& result) {
     fmt::print("\n{} {}\n", paint.bold("pick"), paint.good(result.pick->setting));
     fmt::print("  {}   {} {}   within {} of the best\n", interval(result.pick->time_ns, result.pick->high_ns),
                result.error_metric, format_number(result.pick->error), percent(result.pick->gap));
+    if (!result.pick->tie.empty())
+      fmt::print("  tie with {}: the pick is the simpler or smaller of settings that time does not tell apart\n",
+                 result.pick->tie);
   } else if (!result.search.is_feasible && !result.is_stopped) {
     fmt::print("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
     if (!result.nearest.empty()) fmt::print("  nearest: {}\n", result.nearest);

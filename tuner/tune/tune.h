@@ -52,6 +52,7 @@ struct TunePick {
   double high_ns = 0;       ///< upper confidence bound
   double rival_low_ns = 0;  ///< least lower bound of all others that would do; infinite where there is none
   double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best the pick may be
+  std::string tie{};        ///< setting that is as fast as far as the certificate tells, but less simple; "": none
 };
 
 /// One rung from the plainest setting that does to the pick.

@@ -14,6 +14,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/measure/device_times.h"
+#include "tuner/measure/map_library.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/record_book.h"
@@ -262,6 +263,17 @@ class DeviceTuner {
             }};
   }
 
+  /// Of the map as it is uploaded for a scene, whether or not this start has done so yet.
+  [[nodiscard]] MemoryOf memory_of(std::size_t scene) {
+    return [this, scene](std::size_t candidate) -> std::int64_t {
+      const Case c = case_of(scene, candidates_[candidate]);
+      if (c.settings.technique().find("format") == nullptr) return 0;
+      const Scene& view = config_.scenes[scene].scene;
+      const BakedMap& map = library_.map(c, config_.scenes[scene]);
+      return static_cast<std::int64_t>(map_textures(c.settings, map, view.wrap, view.relief_depth).bytes());
+    };
+  }
+
   [[nodiscard]] std::vector<std::size_t> all_scenes() const {
     std::vector<std::size_t> scenes(config_.scenes.size());
     std::iota(scenes.begin(), scenes.end(), std::size_t{0});
@@ -300,7 +312,7 @@ class DeviceTuner {
       try {
         search_into(
             result_, source, [&] { return is_over(until_s); },
-            [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error());
+            [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error(), memory_of(0));
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
@@ -334,7 +346,8 @@ class DeviceTuner {
       SceneAnswer answer{.scene = config_.scenes[scene].id};
       try {
         search_into(
-            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
+            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error(),
+            memory_of(scene));
         answer.own = alone.pick;
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
         take_failure(failed);
@@ -402,6 +415,7 @@ class DeviceTuner {
       return *known;
     const auto hold = store_->mark().hold(id);
     Record record = preparer_->prepare(c, scene).record;
+    if (record.status == Status::device_lost) reopen();
     if (record.status == Status::ok)
       record.frame_time = FrameTime{.summary = summarise(times),
                                     .raw_median = median(raw_times(book_->samples(id))),
@@ -425,6 +439,8 @@ class DeviceTuner {
     for (const TuneRung& rung : result_.rungs) ids.insert(rung.setting);
     for (const SceneAnswer& answer : result_.scene_answers)
       if (answer.own) ids.insert(answer.own->setting);
+    if (result_.pick) ids.insert(result_.pick->setting);
+    if (result_.pick && !result_.pick->tie.empty()) ids.insert(result_.pick->tie);
     return ids;
   }
 

@@ -152,6 +152,7 @@ json tune_json(const TuneResult& result) {
             {"audit_failures", search.audit_failures},
             {"stopped", result.is_stopped}}},
           {"pick", result.pick ? pick_json(*result.pick) : json()},
+          {"tie", result.pick ? result.pick->tie : ""},
           {"nearest", result.nearest},
           {"miss", result.miss},
           {"rungs", std::move(rungs)},

@@ -91,7 +91,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
         progress.update(now.worst_gap < 1 ? std::log(now.worst_gap) / std::log(options.question.epsilon) : 0,
                         fmt::format("{} settings timed, {} samples", now.measured, now.samples));
       },
-      Config{}.budgets.front().limit);
+      Config{}.budgets.front().limit, [&](std::size_t candidate) { return table.memory_bytes[candidate]; });
   progress.finish();
   if (!table.nearest.empty()) {
     result.nearest = setting_id(parse_setting(table.nearest));
