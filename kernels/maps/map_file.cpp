@@ -21,7 +21,7 @@ std::string png(const TextureImage& image, const Metadata& metadata) {
   const std::vector<std::string> names = image.layout.channels == 1   ? std::vector<std::string>{"Y"}
                                          : image.layout.channels == 2 ? std::vector<std::string>{"Y", "A"}
                                                                       : std::vector<std::string>{"R", "G", "B", "A"};
-  return encode_image("png", {.width = image.width,
+  return encode_png({.width = image.width,
                               .height = image.height,
                               .type = image.layout.type,
                               .channels = names,
@@ -41,7 +41,7 @@ std::string exr(const MapStorage& storage, const MapTextures& textures, const Me
     pixels.push_back(map.heights.texels[i]);
     for (std::size_t k = 0; k < ratios; ++k) pixels.push_back(map.ratios[i * stored_ratios + k]);
   }
-  return encode_image("exr", {.width = map.heights.width,
+  return encode_exr({.width = map.heights.width,
                               .height = map.heights.height,
                               .type = TexelType::float32,
                               .channels = names,

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "kernels/base/error.h"
 #include "kernels/maps/texel.h"
 
 namespace reliefbench {
@@ -34,6 +35,21 @@ std::string bake_text(const Settings& settings, const SceneSpec& scene) {
   }
   return text + fmt::format("|heights={}|wrap={}", height_type(settings),
                             scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp");
+}
+
+Settings settings_of(std::string_view technique, std::span<const std::pair<std::string, std::string>> params) {
+  Settings settings(find_technique(technique));
+  for (const auto& [id, text] : params) settings.set(id, text);
+  for (const auto& [id, text] : params)
+    if (!settings.is_active(*settings.technique().find(id)))
+      fail_input("parameter '{}' of '{}' means nothing without {}", id, technique,
+                 settings.technique().find(id)->active_if);
+  for (const Param& param : settings.technique().params) {
+    const auto is_it = [&](const auto& given) { return given.first == param.id; };
+    if (settings.is_active(param) && std::ranges::none_of(params, is_it))
+      fail_input("parameter '{}' of '{}' is missing", param.id, technique);
+  }
+  return settings;
 }
 
 }  // namespace reliefbench

@@ -1,9 +1,10 @@
+#include "tuner/plan/claims_config.h"
+
 #include <algorithm>
 #include <array>
 
 #include "kernels/base/error.h"
 #include "kernels/base/json_lines.h"
-#include "tuner/measure/claims.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
 
