@@ -51,14 +51,13 @@ void print_line(const TunerLine& line, const Paint& paint) {
   fmt::print("{}", columns(rows, "  "));
 }
 
-void print_certificate(const CertificateCheck& check) {
+void print_certificate(const CertificateCheck& check, double correlation) {
   if (check.seeds == 0) return;
   const auto frames = [](double value) { return fmt::format("{:.2f}", value); };
   fmt::print("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
              percent(check.epsilon), percent(check.confidence), check.held, check.seeds, check.certified);
   fmt::print("  frames a setting {}, worst regret {}, frames of a round correlated by {}\n",
-             both(check.frames_per_setting, frames), both(check.worst_regret, percent),
-             format_number(check.correlation));
+             both(check.frames_per_setting, frames), both(check.worst_regret, percent), format_number(correlation));
 }
 
 void print_comparison(const TunerComparison& comparison) {
@@ -73,7 +72,7 @@ void print_comparison(const TunerComparison& comparison) {
                                    "budget is left without an answer.",
                                    comparison.seeds)));
   for (const TunerLine& line : comparison.lines) print_line(line, paint);
-  print_certificate(comparison.certificate);
+  print_certificate(comparison.certificate, comparison.correlation);
 }
 
 void run(const Arguments& arguments) {

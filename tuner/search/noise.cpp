@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "tuner/search/correlation.h"
 #include "tuner/search/rank_bound.h"
 
 namespace reliefbench {
@@ -26,7 +27,6 @@ constexpr std::size_t kLeastTier = 16;    // settings
 constexpr int kSeenTwice = 2;             // blocks
 constexpr int kSeenThrice = 3;            // blocks from which it shows which one is odd
 constexpr double kRankAlpha = 0.25;       // of a side's alpha is for the rank bounds
-constexpr double kSurely = 2;             // standard errors that are added to the correlation
 
 double square(double x) { return x * x; }
 double middle_of(std::span<const double> sorted) { return sorted[sorted.size() / 2]; }
@@ -43,43 +43,6 @@ MedianStatistic clamped_statistic(std::span<const double> sorted, double low, do
   for (double& frame : tame) frame = std::clamp(frame, low, high);
   return median_statistic(tame);
 }
-
-/// Squares of deviations between the blocks of a setting and within them, in the setting's own scale.
-struct Squares {
-  double between = 0;
-  double between_degrees = 0;
-  double within = 0;
-  double within_degrees = 0;
-
-  void add(const Observed& observed, double scale) {
-    const double middle = middle_of(observed.frames);
-    std::vector<double> sums(observed.medians.size());
-    double all = 0;
-    double total = 0;
-    for (std::size_t i = 0; i < observed.frames.size(); ++i) {
-      const double deviation = std::clamp((observed.frames[i] - middle) / scale, -kWinsor, kWinsor);
-      sums[observed.blocks[i]] += deviation;
-      total += deviation;
-      all += square(deviation);
-    }
-    double blocks = 0;
-    for (const double sum : sums) blocks += square(sum) / kBlock;
-    between += blocks - square(total) / static_cast<double>(observed.frames.size());
-    between_degrees += observed.count() - 1;
-    within += all - blocks;
-    within_degrees += (kBlock - 1) * observed.count();
-  }
-  /// Intraclass correlation by analysis of variance, and kSurely of its standard errors.
-  [[nodiscard]] double correlation() const {
-    if (between_degrees == 0) return 1;
-    if (!(within > 0)) return between > 0 ? 1 : 0;
-    const double ratio = (between / between_degrees) / (within / within_degrees);
-    const double estimate = (ratio - 1) / (ratio + kBlock - 1);
-    const double error =
-        (1 - estimate) * (1 + (kBlock - 1) * estimate) * std::sqrt(2 / (kBlock * (kBlock - 1) * between_degrees));
-    return std::clamp(estimate + kSurely * error, 0.0, 1.0);
-  }
-};
 
 }  // namespace
 
@@ -158,10 +121,10 @@ void NoiseModel::fit_scales(std::span<const Observed> observed) {
       variance_[bin] = std::max(local, square(kLeastNoise));
     }
   }
-  Squares squares;
+  BlockCorrelation correlation;
   for (const Observed& setting : observed)
-    if (setting.count() >= kSeenTwice) squares.add(setting, std::sqrt(pooled_variance(middle_of(setting.frames))));
-  correlation_ = squares.correlation();
+    if (setting.is_measured()) correlation.add(setting, std::sqrt(pooled_variance(middle_of(setting.frames))));
+  correlation_ = correlation.upper_estimate();
 }
 
 double NoiseModel::pooled_variance(double log_time) const {

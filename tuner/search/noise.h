@@ -26,8 +26,8 @@ namespace reliefbench {
 ///
 /// Correlation is paid for twice over. psi is the cumulant function of whole blocks as they were drawn, pooled over
 /// settings and standardised: what ties a block's frames together is in it. And the intraclass correlation is estimated
-/// (analysis of variance between and within blocks, plus kSurely standard errors), so that the scale has as many
-/// degrees of freedom as frames are worth, and outliers count as so many.
+/// from above (correlation.h), so that the scale has as many degrees of freedom as frames are worth, and outliers count
+/// as so many.
 ///
 /// What is assumed, not proven: blocks of one setting are independent. The search sees to it as far as it can: frames
 /// of a round are interleaved over its settings, and the rounds of a setting are spread over those of others; what

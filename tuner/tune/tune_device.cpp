@@ -86,8 +86,9 @@ class DeviceTuner {
                                                              .folder = options.output,
                                                              .timeout_s = config.measure.timeout_s,
                                                              .flicker_frames = config.measure.flicker_frames});
-    book_ =
-        std::make_unique<SampleBook>(*store_, control_case_id(options.backend), session_->calibration().reference_ns);
+    book_ = std::make_unique<SampleBook>(*store_,
+                                         SampleBook::Control{.id = control_case_id(options.backend),
+                                                             .reference_ns = session_->calibration().reference_ns});
     times_ = std::make_unique<DeviceTimes>(DeviceTimes::Context{.session = *session_,
                                                                 .preparer = *preparer_,
                                                                 .book = *book_,
@@ -207,8 +208,12 @@ class DeviceTuner {
       entry.weight = weight_of(scene, scenes);
       for (const std::size_t setting : candidates_) entry.case_ids.push_back(case_of(scene, setting).id());
     }
-    return {*book_, std::move(list), options_.combine, [this, scenes](std::size_t scene, std::size_t candidate) {
-              times_->draw(case_of(scenes[scene], candidates_[candidate]), config_.scenes[scenes[scene]]);
+    return {*book_, std::move(list), options_.combine, [this, scenes](std::span<const BookSource::Wanted> round) {
+              std::vector<DeviceTimes::Wanted> wanted;
+              for (const auto& [scene, candidate] : round)
+                wanted.push_back(
+                    {.spec = case_of(scenes[scene], candidates_[candidate]), .scene = &config_.scenes[scenes[scene]]});
+              times_->draw(wanted);
             }};
   }
 
@@ -297,7 +302,8 @@ class DeviceTuner {
       PreparedCase prepared = preparer_->prepare(c, scene);
       HoldoutAnswer answer{.scene = scene.id, .failure = prepared.record.reason};
       if (prepared.record.status == Status::ok) {
-        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
+        const DeviceTimes::Wanted wanted{.spec = c, .scene = &scene};
+        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw({&wanted, 1});
         answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
         answer.miss = miss_of(budgets, *prepared.record.error).text;
         answer.time_ns = median(book_->times(id));
@@ -326,9 +332,8 @@ class DeviceTuner {
   void store_record(Record& record) {
     const std::vector<double>& times = book_->times(record.case_id);
     if (times.empty()) return;
-    std::vector<double> raw_ns = raw_times(book_->samples(record.case_id));
     record.frame_time = FrameTime{.summary = summarise(times),
-                                  .raw_median = median(raw_ns),
+                                  .raw_median = median(raw_times(book_->samples(record.case_id))),
                                   .timer = std::string(timer_id(session_->calibration().timer))};
     store_->append(record);
   }

@@ -70,8 +70,7 @@ struct Ending {
   double worst_regret = 0;
 };
 
-Ending ending_of(const RecordedTable& table, const Judge& judge, const SearchOptions& options, double correlation) {
-  ReplaySource times(table, options.seed, correlation);
+Ending ending_of(const RecordedTable& table, const Judge& judge, const SearchOptions& options, TimeSource& times) {
   const SearchResult found = search(table.space, times, options);
   std::vector<std::size_t> picks;
   for (const BudgetAnswer& answer : found.answers) picks.push_back(answer.pick);
@@ -87,8 +86,7 @@ Ending ending_of(const RecordedTable& table, const Judge& judge, const SearchOpt
 }
 
 nlohmann::json certificate_json(const CertificateCheck& check) {
-  return {{"correlation", check.correlation},
-          {"epsilon", check.epsilon},
+  return {{"epsilon", check.epsilon},
           {"confidence", check.confidence},
           {"seeds", check.seeds},
           {"certified", check.certified},
@@ -100,7 +98,8 @@ nlohmann::json certificate_json(const CertificateCheck& check) {
 
 }  // namespace
 
-CertificateCheck check_certificate(const RecordedTable& table, int seeds, double correlation, int threads,
+CertificateCheck check_certificate(const RecordedTable& table, int seeds,
+                                   const std::function<std::unique_ptr<TimeSource>(std::uint64_t)>& replay, int threads,
                                    const std::function<void()>& on_done) {
   const Judge judge(table);
   const SearchOptions options{.first = first_of(table.space), .max_samples = kPatience * std::ssize(table.samples)};
@@ -108,11 +107,10 @@ CertificateCheck check_certificate(const RecordedTable& table, int seeds, double
   parallel_for(seeds, threads, [&](int index) {
     SearchOptions seeded = options;
     seeded.seed = static_cast<std::uint64_t>(index) + 1;
-    endings[static_cast<std::size_t>(index)] = ending_of(table, judge, seeded, correlation);
+    endings[static_cast<std::size_t>(index)] = ending_of(table, judge, seeded, *replay(seeded.seed));
     if (on_done) on_done();
   });
-  CertificateCheck check{
-      .correlation = correlation, .epsilon = options.epsilon, .confidence = options.confidence, .seeds = seeds};
+  CertificateCheck check{.epsilon = options.epsilon, .confidence = options.confidence, .seeds = seeds};
   for (const Ending& ending : endings) {
     check.certified += ending.is_certified ? 1 : 0;
     check.held += ending.is_certified && ending.worst_regret <= options.epsilon ? 1 : 0;
@@ -145,8 +143,10 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
     ++done;
     if (options.on_progress) options.on_progress(static_cast<double>(done) / static_cast<double>(pieces));
   };
-  const CertificateCheck certificate =
-      check_certificate(table, options.certificates, options.correlation, options.threads, finish_one);
+  const CertificateCheck certificate = check_certificate(
+      table, options.certificates,
+      [&](std::uint64_t seed) { return std::make_unique<ReplaySource>(table, seed, options.correlation); },
+      options.threads, finish_one);
   parallel_for(static_cast<int>(checkpoints.size()), options.threads, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const StrategyTask task{.seed = i % seeds + 1, .first = first};
@@ -166,6 +166,7 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
       .on_front = static_cast<int>(judge.front().size()),
       .seeds = options.seeds,
       .lines = {},
+      .correlation = options.correlation,
       .certificate = certificate};
   for (std::size_t s = 0; s < all.size(); ++s) {
     TunerLine line{.strategy = all[s].id, .description = all[s].description, .points = {}};
@@ -193,6 +194,7 @@ nlohmann::json tuners_json(const TunerComparison& comparison) {
           {"feasible", comparison.feasible},
           {"front", comparison.on_front},
           {"seeds", comparison.seeds},
+          {"correlation", comparison.correlation},
           {"certificate", certificate_json(comparison.certificate)},
           {"strategies", std::move(lines)}};
 }

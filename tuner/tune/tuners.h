@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -45,7 +46,6 @@ struct TunerLine {
 
 /// What `tune` claims when it ends, against the true times.
 struct CertificateCheck {
-  double correlation = 0;  ///< of a block's frames, see ReplaySource
   double epsilon = 0;
   double confidence = 0;
   int seeds = 0;
@@ -68,12 +68,15 @@ struct TunerComparison {
   int on_front = 0;
   int seeds = 0;
   std::vector<TunerLine> lines;  ///< by strategy, in their order
+  double correlation = 0;        ///< of a block's frames, see ReplaySource, while the certificate was checked
   CertificateCheck certificate{};
 };
 
-/// Replays `tune` to its certificate on that many seeds. on_done: told after each, from any thread
-[[nodiscard]] CertificateCheck check_certificate(const RecordedTable& table, int seeds, double correlation,
-                                                 int threads = 0, const std::function<void()>& on_done = {});
+/// Runs `tune` to its certificate on that many seeds: 1, 2, ...
+/// replay: the table's noise under a seed; on_done: told after each, from any thread
+[[nodiscard]] CertificateCheck check_certificate(
+    const RecordedTable& table, int seeds, const std::function<std::unique_ptr<TimeSource>(std::uint64_t)>& replay,
+    int threads = 0, const std::function<void()>& on_done = {});
 
 /// Replays every strategy on a recorded sweep; all start with first_settings(). The same table and options give the
 /// same figures on any machine and number of threads. throws: Error(bad_input): nothing feasible, no seed or share
