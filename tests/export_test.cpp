@@ -287,7 +287,7 @@ TEST_F(ExportCommand, ships_a_level_with_its_evidence) {
 }
 
 TEST_F(ExportCommand, ships_a_case_by_its_id) {
-  const CommandResult result = ship({"--case", "relief@rocks/top?linear_steps=9&backend=vulkan", "--wrap", "clamp",
+  const CommandResult result = ship({"--case", "relief@fbm_32x32/top?linear_steps=9&backend=vulkan", "--wrap", "clamp",
                                      "--relief-depth", "0.25", "-o", "out", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const nlohmann::json settings = nlohmann::json::parse(result.out);

@@ -22,11 +22,11 @@ std::string png(const TextureImage& image, const Metadata& metadata) {
                                          : image.layout.channels == 2 ? std::vector<std::string>{"Y", "A"}
                                                                       : std::vector<std::string>{"R", "G", "B", "A"};
   return encode_png({.width = image.width,
-                              .height = image.height,
-                              .type = image.layout.type,
-                              .channels = names,
-                              .pixels = image.texels,
-                              .metadata = metadata});
+                     .height = image.height,
+                     .type = image.layout.type,
+                     .channels = names,
+                     .pixels = image.texels,
+                     .metadata = metadata});
 }
 
 std::string exr(const MapStorage& storage, const MapTextures& textures, const Metadata& metadata) {
@@ -42,11 +42,11 @@ std::string exr(const MapStorage& storage, const MapTextures& textures, const Me
     for (std::size_t k = 0; k < ratios; ++k) pixels.push_back(map.ratios[i * stored_ratios + k]);
   }
   return encode_exr({.width = map.heights.width,
-                              .height = map.heights.height,
-                              .type = TexelType::float32,
-                              .channels = names,
-                              .pixels = std::as_bytes(std::span(pixels)),
-                              .metadata = metadata});
+                     .height = map.heights.height,
+                     .type = TexelType::float32,
+                     .channels = names,
+                     .pixels = std::as_bytes(std::span(pixels)),
+                     .metadata = metadata});
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "tuner/measure/map_library.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/host.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -30,19 +31,22 @@ constexpr std::array<std::string_view, 4> kFileNames = {"relief.ktx2", "relief.e
 struct Baked {
   int width = 0;
   int height = 0;
+  std::string heights_sha256{};
+  std::optional<MeasuredScene> scene{};
   std::optional<MapTextures> textures{};  ///< none: the technique reads no map
 };
 
-Baked bake(const ExportJob& job) {
+Baked bake(const ExportJob& job, Heightmaps heightmaps) {
   const Cache cache = Cache::open();
   WallSplit split;
-  MapLibrary library(cache, split);
+  MapLibrary library(cache, split, std::move(heightmaps));
   const Case c{.settings = job.settings, .scene_id = "export", .backend = {}};
   const SceneSpec scene{.id = c.scene_id,
                         .heightmap = job.heightmap,
                         .scene = {.view = {}, .relief_depth = job.relief_depth, .wrap = job.wrap}};
-  const Heightfield& heights = library.heights(scene);
-  Baked baked{.width = heights.width, .height = heights.height};
+  const LoadedHeights& heights = library.loaded(scene);
+  Baked baked{.width = heights.field.width, .height = heights.field.height, .heights_sha256 = heights.sha256};
+  if (job.scene) baked.scene = measured_scene(*job.scene, heights);
   if (job.settings.technique().find("format") != nullptr)
     baked.textures = map_textures(job.settings, library.map(c, scene), job.wrap, job.relief_depth);
   return baked;
@@ -64,22 +68,30 @@ ordered_json map_json(const ExportJob& job) {
           {"encoding", storage.encoding.id}};
 }
 
+ordered_json shipped_heightmap_json(const ExportJob& job, const Baked& baked) {
+  ordered_json j = heightmap_json(job.heightmap);
+  j["width"] = baked.width;
+  j["height"] = baked.height;
+  j["sha256"] = baked.heights_sha256;
+  return j;
+}
+
 ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::vector<ShippedTexture>& textures) {
   const Technique& technique = job.settings.technique();
   ordered_json params = ordered_json::object();
   for (const Param& param : technique.params)
     if (job.settings.is_active(param)) params[std::string(param.id)] = param.text(job.settings.get(param.id));
-  ordered_json json = {
-      {"schema", kExportSchema},
-      {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
-      {"setting", setting_id(job.settings)},
-      {"technique", technique.id},
-      {"params", std::move(params)},
-      {"source", technique.source},
-      {"guarantee", guarantee_id(guarantee_of(job.settings))},
-      {"heightmap", {{"source", job.heightmap.source}, {"width", baked.width}, {"height", baked.height}}},
-      {"wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"},
-      {"relief_depth", job.relief_depth}};
+  ordered_json json = {{"schema", kExportSchema},
+                       {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
+                       {"setting", setting_id(job.settings)},
+                       {"technique", technique.id},
+                       {"params", std::move(params)},
+                       {"source", technique.source},
+                       {"guarantee", guarantee_id(guarantee_of(job.settings))},
+                       {"heightmap", shipped_heightmap_json(job, baked)},
+                       {"wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"},
+                       {"relief_depth", job.relief_depth},
+                       {"scene", baked.scene ? scene_json(*baked.scene) : nlohmann::json()}};
   if (baked.textures) json["map"] = map_json(job);
   json["textures"] = ordered_json::array();
   for (const ShippedTexture& texture : textures) json["textures"].push_back(texture_json(texture));
@@ -89,9 +101,9 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
 
 }  // namespace
 
-Export make_export(const ExportJob& job) {
+Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   if (const std::string reason = conflict(job.settings); !reason.empty()) fail_input("{}", reason);
-  const Baked baked = bake(job);
+  const Baked baked = bake(job, std::move(heightmaps));
   ShippedShader shader{
       .settings = job.settings, .heightmap = job.heightmap.source, .wrap = job.wrap, .relief_depth = job.relief_depth};
   Export result;

@@ -96,6 +96,7 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
     Front front{.backend = group.backend,
                 .device = group.device,
                 .scene = group.scene,
+                .scene_key = group.scene_key,
                 .error_metric = std::string(metric.id),
                 .constraints = {},
                 .points = {}};
@@ -115,6 +116,23 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
   }
   return result;
 }
+
+/// Scenes by id and key; where one id means several scenes, all but the first say which.
+class SceneTable {
+ public:
+  std::size_t index(const std::string& id, const SceneKey& key) {
+    const auto [at, added] = indices_.try_emplace({id, key}, names_.size());
+    if (added)
+      names_.push_back(std::ranges::find(names_, id) == names_.end() ? id
+                                                                     : fmt::format("{} ({})", id, key.short_text()));
+    return at->second;
+  }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  std::map<std::pair<std::string, SceneKey>, std::size_t> indices_;
+  std::vector<std::string> names_;
+};
 
 class DataBuilder {
  public:
@@ -183,7 +201,7 @@ class DataBuilder {
       if (!meets(record, constraint)) breaks.push_back(constraint.text());
     const Summary& time = record.frame_time->summary;
     points_.push_back({{"group", group_index(run, record.backend, record.device)},
-                       {"scene", scenes_.index(record.scene)},
+                       {"scene", scenes_.index(record.scene, record.scene_key)},
                        {"technique", techniques_.index(record.technique)},
                        {"id", record.case_id},
                        {"params", record.params},
@@ -210,7 +228,7 @@ class DataBuilder {
       points.push_back({{"point", point_json(point.record)}, {"equivalents", equivalents}});
     }
     return {{"group", group_index(run, front.backend, front.device)},
-            {"scene", scenes_.index(front.scene)},
+            {"scene", scenes_.index(front.scene, front.scene_key)},
             {"points", points}};
   }
 
@@ -222,7 +240,7 @@ class DataBuilder {
           {"reference", image_index(folder / image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
           {"error", image_index(folder / image_path(answer.pick->case_id, "error"))}};
     return {{"group", group_index(run, answer.backend, answer.device)},
-            {"scene", scenes_.index(answer.scene)},
+            {"scene", scenes_.index(answer.scene, answer.scene_key)},
             {"pick", point_json(answer.pick)},
             {"runner_up", point_json(answer.runner_up)},
             {"simplest", point_json(answer.simplest)},
@@ -266,7 +284,7 @@ class DataBuilder {
     return rows;
   }
 
-  NameTable scenes_;
+  SceneTable scenes_;
   NameTable techniques_;
   std::vector<Group> groups_;
   std::unordered_map<const Record*, std::size_t> point_of_;

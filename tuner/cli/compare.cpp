@@ -93,7 +93,8 @@ Exit run(const Arguments& arguments) {
   for (const std::string& lost : comparison.lost) fmt::print("{} {}\n", paint.bad("lost"), lost);
   print_unmatched("only in base", comparison.only_base, arguments.all);
   print_unmatched("only in new", comparison.only_new, arguments.all);
-  if (comparison.matched == 0) fmt::print(stderr, "reliefbench: no case was measured in both runs\n");
+  if (comparison.matched == 0)
+    fmt::print(stderr, "reliefbench: no case was measured in both runs: nothing is compared\n");
   return result;
 }
 

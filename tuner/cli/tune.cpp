@@ -109,8 +109,7 @@ std::vector<SceneSpec> holdout_of(const Arguments& arguments, const Config& conf
       SceneSpec held_out = same_views.front();
       held_out.scene = scene.scene;
       held_out.id = held_out.id.substr(0, held_out.id.find('/')) + scene.id.substr(scene.id.find('/'));
-      const bool is_known = std::ranges::any_of(scenes, [&](const SceneSpec& s) { return s.id == held_out.id; });
-      if (!is_known) scenes.push_back(std::move(held_out));
+      scenes.push_back(std::move(held_out));
     }
   }
   return scenes;

@@ -24,6 +24,7 @@ struct Answer {
   std::string backend;
   std::string device;
   std::string scene;
+  SceneKey scene_key{};
   const Record* pick = nullptr;       ///< null: nothing meets the question
   const Record* runner_up = nullptr;  ///< next best
   const Record* simplest =

@@ -12,9 +12,6 @@
 
 namespace reliefbench {
 
-/// Part of the timing key and of a run's identity; raised when what is timed changes.
-inline constexpr int kHarnessVersion = 1;
-
 /// A case that was compiled, drawn once and scored. Where record.status is not ok, there is nothing to time.
 struct PreparedCase {
   const Case* spec = nullptr;
@@ -72,6 +69,7 @@ class Preparer {
     std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
   };
   [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
+  [[nodiscard]] SceneKey key_of(const SceneSpec& scene) const;
   [[nodiscard]] const Reference& reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
                                               SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
@@ -99,7 +97,7 @@ class Preparer {
   [[nodiscard]] Pictures score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;
-  std::map<std::string, SceneState> scenes_;
+  std::map<SceneKey, SceneState> scenes_;
   int references_traced_ = 0;
   int references_from_cache_ = 0;
 };

@@ -15,6 +15,7 @@
 #include "tuner/measure/run_results.h"
 #include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/store.h"
@@ -164,15 +165,16 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   const Plan plan = make_plan(config, options.backends, options.filter);
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
-  for (const SceneSpec& scene : config.scenes) static_cast<void>(library.heights(scene));
+  const std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
   std::vector<std::unique_ptr<Session>> sessions;
   for (const std::string& id : options.backends)
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split));
 
   RunStore store(options.output, identity_of(config, options, sessions));
-  std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
   const Run& earlier = store.earlier();
+  const std::vector<MeasuredScene> scenes = joined_scenes(earlier.scenes, measured, options.output.string());
+  std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());
   SamplesByCase samples = group_samples(earlier.samples);
@@ -189,7 +191,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     split.book(Part::audit, [&] { session->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
     devices.push_back(device_json(*session));
   }
-  store.write_info(run_info(config, devices, summary, started_ns, false));
+  store.write_info(run_info(config, devices, scenes, summary, started_ns, false));
 
   std::vector<Record> records = earlier.records;
   for (const auto& session : sessions) {
@@ -219,7 +221,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     summary.part_s.at(i) = split.seconds(static_cast<Part>(i));
     summary.other_s -= summary.part_s.at(i);
   }
-  store.write_info(run_info(config, devices, summary, started_ns, true));
+  store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
   return summary;
 }
 

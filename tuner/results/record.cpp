@@ -1,5 +1,7 @@
 #include "tuner/results/record.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -70,39 +72,6 @@ Distribution parse_distribution(const json& j) {
           .max = number(j, "max")};
 }
 
-json score_json(const FrameScore& score) {
-  return {{"pixels", score.pixels},
-          {"e_xy", distribution_json(score.e_xy)},
-          {"e_z", distribution_json(score.e_z)},
-          {"missed_rate", score.missed_rate},
-          {"inside_rate", score.inside_rate},
-          {"unconverged_rate", score.unconverged_rate},
-          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
-          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
-          {"flip", score.flip},
-          {"ssim", score.ssim},
-          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
-}
-
-FrameScore parse_score(const json& j) {
-  const json& taps = member(j, "taps");
-  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
-                   .e_xy = parse_distribution(member(j, "e_xy")),
-                   .e_z = parse_distribution(member(j, "e_z")),
-                   .missed_rate = number(j, "missed_rate"),
-                   .inside_rate = number(j, "inside_rate"),
-                   .unconverged_rate = number(j, "unconverged_rate"),
-                   .mean_taps = number(taps, "mean"),
-                   .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt,
-                   .flip = number(j, "flip"),
-                   .ssim = number(j, "ssim")};
-  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
-  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
-  return score;
-}
-
 json frame_time_json(const FrameTime& time) {
   return {{"median", time.summary.median},
           {"mad", time.summary.mad},
@@ -137,6 +106,39 @@ std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std
 
 }  // namespace
 
+json score_json(const FrameScore& score) {
+  return {{"pixels", score.pixels},
+          {"e_xy", distribution_json(score.e_xy)},
+          {"e_z", distribution_json(score.e_z)},
+          {"missed_rate", score.missed_rate},
+          {"inside_rate", score.inside_rate},
+          {"unconverged_rate", score.unconverged_rate},
+          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
+          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
+          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
+          {"flip", score.flip},
+          {"ssim", score.ssim},
+          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
+}
+
+FrameScore parse_score(const json& j) {
+  const json& taps = member(j, "taps");
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
+                   .e_xy = parse_distribution(member(j, "e_xy")),
+                   .e_z = parse_distribution(member(j, "e_z")),
+                   .missed_rate = number(j, "missed_rate"),
+                   .inside_rate = number(j, "inside_rate"),
+                   .unconverged_rate = number(j, "unconverged_rate"),
+                   .mean_taps = number(taps, "mean"),
+                   .max_taps = number(taps, "max"),
+                   .psnr = std::nullopt,
+                   .flip = number(j, "flip"),
+                   .ssim = number(j, "ssim")};
+  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
+  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
+  return score;
+}
+
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }
 
 Status parse_status(std::string_view id) {
@@ -153,6 +155,7 @@ void to_json(json& j, const Record& record) {
                {"params", std::move(params)},
                {"map", record.map},
                {"scene", record.scene},
+               {"scene_key", record.scene_key.hex},
                {"backend", record.backend},
                {"device", record.device},
                {"status", status_id(record.status)},
@@ -174,6 +177,7 @@ void from_json(const json& j, Record& record) {
             .params = parse_params(member(j, "params"), text(j, "case")),
             .map = text(j, "map"),
             .scene = text(j, "scene"),
+            .scene_key = parse_scene_key(text(j, "scene_key")),
             .backend = text(j, "backend"),
             .device = text(j, "device"),
             .status = parse_status(text(j, "status")),
@@ -190,6 +194,15 @@ void from_json(const json& j, Record& record) {
   if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
+}
+
+std::string match_key(const Record& record) {
+  if (!record.scene_key.is_known()) return record.case_id;
+  const std::string name = "@" + record.scene + "?";
+  const std::size_t at = record.case_id.find(name);
+  if (at == std::string::npos) return fmt::format("{}@{}", record.case_id, record.scene_key.hex);
+  return fmt::format("{}@{}?{}", record.case_id.substr(0, at), record.scene_key.hex,
+                     record.case_id.substr(at + name.size()));
 }
 
 void to_json(json& j, const Sample& sample) {

@@ -10,6 +10,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tuner/results/run_files.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -71,8 +72,20 @@ json read_info(const fs::path& path) {
 void check_schema(const json& identity, const fs::path& path) {
   const auto schema = identity.find("schema");
   if (schema == identity.end() || *schema != kSchemaVersion)
-    fail_input("{}: key 'identity.schema': is {}, this reliefbench reads {}", path.string(),
-               schema == identity.end() ? "missing" : line_of(*schema), kSchemaVersion);
+    fail_input("{}: key 'identity.schema': is {}, this reliefbench reads {}; measure it anew, in another folder",
+               path.string(), schema == identity.end() ? "missing" : line_of(*schema), kSchemaVersion);
+}
+
+/// In a run, a scene's name says what it is.
+void check_keys(const Run& run) {
+  std::unordered_map<std::string, const SceneKey*> keys;
+  for (const MeasuredScene& scene : run.scenes) keys.try_emplace(scene.spec.id, &scene.key);
+  for (const Record& record : run.records) {
+    const SceneKey& known = *keys.try_emplace(record.scene, &record.scene_key).first->second;
+    if (known != record.scene_key)
+      fail_input("{}: two scenes are called '{}': {}, and that of case '{}', {}", run.folder.string(), record.scene,
+                 known.short_text(), record.case_id, record.scene_key.short_text());
+  }
 }
 
 struct Difference {
@@ -126,10 +139,16 @@ Run load_run(const fs::path& folder) {
   std::error_code error;
   if (!fs::exists(folder / kRunFile, error))
     fail_input("{}: is not a run folder: it has no {}", folder.string(), kRunFile);
-  Run run{.folder = folder, .info = read_info(folder / kRunFile), .records = {}, .samples = {}};
+  Run run{.folder = folder, .info = read_info(folder / kRunFile), .scenes = {}, .records = {}, .samples = {}};
   check_schema(run.info["identity"], folder / kRunFile);
+  try {
+    run.scenes = parse_scenes(member_or_null(run.info, "scenes"));
+  } catch (const Error& bad) {
+    fail_input("{}: key 'scenes': {}", (folder / kRunFile).string(), bad.what());
+  }
   run.records = latest_of_each_case(read_lines<Record>(folder / kResultsFile));
   run.samples = read_lines<Sample>(folder / kSamplesFile);
+  check_keys(run);
   return run;
 }
 
@@ -137,7 +156,9 @@ RunStore::RunStore(fs::path folder, const json& identity) : folder_(std::move(fo
   earlier_.folder = folder_;
   std::error_code error;
   if (fs::exists(folder_ / kRunFile, error)) {
-    check_same_identity(read_info(folder_ / kRunFile)["identity"], identity_, folder_);
+    const json before = read_info(folder_ / kRunFile)["identity"];
+    check_schema(before, folder_ / kRunFile);
+    check_same_identity(before, identity_, folder_);
     results_.emplace(folder_ / kResultsFile);
     samples_.emplace(folder_ / kSamplesFile);
     earlier_ = load_run(folder_);  // after the lock: nobody adds a line any more

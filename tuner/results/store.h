@@ -15,11 +15,13 @@ namespace reliefbench {
 /// file and line. Of two records of a case (measured again after a failure) the later one counts.
 struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::filesystem::path folder;
-  nlohmann::json info;  ///< run.json
+  nlohmann::json info;                ///< run.json
+  std::vector<MeasuredScene> scenes;  ///< run.json's "scenes": those of all records
   std::vector<Record> records;
   std::vector<Sample> samples;
 };
-[[nodiscard]] Run load_run(const std::filesystem::path& folder);  ///< throws: Error(bad_input): not a run, other schema
+/// throws: Error(bad_input): not a run, other schema, one scene with two keys
+[[nodiscard]] Run load_run(const std::filesystem::path& folder);
 
 /// An append-only run folder: a line is with the kernel when append() returns, so it survives this process. One
 /// process at a time holds a folder.

@@ -17,6 +17,7 @@ constexpr double kMsPerNs = 1e-6;
 json configuration_of(const TableRow& row) {
   const Settings& settings = row.settings;
   json configuration = {{"technique", settings.technique().id}, {"backend", row.backend}, {"scene", row.scene}};
+  if (row.scene_key.is_known()) configuration["scene_key"] = row.scene_key.hex;
   for (const Param& param : settings.technique().params) {
     if (!settings.is_active(param)) continue;
     const int value = settings.get(param.id);

@@ -15,6 +15,7 @@ struct RecordedTable {
   std::string backend;
   std::string device;
   std::string scene;
+  std::string scene_key{};  ///< hex digits; "": unknown
   std::string error_metric;
   std::vector<std::string> constraints;      ///< Budget::text(), behind Candidate::is_feasible
   std::string nearest{};                     ///< where no candidate is feasible: the id of the one that misses least

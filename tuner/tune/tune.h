@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tuner/plan/config.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/search/search.h"
 #include "tuner/tune/error_pass.h"
 
@@ -33,8 +34,10 @@ struct TuneOptions {
   std::string backend{};
   int device = 0;
   Combine combine = Combine::weighted;
-  std::vector<double> weights{};     ///< one a scene; empty: all 1
-  std::vector<SceneSpec> holdout{};  ///< scenes on which the pick is only tried
+  std::vector<double> weights{};  ///< one a scene; empty: all 1
+  /// Scenes on which the pick is only tried. Where one has the name of another scene it is told apart by its heights'
+  /// hash: "rocks.4cc2dca1/grazing".
+  std::vector<SceneSpec> holdout{};
   std::optional<double> time_limit_s{};
   std::function<bool()> is_interrupted = [] { return false; };
   bool quiet = false;
@@ -69,6 +72,7 @@ struct SceneAnswer {
 
 struct HoldoutAnswer {
   std::string scene{};
+  SceneKey scene_key{};
   std::string failure{};  ///< why the pick could not be drawn there; "" if it was
   double error = 0;
   double time_ns = 0;
@@ -93,7 +97,8 @@ struct TuneResult {
   std::string backend{};
   std::string device{};
   std::vector<std::string> scenes{};
-  std::string replayed{};  ///< the table that stood for the device; "" for a device
+  std::vector<SceneKey> scene_keys{};  ///< parallel to scenes
+  std::string replayed{};              ///< the table that stood for the device; "" for a device
   TuneCounts counts{};
   SearchSpace space{};  ///< of the scored settings; ids are setting_id()s
   SearchResult search{};
@@ -117,7 +122,7 @@ struct TuneResult {
 
 /// Tunes on a device: scores, then times what the search asks for, into a run folder that also holds the records and
 /// samples of what was measured. Goes on where an earlier start of the same question was killed.
-/// throws: Error: bad config or input, another run's folder, no such device
+/// throws: Error: bad config or input, another run's folder, no such device; a hold-out that is tuned on
 [[nodiscard]] TuneResult run_tune(const Config& config, const TuneOptions& options);
 
 /// The same against a recorded sweep, whose samples are the noise. output may be empty: then nothing is kept.

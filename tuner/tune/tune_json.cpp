@@ -97,6 +97,7 @@ json holdout_json(const TuneResult& result) {
   json list = json::array();
   for (const HoldoutAnswer& answer : result.holdout)
     list.push_back({{"scene", answer.scene},
+                    {"scene_key", answer.scene_key.hex},
                     {"failure", answer.failure},
                     {"meets", answer.failure.empty() && answer.miss.empty()},
                     {"miss", answer.miss},
@@ -115,6 +116,8 @@ json tune_json(const TuneResult& result) {
                      {"dropped", rung.dropped},
                      {"time_ns", rung.time_ns},
                      {"high_ns", rung.high_ns}});
+  json scene_keys = json::array();
+  for (const SceneKey& key : result.scene_keys) scene_keys.push_back(key.hex);
   const TuneCounts& counts = result.counts;
   const SearchResult& search = result.search;
   return {{"question",
@@ -128,6 +131,7 @@ json tune_json(const TuneResult& result) {
           {"backend", result.backend},
           {"device", result.device},
           {"scenes", result.scenes},
+          {"scene_keys", std::move(scene_keys)},
           {"replayed", result.replayed},
           {"space",
            {{"settings", counts.settings},

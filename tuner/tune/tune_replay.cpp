@@ -49,6 +49,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
                     .backend = table.backend,
                     .device = table.device,
                     .scenes = {table.scene},
+                    .scene_keys = {SceneKey{table.scene_key}},
                     .replayed = recorded.string()};
   if (options.question.max_error.empty())
     for (const std::string& text : table.constraints) result.constraints.push_back(parse_budget(text));
