@@ -158,21 +158,17 @@ void print_space(const TuneResult& result) {
         "the budgets as more steps do\n",
         counts.scored, counts.assumed, counts.hopeless);
   if (counts.failed > 0) fmt::print("  {} could not be drawn\n", counts.failed);
-  if (counts.unscored > 0) fmt::print("  {} were not scored in time: no certificate covers them\n", counts.unscored);
 }
 
 void print_certificate(const TuneResult& result, const Paint& paint) {
   const SearchResult& search = result.search;
   const auto assumed = std::ranges::count(search.states, Evidence::assumed, &CandidateState::evidence);
-  fmt::print("  {} of {} settings timed, {} ruled out by fewer steps of the same chain (slack {}), {} samples\n",
-             search.measured, result.space.candidates.size(), assumed, percent(search.slack), search.samples);
+  fmt::print("  {} of {} settings timed, {} ruled out by fewer steps of the same chain (slack {})\n", search.measured,
+             result.space.candidates.size(), assumed, percent(search.slack));
+  if (search.samples > 0)
+    fmt::print("  {} samples, those of a round correlated by at most {:.2f}\n", search.samples, search.correlation);
   fmt::print("  {} audits of what was ruled out, {} wrong\n", search.audits, search.audit_failures);
-  const std::string claim = fmt::format("every answer is within {} of the best, with {:.4g} % confidence",
-                                        percent(search.worst_gap), 100 * result.question.confidence);
-  if (result.is_certified())
-    fmt::print("  {}\n", paint.good("certified: " + claim));
-  else
-    fmt::print("  {}\n", paint.bad(fmt::format("not certified to {}: {}", percent(result.question.epsilon), claim)));
+  fmt::print("  {}\n", result.is_certified() ? paint.good(result.claim()) : paint.bad(result.claim()));
 }
 
 void print_answers(const TuneResult& result, const Paint& paint) {
@@ -224,8 +220,9 @@ void print_result(const TuneResult& result) {
   print_space(result);
   if (result.pick) {
     fmt::print("\n{} {}\n", paint.bold("pick"), paint.good(result.pick->setting));
-    fmt::print("  {}   {} {}   within {} of the best\n", interval(result.pick->time_ns, result.pick->high_ns),
-               result.error_metric, format_number(result.pick->error), percent(result.pick->gap));
+    fmt::print("  {}   {} {}   within {} of the best{}\n", interval(result.pick->time_ns, result.pick->high_ns),
+               result.error_metric, format_number(result.pick->error), percent(result.pick->gap),
+               result.counts.unscored > 0 ? " of those scored" : "");
     if (!result.pick->tie.empty())
       fmt::print("  tie with {}: the pick is the simpler or smaller of settings that time does not tell apart\n",
                  result.pick->tie);

@@ -33,7 +33,8 @@ void write_results(const Config& config, const Run& run) {
   for (const Front& front : all)
     for (const FrontPoint& point : front.points) keep(point.record);
   for (const Answer& answer : recommend(run.records, {.budgets = config.budgets, .error_metric = config.front_error}))
-    for (const Record* record : {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
+    for (const Record* record :
+         {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
       keep(record);
   remove_other_pictures(run.folder, kept);
 }

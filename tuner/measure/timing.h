@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "kernels/base/error.h"
+#include "tuner/measure/harness.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/plan/config.h"
 #include "tuner/results/case_mark.h"
@@ -33,6 +35,11 @@ struct BatchFailed {
 /// Draws batches until two in a row agree within 5 %, or as often as `measure` allows.
 /// returns: frames that make a batch of the asked length
 [[nodiscard]] int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure);
+
+/// The batches in their order, with one of the control case before them, after them and between, after every `every`:
+/// what relative_times() needs on either side of each.
+[[nodiscard]] std::vector<TimedBatch> with_control(std::span<const TimedBatch> batches, const TimedBatch& control,
+                                                   int every);
 
 /// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
 /// shuffled anew, with the control case first, last and between.

@@ -97,8 +97,9 @@ class DeviceTuner {
                                                              .folder = options.output,
                                                              .timeout_s = config.measure.timeout_s,
                                                              .flicker_frames = config.measure.flicker_frames});
-    book_ =
-        std::make_unique<SampleBook>(*store_, control_case_id(options.backend), session_->calibration().reference_ns);
+    book_ = std::make_unique<SampleBook>(*store_,
+                                         SampleBook::Control{.id = control_case_id(options.backend),
+                                                             .reference_ns = session_->calibration().reference_ns});
     times_ = std::make_unique<DeviceTimes>(DeviceTimes::Context{.session = *session_,
                                                                 .preparer = *preparer_,
                                                                 .book = *book_,
@@ -258,8 +259,12 @@ class DeviceTuner {
       entry.weight = weight_of(scene, scenes);
       for (const std::size_t setting : candidates_) entry.case_ids.push_back(case_of(scene, setting).id());
     }
-    return {*book_, std::move(list), options_.combine, [this, scenes](std::size_t scene, std::size_t candidate) {
-              times_->draw(case_of(scenes[scene], candidates_[candidate]), config_.scenes[scenes[scene]]);
+    return {*book_, std::move(list), options_.combine, [this, scenes](std::span<const BookSource::Wanted> round) {
+              std::vector<DeviceTimes::Wanted> wanted;
+              for (const auto& [scene, candidate] : round)
+                wanted.push_back(
+                    {.spec = case_of(scenes[scene], candidates_[candidate]), .scene = &config_.scenes[scenes[scene]]});
+              times_->draw(wanted);
             }};
   }
 
@@ -372,7 +377,8 @@ class DeviceTuner {
       HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
       try {
         if (const Record* const record = given_up(id)) throw CaseFailed{*record};
-        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
+        const DeviceTimes::Wanted wanted{.spec = c, .scene = &scene};
+        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw({&wanted, 1});
         const Record& record = whole_record(c, scene);
         answer.failure = record.reason;
         if (record.error) {
