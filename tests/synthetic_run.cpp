@@ -78,7 +78,8 @@ Record ok_record(const Settings& settings, const std::string& scene, const std::
 void add_failed(Run& run, const std::string& scene, const std::string& backend, const SyntheticRunOptions& options) {
   using enum Status;
   Settings settings(techniques().back());
-  for (const Status status : {skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled}) {
+  for (const Status status :
+       {unsupported, compile_error, timeout, device_lost, out_of_memory, invalid_timer, throttled, crashed}) {
     Record record = base_record(settings, scene, backend, options.device);
     record.case_id += fmt::format("&failed={}{}", static_cast<int>(status), kHostileText);
     record.status = status;
@@ -148,9 +149,8 @@ nlohmann::json run_info(const SyntheticRunOptions& options) {
 }  // namespace
 
 MeasuredScene synthetic_scene(const std::string& id) {
-  MeasuredScene scene{.spec = {.id = id, .heightmap = {.source = "fbm"}, .scene = {}},
-                      .heights_sha256 = sha256(id),
-                      .key = {}};
+  MeasuredScene scene{
+      .spec = {.id = id, .heightmap = {.source = "fbm"}, .scene = {}}, .heights_sha256 = sha256(id), .key = {}};
   scene.spec.scene.view.id = view_part(id);
   scene.key = scene_key(scene.heights_sha256, scene.spec.scene);
   return scene;

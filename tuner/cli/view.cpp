@@ -7,6 +7,7 @@
 #include <string>
 
 #include "backends/window.h"
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
@@ -135,7 +136,7 @@ class ViewCommand {
       write_png(name, scene_.width_px, scene_.height_px, picture_);
       fmt::print("written: {}\n", name.string());
     } catch (const Error& error) {
-      fmt::print(stderr, "reliefbench: {}\n", error.what());
+      print_error(error.what());
     }
   }
 

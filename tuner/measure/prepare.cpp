@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <new>
 #include <optional>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
@@ -25,6 +26,8 @@ std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
 }
 
+}  // namespace
+
 Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();
@@ -39,21 +42,27 @@ Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& 
   return record;
 }
 
-}  // namespace
+void PreparedCase::release() {
+  draw = {};
+  relief = nullptr;
+  extra = nullptr;
+}
+
+void Preparer::release() {
+  for (auto& [id, state] : scenes_) state.normals = nullptr;
+}
 
 Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
-  const SceneKey key = key_of(scene);
-  const auto found = scenes_.find(key);
-  if (found != scenes_.end()) return found->second;
+  SceneState& state = scenes_[key_of(scene)];
+  if (state.normals) return state;
   const Heightfield& heights = context_.library.heights(scene);
   const std::vector<std::uint8_t> normals = normal_map(heights, scene.scene.wrap, scene.scene.relief_depth);
-  SceneState state;
   state.frame = frame_uniforms(scene.scene, heights.width, heights.height);
   state.normals = context_.session.backend().upload({.width = heights.width,
                                                      .height = heights.height,
                                                      .texels = std::as_bytes(std::span(normals)),
                                                      .wrap = scene.scene.wrap});
-  return scenes_.emplace(key, std::move(state)).first->second;
+  return state;
 }
 
 SceneKey Preparer::key_of(const SceneSpec& scene) const {
@@ -68,11 +77,16 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
+    throw;
   } catch (const Error& error) {
-    const std::string reason = error.what();
-    prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
-    prepared.record.reason = reason;
+    prepared.record.status = status_of(error.fault(), on_failure);
+    prepared.record.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    prepared.record.status = Status::out_of_memory;
+    prepared.record.reason = "the host's memory is used up";
   }
+  if (prepared.record.status != Status::ok) prepared.release();
   return prepared;
 }
 
@@ -101,19 +115,17 @@ PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
 void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state) {
   Session& session = context_.session;
   const Settings& settings = prepared.spec->settings;
-  prepared.draw = {.relief = state.normals.get(),
-                   .normals = state.normals.get(),
-                   .reference = state.normals.get(),
-                   .extra = state.normals.get(),
+  const Texture* const normals = state.normals.get();  // any texture where there is no such map
+  prepared.draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}},
                    .frame = state.frame};
   if (settings.technique().find("format") != nullptr) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
     const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
     prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
-    prepared.draw.relief = prepared.relief.get();
+    prepared.draw.textures[kReliefMap] = prepared.relief.get();
     if (textures.extra) {
       prepared.extra = session.backend().upload(texture_desc(*textures.extra, scene.scene.wrap));
-      prepared.draw.extra = prepared.extra.get();
+      prepared.draw.textures[kExtraMap] = prepared.extra.get();
     }
     prepared.record.memory_bytes = static_cast<std::int64_t>(textures.bytes());
     prepared.record.bake_time_ns = map.bake_time_ns;
@@ -312,10 +324,9 @@ std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceH
                                   .wrap = Wrap::clamp,
                                   .filter = Filter::nearest});
     const Draw draw{.pipeline = pipeline,
-                    .relief = state.normals.get(),
-                    .normals = state.normals.get(),
-                    .reference = texture.get(),
-                    .extra = state.normals.get(),
+                    .textures = {{kReliefMap, state.normals.get()},
+                                 {kNormalMap, state.normals.get()},
+                                 {kReferenceMap, texture.get()}},
                     .frame = frame};
     session.backend().render(draw, 1, Timer::fenced_wall);
     return session.backend().read_color();

@@ -15,8 +15,9 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "unsupported",   "compile_error",
-                                                     "timeout", "device_lost", "invalid_timer", "throttled"};
+constexpr std::array<std::string_view, 9> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
+                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled",
+                                                     "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -82,14 +83,35 @@ json frame_time_json(const FrameTime& time) {
           {"timer", time.timer}};
 }
 
+/// A time, or another quantity that ratios are made of.
+double positive(const json& object, const char* key) {
+  const double value = number(object, key);
+  if (!(std::isfinite(value) && value > 0)) fail_input("'{}' is {}, expected a number above 0", key, value);
+  return value;
+}
+
 FrameTime parse_frame_time(const json& j) {
-  return {.summary = {.median = number(j, "median"),
-                      .mad = number(j, "mad"),
-                      .ci_low = number(j, "ci_low"),
-                      .ci_high = number(j, "ci_high"),
-                      .n = integer<int>(j, "n")},
-          .raw_median = number(j, "raw_median"),
-          .timer = text(j, "timer")};
+  FrameTime time{.summary = {.median = positive(j, "median"),
+                             .mad = number(j, "mad"),
+                             .ci_low = positive(j, "ci_low"),
+                             .ci_high = positive(j, "ci_high"),
+                             .n = integer<int>(j, "n")},
+                 .raw_median = positive(j, "raw_median"),
+                 .timer = text(j, "timer")};
+  if (time.summary.n < 1) fail_input("'n' is {}, expected at least 1", time.summary.n);
+  if (time.summary.ci_low > time.summary.ci_high)
+    fail_input("'ci_low' is {}, above 'ci_high', {}", time.summary.ci_low, time.summary.ci_high);
+  return time;
+}
+
+/// The id has "backend=..." (Case::id()), and samples are found by both.
+void check_backend(const Record& record) {
+  constexpr std::string_view kKey = "backend=";
+  const std::size_t key = record.case_id.rfind(kKey);
+  if (key == std::string::npos) return;
+  std::string_view named = std::string_view(record.case_id).substr(key + kKey.size());
+  named = named.substr(0, named.find('&'));
+  if (named != record.backend) fail_input("'backend' is '{}', but the case's id says '{}'", record.backend, named);
 }
 
 /// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
@@ -105,6 +127,24 @@ std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std
 }
 
 }  // namespace
+
+bool may_pass(Status status) {
+  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
+}
+
+Status status_of(Fault fault, Status otherwise) {
+  switch (fault) {
+    case Fault::device_lost:
+      return Status::device_lost;
+    case Fault::out_of_memory:
+      return Status::out_of_memory;
+    case Fault::invalid_timer:
+      return Status::invalid_timer;
+    case Fault::other:
+      break;
+  }
+  return otherwise;
+}
 
 json score_json(const FrameScore& score) {
   return {{"pixels", score.pixels},
@@ -150,7 +190,8 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  json line = {{"case", record.case_id},
+  json line = {{"schema", kSchemaVersion},
+               {"case", record.case_id},
                {"technique", record.technique},
                {"params", std::move(params)},
                {"map", record.map},
@@ -172,6 +213,8 @@ void to_json(json& j, const Record& record) {
 }
 
 void from_json(const json& j, Record& record) {
+  if (const int schema = integer<int>(j, "schema"); schema != kSchemaVersion)
+    fail_input("'schema' is {}, this reliefbench reads {}", schema, kSchemaVersion);
   record = {.case_id = text(j, "case"),
             .technique = text(j, "technique"),
             .params = parse_params(member(j, "params"), text(j, "case")),
@@ -194,6 +237,7 @@ void from_json(const json& j, Record& record) {
   if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
+  check_backend(record);
 }
 
 std::string match_key(const Record& record) {
@@ -206,6 +250,9 @@ std::string match_key(const Record& record) {
 }
 
 void to_json(json& j, const Sample& sample) {
+  if (!(sample.frame_time_ns > 0))  // it could not be read back, and ratios of it mean nothing
+    fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id,
+                     sample.frame_time_ns);
   j = checked({{"case", sample.case_id},
                {"round", sample.round},
                {"frames", sample.frames},
@@ -217,7 +264,7 @@ void from_json(const json& j, Sample& sample) {
   sample = {.case_id = text(j, "case"),
             .round = integer<int>(j, "round"),
             .frames = integer<int>(j, "frames"),
-            .frame_time_ns = number(j, "frame_time_ns"),
+            .frame_time_ns = positive(j, "frame_time_ns"),
             .at_ns = number(j, "at_ns")};
 }
 

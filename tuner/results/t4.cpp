@@ -34,7 +34,6 @@ std::string_view invalidity_of(const TableRow& row, std::span<const Budget> cons
   switch (row.status) {
     case Status::ok:
       return std::ranges::all_of(constraints, met) ? "correct" : "correctness";
-    case Status::skipped:
     case Status::unsupported:
       return "constraints";
     case Status::compile_error:
@@ -42,8 +41,10 @@ std::string_view invalidity_of(const TableRow& row, std::span<const Budget> cons
     case Status::timeout:
       return "timeout";
     case Status::device_lost:
+    case Status::out_of_memory:
     case Status::invalid_timer:
     case Status::throttled:
+    case Status::crashed:
       break;
   }
   return "runtime";
