@@ -184,9 +184,9 @@ class TimeComparison {
     else
       comparison_.groups.front().group = "all";
     const std::span<GroupChange> groups(comparison_.groups);
-    correct(groups.first(1));
-    correct(groups.subspan(1));
-    correct(std::span(comparison_.cases));
+    correct(groups.first(1), 1.0 / 4);
+    correct(groups.subspan(1), 1.0 / 4);
+    correct(std::span(comparison_.cases), 1.0 / 2);
     std::ranges::stable_sort(comparison_.cases,
                              [](const CaseChange& a, const CaseChange& b) { return a.ratio.ratio > b.ratio.ratio; });
   }
@@ -210,16 +210,15 @@ class TimeComparison {
     return true;
   }
 
-  /// Holm's correction within one of the three questions (whole, groups, cases), which share the chance of a false
-  /// alarm evenly: so the whole does not pay for the count of the cases.
+  /// Holm's correction within one of three questions: whole, groups, cases. Each has a fixed share of the chance of a
+  /// false alarm, so that the whole does not pay for the count of the cases.
   template <typename T>
-  void correct(std::span<T> changes) const {
-    constexpr double kQuestions = 3;
+  void correct(std::span<T> changes, double share) const {
     std::vector<double> p_values;
     for (const TimeChange& change : changes) p_values.push_back(change.p);
     const std::vector<double> corrected = holm(p_values);
     for (std::size_t i = 0; i < changes.size(); ++i) {
-      changes[i].p = std::min(1.0, kQuestions * corrected[i]);
+      changes[i].p = std::min(1.0, corrected[i] / share);
       changes[i].change = judge(changes[i], options_);
     }
   }
