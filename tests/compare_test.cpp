@@ -290,11 +290,13 @@ Sample sample_at(double at_ns, double frame_time_ns) {
   return {.case_id = "a", .round = 0, .frames = 1, .frame_time_ns = frame_time_ns, .at_ns = at_ns};
 }
 
-TEST(RelativeTimes, divide_by_the_median_of_the_three_nearest) {
+TEST(RelativeTimes, divide_by_the_median_of_two_before_and_one_after) {
   const std::vector<Sample> control = {sample_at(0, 1), sample_at(10, 2), sample_at(20, 4), sample_at(30, 100)};
   const std::vector<Sample> samples = {sample_at(-5, 8), sample_at(9, 8), sample_at(19, 8), sample_at(99, 8)};
-  // Nearest: {1, 2, 4} twice, {2, 4, 100} twice.
-  EXPECT_THAT(relative_times(samples, control), ElementsAre(4, 4, 2, 2));
+  // {1}, {1, 2}, {1, 2, 4}, {4, 100}
+  EXPECT_THAT(relative_times(samples, control), ElementsAre(8, 8 / 1.5, 4, 8 / 52.0));
+  const std::span<const Sample> so_far(control.data(), 3);
+  EXPECT_EQ(relative_times({&samples[2], 1}, so_far), relative_times({&samples[2], 1}, control));  // final
 }
 
 TEST(RelativeTimes, make_do_with_fewer_control_samples) {

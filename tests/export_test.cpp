@@ -9,6 +9,7 @@
 #include <set>
 
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
 #include "reports/export/glsl_fold.h"
@@ -26,6 +27,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 /// Every technique, and what changes which code or textures it needs.
 std::vector<std::string> shipped_settings() {
@@ -129,11 +131,10 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
                                            Target::score, {}, "shipped");
         const auto relief = rig.backend->upload(texture_desc(map.textures.relief, wrap));
         const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, wrap)) : nullptr;
+        Textures textures = rig.textures(relief.get(), extra.get());
+        textures["rays"] = ray_texture.get();
         rig.backend->render({.pipeline = pipeline.get(),
-                             .relief = relief.get(),
-                             .normals = rig.plain.get(),
-                             .reference = ray_texture.get(),
-                             .extra = extra ? extra.get() : rig.plain.get(),
+                             .textures = std::move(textures),
                              .frame = frame_uniforms(scene, heights().width, heights().height)},
                             1, Timer::fenced_wall);
         const std::vector<ScorePixel> found = rig.backend->read_score();
@@ -232,6 +233,33 @@ TEST_F(ExportTest, a_later_export_replaces_its_own_files_alone) {
   EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"mine.txt", "relief.ktx2", "relief.glsl", "settings.json"}));
 }
 
+TEST_F(ExportTest, files_of_somebody_else_stay) {
+  const Export exported = make_export(job("max_mip"));
+  for (const char* name : {"settings.json", "relief.ktx2", "relief.extra.ktx2", "relief.glsl"}) {
+    for (const char* text : {"mine", "{}", R"({"made_by": "me", "files": [{"file": "relief.glsl"}]})"}) {
+      write_atomically(folder_ / name, text);
+      EXPECT_THAT([&] { write_export(exported, folder_.path()); }, ThrowsMessage<Error>(HasSubstr(name)));
+      EXPECT_EQ(file_text(folder_ / name), text);
+      std::filesystem::remove(folder_ / name);
+    }
+  }
+  // An earlier export's settings.json says which files are its own.
+  write_export(make_export(job("relief")), folder_ / "out");
+  write_atomically(folder_ / "out/relief.extra.ktx2", "mine");
+  write_export(make_export(job("relief")), folder_ / "out");
+  EXPECT_EQ(file_text(folder_ / "out/relief.extra.ktx2"), "mine");
+  EXPECT_THROW(write_export(exported, folder_ / "out"), Error);
+  EXPECT_EQ(file_text(folder_ / "out/relief.extra.ktx2"), "mine");
+}
+
+TEST_F(ExportTest, a_link_is_not_followed) {
+  write_atomically(folder_ / "mine", "mine");
+  std::filesystem::create_directories(folder_ / "out");
+  std::filesystem::create_symlink(folder_ / "mine", folder_ / "out/relief.glsl");
+  EXPECT_THROW(write_export(make_export(job("relief")), folder_ / "out"), Error);
+  EXPECT_EQ(file_text(folder_ / "mine"), "mine");
+}
+
 TEST_F(ExportTest, nothing_is_half_written) {
   const Export exported = make_export(job("relief"));
   std::filesystem::create_directories(folder_ / "out/settings.json");
@@ -289,7 +317,7 @@ TEST_F(ExportCommand, ships_a_level_with_its_evidence) {
 }
 
 TEST_F(ExportCommand, ships_a_case_by_its_id) {
-  const CommandResult result = ship({"--case", "relief@rocks/top?linear_steps=9&backend=vulkan", "--wrap", "clamp",
+  const CommandResult result = ship({"--case", "relief@fbm_32x32/top?linear_steps=9&backend=vulkan", "--wrap", "clamp",
                                      "--relief-depth", "0.25", "-o", "out", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const nlohmann::json settings = nlohmann::json::parse(result.out);

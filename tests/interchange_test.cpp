@@ -211,10 +211,10 @@ TEST(T4, is_valid_and_tells_how_a_case_ended) {
   }
   EXPECT_EQ(counts["correct"] + counts["correctness"], 40);
   EXPECT_GT(counts["correctness"], 0);
-  EXPECT_EQ(counts["constraints"], 2);  // skipped, unsupported
+  EXPECT_EQ(counts["constraints"], 1);  // unsupported
   EXPECT_EQ(counts["compile"], 1);
   EXPECT_EQ(counts["timeout"], 1);
-  EXPECT_EQ(counts["runtime"], 3);  // device_lost, invalid_timer, throttled
+  EXPECT_EQ(counts["runtime"], 5);  // device_lost, out_of_memory, invalid_timer, throttled, crashed
 
   nlohmann::json bad = t4;
   bad["results"][0]["invalidity"] = "fine";

@@ -37,8 +37,10 @@ struct Figures {
 Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
   Run run = synthetic_run({.cases = 1, .with_failed = false});
   run.records.clear();
+  run.scenes.clear();
   run.info["budgets"] = {"e_xy.p99<=10"};
-  for (const auto& [scene, list] : scenes)
+  for (const auto& [scene, list] : scenes) {
+    run.scenes.push_back(synthetic_scene(scene));
     for (const auto& [steps, time_ms, error] : list) {
       Settings settings(find_technique("relief"));
       settings.set("linear_steps", steps);
@@ -48,6 +50,7 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
         if (settings.is_active(param)) record.params.emplace_back(param.id, param.text(settings.get(param.id)));
       record.case_id = fmt::format("relief@{}?{}&backend=opengl", scene, settings.text());
       record.scene = scene;
+      record.scene_key = synthetic_scene(scene).key;
       record.backend = "opengl";
       record.device = "GPU";
       const double time_ns = time_ms * 1e6;
@@ -59,6 +62,7 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
       record.error->e_xy.p99 = error;
       run.records.push_back(record);
     }
+  }
   return run;
 }
 
@@ -199,7 +203,7 @@ TEST(Presets, what_makes_no_table_is_refused) {
   fails({run_of({{"a", {{1, 1, 1}}}, {"b", {{2, 1, 1}}}})},
         AllOf(HasSubstr("opengl, GPU: no setting was measured in all of its 2 scenes"), HasSubstr("a: 1, b: 1")));
   reliefbench::Run other = good;
-  other.records[0].reference_key = "another";
+  other.records[0].scene_key = synthetic_scene("another").key;
   fails({good, other}, HasSubstr("scene 's' is not the same"));
   other = good;
   other.info["devices"][0]["driver"] = "synthetic 2.0";
@@ -324,7 +328,9 @@ TEST_F(PresetsInConfig, what_is_unknown_is_named_with_file_and_key) {
   broken("/devices/0/levels/1/params/colour", "red", "key 'devices[0].levels[1].params.colour'");
   broken("/devices/0/levels/0/params", nlohmann::json::object({{"format", "r9"}}), "presets.json:");
   broken("/devices/0/levels/0/quality", 101, "key 'devices[0].levels[0].quality'");
-  broken("/schema", 2, "presets.json:");
+  broken("/schema", 1, "key 'schema': is 1, this reliefbench reads 2; make the presets anew");
+  broken("/scenes/0/tiling", 3, "presets.json:");
+  broken("/devices/0/levels/0/evidence/0/scene_key", std::string(64, '0'), "no scene of the file has the key 00000000");
   EXPECT_THROW((void)parse_config(R"({"scenes": [{"heightmap": "fbm", "views": "top"}],
                                       "sweeps": [{"presets": "presets.json", "technique": "cone"}]})",
                                   folder_ / "c.json"),

@@ -113,8 +113,9 @@ TEST(Record, EveryMissingOrWrongFieldIsNamed) {
 }
 
 TEST(Record, StatusIdsRoundTrip) {
-  for (const Status status : {Status::ok, Status::skipped, Status::unsupported, Status::compile_error, Status::timeout,
-                              Status::device_lost, Status::invalid_timer, Status::throttled})
+  for (const Status status :
+       {Status::ok, Status::unsupported, Status::compile_error, Status::timeout, Status::device_lost,
+        Status::out_of_memory, Status::invalid_timer, Status::throttled, Status::crashed})
     EXPECT_EQ(parse_status(status_id(status)), status);
   EXPECT_EQ(status_id(Status::throttled), "throttled");
   EXPECT_THROW((void)parse_status("fine"), Error);

@@ -109,7 +109,7 @@ TEST_P(ViewOnDevice, the_picture_is_the_sweeps_own) {
                      .timeout_s = 60,
                      .flicker_frames = 0});
   const SceneSpec spec{
-      .id = "fbm/grazing",
+      .id = "fbm_32x32/grazing",
       .heightmap = {.source = "fbm", .width = 32, .height = 32},
       .scene = {.view = view_presets()[2], .relief_depth = 0.2, .tiling = 2, .width_px = 48, .height_px = 32}};
   for (const std::string id : {"flat", "relief?linear_steps=9", "cone?format=rgba8", "safety_shape"}) {

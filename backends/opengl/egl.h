@@ -3,7 +3,12 @@
 
 #include <vector>
 
+#include "kernels/base/error.h"
+
 namespace reliefbench {
+
+/// What an error code of eglGetError says has failed.
+[[nodiscard]] Fault fault_of_egl(EGLint error);
 
 /// The displays of this machine that may offer OpenGL without a window system, each device once: EGL's device
 /// enumeration, then Mesa's surfaceless platform where it adds a device. Displays stay initialised for the life of the

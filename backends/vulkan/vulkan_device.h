@@ -9,12 +9,15 @@
 #include <vector>
 
 #include "backends/backend.h"
+#include "kernels/base/error.h"
 
 // Vulkan's structures are meant to be zero beyond the members that are named.
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
 
 namespace reliefbench {
 
+/// What a result code says has failed.
+[[nodiscard]] Fault fault_of(VkResult result);
 /// throws: Error(environment) "vulkan: <call> failed: <result in words>", for every result but VK_SUCCESS
 void vk_check(VkResult result, std::string_view call);
 

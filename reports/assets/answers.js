@@ -1,7 +1,9 @@
-'use strict';
 // The headline: what to ship, by device and scene.
 
-function budgetText(budget) {
+import {byId, data, formatNumber, make} from './page.js';
+import {commandOf, comparison, copyButton, errorOf, formatTime, groupLabel, intervalText, metricIndex, settingsElement} from './points.js';
+
+export function budgetText(budget) {
   const {unit} = data.metrics[metricIndex.get(budget.metric)];
   return comparison(budget.text) + (unit ? ` ${unit}` : '');
 }
@@ -17,7 +19,7 @@ function answerRow(label, point, hint) {
 }
 
 // The headline keeps the run's own error metric; the selector is for exploring.
-const frontMetricText = (p) => {
+export const frontMetricText = (p) => {
   const index = metricIndex.get(data.front_metric);
   return `${data.front_metric} ${errorOf(p, index)}`;
 };
@@ -78,7 +80,7 @@ function notices() {
   return [...new Set(found)];
 }
 
-function drawAnswers() {
+export function drawAnswers() {
   const first = data.runs[0].info;
   const names = [...new Set(data.runs.map((run) => run.info.name || run.folder))];
   byId('title').textContent = names.join(' · ');

@@ -1,5 +1,9 @@
-'use strict';
 // The figure round a chart: its caption, the pinned details under it, and the keyboard.
+
+import {chartConfig, charts} from './charts.js';
+import {seriesSwatch} from './marks.js';
+import {byId, data, make} from './page.js';
+import {command, comparison, errorOf, formatBytes, formatTime, groupLabel, intervalText, settingsElement} from './points.js';
 
 function detailsElement(point) {
   const metricRows = data.metrics.map(
@@ -27,7 +31,7 @@ function detailsElement(point) {
       command(point));
 }
 
-function pin(entry, point) {
+export function pin(entry, point) {
   entry.pinned = point;
   entry.details.hidden = point === null;
   if (point === null) {
@@ -89,7 +93,7 @@ function chartFigure(spec) {
 }
 
 /** Charts are made in the page, for they take their size from it. */
-function redrawCharts() {
+export function redrawCharts() {
   for (const entry of charts) {
     const {data: content, options, plugins} = chartConfig(entry.spec, entry);
     if (entry.chart) {
@@ -102,7 +106,7 @@ function redrawCharts() {
   }
 }
 
-function drawChartFigures() {
+export function drawChartFigures() {
   const several = data.groups.length > 1;
   const overlays = [];
   const singles = [];

@@ -1,5 +1,7 @@
-'use strict';
 // Tables of the fronts, sortable by every column.
+
+import {byId, data, formatNumber, make} from './page.js';
+import {commandOf, copyButton, errorOf, formatBytes, formatMetric, formatTime, groupLabel, metricIndex, metricTitle, settingsElement, state} from './points.js';
 
 const metricCell = (id) => {
   const index = metricIndex.get(id);
@@ -97,7 +99,7 @@ function compareValues(a, b) {
   return (a ?? Number.MAX_VALUE) - (b ?? Number.MAX_VALUE);
 }
 
-function drawFronts() {
+export function drawFronts() {
   const metric = data.metrics[state.metric];
   byId('front-metric').textContent = metricTitle(metric);
   const filled = data.fronts[state.metric].fronts.filter((front) => front.points.length > 0);

@@ -91,6 +91,7 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
     Front front{.backend = group.backend,
                 .device = group.device,
                 .scene = group.scene,
+                .scene_key = group.scene_key,
                 .error_metric = std::string(metric.id),
                 .constraints = {},
                 .points = {}};
@@ -110,6 +111,23 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
   }
   return result;
 }
+
+/// Scenes by id and key; where one id means several scenes, all but the first say which.
+class SceneTable {
+ public:
+  std::size_t index(const std::string& id, const SceneKey& key) {
+    const auto [at, added] = indices_.try_emplace({id, key}, names_.size());
+    if (added)
+      names_.push_back(std::ranges::find(names_, id) == names_.end() ? id
+                                                                     : fmt::format("{} ({})", id, key.short_text()));
+    return at->second;
+  }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  std::map<std::pair<std::string, SceneKey>, std::size_t> indices_;
+  std::vector<std::string> names_;
+};
 
 class DataBuilder {
  public:
@@ -172,7 +190,7 @@ class DataBuilder {
       if (!meets(record, constraint)) breaks.push_back(constraint.text());
     const Summary& time = record.frame_time->summary;
     points_.push_back({{"group", group_index(run, record.backend, record.device)},
-                       {"scene", scenes_.index(record.scene)},
+                       {"scene", scenes_.index(record.scene, record.scene_key)},
                        {"technique", techniques_.index(record.technique)},
                        {"id", record.case_id},
                        {"params", record.params},
@@ -200,7 +218,7 @@ class DataBuilder {
       points.push_back({{"point", point_json(point.record)}, {"equivalents", equivalents}});
     }
     return {{"group", group_index(run, front.backend, front.device)},
-            {"scene", scenes_.index(front.scene)},
+            {"scene", scenes_.index(front.scene, front.scene_key)},
             {"points", points}};
   }
 
@@ -208,11 +226,11 @@ class DataBuilder {
     json pictures;
     if (answer.pick != nullptr)
       pictures = {
-          {"frame", image_index(folder / image_path(answer.pick->case_id, "frame"))},
-          {"reference", image_index(folder / image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
-          {"error", image_index(folder / image_path(answer.pick->case_id, "error"))}};
+          {"frame", image_index(folder, image_path(answer.pick->case_id, "frame"))},
+          {"reference", image_index(folder, image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
+          {"error", image_index(folder, image_path(answer.pick->case_id, "error"))}};
     return {{"group", group_index(run, answer.backend, answer.device)},
-            {"scene", scenes_.index(answer.scene)},
+            {"scene", scenes_.index(answer.scene, answer.scene_key)},
             {"pick", point_json(answer.pick)},
             {"tie", point_json(answer.tie)},
             {"runner_up", point_json(answer.runner_up)},
@@ -223,10 +241,11 @@ class DataBuilder {
             {"pictures", pictures}};
   }
 
-  json image_index(const std::filesystem::path& path) {
+  json image_index(const std::filesystem::path& folder, const std::filesystem::path& picture) {
+    const std::filesystem::path path = folder / picture;
     const auto known = image_of_.find(path);
     if (known != image_of_.end()) return known->second;
-    const std::optional<std::string> uri = png_data_uri(path);
+    const std::optional<std::string> uri = png_data_uri(folder, picture);
     if (!uri) return image_of_[path] = json();
     images_.push_back(*uri);
     return image_of_[path] = images_.size() - 1;
@@ -257,7 +276,7 @@ class DataBuilder {
     return rows;
   }
 
-  NameTable scenes_;
+  SceneTable scenes_;
   NameTable techniques_;
   std::vector<Group> groups_;
   std::unordered_map<const Record*, std::size_t> point_of_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -112,7 +113,7 @@ Exit run(const Arguments& arguments) {
   }
   const Comparison comparison = compare_runs(load_run(arguments.base), load_run(arguments.now), arguments.options);
   const Exit result = exit_of(comparison);
-  for (const std::string& warning : comparison.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : comparison.warnings) print_error("warning: " + warning);
   if (arguments.json) {
     fmt::print("{}\n", comparison_json(comparison).dump(2));
     return result;
@@ -123,7 +124,7 @@ Exit run(const Arguments& arguments) {
   for (const std::string& lost : comparison.lost) fmt::print("{} {}\n", paint.bad("lost"), lost);
   print_unmatched("only in base", comparison.only_base, arguments.all);
   print_unmatched("only in new", comparison.only_new, arguments.all);
-  if (comparison.matched == 0) fmt::print(stderr, "reliefbench: no case was measured in both runs\n");
+  if (comparison.matched == 0) print_error("no case was measured in both runs: nothing is compared");
   return result;
 }
 

@@ -49,8 +49,8 @@ void run(const Arguments& arguments) {
   for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
   const Presets presets = make_presets(runs, arguments.query);
   const std::string text = presets_json(presets).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  write_atomically(arguments.output, text);
-  if (!arguments.header.empty()) write_atomically(arguments.header, presets_header(presets));
+  write_output(arguments.output, text);
+  if (!arguments.header.empty()) write_output(arguments.header, presets_header(presets));
   for (const std::string& warning : presets.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (arguments.json) {
     fmt::print("{}", text);

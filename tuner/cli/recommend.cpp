@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -168,8 +169,7 @@ Exit run(const Arguments& arguments) {
   fmt::print("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
   for (const Answer& answer : answers) print_answer(answer, question, stored, paint);
   const Exit result = exit_of(answers);
-  if (result == Exit::nothing_measured)
-    fmt::print(stderr, "reliefbench: no case of {} was measured\n", arguments.folder);
+  if (result == Exit::nothing_measured) print_error(fmt::format("no case of {} was measured", arguments.folder));
   return result;
 }
 

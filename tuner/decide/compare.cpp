@@ -6,15 +6,23 @@
 #include <nlohmann/json.hpp>
 
 #include "tuner/decide/pareto.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
 
-using RecordsById = std::map<std::string, const Record*, std::less<>>;
+/// By what is matched between runs. A run that measured one scene under two names has each case twice: then by their
+/// order, too.
+using RecordsByKey = std::map<std::pair<std::string, int>, const Record*>;
 
-RecordsById by_id(const Run& run) {
-  RecordsById result;
-  for (const Record& record : run.records) result[record.case_id] = &record;
+RecordsByKey by_key(const Run& run) {
+  RecordsByKey result;
+  std::map<std::string, int> seen;
+  for (const Record& record : run.records) {
+    std::string key = match_key(record);
+    const int place = seen[key]++;
+    result[{std::move(key), place}] = &record;
+  }
   return result;
 }
 
@@ -55,24 +63,35 @@ void warn_of_host(const Run& base, const Run& now, Comparison& comparison) {
   }
 }
 
+/// Names that mean another scene in each run, which explains why their cases do not match.
+void warn_of_scenes(const Run& base, const Run& now, Comparison& comparison) {
+  for (const MeasuredScene& before : base.scenes)
+    for (const MeasuredScene& after : now.scenes)
+      if (before.spec.id == after.spec.id && before.key != after.key)
+        comparison.warnings.push_back(fmt::format("scene '{}' is not the same, its cases are not compared: {}",
+                                                  before.spec.id, difference_text(before, after)));
+}
+
 std::vector<CaseMatch> match_cases(const Run& base, const Run& now, Comparison& comparison) {
-  const RecordsById before = by_id(base);
-  const RecordsById after = by_id(now);
+  const RecordsByKey before = by_key(base);
+  const RecordsByKey after = by_key(now);
   std::vector<CaseMatch> matches;
-  for (const auto& [id, old] : before) {
-    const auto other = after.find(id);
+  for (const auto& [key, old] : before) {
+    const auto other = after.find(key);
     if (other == after.end()) {
-      comparison.only_base.push_back(id);
+      comparison.only_base.push_back(old->case_id);
     } else if (old->status == Status::ok && other->second->status == Status::ok) {
       matches.push_back({old, other->second});
     } else if (old->status == Status::ok) {
-      comparison.lost.push_back(fmt::format("{}: {} {}", id, status_id(other->second->status), other->second->reason));
+      comparison.lost.push_back(
+          fmt::format("{}: {} {}", old->case_id, status_id(other->second->status), other->second->reason));
     }
   }
-  for (const auto& [id, record] : after) {
-    if (!before.contains(id)) comparison.only_new.push_back(id);
+  for (const auto& [key, record] : after) {
+    if (!before.contains(key)) comparison.only_new.push_back(record->case_id);
   }
   comparison.matched = matches.size();
+  warn_of_scenes(base, now, comparison);
   return matches;
 }
 

@@ -76,7 +76,8 @@ struct CompareOptions {
   double confidence = 0.95;  ///< of each interval, and family-wise of all faster and slower
 };
 
-/// Matches the cases of two runs of one device by id. Another host is only a warning.
+/// Matches the cases of two runs of one device by setting and scene key (match_key), so that one name for two scenes
+/// matches nothing. Another host is only a warning.
 /// throws: Error(bad_input): the runs are of different devices or drivers (named), unknown metric, a case without
 ///         samples
 [[nodiscard]] Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& options);

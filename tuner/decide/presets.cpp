@@ -29,6 +29,7 @@ using SceneCases = std::map<std::string, PresetEvidence, std::less<>>;  ///< by 
 struct DeviceCases {
   std::string driver;
   const Run* driver_run = nullptr;
+  std::map<SceneKey, std::string> names;  ///< of scenes: the first that each was met under
   std::map<std::string, SceneCases, std::less<>> scenes;
 };
 using DeviceKey = std::pair<std::string, std::string>;  ///< backend, device
@@ -84,14 +85,14 @@ std::string driver_of(const Run& run, const std::string& backend) {
 
 /// What cannot be compared must not share a table.
 void check_same(const PresetEvidence& before, const PresetEvidence& now) {
-  if (before.record->reference_key != now.record->reference_key)
-    fail_input("scene '{}' is not the same in {} and {}", now.record->scene, before.run->folder.string(),
-               now.run->folder.string());
+  if (before.record->scene_key != now.record->scene_key)
+    fail_input("scene '{}' is not the same in {} ({}) and {} ({})", now.record->scene, before.run->folder.string(),
+               before.record->scene_key.short_text(), now.run->folder.string(), now.record->scene_key.short_text());
 }
 
 std::map<DeviceKey, DeviceCases> gather(std::span<const Run> runs) {
   std::map<DeviceKey, DeviceCases> devices;
-  std::map<std::tuple<std::string, std::string, std::string>, PresetEvidence> first_of_scene;
+  std::map<std::string, PresetEvidence> first_of_scene;
   for (const Run& run : runs)
     for (const Record& record : run.records) {
       if (record.status != Status::ok) continue;
@@ -105,9 +106,12 @@ std::map<DeviceKey, DeviceCases> gather(std::span<const Run> runs) {
         fail_input("{}, {}: its driver is '{}' in {}, '{}' in {}; their times make no one table", record.backend,
                    record.device, device.driver, device.driver_run->folder.string(), driver, run.folder.string());
       const PresetEvidence evidence{.run = &run, .record = &record, .error = 0};
-      check_same(first_of_scene.try_emplace({record.backend, record.device, record.scene}, evidence).first->second,
-                 evidence);
-      device.scenes[record.scene][settings_text(record)] = evidence;
+      check_same(first_of_scene.try_emplace(record.scene, evidence).first->second, evidence);
+      // A scene under another name is the same scene.
+      const std::string& name = record.scene_key.is_known()
+                                    ? device.names.try_emplace(record.scene_key, record.scene).first->second
+                                    : record.scene;
+      device.scenes[name][settings_text(record)] = evidence;
     }
   return devices;
 }

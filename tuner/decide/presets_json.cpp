@@ -2,8 +2,11 @@
 
 #include <algorithm>
 
+#include "kernels/base/error.h"
 #include "tuner/decide/presets.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {
@@ -23,6 +26,7 @@ json run_json(const Run& run) {
 json evidence_json(const PresetEvidence& evidence, const Presets& presets) {
   const Summary& time = evidence.record->frame_time->summary;
   return {{"scene", evidence.record->scene},
+          {"scene_key", evidence.record->scene_key.hex},
           {"run", std::ranges::find(presets.runs, evidence.run) - presets.runs.begin()},
           {"case", evidence.record->case_id},
           {"time_ns", time.median},
@@ -63,6 +67,23 @@ json device_json(const DevicePresets& device, const Presets& presets) {
           {"levels", std::move(levels)}};
 }
 
+/// The scenes that evidence is of, each whole.
+json scenes_of(const Presets& presets) {
+  std::vector<MeasuredScene> scenes;
+  for (const DevicePresets& device : presets.devices)
+    for (const PresetLevel& level : device.levels)
+      for (const PresetEvidence& one : level.evidence) {
+        const SceneKey& key = one.record->scene_key;
+        if (find_scene(scenes, key) != nullptr) continue;
+        const MeasuredScene* const scene = find_scene(one.run->scenes, key);
+        if (scene == nullptr)
+          fail_input("{}: key 'scenes': has no scene '{}' with the key {}", (one.run->folder / kRunFile).string(),
+                     one.record->scene, key.short_text());
+        scenes.push_back(*scene);
+      }
+  return scenes_json(scenes);
+}
+
 }  // namespace
 
 json presets_json(const Presets& presets) {
@@ -78,6 +99,7 @@ json presets_json(const Presets& presets) {
           {"level_metric", presets.level_metric},
           {"constraints", constraints},
           {"runs", std::move(runs)},
+          {"scenes", scenes_of(presets)},
           {"devices", std::move(devices)},
           {"warnings", presets.warnings}};
 }

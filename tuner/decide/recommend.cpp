@@ -93,7 +93,7 @@ std::string miss_text(const Record& record, const Question& question) {
 }
 
 Answer answer_of(const RecordGroup& group, const Question& question) {
-  Answer answer{.backend = group.backend, .device = group.device, .scene = group.scene};
+  Answer answer{.backend = group.backend, .device = group.device, .scene = group.scene, .scene_key = group.scene_key};
   std::vector<const Record*> all;
   std::copy_if(group.records.begin(), group.records.end(), std::back_inserter(all),
                [](const Record* record) { return measured(*record); });
@@ -174,6 +174,7 @@ nlohmann::json answers_json(std::span<const Answer> answers, const Question& que
     list.push_back({{"backend", answer.backend},
                     {"device", answer.device},
                     {"scene", answer.scene},
+                    {"scene_key", answer.scene_key.hex},
                     {"pick", record_or_null(answer.pick)},
                     {"tie", record_or_null(answer.tie)},
                     {"ties", answer.ties},

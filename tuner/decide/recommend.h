@@ -27,6 +27,7 @@ struct Answer {
   std::string backend;
   std::string device;
   std::string scene;
+  SceneKey scene_key{};
   const Record* pick = nullptr;       ///< null: nothing meets the question
   const Record* tie = nullptr;        ///< Choice::tie: as fast as the pick as far as can be told, or faster
   std::size_t ties = 0;               ///< how many are

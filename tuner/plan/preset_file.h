@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "kernels/trace/technique.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 
-inline constexpr int kPresetsSchema = 1;
+inline constexpr int kPresetsSchema = 2;
 inline constexpr int kBestPreset = 100;  ///< quality goes from 0 to this
 
 /// One level as read back.
@@ -19,8 +20,9 @@ struct LoadedPreset {
   int quality = 0;
   Settings settings;
   /// backend, device, quality; as far as the file says driver, error_metric, relative_time, error; scenes: a list of
-  /// {scene, case, time_ns, ci, samples, error}.
+  /// {scene, scene_key, case, time_ns, ci, samples, error}.
   nlohmann::json evidence{};
+  std::vector<MeasuredScene> scenes{};  ///< parallel to evidence's scenes
 };
 /// throws: Error(bad_input) "FILE:LINE: key 'a.b': ...": not presets, another schema, unknown techniques, parameters or
 ///         values

@@ -1,5 +1,7 @@
 #include "tuner/results/record.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,8 +15,9 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "unsupported",   "compile_error",
-                                                     "timeout", "device_lost", "invalid_timer", "throttled"};
+constexpr std::array<std::string_view, 9> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
+                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled",
+                                                     "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -68,39 +71,6 @@ Distribution parse_distribution(const json& j) {
           .p95 = number(j, "p95"),
           .p99 = number(j, "p99"),
           .max = number(j, "max")};
-}
-
-json score_json(const FrameScore& score) {
-  return {{"pixels", score.pixels},
-          {"e_xy", distribution_json(score.e_xy)},
-          {"e_z", distribution_json(score.e_z)},
-          {"missed_rate", score.missed_rate},
-          {"inside_rate", score.inside_rate},
-          {"unconverged_rate", score.unconverged_rate},
-          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
-          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
-          {"flip", score.flip},
-          {"ssim", score.ssim},
-          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
-}
-
-FrameScore parse_score(const json& j) {
-  const json& taps = member(j, "taps");
-  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
-                   .e_xy = parse_distribution(member(j, "e_xy")),
-                   .e_z = parse_distribution(member(j, "e_z")),
-                   .missed_rate = number(j, "missed_rate"),
-                   .inside_rate = number(j, "inside_rate"),
-                   .unconverged_rate = number(j, "unconverged_rate"),
-                   .mean_taps = number(taps, "mean"),
-                   .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt,
-                   .flip = number(j, "flip"),
-                   .ssim = number(j, "ssim")};
-  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
-  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
-  return score;
 }
 
 json frame_time_json(const FrameTime& time) {
@@ -158,6 +128,57 @@ std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std
 
 }  // namespace
 
+bool may_pass(Status status) {
+  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
+}
+
+Status status_of(Fault fault, Status otherwise) {
+  switch (fault) {
+    case Fault::device_lost:
+      return Status::device_lost;
+    case Fault::out_of_memory:
+      return Status::out_of_memory;
+    case Fault::invalid_timer:
+      return Status::invalid_timer;
+    case Fault::other:
+      break;
+  }
+  return otherwise;
+}
+
+json score_json(const FrameScore& score) {
+  return {{"pixels", score.pixels},
+          {"e_xy", distribution_json(score.e_xy)},
+          {"e_z", distribution_json(score.e_z)},
+          {"missed_rate", score.missed_rate},
+          {"inside_rate", score.inside_rate},
+          {"unconverged_rate", score.unconverged_rate},
+          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
+          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
+          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
+          {"flip", score.flip},
+          {"ssim", score.ssim},
+          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
+}
+
+FrameScore parse_score(const json& j) {
+  const json& taps = member(j, "taps");
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
+                   .e_xy = parse_distribution(member(j, "e_xy")),
+                   .e_z = parse_distribution(member(j, "e_z")),
+                   .missed_rate = number(j, "missed_rate"),
+                   .inside_rate = number(j, "inside_rate"),
+                   .unconverged_rate = number(j, "unconverged_rate"),
+                   .mean_taps = number(taps, "mean"),
+                   .max_taps = number(taps, "max"),
+                   .psnr = std::nullopt,
+                   .flip = number(j, "flip"),
+                   .ssim = number(j, "ssim")};
+  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
+  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
+  return score;
+}
+
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }
 
 Status parse_status(std::string_view id) {
@@ -169,11 +190,13 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  json line = {{"case", record.case_id},
+  json line = {{"schema", kSchemaVersion},
+               {"case", record.case_id},
                {"technique", record.technique},
                {"params", std::move(params)},
                {"map", record.map},
                {"scene", record.scene},
+               {"scene_key", record.scene_key.hex},
                {"backend", record.backend},
                {"device", record.device},
                {"status", status_id(record.status)},
@@ -190,11 +213,14 @@ void to_json(json& j, const Record& record) {
 }
 
 void from_json(const json& j, Record& record) {
+  if (const int schema = integer<int>(j, "schema"); schema != kSchemaVersion)
+    fail_input("'schema' is {}, this reliefbench reads {}", schema, kSchemaVersion);
   record = {.case_id = text(j, "case"),
             .technique = text(j, "technique"),
             .params = parse_params(member(j, "params"), text(j, "case")),
             .map = text(j, "map"),
             .scene = text(j, "scene"),
+            .scene_key = parse_scene_key(text(j, "scene_key")),
             .backend = text(j, "backend"),
             .device = text(j, "device"),
             .status = parse_status(text(j, "status")),
@@ -212,6 +238,15 @@ void from_json(const json& j, Record& record) {
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
   check_backend(record);
+}
+
+std::string match_key(const Record& record) {
+  if (!record.scene_key.is_known()) return record.case_id;
+  const std::string name = "@" + record.scene + "?";
+  const std::size_t at = record.case_id.find(name);
+  if (at == std::string::npos) return fmt::format("{}@{}", record.case_id, record.scene_key.hex);
+  return fmt::format("{}@{}?{}", record.case_id.substr(0, at), record.scene_key.hex,
+                     record.case_id.substr(at + name.size()));
 }
 
 void to_json(json& j, const Sample& sample) {

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <map>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 
 namespace reliefbench {
 namespace {
@@ -15,6 +15,8 @@ SettingScore score_one(std::size_t setting, std::size_t scenes, const Judge& jud
   SettingScore result{.scored = Scored::yes};
   try {
     for (std::size_t scene = 0; scene < scenes; ++scene) result.scores.push_back(judge(setting, scene));
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the setting
+    throw;
   } catch (const Error& error) {
     result = {.scored = Scored::failed, .failure = error.what()};
   }

@@ -1,6 +1,7 @@
 #include "tuner/tune/tune_search.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -54,11 +55,21 @@ std::vector<TuneRung> rungs_of(const TuneResult& result, double max_error) {
 
 }  // namespace
 
+void BookSource::will_ask(std::span<const FrameOf> round) {
+  std::vector<Wanted> missing;
+  for (const FrameOf& frame : round)
+    for (std::size_t scene = 0; scene < scenes_.size(); ++scene)
+      if (book_.times(scenes_[scene].case_ids[frame.candidate]).size() <= static_cast<std::size_t>(frame.index))
+        missing.push_back({.scene = scene, .candidate = frame.candidate});
+  if (!missing.empty()) draw_(missing);
+}
+
 double BookSource::frame_ns(std::size_t candidate, int index) {
   double combined_ns = 0;
   for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
     const std::string& id = scenes_[scene].case_ids[candidate];
-    while (book_.times(id).size() <= static_cast<std::size_t>(index)) draw_(scene, candidate);
+    while (book_.times(id).size() <= static_cast<std::size_t>(index))
+      draw_(std::array{Wanted{.scene = scene, .candidate = candidate}});
     combined_ns =
         combined(combine_, combined_ns, scenes_[scene].weight, book_.times(id)[static_cast<std::size_t>(index)]);
   }
@@ -166,7 +177,5 @@ void search_into(TuneResult& result, TimeSource& times, const std::function<bool
   const double any = std::numeric_limits<double>::infinity();
   result.rungs = rungs_of(result, question.max_error.empty() ? budget.value_or(result.pick->error) : any);
 }
-
-bool TuneResult::is_certified() const { return search.is_certified && counts.unscored == 0; }
 
 }  // namespace reliefbench

@@ -20,17 +20,22 @@ class BookSource final : public TimeSource {
     std::vector<std::string> case_ids;  ///< one a candidate
     double weight = 1;
   };
-  /// draw: appends at least one sample of (scene, candidate) to the book
-  BookSource(const SampleBook& book, std::vector<Scene> scenes, Combine combine,
-             std::function<void(std::size_t, std::size_t)> draw)
+  struct Wanted {
+    std::size_t scene;
+    std::size_t candidate;
+  };
+  using Draw = std::function<void(std::span<const Wanted>)>;
+  /// draw: appends a sample of each to the book, in this order
+  BookSource(const SampleBook& book, std::vector<Scene> scenes, Combine combine, Draw draw)
       : book_(book), scenes_(std::move(scenes)), combine_(combine), draw_(std::move(draw)) {}
+  void will_ask(std::span<const FrameOf> round) override;
   [[nodiscard]] double frame_ns(std::size_t candidate, int index) override;
 
  private:
   const SampleBook& book_;
   std::vector<Scene> scenes_;
   Combine combine_;
-  std::function<void(std::size_t, std::size_t)> draw_;
+  Draw draw_;
 };
 
 /// What the scenes so far and one more of this weight add up to: times, or the work that foretells them.
