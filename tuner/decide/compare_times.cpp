@@ -149,10 +149,14 @@ class TimeComparison {
       : base_(base), now_(now), options_(options), comparison_(comparison) {}
 
   void add_backend(const std::string& backend, std::span<const CaseMatch> matches) {
-    std::vector<std::string> ids;
-    for (const CaseMatch& match : matches) ids.push_back(match.base->case_id);
-    const RunTimes before(base_, backend, ids);
-    const RunTimes after(now_, backend, ids);
+    std::vector<std::string> old_ids;
+    std::vector<std::string> new_ids;  // others where a scene goes by another name
+    for (const CaseMatch& match : matches) {
+      old_ids.push_back(match.base->case_id);
+      new_ids.push_back(match.now->case_id);
+    }
+    const RunTimes before(base_, backend, old_ids);
+    const RunTimes after(now_, backend, new_ids);
     const bool relative = uses_control(backend, before, after);
     std::vector<RatioCase> cases;
     for (const CaseMatch& match : matches)
