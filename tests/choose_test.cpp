@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "tests/hand_made.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/tune/tune_search.h"
 
 namespace reliefbench {
 namespace {
@@ -71,6 +74,62 @@ TEST(Choose, fewer_features_are_simpler_then_an_earlier_technique) {
   Record unknown = relief;
   unknown.technique = "telepathy";
   EXPECT_ANY_THROW((void)simplicity(unknown));
+}
+
+/// A search of two settings that meet the budgets: a plain relief trace, and one with a refinement that is 1 % faster
+/// by estimate.
+struct TwoSettings {
+  SearchSpace space = empty_setting_space();
+  SearchResult search;
+  TuneQuestion question{.max_error = {{"e_xy.p99", 0.5}}, .epsilon = 0.05};
+  std::int64_t plain_bytes = 64;
+
+  TwoSettings() {
+    for (const char* refinement : {"none", "binary"}) {
+      Settings settings(find_technique("relief"));
+      settings.set("refinement", refinement);
+      space.candidates.push_back(candidate_of(settings, setting_id(settings)));
+    }
+    const auto measured = [](double low_ns, double time_ns, double high_ns) {
+      return CandidateState{
+          .evidence = Evidence::measured, .samples = 9, .time_ns = time_ns, .low_ns = low_ns, .high_ns = high_ns};
+    };
+    search.states = {measured(99, 101, 103), measured(98, 100, 102)};
+    search.answers = {
+        {.max_error = 0, .pick = 1, .time_ns = 100, .high_ns = 102, .rival_low_ns = 99, .gap = 102.0 / 99 - 1}};
+  }
+  [[nodiscard]] TunePick pick() const {
+    return *pick_of(search, space, question, std::nullopt, [&](std::size_t i) { return i == 0 ? plain_bytes : 64; });
+  }
+};
+
+TEST(TunePick, of_settings_that_the_certificate_covers_alike_the_simplest_is_the_pick) {
+  const TwoSettings two;
+  const TunePick pick = two.pick();
+  EXPECT_EQ(pick.setting, two.space.candidates[0].id);
+  EXPECT_EQ(pick.tie, two.space.candidates[1].id);
+  EXPECT_EQ(pick.time_ns, 101);
+  EXPECT_NEAR(pick.gap, 103.0 / 98 - 1, 1e-12);  // to the least that any of them may take
+}
+
+TEST(TunePick, a_tie_never_costs_the_certificate) {
+  TwoSettings two;
+  two.question.epsilon = 0.04;  // the plain one may be 5.1 % slower than the best
+  EXPECT_EQ(two.pick().setting, two.space.candidates[1].id);
+  two.question.epsilon = 0.02;  // nothing is certified: the search's own answer
+  EXPECT_EQ(two.pick().setting, two.space.candidates[1].id);
+  EXPECT_EQ(two.pick().tie, "");
+}
+
+TEST(TunePick, settings_that_time_tells_apart_do_not_tie) {
+  TwoSettings two;
+  two.search.states[0] = {
+      .evidence = Evidence::measured, .samples = 9, .time_ns = 104, .low_ns = 102.5, .high_ns = 105};
+  two.search.answers[0].rival_low_ns = 102.5;
+  two.search.answers[0].gap = 0;
+  two.question.epsilon = 0.1;
+  EXPECT_EQ(two.pick().setting, two.space.candidates[1].id);
+  EXPECT_EQ(two.pick().tie, "");
 }
 
 }  // namespace

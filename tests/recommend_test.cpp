@@ -48,7 +48,7 @@ TEST(Recommend, picks_the_most_accurate_within_a_time) {
 // No relief takes the least time: of a question about time it once was "the simplest", whatever its error.
 TEST(Recommend, the_simplest_within_a_time_keeps_to_the_budgets_of_the_run) {
   const std::vector<Record> records = some_records();
-  Question question{.max_time_ms = 0.00042, .simplest_budgets = {{"e_xy.p99", 0.5}}};
+  Question question{.budgets = {}, .max_time_ms = 0.00042, .simplest_budgets = {{"e_xy.p99", 0.5}}};
   EXPECT_EQ(id(only_answer(records, question).simplest), "parallax");
   EXPECT_EQ(id(only_answer(records, question).pick), "relief 16");
   question.simplest_budgets = {{"e_xy.p99", 0.1}};

@@ -28,7 +28,7 @@ struct RatioInterval {
 /// What is known of a ratio.
 struct TimeChange {
   RatioInterval ratio;
-  double p = 1;  ///< Student's t, corrected: by Holm within the whole, the groups and the cases, times 3
+  double p = 1;  ///< Student's t, corrected: family-wise over the whole, the groups and the cases together
   Change change = Change::unclear;
 };
 

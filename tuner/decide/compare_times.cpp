@@ -149,10 +149,14 @@ class TimeComparison {
       : base_(base), now_(now), options_(options), comparison_(comparison) {}
 
   void add_backend(const std::string& backend, std::span<const CaseMatch> matches) {
-    std::vector<std::string> ids;
-    for (const CaseMatch& match : matches) ids.push_back(match.base->case_id);
-    const RunTimes before(base_, backend, ids);
-    const RunTimes after(now_, backend, ids);
+    std::vector<std::string> old_ids;
+    std::vector<std::string> new_ids;  // others where a scene goes by another name
+    for (const CaseMatch& match : matches) {
+      old_ids.push_back(match.base->case_id);
+      new_ids.push_back(match.now->case_id);
+    }
+    const RunTimes before(base_, backend, old_ids);
+    const RunTimes after(now_, backend, new_ids);
     const bool relative = uses_control(backend, before, after);
     std::vector<RatioCase> cases;
     for (const CaseMatch& match : matches)
@@ -184,9 +188,9 @@ class TimeComparison {
     else
       comparison_.groups.front().group = "all";
     const std::span<GroupChange> groups(comparison_.groups);
-    correct(groups.first(1));
-    correct(groups.subspan(1));
-    correct(std::span(comparison_.cases));
+    correct(groups.first(1), 1.0 / 4);
+    correct(groups.subspan(1), 1.0 / 4);
+    correct(std::span(comparison_.cases), 1.0 / 2);
     std::ranges::stable_sort(comparison_.cases,
                              [](const CaseChange& a, const CaseChange& b) { return a.ratio.ratio > b.ratio.ratio; });
   }
@@ -210,16 +214,15 @@ class TimeComparison {
     return true;
   }
 
-  /// Holm's correction within one of the three questions (whole, groups, cases), which share the chance of a false
-  /// alarm evenly: so the whole does not pay for the count of the cases.
+  /// Holm's correction within one of three questions: whole, groups, cases. Each has a fixed share of the chance of a
+  /// false alarm, so that the whole does not pay for the count of the cases.
   template <typename T>
-  void correct(std::span<T> changes) const {
-    constexpr double kQuestions = 3;
+  void correct(std::span<T> changes, double share) const {
     std::vector<double> p_values;
     for (const TimeChange& change : changes) p_values.push_back(change.p);
     const std::vector<double> corrected = holm(p_values);
     for (std::size_t i = 0; i < changes.size(); ++i) {
-      changes[i].p = std::min(1.0, kQuestions * corrected[i]);
+      changes[i].p = std::min(1.0, corrected[i] / share);
       changes[i].change = judge(changes[i], options_);
     }
   }
