@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -118,6 +119,30 @@ TEST_F(CliTest, killed_at_any_moment_it_ends_with_the_same_cases) {
   const CommandResult last = run({"sweep", kSmoke, "-o", "killed", "--backend", "opengl"});
   EXPECT_EQ(last.exit_code, 0) << last.err;
   EXPECT_EQ(case_ids(folder_ / "killed"), case_ids(folder_ / "whole"));
+}
+
+// A software rasteriser takes minutes for a frame of the second setting; nothing can end it, and the sweep goes on.
+TEST_F(CliTest, a_frame_that_does_not_end_in_time_ends_its_case) {
+  write("slow.json", R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 64, "height": 64}, "views": "oblique", "frame_px": [768, 768]}],
+    "measure": {"samples": 2, "batch_ms": 1, "warmup_batches_max": 1, "flicker_frames": 0, "timeout_s": 3},
+    "sweeps": [{"technique": "relief", "axes": {"linear_steps": [2, 4096], "refinement": "none", "loop": "fixed",
+                                                "filter": "manual"}}]})");
+  for (const std::string backend : {"vulkan", "opengl"}) {
+    const auto start = std::chrono::steady_clock::now();
+    const CommandResult result = run({"sweep", "slow.json", "-o", backend, "--backend", backend, "--quiet"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::minutes(3));
+    std::map<std::string, std::string> reasons;
+    std::istringstream in(file_text(folder_ / backend / "results.jsonl"));
+    for (std::string line; std::getline(in, line);) {
+      const nlohmann::json record = nlohmann::json::parse(line);
+      reasons[record.at("status")] = record.value("reason", "");
+    }
+    ASSERT_TRUE(reasons.contains("ok")) << result.out;
+    if (!reasons.contains("timeout")) GTEST_SKIP() << backend << " draws it in time";
+    EXPECT_THAT(reasons.at("timeout"), HasSubstr("did not end within 3 s"));
+  }
 }
 
 TEST_F(CliTest, recommend_answers_or_says_how_near_it_came) {

@@ -78,6 +78,24 @@ TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it
   EXPECT_GT(with_a_case, 5);
 }
 
+TEST_F(DeviceFault, a_frame_that_does_not_end_costs_its_case_alone) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  int with_a_case = 0;
+  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 11) {
+    SCOPED_TRACE(nth);
+    const std::string name = "hung" + std::to_string(nth);
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, nth, Fault::timeout);
+    Statuses statuses = sweep(name, devices);
+    EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
+    EXPECT_EQ(statuses["ok"] + statuses["timeout"], whole.at("ok"));
+    with_a_case += statuses["timeout"];
+    EXPECT_EQ(sweep(name), whole);  // the same command tries it again
+  }
+  EXPECT_GT(with_a_case, 3);
+}
+
 TEST_F(DeviceFault, every_upload_and_compilation_may_lose_the_device) {
   FaultyDevices counted;
   const Statuses whole = sweep("whole", counted);

@@ -4,10 +4,12 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <new>
 #include <system_error>
 
+#include "backends/backend.h"
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
@@ -90,8 +92,11 @@ int run_and_tell(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its size limit then fails as one on a full disk
-  const int exit_code = reliefbench::run_and_tell(argc, argv);
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
-  reliefbench::print_error("standard output cannot be written: " + std::generic_category().message(errno));
-  return static_cast<int>(reliefbench::Exit::environment);
+  int exit_code = reliefbench::run_and_tell(argc, argv);
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    reliefbench::print_error("standard output cannot be written: " + std::generic_category().message(errno));
+    exit_code = static_cast<int>(reliefbench::Exit::environment);
+  }
+  if (reliefbench::is_any_left_behind()) std::_Exit(exit_code);
+  return exit_code;
 }

@@ -10,8 +10,8 @@
 
 namespace reliefbench {
 
-/// A case that cannot be drawn, found out when it was to be timed. Where its status is device_lost, the device is to be
-/// opened again.
+/// A case that cannot be drawn, found out when it was to be timed. Where Session::is_lost() says so, the device is
+/// to be opened again.
 struct CaseFailed {
   Record record;
 };

@@ -63,7 +63,7 @@ bool RecordBook::is_finished(std::string_view case_id) const {
 bool RecordBook::is_suspect(std::string_view case_id) const {
   const Record* const record = find(case_id);
   const std::optional<CaseMark::Death>& death = store_.mark().death();
-  return (record != nullptr && record->status == Status::crashed) || (death && death->case_id == case_id);
+  return (record != nullptr && record->status != Status::ok) || (death && death->case_id == case_id);
 }
 
 }  // namespace reliefbench

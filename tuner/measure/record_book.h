@@ -29,7 +29,7 @@ class RecordBook {
   /// Whether the case is not to be drawn in this start. A lost device may be no fault of the case, and a crash may have
   /// been none: such a case is drawn again; one that killed two processes only if asked.
   [[nodiscard]] bool is_finished(std::string_view case_id) const;
-  /// Whether an earlier start may have died of it: it is drawn last, and by itself.
+  /// Whether it failed in an earlier start, or that one may have died of it: it is drawn last, and by itself.
   [[nodiscard]] bool is_suspect(std::string_view case_id) const;
 
   static constexpr int kMostCrashes = 2;

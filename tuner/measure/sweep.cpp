@@ -131,7 +131,7 @@ class DeviceSweep {
     for (const Case* c : block) {
       const auto hold = store_.mark().hold(c->id());
       prepared.push_back(preparer_.prepare(*c, scene_of(config_, *c)));
-      if (prepared.back().record.status == Status::device_lost) reopen(prepared);
+      if (session_.is_lost(prepared.back().record.status)) reopen(prepared);
       on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
     }
     sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
@@ -165,7 +165,7 @@ class DeviceSweep {
                            .on_progress = on_progress});
         return;
       } catch (const BatchFailed& failed) {
-        const bool is_lost = failed.error.fault() == Fault::device_lost;
+        const bool is_lost = needs_reopening(failed.error.fault());
         if (failed.owner != nullptr) {
           fail(*failed.owner, status_of(failed.error.fault(), Status::unsupported), failed.error.what());
         } else if (!is_lost || ++lost_by_control > kMostLostByControl) {
@@ -186,7 +186,13 @@ class DeviceSweep {
   void reopen(std::vector<PreparedCase>& block) {
     for (PreparedCase& one : block) one.release();
     preparer_.release();
-    session_.reopen();
+    try {
+      session_.reopen();
+    } catch (const Error&) {  // all ends here; the next start draws last what brought this one to its end
+      for (const PreparedCase& one : block)
+        if (one.record.status != Status::ok) book_.append(one.record);
+      throw;
+    }
   }
 
   /// Uploads and draws again what a block had on a lost device.
@@ -200,7 +206,7 @@ class DeviceSweep {
       one.draw = again.draw;
       if (again.record.status == Status::ok) continue;
       fail(one, again.record.status, again.record.reason);
-      if (again.record.status != Status::device_lost) continue;
+      if (!session_.is_lost(again.record.status)) continue;
       reopen(block);
       i = 0;
     }
@@ -238,8 +244,10 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   const std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
   std::vector<std::unique_ptr<Session>> sessions;
-  for (const std::string& id : options.backends)
+  for (const std::string& id : options.backends) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
+    sessions.back()->set_timeout(config.measure.timeout_s);
+  }
 
   RunStore store(options.output, identity_of(config, options, sessions));
   const Run& earlier = store.earlier();

@@ -136,6 +136,8 @@ Status status_of(Fault fault, Status otherwise) {
   switch (fault) {
     case Fault::device_lost:
       return Status::device_lost;
+    case Fault::timeout:
+      return Status::timeout;
     case Fault::out_of_memory:
       return Status::out_of_memory;
     case Fault::invalid_timer:

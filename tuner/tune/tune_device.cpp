@@ -76,6 +76,7 @@ class DeviceTuner {
     for (const Case& c : plan_.cases)
       if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
     session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
+    session_->set_timeout(config.measure.timeout_s);
     store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
     holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
     scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
@@ -173,7 +174,7 @@ class DeviceTuner {
       const auto hold = store_->mark().hold(id);
       if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
       const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-      const bool is_lost = prepared.record.status == Status::device_lost;
+      const bool is_lost = session_->is_lost(prepared.record.status);
       if (prepared.record.status != Status::ok)
         fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
       return *prepared.record.error;
@@ -184,7 +185,7 @@ class DeviceTuner {
       try {
         return judge_once(setting, scene);
       } catch (const Error& error) {
-        if (error.fault() != Fault::device_lost || end) throw;
+        if (!needs_reopening(error.fault()) || end) throw;
       }
       try {
         reopen();
@@ -293,7 +294,7 @@ class DeviceTuner {
 
   void take_failure(const CaseFailed& failed) {
     keep(failed.record);
-    if (failed.record.status == Status::device_lost) reopen();
+    if (session_->is_lost(failed.record.status)) reopen();
   }
 
   /// Opens the device again after it was lost.
@@ -421,7 +422,7 @@ class DeviceTuner {
       return *known;
     const auto hold = store_->mark().hold(id);
     Record record = preparer_->prepare(c, scene).record;
-    if (record.status == Status::device_lost) reopen();
+    if (session_->is_lost(record.status)) reopen();
     if (record.status == Status::ok)
       record.frame_time = FrameTime{.summary = summarise(times),
                                     .raw_median = median(raw_times(book_->samples(id))),
