@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 #include "kernels/maps/map_texture.h"
 #include "kernels/trace/view.h"
 

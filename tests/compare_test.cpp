@@ -170,7 +170,7 @@ TEST(Compare, looks_at_one_error_metric_when_asked) {
   const StoredRun base = synthetic_run({.seed = 1});
   StoredRun now = base;
   now.records[0].error->e_xy.p99 = 1;
-  now.records[1].error->missed_rate = 0.5;
+  (*now.records[1].error)["missed_rate"] = 0.5;
   const Comparison comparison = compare_runs(base, now, {.metric = "missed_rate"});
   EXPECT_THAT(comparison.cases, IsEmpty());
   ASSERT_THAT(comparison.errors, SizeIs(1));

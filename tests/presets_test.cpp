@@ -52,7 +52,7 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
           FrameTime{.summary = {.median = time_ns, .mad = 0, .ci_low = time_ns, .ci_high = time_ns, .n = 7},
                     .raw_median = time_ns,
                     .timer = "fenced_wall"};
-      record.error = FrameScore{};
+      record.error = made_score();
       record.error->e_xy.p99 = error;
       run.records.push_back(record);
     }

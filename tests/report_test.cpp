@@ -116,6 +116,17 @@ TEST(Report, EveryMetricHasItsFront) {
   }
 }
 
+// Their ids come with the data: one that a script quotes is one that nobody keeps in step.
+TEST(Report, ScriptsQuoteNoMetric) {
+  for (const auto& file : std::filesystem::directory_iterator(RELIEFBENCH_SOURCE_DIR "/reports/assets")) {
+    if (file.path().extension() != ".js") continue;
+    const std::string script = read_file(file.path());
+    for (const Metric& metric : kMetrics)
+      for (const std::string& quoted : {fmt::format("'{}'", metric.id), fmt::format("'{}.", metric.id)})
+        EXPECT_EQ(script.find(quoted), std::string::npos) << file.path() << " quotes " << metric.id;
+  }
+}
+
 TEST(Report, FrontOfAQualityEndsWithIdenticalPictures) {
   const json data = data_of(synthetic_run({}));
   const std::size_t psnr = metric_index("psnr");

@@ -17,7 +17,7 @@ function formatInterval([median, low, high]) {
 
 function formatMetric(index, value) {
   const metric = data.metrics[index];
-  if (value === null) return metric.lower_is_better ? 'none' : 'identical';
+  if (value === null) return metric.none_is_best ? 'identical' : 'none';
   return metric.unit ? `${formatNumber(value)} ${metric.unit}` : formatNumber(value);
 }
 const errorOf = (point, metric = state.metric) => formatMetric(metric, point.errors[metric]);

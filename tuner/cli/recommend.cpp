@@ -71,8 +71,8 @@ std::string numbers(const Record& record, const Question& question) {
     if (std::find(metric_ids.begin(), here, *here) != here) continue;
     parts.push_back(metric_text(record, *here));
   }
-  parts.push_back(
-      fmt::format("taps {} (most {})", format_number(record.error->mean_taps), format_number(record.error->max_taps)));
+  parts.push_back(fmt::format("taps {} (most {})", format_number(record.error->at("taps.mean")),
+                              format_number(record.error->at("taps.max"))));
   parts.push_back(fmt::format("memory {}", format_bytes(record.memory_bytes)));
   if (record.bake_time_ns > 0) parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
   return fmt::format("{}", fmt::join(parts, "   "));

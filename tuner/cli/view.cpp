@@ -88,7 +88,7 @@ class ViewCommand {
     write_png(arguments_.png, scene_.width_px, scene_.height_px, frame.rgba8);
     const FrameScore& score = frame.judged.score;
     fmt::print("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", setting_id(chosen_.settings),
-               format_number(score.e_xy.p99), format_number(score.missed_rate), arguments_.png);
+               format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
   }
 
   /// Draws when something changed; to count frames, without waiting for that.

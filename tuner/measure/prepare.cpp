@@ -9,7 +9,7 @@
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
-#include "kernels/judge/picture_metrics.h"
+#include "kernels/judge/score.h"
 #include "tuner/results/run_files.h"
 
 namespace reliefbench {
@@ -146,15 +146,13 @@ Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scen
   draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
   const std::vector<ScorePixel> pixels = score_frame(draw);
   const Reference& reference = reference_of(pixels, scene, state);
-  const std::optional<double> flicker = measure_flicker(prepared, draw, scene, state);
+  const MotionJudge motion = judge_motion(prepared, draw, scene, state);
   return split.book(Part::score, [&] {
     JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
-    judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
-    const PicturePair pair{
-        .reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px};
-    judged.score.flip = masked_mean(flip_map(pair), judged.pixels).value_or(0);
-    judged.score.ssim = masked_mean(ssim_map(pair), judged.pixels).value_or(1);
-    judged.score.flicker = flicker;
+    judge_pictures(
+        {.reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px},
+        judged.pixels, judged.score);
+    motion.fill_in(judged.score);
     prepared.record.error = judged.score;
     prepared.record.reference_key = reference.key;
     return Pictures{.frame = std::move(frame),
@@ -263,13 +261,12 @@ Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSp
   return moved;
 }
 
-std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
-                                                const SceneSpec& scene, SceneState& state) {
+MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
+                                   SceneState& state) {
   for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
     state.moved.push_back(moved_frame(score_draw, scene, state, i));
-  return context_.split.book(Part::score, [&]() -> std::optional<double> {
-    double sum = 0;
-    int count = 0;
+  return context_.split.book(Part::score, [&] {
+    MotionJudge judge;
     std::vector<std::uint8_t> before;
     for (std::size_t i = 0; i < state.moved.size(); ++i) {
       Draw draw = prepared.draw;
@@ -279,15 +276,12 @@ std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, co
       if (i > 0) {
         const MovedFrame& last = state.moved[i - 1];
         const MovedFrame& now = state.moved[i];
-        const std::optional<double> value = flicker({.picture = before, .reference = last.reference, .mask = last.mask},
-                                                    {.picture = picture, .reference = now.reference, .mask = now.mask});
-        sum += value.value_or(0);
-        count += value ? 1 : 0;
+        judge.add({.picture = before, .reference = last.reference, .mask = last.mask},
+                  {.picture = picture, .reference = now.reference, .mask = now.mask});
       }
       before = std::move(picture);
     }
-    if (count == 0) return std::nullopt;
-    return sum / count;
+    return judge;
   });
 }
 

@@ -49,10 +49,10 @@ JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& s
   const std::vector<ReferenceHit> reference = baked.tracer->trace(rays);
   JudgedFrame judged = judge_frame(pixels, reference, surface.width, surface.height);
   result.pixels = judged.score.pixels;
-  result.missed_rate = judged.score.missed_rate;
-  result.unconverged_rate = judged.score.unconverged_rate;
-  result.e_xy_p99 = judged.score.e_xy.p99;
-  result.e_xy_max = judged.score.e_xy.max;
+  result.missed_rate = judged.score.at("missed_rate");
+  result.unconverged_rate = judged.score.at("unconverged_rate");
+  result.e_xy_p99 = judged.score.at("e_xy.p99");
+  result.e_xy_max = judged.score.at("e_xy.max");
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], reference[i], surface, wrap);
     if (kept == Kept::no) ++fault(result, StressCheck::guarantee);
