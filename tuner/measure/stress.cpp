@@ -11,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/heat_map.h"
+#include "kernels/judge/score.h"
 #include "kernels/trace/guarantee.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/trace_device.h"
