@@ -6,6 +6,7 @@
 
 #include "backends/shader_compiler.h"
 #include "kernels/base/error.h"
+#include "kernels/maps/cone_map.h"
 #include "kernels/maps/cone_search.h"
 #include "kernels/maps/max_pyramid.h"
 
@@ -45,7 +46,7 @@ BakeHead head_of(const BakeRequest& request) {
           .slack = metric.slack,
           .widest_key = widest * widest,
           .size = {heights.width, heights.height},
-          .search_steps = request.search_steps,
+          .search_steps = request.value(kSearchSteps),
           .repeats = request.wrap == Wrap::repeat ? 1 : 0};
 }
 

@@ -43,7 +43,7 @@ Baked bake(const ExportJob& job) {
                         .scene = {.view = {}, .relief_depth = job.relief_depth, .wrap = job.wrap}};
   const Heightfield& heights = library.heights(scene);
   Baked baked{.width = heights.width, .height = heights.height};
-  if (job.settings.technique().find("format") != nullptr)
+  if (job.settings.technique().reads_map())
     baked.textures = map_textures(job.settings, library.map(c, scene), job.wrap, job.relief_depth);
   return baked;
 }
@@ -67,8 +67,7 @@ ordered_json map_json(const ExportJob& job) {
 ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::vector<ShippedTexture>& textures) {
   const Technique& technique = job.settings.technique();
   ordered_json params = ordered_json::object();
-  for (const Param& param : technique.params)
-    if (job.settings.is_active(param)) params[std::string(param.id)] = param.text(job.settings.get(param.id));
+  for (const SettingValue& given : job.settings.written()) params[std::string(given.param.id)] = given.text();
   ordered_json json = {
       {"schema", kExportSchema},
       {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},

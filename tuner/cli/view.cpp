@@ -47,10 +47,9 @@ Scene scene_of(const Arguments& arguments) {
 /// The technique, its numbers, and which choices differ from the defaults.
 std::string short_text(const Settings& settings) {
   std::string text(settings.technique().id);
-  for (const Param& param : settings.technique().params)
-    if (const int value = settings.get(param.id);
-        settings.is_active(param) && (param.choices.empty() || value != param.fallback))
-      text += fmt::format(" {}={}", param.id, param.text(value));
+  for (const SettingValue& given : settings.values())
+    if (given.param.choices.empty() || given.value != given.param.fallback)
+      text += fmt::format(" {}={}", given.param.id, given.text());
   return text;
 }
 

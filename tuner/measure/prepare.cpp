@@ -26,8 +26,7 @@ Record blank_record(const Case& c, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();
   record.technique = c.settings.technique().id;
-  for (const Param& param : c.settings.technique().params)
-    if (c.settings.is_active(param)) record.params.emplace_back(param.id, param.text(c.settings.get(param.id)));
+  for (const SettingValue& given : c.settings.written()) record.params.emplace_back(given.param.id, given.text());
   record.map = map_of(c.settings).id;
   record.scene = c.scene_id;
   record.backend = c.backend;
@@ -97,7 +96,7 @@ void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const Scen
                    .reference = state.normals.get(),
                    .extra = state.normals.get(),
                    .frame = state.frame};
-  if (settings.technique().find("format") != nullptr) {
+  if (settings.technique().reads_map()) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
     const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
     prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));

@@ -33,12 +33,10 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
   for (const Param& param : settings->technique().params)
     if (param.constant_id >= 0)
       constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
-  const Param* const correction = settings->technique().find("correction");
-  if (correction != nullptr && settings->is_active(*correction))
-    constants.push_back({.id = kConeFetchConstant,
-                         .value = find_correction(settings->choice("correction")) == Correction::min4 ? 1 : 0});
-  if (settings->technique().find("format") != nullptr) {
-    const Format& format = find_format(settings->choice("format"));
+  if (settings->technique().reads_map()) {
+    const MapStorage storage = storage_of(*settings);
+    const Format& format = storage.format;
+    constants.push_back({.id = kConeFetchConstant, .value = storage.correction == Correction::min4 ? 1 : 0});
     constants.push_back({.id = kLayoutConstant, .value = format.with_normal ? 2 : (format.extra_channels > 0 ? 1 : 0)});
   }
   return constants;

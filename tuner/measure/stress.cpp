@@ -128,7 +128,7 @@ class Run {
   }
 
   static std::string_view format_of(const Settings& settings) {
-    return settings.technique().find("format") == nullptr ? "" : settings.choice("format");
+    return settings.technique().reads_map() ? storage_of(settings).format.id : "";
   }
 
   static std::string name_of(const Extreme& extreme, const Settings& settings) {

@@ -2,21 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
-
 #include "kernels/maps/texel.h"
 
 namespace reliefbench {
-namespace {
-
-std::string_view height_type(const Settings& settings) {
-  // A technique without a format (flat) never reads its map, so it shares the first format's.
-  const bool has_format = settings.technique().find("format") != nullptr;
-  const Format& format = has_format ? find_format(settings.choice("format")) : formats().front();
-  return texel_type_id(format.type);
-}
-
-}  // namespace
 
 std::string Case::id() const {
   const std::string params = settings.text();
@@ -25,14 +13,14 @@ std::string Case::id() const {
 }
 
 std::string bake_text(const Settings& settings, const SceneSpec& scene) {
-  const Technique& technique = settings.technique();
   std::string text = fmt::format("{}|{}", scene.id.substr(0, scene.id.find('/')), map_of(settings).id);
-  for (const Param& param : technique.params) {
+  for (const SettingValue& given : settings.values()) {
+    const Param& param = given.param;
     // Of a format only the type of its heights matters: cones are stored in it, not built from it.
-    if (param.stage == Stage::bake && param.id != "format" && param.id != "map" && settings.is_active(param))
-      text += fmt::format("|{}={}", param.id, param.text(settings.get(param.id)));
+    if (param.stage == Stage::bake && param.id != "format" && param.id != "map")
+      text += fmt::format("|{}={}", param.id, given.text());
   }
-  return text + fmt::format("|heights={}|wrap={}", height_type(settings),
+  return text + fmt::format("|heights={}|wrap={}", texel_type_id(storage_of(settings).format.type),
                             scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp");
 }
 

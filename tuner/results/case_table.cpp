@@ -33,13 +33,13 @@ Settings settings_of(std::string_view technique, std::span<const std::pair<std::
   Settings settings(find_technique(technique));
   for (const auto& [id, text] : params) settings.set(id, text);
   for (const auto& [id, text] : params)
-    if (!settings.is_active(*settings.technique().find(id)))
+    if (settings.active(id) == nullptr)
       fail_input("parameter '{}' of '{}' means nothing without {}", id, technique,
                  settings.technique().find(id)->active_if);
-  for (const Param& param : settings.technique().params) {
-    const auto is_it = [&](const auto& given) { return given.first == param.id; };
-    if (settings.is_active(param) && std::ranges::none_of(params, is_it))
-      fail_input("parameter '{}' of '{}' is missing", param.id, technique);
+  for (const SettingValue& written : settings.written()) {
+    const auto is_it = [&](const auto& given) { return given.first == written.param.id; };
+    if (std::ranges::none_of(params, is_it))
+      fail_input("parameter '{}' of '{}' is missing", written.param.id, technique);
   }
   return settings;
 }

@@ -17,11 +17,8 @@ constexpr double kMsPerNs = 1e-6;
 json configuration_of(const TableRow& row) {
   const Settings& settings = row.settings;
   json configuration = {{"technique", settings.technique().id}, {"backend", row.backend}, {"scene", row.scene}};
-  for (const Param& param : settings.technique().params) {
-    if (!settings.is_active(param)) continue;
-    const int value = settings.get(param.id);
-    configuration[std::string(param.id)] = param.choices.empty() ? json(value) : json(param.text(value));
-  }
+  for (const SettingValue& given : settings.values())
+    configuration[std::string(given.param.id)] = given.param.choices.empty() ? json(given.value) : json(given.text());
   return configuration;
 }
 
