@@ -72,7 +72,7 @@ struct MapParam {
   std::string_view description;
   int min = 0;
   int max = 0;
-  int fallback = 0;                           ///< the default
+  int fallback = 0;                             ///< the default
   std::span<const std::string_view> choices{};  ///< empty for a range
 };
 /// A value for a MapParam of that id.

@@ -20,8 +20,7 @@ int Param::parse(std::string_view text) const {
     return value;
   }
   const auto found = std::ranges::find(choices, text);
-  if (found == choices.end())
-    fail_input("{}='{}' is unknown (expected one of {})", id, text, fmt::join(choices, ", "));
+  if (found == choices.end()) fail_input("{}='{}' is unknown (expected one of {})", id, text, fmt::join(choices, ", "));
   return static_cast<int>(found - choices.begin());
 }
 

@@ -17,9 +17,9 @@ struct Param {
   int max = 0;
   int fallback = 0;                         ///< the default
   std::vector<std::string_view> choices{};  ///< empty for a range
-  std::string active_if{};     ///< "" or "param=choice": otherwise the parameter means nothing and is left out
-  int constant_id = -1;        ///< specialization constant; -1: none (bake parameters, format)
-  bool is_spelt_out = true;    ///< ids have the default too; else only another value
+  std::string active_if{};   ///< "" or "param=choice": otherwise the parameter means nothing and is left out
+  int constant_id = -1;      ///< specialization constant; -1: none (bake parameters, format)
+  bool is_spelt_out = true;  ///< ids have the default too; else only another value
 
   [[nodiscard]] std::string text(int value) const;
   /// "12", or a choice's name. throws: Error(bad_input) with what was expected

@@ -106,8 +106,9 @@ int step_cap(const Settings& settings) {
   return cap;
 }
 
-Guarantee guarantee_of(const Settings& settings) {
-  const auto guarantee = settings.technique().guarantee_when;
+Guarantee guarantee_of(const Settings& settings, Query query) {
+  const Technique& technique = settings.technique();
+  const auto guarantee = query == Query::primary ? technique.guarantee_when : technique.shadow_guarantee_when;
   return guarantee == nullptr ? Guarantee::none : guarantee(settings);
 }
 

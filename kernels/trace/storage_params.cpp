@@ -64,8 +64,7 @@ std::vector<Param> storage_params(const std::vector<MapKind>& kinds, const Stora
         baked(choice_param("correction", "what makes interpolated cones safe", ids, use.correction), use.active_if));
   const bool has_ratios = std::ranges::any_of(maps, [](const MapRow* map) { return map->ratios > 0; });
   if (has_ratios && use.has_max_ratio)
-    params.push_back(baked(choice_param("max_ratio",
-                                        "widest cone that is baked; beyond 1 for floats and h_tan only",
+    params.push_back(baked(choice_param("max_ratio", "widest cone that is baked; beyond 1 for floats and h_tan only",
                                         {"1", "unbounded"}, "1"),
                            use.active_if));
   // Of the bake: cones are built from the heights as the format rounds them.

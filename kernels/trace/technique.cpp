@@ -27,8 +27,8 @@ Param lod() {
                       {"base", "footprint"}, "base");
 }
 Param loop() {
-  Param param = choice_param("loop", "run all steps, or leave when the ray has arrived", {"fixed", "early_exit"},
-                             "early_exit");
+  Param param =
+      choice_param("loop", "run all steps, or leave when the ray has arrived", {"fixed", "early_exit"}, "early_exit");
   param.constant_id = kLoopConstant;
   return param;
 }
@@ -40,7 +40,7 @@ Param only_if(std::string_view condition, Param param) {
 /// The refinement of a technique's bracket. binary_steps, secant_steps: their defaults
 std::vector<Param> refinement(std::string_view fallback, int binary_steps = 6, int secant_steps = 1,
                               std::string_view condition = {}) {
-  return params_of({.axis = "refinement",
+  return params_of({.feature = "refinement",
                     .fallback = fallback,
                     .active_if = condition,
                     .fallbacks = {{"binary_steps", binary_steps}, {"secant_steps", secant_steps}}});
@@ -59,7 +59,11 @@ Technique assembled(Technique technique) {
     const std::vector<Param> storage = storage_params(technique.maps, *technique.storage);
     params.insert(params.end(), storage.begin(), storage.end());
   }
-  for (const AxisUse& use : technique.axes) {
+  for (const Feature& feature : all_features()) {
+    if (!feature.is_of_all || !technique.reads_map()) continue;
+    const auto own = std::ranges::find(technique.features, feature.id, &FeatureUse::feature);
+    const FeatureUse use = own == technique.features.end() ? FeatureUse{.feature = feature.id} : *own;
+    if (use.is_absent) continue;
     const std::vector<Param> more = params_of(use);
     params.insert(params.end(), more.begin(), more.end());
   }
@@ -90,7 +94,6 @@ std::vector<Technique> rows() {
        .maps = {MapKind::height},
        .params = {},
        .storage = {},
-       .axes = {},
        .guarantee = Guarantee::none,
        .guarantee_note = "",
        .source = "-"},
@@ -100,7 +103,6 @@ std::vector<Technique> rows() {
        .params = {choice_param("variant", "full shift, or limited by the view's angle", {"plain", "offset_limited"},
                                "offset_limited")},
        .storage = StorageUse{.format = "r8"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note = "right only where the relief is flat",
        .source = "[KAN01]; offset limit: Welsh 2004"},
@@ -109,7 +111,6 @@ std::vector<Technique> rows() {
        .maps = {MapKind::height},
        .params = joined({{linear_steps()}, refinement("binary", 5), {loop()}}),
        .storage = StorageUse{.format = "r8"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note = "may step over features thinner than one linear step",
        .source = "[RTM] listing 5.3"},
@@ -118,7 +119,6 @@ std::vector<Technique> rows() {
        .maps = {MapKind::height},
        .params = {range_param("slices", "planes; the lowest is the bottom plate", 1, 4096, 16), loop()},
        .storage = StorageUse{.format = "r8"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note = "hits lie on planes: e_z is up to 1 / slices, and beyond where a thinner feature is skipped",
        .source = "[RTM] listing 5.2"},
@@ -131,7 +131,6 @@ std::vector<Technique> rows() {
                   range_param("interval_steps", "chords that are intersected; the last one is the hit", 0, 32, 2),
                   loop()},
        .storage = StorageUse{.format = "rg16", .active_if = "search=cone"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note = "as the search: linear steps and relaxed cones may skip; an ulp decides whether a step has "
                          "pierced thin relief",
@@ -142,7 +141,6 @@ std::vector<Technique> rows() {
        .maps = cone_maps,
        .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {lod(), loop()}}),
        .storage = StorageUse{.format = "rg16", .correction = "safe"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe, certified or min4 on the heights as stored: exact with cell_quad, "
                          "never_skips with plain; cell_max skips the rest of a cell untested; quick_published and "
@@ -155,7 +153,6 @@ std::vector<Technique> rows() {
        .maps = relaxed_maps,
        .params = joined({{cone_steps(15), step("plain")}, refinement("binary"), {loop()}}),
        .storage = StorageUse{.format = "rg16"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]; "
                          "an ulp decides whether a step has pierced thin relief",
@@ -166,7 +163,6 @@ std::vector<Technique> rows() {
        .maps = {MapKind::quad},
        .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {loop()}}),
        .storage = StorageUse{.format = "r16+rgba16", .correction = "safe", .has_max_ratio = false},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain",
        .source = "QDCSM; cell steps [BVBV24]",
@@ -176,7 +172,6 @@ std::vector<Technique> rows() {
        .maps = {MapKind::safety_shape},
        .params = joined({{cone_steps(15), step("plain")}, refinement("binary"), {loop()}}),
        .storage = StorageUse{.format = "r16+rgba16"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note =
            "interpolated shapes may be wider than those of the texels, and a ray within them may then skip",
@@ -187,7 +182,7 @@ std::vector<Technique> rows() {
        .maps = {MapKind::max_mip},
        .params = {node_steps()},
        .storage = StorageUse{.format = "r16"},
-       .axes = {},
+       .features = {{.feature = "filter", .is_absent = true}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "on the heights as stored, wherever node_steps are enough",
        .source = "[TIS08]",
@@ -197,7 +192,6 @@ std::vector<Technique> rows() {
        .maps = {MapKind::quadtree},
        .params = joined({{node_steps()}, refinement("secant", 6, 0)}),
        .storage = StorageUse{.format = "r16"},
-       .axes = {{.axis = "filter"}},
        .guarantee = Guarantee::none,
        .guarantee_note = "texels' blocks do not bound the bilinear surface between them",
        .source = "[DRO18]; secant_steps=0 is its linear refinement"},
@@ -211,7 +205,7 @@ std::vector<Technique> rows() {
                                        {"published", "cell_quad"}, "cell_quad")},
                          refinement("binary", 6, 1, "step=published")}),
        .storage = StorageUse{.format = "r16"},
-       .axes = {{.axis = "filter", .active_if = "step=published"}},
+       .features = {{.feature = "filter", .active_if = "step=published"}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with step=cell_quad, on the heights as stored, wherever sphere_steps are enough; published "
                          "steps can pass features thinner than a voxel",

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kernels/maps/map_storage.h"
-#include "kernels/trace/axis.h"
+#include "kernels/trace/feature.h"
 #include "kernels/trace/param.h"
 
 namespace reliefbench {
@@ -22,6 +22,9 @@ enum SharedConstant : int {
 };
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
+/// What a ray is traced for.
+enum class Query { primary, shadow };
+
 /// A claim that the tests and the stability suite hold a technique to.
 enum class Guarantee {
   none,
@@ -33,25 +36,27 @@ enum class Guarantee {
 /// How a technique has the storage of its map: `map` where it runs on several kinds with more than heights, the kinds'
 /// own parameters, `correction`, `max_ratio`, `format`, `encoding`, each where one of its maps has a use for it.
 struct StorageUse {
-  std::string_view format;                ///< the default
-  std::string_view correction = "none";   ///< the default
-  std::string_view active_if{};           ///< of all but the format, as in Param
-  bool has_max_ratio = true;              ///< false: no cone is wider than 1
+  std::string_view format;               ///< the default
+  std::string_view correction = "none";  ///< the default
+  std::string_view active_if{};          ///< of all but the format, as in Param
+  bool has_max_ratio = true;             ///< false: no cone is wider than 1
 };
 
 /// A technique: one row, and one shader file `kernels/shaders/<id>.glsl` that defines `Hit trace(Ray)`.
 struct Technique {
   std::string_view id;
   std::string_view description;
-  std::vector<MapKind> maps;  ///< that it can run on; the first is the default, the parameter `map` chooses
-  std::vector<Param> params;          ///< of its own; in techniques() followed by those of storage and axes
-  std::optional<StorageUse> storage;  ///< none: it reads no map
-  std::vector<AxisUse> axes;          ///< those whose parameters come last
-  Guarantee guarantee;  ///< the most that any of its settings keep
-  std::string_view guarantee_note;  ///< when it holds, or what may go wrong
+  std::vector<MapKind> maps;           ///< that it can run on; the first is the default, the parameter `map` chooses
+  std::vector<Param> params;           ///< of its own; in techniques() followed by those of storage and features
+  std::optional<StorageUse> storage;   ///< none: it reads no map
+  std::vector<FeatureUse> features{};  ///< of those of all, the ones that it has in another way
+  Guarantee guarantee;                 ///< the most that any of its settings keep of primary rays
+  std::string_view guarantee_note;     ///< when it holds, or what may go wrong
   std::string_view source;
-  /// What these settings guarantee, with the manual filter, on the heights as stored; null: nothing.
+  /// What these settings guarantee of primary rays, with the manual filter, on the heights as stored; null: nothing.
   Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
+  /// The same of shadow rays. A cone that is right only for rays from the top plate loses its premise there.
+  Guarantee (*shadow_guarantee_when)(const Settings& settings) = nullptr;
   /// Share of pixels in which two devices may differ by more than rounding: where an ulp decides what a ray meets.
   double disagreement = 0.01;
 
@@ -68,7 +73,7 @@ struct SettingValue {
   [[nodiscard]] std::string text() const { return param.text(value); }
 };
 
-/// A value for every active parameter of a technique's row and of those that it spans: storage of the map, axes.
+/// A value for every active parameter of a technique's row and of those that it spans: storage of the map, features.
 /// Inactive parameters are absent, so equal work has equal settings: there are no duplicates in the space.
 class Settings {
  public:
@@ -108,10 +113,11 @@ class Settings {
 [[nodiscard]] bool reads_levels(const Settings& settings);
 /// The most steps that a ray may take: the sum of all counts of steps.
 [[nodiscard]] int step_cap(const Settings& settings);
-[[nodiscard]] Guarantee guarantee_of(const Settings& settings);
+/// What they guarantee of a ray that is traced for this.
+[[nodiscard]] Guarantee guarantee_of(const Settings& settings, Query query = Query::primary);
 
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
-/// that the map kind does not have, an axis whose row lacks what it needs).
+/// that the map kind does not have, a feature whose row lacks what it needs).
 [[nodiscard]] std::string conflict(const Settings& settings);
 
 }  // namespace reliefbench

@@ -81,7 +81,7 @@ std::string guarantee_lines(const Settings& settings) {
   const Technique& technique = settings.technique();
   const Guarantee guarantee = guarantee_of(settings);
   std::string text = fmt::format("Guarantee: {}", guarantee_id(guarantee));
-  for (const AxisRow* row : rows_of(settings))
+  for (const FeatureRow* row : rows_of(settings))
     if (guarantee != Guarantee::none && !row->caveat.empty()) text += fmt::format(", {}", row->caveat);
   if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
   return comment(text + ".");
@@ -145,7 +145,7 @@ std::vector<ShippedTexture> shipped_textures(const Settings& settings, const Map
 std::string shipped_shader(const ShippedShader& shipped) {
   GlslCut cut{.files = {"common.glsl", fmt::format("{}.glsl", shipped.settings.technique().id)},
               .roots = {"trace", "view_ray"}};
-  for (const AxisRow* row : rows_of(shipped.settings))
+  for (const FeatureRow* row : rows_of(shipped.settings))
     if (!row->shader.empty()) cut.files.emplace_back(row->shader);
   cut.files.emplace_back("ship.glsl");
   if (reads_levels(shipped.settings)) cut.roots.insert("pixel_footprint");

@@ -58,7 +58,8 @@ std::string question_text(const Question& question) {
 
 std::string metric_text(const Record& record, const std::string& metric_id) {
   const std::optional<double> value = metric_value(record, metric_id);
-  return fmt::format("{} {}", metric_id, value ? format_number(*value) : "(identical)");
+  const std::string_view none = find_metric(metric_id).none_is_best() ? "(identical)" : "(not measured)";
+  return fmt::format("{} {}", metric_id, value ? format_number(*value) : none);
 }
 
 /// Frame time with its interval, every metric that was asked for, and what the case costs otherwise.

@@ -40,5 +40,4 @@ void apply(const std::vector<SettingChange>& changes, Settings& settings);
 [[nodiscard]] std::vector<Settings> stress_settings(const Technique& technique, const std::vector<SettingChange>& all,
                                                     const Extreme& extreme);
 
-
 }  // namespace reliefbench

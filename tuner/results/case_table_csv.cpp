@@ -54,8 +54,9 @@ std::string samples_text(const TableRow& row) {
 
 std::vector<std::string> cells_of(const TableRow& row, std::span<const std::string> params) {
   const std::string technique(row.settings.technique().id);
-  std::vector<std::string> cells = {row.case_id, technique,                          row.backend, row.device,
-                                    row.scene,   std::string(status_id(row.status)), row.reason,  row.map};
+  std::vector<std::string> cells = {row.case_id, technique, row.backend,
+                                    row.device,  row.scene, std::string(status_id(row.status)),
+                                    row.reason,  row.map};
   for (const std::string& id : params) {
     const Param* const param = row.settings.active(id);
     cells.push_back(param != nullptr ? param->text(row.settings.get(id)) : "");

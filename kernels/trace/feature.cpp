@@ -1,4 +1,4 @@
-#include "kernels/trace/axis.h"
+#include "kernels/trace/feature.h"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,8 @@
 
 namespace reliefbench {
 
-const std::vector<Axis>& axes() {
-  static const std::vector<Axis> table{
+const std::vector<Feature>& all_features() {
+  static const std::vector<Feature> table{
       {.id = "refinement",
        .description = "how the bracket round the hit is narrowed",
        .rows = {{.id = "none", .description = "not at all: its far end is the hit", .shader = "refine.glsl"},
@@ -32,25 +32,27 @@ const std::vector<Axis>& axes() {
                  .description = "the sampler's, whose weights have 8 bits on most devices",
                  .caveat = "to within the sampler's precision"},
                 {.id = "manual", .description = "four fetches, weighted in full precision"}},
-       .constant_id = kFilterConstant},
+       .constant_id = kFilterConstant,
+       .is_of_all = true},
   };
   return table;
 }
 
-std::vector<Param> params_of(const AxisUse& use) {
-  const auto axis = std::ranges::find(axes(), use.axis, &Axis::id);
-  assert(axis != axes().end());
+std::vector<Param> params_of(const FeatureUse& use) {
+  const auto feature = std::ranges::find(all_features(), use.feature, &Feature::id);
+  assert(feature != all_features().end());
   std::vector<std::string_view> ids;
-  for (const AxisRow& row : axis->rows) ids.push_back(row.id);
-  Param choice = choice_param(axis->id, axis->description, ids, use.fallback.empty() ? ids.front() : use.fallback);
+  for (const FeatureRow& row : feature->rows) ids.push_back(row.id);
+  Param choice =
+      choice_param(feature->id, feature->description, ids, use.fallback.empty() ? ids.front() : use.fallback);
   choice.active_if = use.active_if;
-  choice.constant_id = axis->constant_id;
-  choice.is_spelt_out = axis->is_spelt_out;
+  choice.constant_id = feature->constant_id;
+  choice.is_spelt_out = feature->is_spelt_out;
   assert(choice.is_spelt_out || choice.fallback == 0);
   std::vector<Param> params{std::move(choice)};
-  for (const AxisRow& row : std::views::reverse(axis->rows))
+  for (const FeatureRow& row : std::views::reverse(feature->rows))
     for (Param param : row.params) {
-      param.active_if = fmt::format("{}={}", axis->id, row.id);
+      param.active_if = fmt::format("{}={}", feature->id, row.id);
       const auto other = std::ranges::find(use.fallbacks, param.id, &std::pair<std::string_view, int>::first);
       if (other != use.fallbacks.end()) param.fallback = other->second;
       params.push_back(std::move(param));
@@ -58,16 +60,16 @@ std::vector<Param> params_of(const AxisUse& use) {
   return params;
 }
 
-std::vector<const AxisRow*> rows_of(const Settings& settings) {
-  std::vector<const AxisRow*> rows;
-  for (const Axis& axis : axes())
-    if (settings.active(axis.id) != nullptr)
-      rows.push_back(&axis.rows.at(static_cast<std::size_t>(settings.get(axis.id))));
+std::vector<const FeatureRow*> rows_of(const Settings& settings) {
+  std::vector<const FeatureRow*> rows;
+  for (const Feature& feature : all_features())
+    if (settings.active(feature.id) != nullptr)
+      rows.push_back(&feature.rows.at(static_cast<std::size_t>(settings.get(feature.id))));
   return rows;
 }
 
-std::string lacking(const std::vector<const AxisRow*>& rows, const Settings& settings) {
-  for (const AxisRow* row : rows)
+std::string lacking(const std::vector<const FeatureRow*>& rows, const Settings& settings) {
+  for (const FeatureRow* row : rows)
     if (row->lacks != nullptr)
       if (std::string what = row->lacks(settings); !what.empty()) return what;
   return "";
