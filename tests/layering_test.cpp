@@ -1,11 +1,14 @@
-// A module includes only what the table below lets it, which is what it may link (CMakeLists.txt).
+// Rooms include only what the table below lets them.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace reliefbench {
@@ -30,23 +33,88 @@ std::vector<std::string> includes_of(const std::filesystem::path& file) {
   return includes;
 }
 
-TEST(LayeringTest, modules_include_only_what_they_may) {
-  const std::set<std::string> modules = {"kernels", "backends", "tuner", "reports"};
-  const std::map<std::string, std::set<std::string>> allowed = {{"kernels", {"kernels"}},
-                                                                {"backends", {"kernels", "backends"}},
-                                                                {"tuner", {"kernels", "backends", "tuner"}},
-                                                                {"reports", {"kernels", "tuner", "reports"}}};
-  for (const auto& [module, may] : allowed) {
-    for (const auto& file : sources_of(module)) {
-      const bool is_cli = file.parent_path().filename() == "cli";
+/// A top folder's rooms, from top floor to ground; rooms of one floor stand side by side. A room may include rooms of
+/// lower floors, and what its top folder may.
+struct Top {
+  std::string id;
+  std::vector<std::vector<std::string>> floors;  ///< "" is the top folder itself
+  std::set<std::string> may_include;             ///< other top folders, all of their rooms
+};
+
+const std::vector<Top> kTops = {
+    {"reports", {{"export", "pages"}}, {"kernels", "backends", "tuner"}},
+    {"tuner", {{"cli"}, {"tune"}, {"measure"}, {"decide"}, {"results"}, {"plan"}, {"search"}}, {"kernels", "backends"}},
+    {"backends", {{"opengl", "vulkan"}, {""}}, {"kernels"}},
+    {"kernels", {{"trace"}, {"maps"}, {"judge"}, {"image"}, {"base"}}, {}}};
+
+/// Where a file of the project stands: its top folder and its room.
+std::pair<std::string, std::string> place_of(const std::string& file) {
+  const std::filesystem::path path(file);
+  const std::filesystem::path folder = path.parent_path();
+  const std::string top = folder.begin()->string();
+  return {top, folder == top ? "" : folder.filename().string()};
+}
+
+/// Number of a room's floor, 0 on top; nothing where the table has no such room.
+std::optional<std::size_t> floor_of(const Top& top, const std::string& room) {
+  for (std::size_t i = 0; i < top.floors.size(); ++i)
+    if (std::ranges::find(top.floors[i], room) != top.floors[i].end()) return i;
+  return std::nullopt;
+}
+
+/// The rooms as README draws them.
+std::string picture() {
+  std::string text;
+  for (const Top& top : kTops) {
+    std::string line;
+    for (const auto& floor : top.floors) {
+      std::string rooms;
+      for (const std::string& room : floor)
+        rooms += (rooms.empty() ? "" : " | ") + (room.empty() ? std::string("(interface)") : room);
+      line += (line.empty() ? "" : " > ") + rooms;
+    }
+    text += fmt::format("{:<10} {}\n", top.id + "/", line);
+  }
+  return text;
+}
+
+TEST(LayeringTest, no_arrow_runs_back) {
+  for (const Top& top : kTops) {
+    for (const auto& file : sources_of(top.id)) {
+      const std::string own = file.lexically_relative(kRoot).string();
+      const auto floor = floor_of(top, place_of(own).second);
+      ASSERT_TRUE(floor) << own << " stands in no room of the table";
       for (const std::string& include : includes_of(file)) {
-        const std::string other = include.substr(0, include.find('/'));
-        if (!modules.contains(other)) continue;
-        EXPECT_TRUE(may.contains(other) || (is_cli && other == "reports")) << file << " includes " << include;
-        EXPECT_TRUE(is_cli || !include.starts_with("tuner/cli/")) << file << " includes " << include;
+        const auto [other, room] = place_of(include);
+        const auto known = std::ranges::find(kTops, other, &Top::id);
+        if (known == kTops.end()) continue;
+        const bool is_cli = place_of(own) == std::pair<std::string, std::string>("tuner", "cli");
+        if (other != top.id) {
+          EXPECT_TRUE(top.may_include.contains(other) || (is_cli && other == "reports")) << own << " -> " << include;
+          EXPECT_FALSE(other == "tuner" && room == "cli") << own << " -> " << include;
+        } else if (room != place_of(own).second) {
+          const auto below = floor_of(top, room);
+          ASSERT_TRUE(below) << own << " -> " << include;
+          EXPECT_GT(*below, *floor) << own << " -> " << include;
+        }
       }
     }
   }
+}
+
+TEST(LayeringTest, every_room_of_the_table_holds_something) {
+  for (const Top& top : kTops) {
+    std::set<std::string> seen;
+    for (const auto& file : sources_of(top.id)) seen.insert(place_of(file.lexically_relative(kRoot).string()).second);
+    for (const auto& floor : top.floors)
+      for (const std::string& room : floor) EXPECT_TRUE(seen.contains(room)) << top.id << '/' << room;
+  }
+}
+
+TEST(LayeringTest, readme_draws_the_rooms) {
+  std::ifstream in(kRoot / "README.md");
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  EXPECT_NE(text.find("```text\n" + picture() + "```"), std::string::npos) << picture();
 }
 
 TEST(LayeringTest, graphics_headers_stay_in_the_backends) {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/maps/texel.h"
+#include "kernels/image/texture_image.h"
 
 namespace reliefbench {
 

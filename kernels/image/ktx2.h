@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "kernels/maps/map_texture.h"
+#include "kernels/image/texture_image.h"
 
 namespace reliefbench {
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/image/heightfield.h"
+#include "kernels/image/texture_image.h"
 
 namespace reliefbench {
 
@@ -39,9 +40,6 @@ enum class MapContent {
   pyramid,  ///< levels of a mip chain below one another, level 0 first (see level_side)
   volume,   ///< slices of width x height texels, bottom slice first
 };
-
-/// Side of a mip level, as GL and Vulkan have it: halves are rounded down, and never under 1.
-[[nodiscard]] constexpr int level_side(int side, int level) { return side >> level > 0 ? side >> level : 1; }
 
 /// What makes interpolated cones safe.
 ///

@@ -4,19 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "kernels/image/texture_image.h"
 #include "kernels/maps/map_kind.h"
 #include "kernels/maps/texel.h"
 
 namespace reliefbench {
-
-/// A texture ready for upload: tightly packed rows, mip levels one after the other (level_side).
-struct TextureImage {
-  int width = 0;
-  int height = 0;
-  TexelLayout layout{};
-  int levels = 1;
-  std::vector<std::byte> texels{};
-};
 
 /// A relief map as the shaders have it.
 struct MapTextures {

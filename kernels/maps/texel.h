@@ -4,19 +4,9 @@
 #include <string_view>
 
 #include "kernels/image/heightfield.h"
+#include "kernels/image/texture_image.h"
 
 namespace reliefbench {
-
-enum class TexelType { unorm8, unorm16, float16, float32 };
-
-/// One texel of a texture: 1, 2 or 4 channels of one type.
-struct TexelLayout {
-  TexelType type = TexelType::unorm8;
-  int channels = 4;
-  [[nodiscard]] int bytes() const;
-  bool operator==(const TexelLayout&) const = default;
-};
-[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32
 
 /// How a relief map is spread over textures, one row. The relief texture has the height first, then, if it has more
 /// channels, the cone ratio; with_normal: then x and y of the normal. The extra texture holds what is kept apart: the

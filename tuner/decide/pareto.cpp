@@ -92,26 +92,6 @@ std::vector<Front> fronts(std::span<const Record> records, std::string_view erro
   return result;
 }
 
-std::optional<double> metric_value(const Record& record, std::string_view metric_id) {
-  const MetricRow& metric = find_metric(metric_id);
-  if (record.status != Status::ok || !record.error) return std::nullopt;
-  return metric.value(*record.error);
-}
-
-bool meets(const Record& record, const Budget& budget) {
-  return record.status == Status::ok && record.error && meets(*record.error, budget);
-}
-
-bool meets(const FrameScore& score, const Budget& budget) {
-  return within(find_metric(budget.metric).value(score), budget);
-}
-
-bool within(std::optional<double> value, const Budget& budget) {
-  const MetricRow& metric = find_metric(budget.metric);
-  if (!value) return metric.none_is_best();
-  return metric.lower_is_better ? *value <= budget.limit : *value >= budget.limit;
-}
-
 nlohmann::json fronts_json(std::span<const Front> fronts) {
   nlohmann::json list = nlohmann::json::array();
   for (const Front& front : fronts) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tuner/plan/config.h"
+#include "tuner/results/budgets.h"
 #include "tuner/results/record.h"
 
 namespace reliefbench {
@@ -51,15 +52,6 @@ struct Front {
 /// throws: Error(bad_input): no such metric, or one where higher is better
 [[nodiscard]] std::vector<Front> fronts(std::span<const Record> records, std::string_view error_metric,
                                         std::span<const Budget> constraints);
-
-/// A metric's value; nothing where the record has none (not ok, or psnr of identical pictures).
-[[nodiscard]] std::optional<double> metric_value(const Record& record, std::string_view metric_id);
-/// Whether a value of the budget's metric is within it; for higher-is-better metrics the limit is a least value, and a
-/// missing psnr (identical pictures) is within.
-[[nodiscard]] bool within(std::optional<double> value, const Budget& budget);
-[[nodiscard]] bool meets(const FrameScore& score, const Budget& budget);
-/// Whether the record is ok and within the budget.
-[[nodiscard]] bool meets(const Record& record, const Budget& budget);
 
 [[nodiscard]] nlohmann::json fronts_json(std::span<const Front> fronts);  ///< front.json
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "tuner/plan/config.h"
+#include "tuner/plan/preset_file.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
 
-inline constexpr int kPresetsSchema = 1;
 inline constexpr int kPresetStep = 10;  ///< levels are 0, 10, ..., 100
 
 /// What presets are to be made by. Where nothing is said: as the runs' configs have it, which must then agree.
@@ -80,29 +80,5 @@ struct Presets {
 /// The levels as `#define`s alone, the same text for C++ and GLSL:
 ///   #if RELIEF_VULKAN_LLVMPIPE_Q50_TECHNIQUE == RELIEF_TECHNIQUE_CONE ... RELIEF_VULKAN_LLVMPIPE_Q50_CONE_STEPS
 [[nodiscard]] std::string presets_header(const Presets& presets);
-
-/// One level as read back.
-struct LoadedPreset {
-  std::string backend;
-  std::string device;
-  int quality = 0;
-  Settings settings;
-  /// backend, device, quality; as far as the file says driver, error_metric, relative_time, error; scenes: a list of
-  /// {scene, case, time_ns, ci, samples, error}.
-  nlohmann::json evidence{};
-};
-/// throws: Error(bad_input) "FILE:LINE: key 'a.b': ...": not presets, another schema, unknown techniques, parameters or
-///         values
-[[nodiscard]] std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view file);
-
-/// Which level is meant. Empty texts: any.
-struct PresetChoice {
-  int quality = 0;
-  std::string backend{};
-  std::string device{};  ///< glob on the device's name
-};
-/// throws: Error(bad_input) naming what there is: no such level or device, several devices that fit
-[[nodiscard]] const LoadedPreset& choose_preset(std::span<const LoadedPreset> presets, const PresetChoice& choice,
-                                                std::string_view file);
 
 }  // namespace reliefbench

@@ -46,8 +46,6 @@ std::size_t simplicity(const Record& record) {
   return static_cast<std::size_t>(row - rows.begin());
 }
 
-double relative_miss(double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); }
-
 double worst_miss(const Record& record, const Question& question) {
   const double worst = miss_of(question.budgets, *record.error).worst;
   if (!question.max_time_ms) return worst;
@@ -106,23 +104,6 @@ nlohmann::json record_or_null(const Record* record) {
 }
 
 }  // namespace
-
-Miss miss_of(std::span<const Budget> budgets, const std::function<std::optional<double>(const Budget&)>& value) {
-  Miss miss;
-  for (const Budget& budget : budgets) {
-    const std::optional<double> is = value(budget);
-    if (within(is, budget)) continue;
-    const double excess = std::abs(is.value_or(std::numeric_limits<double>::infinity()) - budget.limit);
-    miss.worst = std::max(miss.worst, relative_miss(excess, budget.limit));
-    miss.text += fmt::format("{}{} is {} where {:.4g} is asked", miss.text.empty() ? "" : ", ", budget.metric,
-                             is ? fmt::format("{:.4g}", *is) : "undefined", budget.limit);
-  }
-  return miss;
-}
-
-Miss miss_of(std::span<const Budget> budgets, const FrameScore& score) {
-  return miss_of(budgets, [&](const Budget& budget) { return find_metric(budget.metric).value(score); });
-}
 
 double judged_time_ns(const Record& record) {
   if (!record.frame_time) fail_input("case {} has no frame time to judge", record.case_id);

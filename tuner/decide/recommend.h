@@ -8,6 +8,7 @@
 
 #include "kernels/base/error.h"
 #include "tuner/plan/config.h"
+#include "tuner/results/budgets.h"
 #include "tuner/results/record.h"
 
 namespace reliefbench {
@@ -31,16 +32,6 @@ struct Answer {
   const Record* nearest = nullptr;  ///< where pick is null: the one that comes nearest; null: nothing was measured
   std::string miss{};               ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
 };
-
-/// What some metrics' values miss of their budgets.
-struct Miss {
-  double worst = 0;    ///< relative to the limit (to 1 where the limit is 0); 0 where all are within
-  std::string text{};  ///< "e_xy.p99 is 0.61 where 0.5 is asked, ..."; "" where all are within
-};
-/// value: of a budget's metric
-[[nodiscard]] Miss miss_of(std::span<const Budget> budgets,
-                           const std::function<std::optional<double>(const Budget&)>& value);
-[[nodiscard]] Miss miss_of(std::span<const Budget> budgets, const FrameScore& score);
 
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);

@@ -8,49 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "tuner/plan/case.h"
+#include "tuner/plan/claims_config.h"
 
 namespace reliefbench {
-
-/// One line of a paper's table: a setting, and the paper's figures for it by metric.
-struct ClaimRow {
-  std::string label;
-  Settings settings;
-  std::map<std::string, double> paper;
-};
-
-/// What a paper says of its table. Exactly one form:
-///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
-///  or it is at most `at_most`.
-struct ClaimCheck {
-  std::string says;  ///< the claim in words
-  std::string metric;
-  std::string of;
-  std::string than{};
-  std::string to{};
-  double quotient = 0;
-  double tolerance = 0;
-  std::optional<double> at_most{};
-};
-
-/// configs/claims/*.json: a table or figure of a paper, re-run.
-struct Claim {
-  std::string id;
-  std::string source;
-  std::string about;
-  SceneSpec scene;
-  std::vector<std::string> metrics;  ///< columns, besides the paper's
-  std::vector<ClaimRow> rows;
-  std::vector<ClaimCheck> checks;
-};
-/// throws: Error(bad_input) "FILE:LINE: key 'a.b': what was expected"
-[[nodiscard]] Claim parse_claim(const std::string& text, const std::filesystem::path& path);
-[[nodiscard]] std::vector<Claim> built_in_claims();
-
-/// A metric of a claim: one of kernels/judge/score.h, or of the list below.
-///  frame_time  ms, median of the shaded frame       bake_time  ms, one thread of the processor
-///  mean_ratio  of the map's first ratio             too_wide   share of texels wider than the exact conservative cone
-[[nodiscard]] bool is_claim_metric(std::string_view id);
 
 enum class ClaimVerdict { reproduced, not_reproduced, not_testable };
 [[nodiscard]] std::string_view claim_verdict_id(ClaimVerdict verdict);

@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "kernels/base/clock.h"
 #include "tuner/measure/harness.h"
 #include "tuner/measure/timing.h"
 #include "tuner/results/relative_time.h"
-#include "tuner/results/run_summary.h"
 
 namespace reliefbench {
 void DeviceTimes::draw(const Case& c, const SceneSpec& scene) {

@@ -6,15 +6,17 @@
 #include <chrono>
 #include <set>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/run_info.h"
+#include "tuner/measure/run_results.h"
 #include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/run_summary.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "kernels/base/error.h"
 #include "kernels/maps/texel.h"
 
 namespace reliefbench {
@@ -22,6 +25,21 @@ std::string bake_text(const Settings& settings, const SceneSpec& scene) {
   }
   return text + fmt::format("|heights={}|wrap={}", texel_type_id(storage_of(settings).format.type),
                             scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp");
+}
+
+Settings settings_of(std::string_view technique, std::span<const std::pair<std::string, std::string>> params) {
+  Settings settings(find_technique(technique));
+  for (const auto& [id, text] : params) settings.set(id, text);
+  for (const auto& [id, text] : params)
+    if (settings.active(id) == nullptr)
+      fail_input("parameter '{}' of '{}' means nothing without {}", id, technique,
+                 settings.technique().find(id)->active_if);
+  for (const SettingValue& written : settings.written()) {
+    const auto is_it = [&](const auto& given) { return given.first == written.param.id; };
+    if (std::ranges::none_of(params, is_it))
+      fail_input("parameter '{}' of '{}' is missing", written.param.id, technique);
+  }
+  return settings;
 }
 
 }  // namespace reliefbench

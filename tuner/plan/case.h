@@ -1,5 +1,8 @@
 #pragma once
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "kernels/image/heightmap.h"
@@ -28,5 +31,10 @@ struct Case {
 /// What identifies a bake: all settings with the same text share one map.
 /// "<heightmap id>|<map>|correction=..|search_steps=..|heights=unorm8|wrap=repeat"
 [[nodiscard]] std::string bake_text(const Settings& settings, const SceneSpec& scene);
+
+/// The settings that a record's or a preset's texts name. params: parameter id -> text, of active parameters only
+/// throws: Error(bad_input): an unknown technique, parameter or value, a parameter that is missing or inactive
+[[nodiscard]] Settings settings_of(std::string_view technique,
+                                   std::span<const std::pair<std::string, std::string>> params);
 
 }  // namespace reliefbench

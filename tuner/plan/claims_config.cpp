@@ -1,10 +1,11 @@
+#include "tuner/plan/claims_config.h"
+
 #include <algorithm>
 #include <array>
 
 #include "kernels/base/error.h"
 #include "kernels/base/json_lines.h"
 #include "kernels/judge/metric.h"
-#include "tuner/measure/claims.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
 

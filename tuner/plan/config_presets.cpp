@@ -2,8 +2,8 @@
 #include <set>
 
 #include "kernels/base/append_file.h"
-#include "tuner/decide/presets.h"
 #include "tuner/plan/config_reader.h"
+#include "tuner/plan/preset_file.h"
 
 namespace reliefbench {
 namespace {

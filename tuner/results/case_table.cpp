@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kernels/base/error.h"
+#include "tuner/plan/case.h"
 #include "tuner/results/relative_time.h"
 
 namespace reliefbench {
@@ -28,21 +29,6 @@ std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& sa
 }
 
 }  // namespace
-
-Settings settings_of(std::string_view technique, std::span<const std::pair<std::string, std::string>> params) {
-  Settings settings(find_technique(technique));
-  for (const auto& [id, text] : params) settings.set(id, text);
-  for (const auto& [id, text] : params)
-    if (settings.active(id) == nullptr)
-      fail_input("parameter '{}' of '{}' means nothing without {}", id, technique,
-                 settings.technique().find(id)->active_if);
-  for (const SettingValue& written : settings.written()) {
-    const auto is_it = [&](const auto& given) { return given.first == written.param.id; };
-    if (std::ranges::none_of(params, is_it))
-      fail_input("parameter '{}' of '{}' is missing", written.param.id, technique);
-  }
-  return settings;
-}
 
 std::vector<TableRow> case_table(const Run& run) {
   const SamplesByCase samples = group_samples(run.samples);

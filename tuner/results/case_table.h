@@ -30,11 +30,6 @@ struct TableRow {
   std::vector<double> samples_ns;     ///< ns a frame, corrected for drift; by time of measurement
 };
 
-/// The settings that a record's or a preset's texts name. params: parameter id -> text, of active parameters only
-/// throws: Error(bad_input): an unknown technique, parameter or value, a parameter that is missing or inactive
-[[nodiscard]] Settings settings_of(std::string_view technique,
-                                   std::span<const std::pair<std::string, std::string>> params);
-
 /// Every case of a run, in the run's order. throws: Error(bad_input): a record that this registry does not know
 [[nodiscard]] std::vector<TableRow> case_table(const Run& run);
 

@@ -9,8 +9,8 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
-#include "tuner/decide/recommend.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/budgets.h"
 #include "tuner/results/run_files.h"
 
 namespace reliefbench {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "kernels/base/clock.h"
 #include "kernels/judge/score.h"
-#include "tuner/decide/pareto.h"
+#include "tuner/results/budgets.h"
 #include "tuner/results/relative_time.h"
-#include "tuner/results/run_summary.h"
 
 namespace reliefbench {
 namespace {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/decide/pareto.h"
@@ -14,11 +15,12 @@
 #include "tuner/measure/device_times.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/run_info.h"
+#include "tuner/measure/run_results.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/run_summary.h"
 #include "tuner/tune/tune_search.h"
 
 namespace reliefbench {

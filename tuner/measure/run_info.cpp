@@ -1,26 +1,17 @@
-#include "tuner/results/run_summary.h"
+#include "tuner/measure/run_info.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <set>
 
-#include "kernels/base/atomic_file.h"
+#include "kernels/base/clock.h"
 #include "kernels/base/embedded.h"
 #include "kernels/base/sha256.h"
 #include "kernels/judge/reference.h"
 #include "kernels/maps/map_kind.h"
-#include "tuner/decide/pareto.h"
-#include "tuner/decide/recommend.h"
-#include "tuner/measure/harness.h"
 #include "tuner/measure/prepare.h"
-#include "tuner/results/case_table.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/host.h"
-#include "tuner/results/run_files.h"
-#include "tuner/results/t4.h"
 
 namespace reliefbench {
 namespace {
@@ -62,14 +53,6 @@ std::string config_sha256(const Config& config) {
 
 nlohmann::json device_identity(const DeviceInfo& device) {
   return {{"backend", device.backend}, {"index", device.index}, {"name", device.name}, {"driver", device.driver}};
-}
-
-double unix_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-std::string utc_text(double time_ns) {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(time_ns * 1e-9)));
 }
 
 nlohmann::json device_json(const Session& session) {
@@ -125,33 +108,6 @@ nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>&
                          {"budgets", texts(config.budgets)}};
   info["finished"] = finished ? nlohmann::json(utc_text(unix_ns())) : nlohmann::json(nullptr);
   return info;
-}
-
-void write_results(const Config& config, const Run& run) {
-  const std::vector<Front> all = fronts(run.records, config.front_error, config.front_constraints);
-  write_atomically(run.folder / kFrontFile, fronts_json(all).dump(1) + "\n");
-  write_atomically(run.folder / kBenchmarkFile, benchmark_json(run.samples));
-  const std::vector<TableRow> table = case_table(run);
-  write_atomically(run.folder / kTableFile, case_table_csv(table));
-  write_atomically(
-      run.folder / kT4File,
-      t4_json(run, table, config.front_constraints).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
-          "\n");
-
-  std::set<std::filesystem::path> kept;
-  const auto keep = [&](const Record* record) {
-    if (record == nullptr) return;
-    for (const char* kind : {"frame", "error"}) kept.insert(run.folder / image_path(record->case_id, kind));
-    kept.insert(run.folder / image_path(reference_image_key(record->scene, record->backend), "frame"));
-  };
-  for (const Front& front : all)
-    for (const FrontPoint& point : front.points) keep(point.record);
-  for (const Answer& answer : recommend(run.records, {.budgets = config.budgets, .error_metric = config.front_error}))
-    for (const Record* record : {answer.pick, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
-      keep(record);
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(run.folder / "images", ignored))
-    if (!kept.contains(entry.path())) std::filesystem::remove(entry.path(), ignored);
 }
 
 }  // namespace reliefbench

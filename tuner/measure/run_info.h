@@ -4,7 +4,6 @@
 #include "tuner/measure/session.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/config.h"
-#include "tuner/results/store.h"
 
 namespace reliefbench {
 
@@ -23,13 +22,5 @@ namespace reliefbench {
 /// Of a run's identity: the config with the files that it includes, and a device that it runs on.
 [[nodiscard]] std::string config_sha256(const Config& config);
 [[nodiscard]] nlohmann::json device_identity(const DeviceInfo& device);
-
-[[nodiscard]] double unix_ns();  ///< now, ns since 1970
-/// "2026-11-22T12:00:00Z" of ns since 1970.
-[[nodiscard]] std::string utc_text(double time_ns);
-
-/// Writes front.json, benchmark.json, table.csv and t4.json of a complete run, and removes the pictures of cases that
-/// are neither on a front nor recommended.
-void write_results(const Config& config, const Run& run);
 
 }  // namespace reliefbench

@@ -1,0 +1,42 @@
+#include "tuner/measure/run_results.h"
+
+#include <set>
+
+#include "kernels/base/atomic_file.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/decide/recommend.h"
+#include "tuner/measure/harness.h"
+#include "tuner/results/case_table.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/t4.h"
+
+namespace reliefbench {
+
+void write_results(const Config& config, const Run& run) {
+  const std::vector<Front> all = fronts(run.records, config.front_error, config.front_constraints);
+  write_atomically(run.folder / kFrontFile, fronts_json(all).dump(1) + "\n");
+  write_atomically(run.folder / kBenchmarkFile, benchmark_json(run.samples));
+  const std::vector<TableRow> table = case_table(run);
+  write_atomically(run.folder / kTableFile, case_table_csv(table));
+  write_atomically(
+      run.folder / kT4File,
+      t4_json(run, table, config.front_constraints).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
+          "\n");
+
+  std::set<std::filesystem::path> kept;
+  const auto keep = [&](const Record* record) {
+    if (record == nullptr) return;
+    for (const char* kind : {"frame", "error"}) kept.insert(run.folder / image_path(record->case_id, kind));
+    kept.insert(run.folder / image_path(reference_image_key(record->scene, record->backend), "frame"));
+  };
+  for (const Front& front : all)
+    for (const FrontPoint& point : front.points) keep(point.record);
+  for (const Answer& answer : recommend(run.records, {.budgets = config.budgets, .error_metric = config.front_error}))
+    for (const Record* record : {answer.pick, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
+      keep(record);
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(run.folder / "images", ignored))
+    if (!kept.contains(entry.path())) std::filesystem::remove(entry.path(), ignored);
+}
+
+}  // namespace reliefbench
