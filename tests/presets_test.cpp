@@ -12,6 +12,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tests/finished_run.h"
+#include "tests/made_score.h"
 #include "tests/schema.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/plan.h"

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "tests/made_score.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/plan/features.h"

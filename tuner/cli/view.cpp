@@ -131,7 +131,7 @@ class ViewCommand {
     if (!chosen_.levels.empty())
       text += fmt::format(" | level {}", chosen_.levels.at(static_cast<std::size_t>(state_.level)).quality);
     text += fmt::format(" | {} a frame | e_xy.p99 {} texels", format_time_ns(frame.wall_ns),
-                        format_number(frame.judged.score.e_xy.p99));
+                        format_number(frame.judged.score.at("e_xy.p99")));
     return state_.shows_error ? text + " | error map" : text;
   }
 
