@@ -111,8 +111,8 @@ TEST_P(GuaranteeTest, relaxed_cones_with_solved_cells_arrive) {
     for (const ProceduralRow& row : procedurals()) {
       const FrameScore solved = score_of(row, "cell_quad");
       EXPECT_EQ(solved.at("unconverged_rate"), 0) << row.id;
-      solved_error += solved.e_xy.mean;
-      plain_error += score_of(row, "plain").e_xy.mean;
+      solved_error += solved.at("e_xy.mean");
+      plain_error += score_of(row, "plain").at("e_xy.mean");
     }
     EXPECT_LT(solved_error, plain_error);
   });

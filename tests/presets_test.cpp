@@ -54,7 +54,7 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
                     .raw_median = time_ns,
                     .timer = "fenced_wall"};
       record.error = made_score();
-      record.error->e_xy.p99 = error;
+      (*record.error)["e_xy.p99"] = error;
       run.records.push_back(record);
     }
   return run;
@@ -75,7 +75,7 @@ TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
     const DevicePresets& device = presets.devices[d];
     ASSERT_EQ(device.levels.size(), 11U);
     EXPECT_EQ(device.levels.front().evidence[0].record, all[d].points.front().record);
-    EXPECT_EQ(device.levels.back().evidence[0].record->error->e_xy.p99, all[d].points.back().error);
+    EXPECT_EQ(device.levels.back().evidence[0].record->error->at("e_xy.p99"), all[d].points.back().error);
     EXPECT_EQ(device.levels.front().relative_time, 1);
     for (std::size_t i = 1; i < device.levels.size(); ++i) {
       EXPECT_EQ(device.levels[i].quality, device.levels[i - 1].quality + 10);
