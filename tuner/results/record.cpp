@@ -61,123 +61,31 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-json distribution_json(const Distribution& d) {
-  return {{"mean", d.mean}, {"p50", d.p50}, {"p95", d.p95}, {"p99", d.p99}, {"max", d.max}};
-}
-
-Distribution parse_distribution(const json& j) {
-  return {.mean = number(j, "mean"),
-          .p50 = number(j, "p50"),
-          .p95 = number(j, "p95"),
-          .p99 = number(j, "p99"),
-          .max = number(j, "max")};
-}
-
-json frame_time_json(const FrameTime& time) {
-  return {{"median", time.summary.median},
-          {"mad", time.summary.mad},
-          {"ci_low", time.summary.ci_low},
-          {"ci_high", time.summary.ci_high},
-          {"n", time.summary.n},
-          {"raw_median", time.raw_median},
-          {"timer", time.timer}};
-}
-
-/// A time, or another quantity that ratios are made of.
-double positive(const json& object, const char* key) {
-  const double value = number(object, key);
-  if (!(std::isfinite(value) && value > 0)) fail_input("'{}' is {}, expected a number above 0", key, value);
-  return value;
-}
-
-FrameTime parse_frame_time(const json& j) {
-  FrameTime time{.summary = {.median = positive(j, "median"),
-                             .mad = number(j, "mad"),
-                             .ci_low = positive(j, "ci_low"),
-                             .ci_high = positive(j, "ci_high"),
-                             .n = integer<int>(j, "n")},
-                 .raw_median = positive(j, "raw_median"),
-                 .timer = text(j, "timer")};
-  if (time.summary.n < 1) fail_input("'n' is {}, expected at least 1", time.summary.n);
-  if (time.summary.ci_low > time.summary.ci_high)
-    fail_input("'ci_low' is {}, above 'ci_high', {}", time.summary.ci_low, time.summary.ci_high);
-  return time;
-}
-
-/// The id has "backend=..." (Case::id()), and samples are found by both.
-void check_backend(const Record& record) {
-  constexpr std::string_view kKey = "backend=";
-  const std::size_t key = record.case_id.rfind(kKey);
-  if (key == std::string::npos) return;
-  std::string_view named = std::string_view(record.case_id).substr(key + kKey.size());
-  named = named.substr(0, named.find('&'));
-  if (named != record.backend) fail_input("'backend' is '{}', but the case's id says '{}'", record.backend, named);
-}
-
-/// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
-std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std::string_view case_id) {
-  if (!j.is_object()) fail_input("'params' is not an object");
-  std::vector<std::pair<std::string, std::string>> params;
-  for (const auto& item : j.items()) params.emplace_back(item.key(), text(j, item.key().c_str()));
-  const auto place = [case_id](const auto& param) {
-    return std::min(case_id.find("?" + param.first + "="), case_id.find("&" + param.first + "="));
-  };
-  std::ranges::stable_sort(params, {}, place);
-  return params;
-}
-
-}  // namespace
-
-bool may_pass(Status status) {
-  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
-}
-
-Status status_of(Fault fault, Status otherwise) {
-  switch (fault) {
-    case Fault::device_lost:
-      return Status::device_lost;
-    case Fault::timeout:
-      return Status::timeout;
-    case Fault::out_of_memory:
-      return Status::out_of_memory;
-    case Fault::invalid_timer:
-      return Status::invalid_timer;
-    case Fault::other:
-      break;
-  }
-  return otherwise;
-}
-
+/// null where the frame has no value, and it is written.
 json score_json(const FrameScore& score) {
-  return {{"pixels", score.pixels},
-          {"e_xy", distribution_json(score.e_xy)},
-          {"e_z", distribution_json(score.e_z)},
-          {"missed_rate", score.missed_rate},
-          {"inside_rate", score.inside_rate},
-          {"unconverged_rate", score.unconverged_rate},
-          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
-          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
-          {"flip", score.flip},
-          {"ssim", score.ssim},
-          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
+  json out = {{"pixels", score.pixels}};
+  for (const MetricRow& row : metrics()) {
+    json& member = out[std::string(row.metric->id)];
+    const std::optional<double> value = row.value(score);
+    (row.part.empty() ? member : member[std::string(row.part)]) = value ? json(*value) : json();
+  }
+  return out;
+}
+
+std::optional<double> parse_value(const json& j, const MetricRow& row) {
+  const std::string metric(row.metric->id);
+  const std::string part(row.part);
+  const NoValue no_value = row.metric->no_value;
+  if (no_value == NoValue::unmeasured && optional_member(j, metric.c_str()) == nullptr) return std::nullopt;
+  const json& object = part.empty() ? j : member(j, metric.c_str());
+  const char* key = part.empty() ? metric.c_str() : part.c_str();
+  if (no_value != NoValue::never && member(object, key).is_null()) return std::nullopt;
+  return number(object, key);
 }
 
 FrameScore parse_score(const json& j) {
-  const json& taps = member(j, "taps");
-  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
-                   .e_xy = parse_distribution(member(j, "e_xy")),
-                   .e_z = parse_distribution(member(j, "e_z")),
-                   .missed_rate = number(j, "missed_rate"),
-                   .inside_rate = number(j, "inside_rate"),
-                   .unconverged_rate = number(j, "unconverged_rate"),
-                   .mean_taps = number(taps, "mean"),
-                   .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt,
-                   .flip = number(j, "flip"),
-                   .ssim = number(j, "ssim")};
-  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
-  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels")};
+  for (const MetricRow& row : metrics()) score.values.at(row.place) = parse_value(j, row);
   return score;
 }
 
