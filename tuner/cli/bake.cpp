@@ -27,8 +27,7 @@ struct Arguments {
   std::string format;
   std::string wrap = "repeat";
   std::string max_ratio = "1";
-  std::string size;
-  std::uint32_t seed = 1;
+  ReadingArguments reading;
   std::optional<int> search_steps;
   std::optional<int> distance_slices;
   int threads = 0;
@@ -53,7 +52,7 @@ BakeJob job_of(const Arguments& arguments) {
   const Format& format =
       arguments.format.empty() ? default_format(map, encoding, correction, max_ratio) : find_format(arguments.format);
   BakeJob job{
-      .heightmap = {.source = arguments.heightmap, .seed = arguments.seed},
+      .heightmap = {.source = arguments.heightmap},
       .storage = {.map = map, .format = format, .encoding = encoding, .correction = correction, .max_ratio = max_ratio},
       .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
       .threads = arguments.threads,
@@ -61,7 +60,7 @@ BakeJob job_of(const Arguments& arguments) {
       .verify = arguments.verify,
       .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
-  if (!arguments.size.empty()) set_size(job.heightmap, arguments.size);
+  set_reading(job.heightmap, arguments.reading);
   const auto parameter = [&](std::string_view option, std::string_view id, const std::optional<int>& value) {
     if (!value) return;
     if (map.parameter != id) fail_input("{}: a {} map has no such parameter", option, map.id);
@@ -173,6 +172,7 @@ void print_text(const BakeJob& job, const BakeResult& result) {
 void run(const Arguments& arguments, int& exit_code) {
   const BakeJob job = job_of(arguments);
   const BakeResult result = run_bake(job);
+  print_reading(result.reading);
   arguments.json ? print_json(job, result) : print_text(job, result);
   if (!result.verdict) return;
   if (result.verdict->broken) exit_code = static_cast<int>(Exit::answer_is_no);
@@ -195,8 +195,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   command->add_option("--max-ratio", arguments->max_ratio, "widest cone: 1 | unbounded")->capture_default_str();
   command->add_option("--search-steps", arguments->search_steps, "relaxed_po07 only: steps of the search for the exit");
   command->add_option("--distance-slices", arguments->distance_slices, "distance only: voxels from bottom to top");
-  command->add_option("--size", arguments->size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
-  command->add_option("--seed", arguments->seed, "of a procedural heightmap")->capture_default_str();
+  add_reading_options(*command, arguments->reading);
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
   command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();
   command->add_option("-o,--output", arguments->output, ".ktx2 (as stored), .exr (decoded) or .png");
