@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "backends/spirv.h"
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 #include "kernels/maps/map_texture.h"
 #include "kernels/trace/shader_contract.h"
 #include "kernels/trace/view.h"

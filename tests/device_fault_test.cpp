@@ -46,7 +46,7 @@ class DeviceFault : public ::testing::Test {
   [[nodiscard]] std::map<std::string, double> errors(const std::string& name) const {
     std::map<std::string, double> errors;
     for (const Record& record : load_run(folder_ / name).records)
-      if (record.status == Status::ok) errors[record.case_id] = record.error->e_xy.p99;
+      if (record.status == Status::ok) errors[record.case_id] = record.error->at("e_xy.p99");
     return errors;
   }
 

@@ -52,7 +52,7 @@ const Heightfield& heights() {
 
 std::string shader_of(const Settings& settings, const StoredMap& map, Wrap wrap) {
   ShippedShader shipped{.settings = settings, .heightmap = "fbm", .wrap = wrap};
-  if (settings.technique().find("format") != nullptr) shipped.textures = shipped_textures(settings, map.textures);
+  if (settings.technique().reads_map()) shipped.textures = shipped_textures(settings, map.textures);
   return shipped_shader(shipped);
 }
 
@@ -65,7 +65,7 @@ TEST(ShippedShader, compiles_in_both_dialects_with_no_more_than_it_needs) {
       const std::string shader = shader_of(settings, map, wrap);
       for (const char* word : {"#include", "constant_id", "frame.", "reference_map"})
         EXPECT_THAT(shader, Not(HasSubstr(word)));
-      const bool has_format = settings.technique().find("format") != nullptr;
+      const bool has_format = settings.technique().reads_map();
       EXPECT_EQ(shader.find("sampler2D relief_map") != std::string::npos, has_format);
       EXPECT_EQ(shader.find("sampler2D extra_map") != std::string::npos, map.textures.extra.has_value());
       const std::string fragment = "#version 450\n" + shader +
@@ -204,7 +204,7 @@ TEST_F(ExportTest, textures_are_those_that_the_technique_is_measured_with) {
     EXPECT_EQ(schema_errors(nlohmann::json::parse(exported.files.back().bytes), "export"), "");
     for (std::size_t i = 0; i + 1 < exported.files.size(); ++i)
       EXPECT_EQ(exported.settings["files"][i]["sha256"], sha256(exported.files[i].bytes));
-    if (shipped.settings.technique().find("format") == nullptr) {
+    if (!shipped.settings.technique().reads_map()) {
       EXPECT_EQ(exported.files.size(), 2U);
       continue;
     }

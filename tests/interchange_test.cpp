@@ -172,9 +172,9 @@ TEST(RecordedRun, feasible_is_what_the_front_may_hold) {
   ASSERT_EQ(table.samples.size(), 50U);
   for (std::size_t i = 0; i < 50; ++i) {
     EXPECT_EQ(table.space.candidates[i].is_feasible, meets(run.records[i], constraints[0]));
-    EXPECT_EQ(table.space.candidates[i].error, run.records[i].error->e_xy.p99);
+    EXPECT_EQ(table.space.candidates[i].error, run.records[i].error->at("e_xy.p99"));
     EXPECT_EQ(table.space.candidates[i].work,
-              (std::vector{run.records[i].error->mean_taps, run.records[i].error->max_taps}));
+              (std::vector{run.records[i].error->at("taps.mean"), run.records[i].error->at("taps.max")}));
   }
 }
 

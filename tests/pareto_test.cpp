@@ -157,10 +157,10 @@ TEST(Fronts, are_written_with_interval_constraints_and_equivalents) {
 
 TEST(Meets, asks_a_least_value_where_higher_is_better) {
   Record record = make_record({.case_id = "a"});
-  record.error->psnr = 40;
+  (*record.error)["psnr"] = 40;
   EXPECT_TRUE(meets(record, {"psnr", 40}));
   EXPECT_FALSE(meets(record, {"psnr", 40.1}));
-  record.error->psnr.reset();
+  (*record.error)["psnr"].reset();
   EXPECT_TRUE(meets(record, {"psnr", 1000})) << "identical pictures";
 }
 

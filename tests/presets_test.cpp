@@ -14,6 +14,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tests/finished_run.h"
+#include "tests/made_score.h"
 #include "tests/schema.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/plan.h"
@@ -58,8 +59,8 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
           FrameTime{.summary = {.median = time_ns, .mad = 0, .ci_low = time_ns, .ci_high = time_ns, .n = 7},
                     .raw_median = time_ns,
                     .timer = "fenced_wall"};
-      record.error = FrameScore{};
-      record.error->e_xy.p99 = error;
+      record.error = made_score();
+      (*record.error)["e_xy.p99"] = error;
       run.records.push_back(record);
     }
   }
@@ -126,7 +127,7 @@ TEST(Presets, what_is_not_seen_is_not_paid_for) {
 TEST(Presets, levels_are_equal_steps_of_flip_where_pictures_were_compared) {
   reliefbench::Run run = run_of({{"s", {{1, 1, 1}, {2, 2, 0.9}, {3, 4, 0.8}, {4, 8, 0.7}}}});
   const std::vector<double> flips = {0.10, 0.06, 0.05, 0.0};
-  for (std::size_t i = 0; i < flips.size(); ++i) run.records[i].error->flip = flips[i];
+  for (std::size_t i = 0; i < flips.size(); ++i) (*run.records[i].error)["flip"] = flips[i];
   const Presets presets = make_presets({&run, 1}, {});
   EXPECT_EQ(presets.level_metric, "flip");
   EXPECT_EQ(presets.error_metric, "e_xy.p99");

@@ -149,8 +149,8 @@ TEST(Recommend, answers_each_device_and_scene) {
 TEST(Recommend, takes_a_metric_where_higher_is_better) {
   std::vector<Record> records = {make_record({.case_id = "identical"}), make_record({.case_id = "good"}),
                                  make_record({.case_id = "poor"})};
-  records[1].error->psnr = 50;
-  records[2].error->psnr = 20;
+  (*records[1].error)["psnr"] = 50;
+  (*records[2].error)["psnr"] = 20;
   const Answer answer = only_answer(records, {.budgets = {{"psnr", 30}}, .max_time_ms = 1, .error_metric = "psnr"});
   EXPECT_EQ(id(answer.pick), "identical");
   EXPECT_EQ(id(answer.runner_up), "good");

@@ -43,8 +43,8 @@ struct FileFormat {
   Image (*decode)(FileBytes bytes, const std::string& name);
 };
 constexpr std::array kFileFormats{FileFormat{is_png, decode_png},       FileFormat{is_tiff, decode_tiff},
-                              FileFormat{is_exr, decode_exr},       FileFormat{is_webp, decode_webp},
-                              FileFormat{is_netpbm, decode_netpbm}, FileFormat{is_tga2, decode_tga}};
+                                  FileFormat{is_exr, decode_exr},       FileFormat{is_webp, decode_webp},
+                                  FileFormat{is_netpbm, decode_netpbm}, FileFormat{is_tga2, decode_tga}};
 
 bool is_called_tga(const fs::path& path) {
   std::string extension = path.extension().string();

@@ -19,7 +19,7 @@ const metricCell = (id) => {
 
 function frontColumns() {
   const shown = data.metrics[state.metric].id;
-  const more = ['e_xy.p99', 'missed_rate', 'mean_taps', 'psnr'].filter((id) => id !== shown && metricIndex.has(id));
+  const more = data.metrics.filter((metric) => metric.is_column && metric.id !== shown).map((metric) => metric.id);
   return [
     {title: 'Settings', value: (row) => row.point.id, element: (row) => settingsElement(row.point)},
     {

@@ -23,7 +23,7 @@ export function intervalText(point) {
 
 export function formatMetric(index, value) {
   const metric = data.metrics[index];
-  if (value === null) return metric.lower_is_better ? 'none' : 'identical';
+  if (value === null) return metric.none_is_best ? 'identical' : 'none';
   return metric.unit ? `${formatNumber(value)} ${metric.unit}` : formatNumber(value);
 }
 export const errorOf = (point, metric = state.metric) => formatMetric(metric, point.errors[metric]);

@@ -70,7 +70,7 @@ Baked bake(const ExportJob& job, Heightmaps heightmaps) {
   const LoadedHeights& heights = library.loaded(scene);
   Baked baked{.width = heights.field.width, .height = heights.field.height, .heights_sha256 = heights.sha256};
   if (job.scene) baked.scene = measured_scene(*job.scene, heights);
-  if (job.settings.technique().find("format") != nullptr)
+  if (job.settings.technique().reads_map())
     baked.textures = map_textures(job.settings, library.map(c, scene), job.wrap, job.relief_depth);
   return baked;
 }
@@ -102,8 +102,7 @@ ordered_json shipped_heightmap_json(const ExportJob& job, const Baked& baked) {
 ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::vector<ShippedTexture>& textures) {
   const Technique& technique = job.settings.technique();
   ordered_json params = ordered_json::object();
-  for (const Param& param : technique.params)
-    if (job.settings.is_active(param)) params[std::string(param.id)] = param.text(job.settings.get(param.id));
+  for (const SettingValue& given : job.settings.written()) params[std::string(given.param.id)] = given.text();
   ordered_json json = {{"schema", kExportSchema},
                        {"made_by", fmt::format("{}{} ({})", kMadeBy, version(), git_sha())},
                        {"setting", setting_id(job.settings)},

@@ -55,6 +55,8 @@ json metrics_json() {
     rows.push_back({{"id", row.id},
                     {"unit", row.unit},
                     {"lower_is_better", row.lower_is_better},
+                    {"none_is_best", row.none_is_best()},
+                    {"is_column", row.is_column()},
                     {"description", row.description}});
   return rows;
 }
@@ -83,7 +85,7 @@ json statuses_json(std::span<const Record> records) {
   return rows;
 }
 
-// fronts() is of errors. A quality is an error with its sign turned; identical pictures have none: the best there is.
+// fronts() is of errors. A quality is an error with its sign turned.
 std::vector<Front> quality_fronts(std::span<const Record> records, const MetricRow& metric,
                                   std::span<const Budget> constraints) {
   std::vector<Front> result;
@@ -101,7 +103,8 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
     for (const Record* record : group.records) {
       const auto met = [&](const Budget& budget) { return meets(*record, budget); };
       if (!record->frame_time || !record->error || !std::all_of(constraints.begin(), constraints.end(), met)) continue;
-      const double quality = metric_value(*record, metric.id).value_or(std::numeric_limits<double>::infinity());
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      const double quality = metric_value(*record, metric.id).value_or(metric.none_is_best() ? kInfinity : -kInfinity);
       times.push_back(record->frame_time->summary.median);
       errors.push_back(-quality);
       eligible.push_back({.record = record, .time_ns = times.back(), .error = errors.back(), .equivalents = {}});

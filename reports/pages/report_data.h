@@ -8,7 +8,7 @@ namespace reliefbench {
 
 /// All that the page shows, by index so that thousands of points stay small. Every table is made here by the same
 /// functions as the command line's answers; the page's scripts only draw.
-///   metrics     [{id, unit, lower_is_better, description}]
+///   metrics     [{id, unit, lower_is_better, none_is_best, is_column, description}]
 ///   techniques  [{id, description}], in the registry's order
 ///   scenes      [id]
 ///   groups      [{run, backend, device, label}]: one device of one run

@@ -62,7 +62,8 @@ std::string question_text(const Question& question) {
 
 std::string metric_text(const Record& record, const std::string& metric_id) {
   const std::optional<double> value = metric_value(record, metric_id);
-  return fmt::format("{} {}", metric_id, value ? format_number(*value) : "(identical)");
+  const std::string_view none = find_metric(metric_id).none_is_best() ? "(identical)" : "(not measured)";
+  return fmt::format("{} {}", metric_id, value ? format_number(*value) : none);
 }
 
 /// Frame time with its interval, every metric that was asked for, and what the case costs otherwise.
@@ -75,8 +76,8 @@ std::string numbers(const Record& record, const Question& question) {
     if (std::find(metric_ids.begin(), here, *here) != here) continue;
     parts.push_back(metric_text(record, *here));
   }
-  parts.push_back(
-      fmt::format("taps {} (most {})", format_number(record.error->mean_taps), format_number(record.error->max_taps)));
+  parts.push_back(fmt::format("taps {} (most {})", format_number(record.error->at("taps.mean")),
+                              format_number(record.error->at("taps.max"))));
   parts.push_back(fmt::format("memory {}", format_bytes(record.memory_bytes)));
   if (record.bake_time_ns > 0) parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
   return fmt::format("{}", fmt::join(parts, "   "));

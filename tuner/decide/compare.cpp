@@ -96,7 +96,7 @@ std::vector<CaseMatch> match_cases(const Run& base, const Run& now, Comparison& 
 }
 
 bool is_worse(const MetricRow& metric, std::optional<double> base, std::optional<double> now) {
-  if (!base || !now) return metric.lower_is_better != now.has_value();  // no psnr: identical pictures
+  if (!base || !now) return now.has_value();  // where none is best
   return metric.lower_is_better ? *now > *base : *now < *base;
 }
 
@@ -107,7 +107,7 @@ void compare_errors(std::span<const CaseMatch> matches, std::string_view only_me
       const std::optional<double> base = metric_value(*match.base, metric.id);
       const std::optional<double> now = metric_value(*match.now, metric.id);
       if (base == now) continue;
-      if (metric.lower_is_better && (!base || !now)) continue;  // one run did not measure it
+      if (!metric.none_is_best() && (!base || !now)) continue;  // one run did not measure it
       comparison.errors.push_back({.case_id = match.base->case_id,
                                    .metric = std::string(metric.id),
                                    .base = base,

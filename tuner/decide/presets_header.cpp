@@ -61,11 +61,10 @@ std::string level_text(const std::string& prefix, int quality, const PresetLevel
                                          level.relative_time, presets.error_metric, level.error, record.case_id));
   const std::string own = fmt::format("{}_Q{}", prefix, quality);
   text += define(own + "_TECHNIQUE", value_name("technique", record.technique));
-  for (const Param& param : settings.technique().params) {
-    if (!settings.is_active(param)) continue;
-    const std::string value = param.text(settings.get(param.id));
+  for (const SettingValue& given : settings.values()) {
+    const Param& param = given.param;
     text += define(fmt::format("{}_{}", own, macro_name(param.id)),
-                   param.choices.empty() ? value : value_name(param.id, value));
+                   param.choices.empty() ? given.text() : value_name(param.id, given.text()));
   }
   return text;
 }

@@ -16,14 +16,13 @@ constexpr double kNsPerMs = 1e6;
 
 bool measured(const Record& record) { return record.status == Status::ok && record.frame_time && record.error; }
 
-/// Lower is better, whatever the metric's direction. No psnr is that of identical pictures: perfect; no flicker was not
-/// measured.
+/// Lower is better, whatever the metric's direction.
 double badness(const Record& record, const std::string& metric_id) {
   const std::optional<double> value = metric_value(record, metric_id);
-  const bool lower_is_better = find_metric(metric_id).lower_is_better;
+  const MetricRow& metric = find_metric(metric_id);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  if (!value) return lower_is_better ? kInfinity : -kInfinity;
-  return lower_is_better ? *value : -*value;
+  if (!value) return metric.none_is_best() ? -kInfinity : kInfinity;
+  return metric.lower_is_better ? *value : -*value;
 }
 
 bool answers_question(const Record& record, const Question& question) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/judge/score.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/measure/session.h"
 #include "tuner/results/record.h"
@@ -88,9 +89,9 @@ class Preparer {
   [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
   [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
                                        int index);
-  /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
-  [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
-                                                      const SceneSpec& scene, SceneState& state);
+  /// Over the frames of the moving camera. score_draw: the case's score frame
+  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
+                                         SceneState& state);
   struct Pictures {
     std::vector<std::uint8_t> frame{};  ///< RGBA8
     std::vector<std::uint8_t> error{};

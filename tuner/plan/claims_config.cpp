@@ -5,6 +5,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/json_lines.h"
+#include "kernels/judge/metric.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
 

@@ -13,9 +13,8 @@ namespace {
 /// A sweep of nothing but these settings.
 SweepSpec sweep_of(const Settings& settings, int line) {
   SweepSpec sweep{.technique = &settings.technique(), .axes = {}, .where = {}, .line = line};
-  for (const Param& param : settings.technique().params)
-    if (settings.is_active(param))
-      sweep.axes.push_back({.params = {std::string(param.id)}, .values = {{settings.get(param.id)}}});
+  for (const auto& [param, value] : settings.values())
+    sweep.axes.push_back({.params = {std::string(param.id)}, .values = {{value}}});
   return sweep;
 }
 

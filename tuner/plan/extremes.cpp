@@ -45,9 +45,6 @@ Extreme read_extreme(const ConfigReader& reader, const JsonNode& node, const std
   return extreme;
 }
 
-/// A run-time count of steps: what "steps" stands for.
-bool is_step_count(const Param& param) { return param.stage == Stage::run && param.choices.empty(); }
-
 void set_if_known(Settings& settings, std::string_view id, const std::string& text) {
   const Param* const param = settings.technique().find(id);
   if (param == nullptr) return;
@@ -95,7 +92,7 @@ void apply(const std::vector<SettingChange>& changes, Settings& settings) {
       continue;
     }
     for (const Param& param : settings.technique().params)
-      if (is_step_count(param)) set_if_known(settings, param.id, text);
+      if (param.counts_steps()) set_if_known(settings, param.id, text);
   }
 }
 
@@ -129,13 +126,6 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   }
   add(usual);
   return list;
-}
-
-int step_cap(const Settings& settings) {
-  int cap = 0;
-  for (const Param& param : settings.technique().params)
-    if (is_step_count(param) && settings.is_active(param)) cap += settings.get(param.id);
-  return cap;
 }
 
 }  // namespace reliefbench

@@ -61,16 +61,32 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-json distribution_json(const Distribution& d) {
-  return {{"mean", d.mean}, {"p50", d.p50}, {"p95", d.p95}, {"p99", d.p99}, {"max", d.max}};
+/// null where the frame has no value, and it is written.
+json score_json(const FrameScore& score) {
+  json out = {{"pixels", score.pixels}};
+  for (const MetricRow& row : metrics()) {
+    json& member = out[std::string(row.metric->id)];
+    const std::optional<double> value = row.value(score);
+    (row.part.empty() ? member : member[std::string(row.part)]) = value ? json(*value) : json();
+  }
+  return out;
 }
 
-Distribution parse_distribution(const json& j) {
-  return {.mean = number(j, "mean"),
-          .p50 = number(j, "p50"),
-          .p95 = number(j, "p95"),
-          .p99 = number(j, "p99"),
-          .max = number(j, "max")};
+std::optional<double> parse_value(const json& j, const MetricRow& row) {
+  const std::string metric(row.metric->id);
+  const std::string part(row.part);
+  const NoValue no_value = row.metric->no_value;
+  if (no_value == NoValue::unmeasured && optional_member(j, metric.c_str()) == nullptr) return std::nullopt;
+  const json& object = part.empty() ? j : member(j, metric.c_str());
+  const char* key = part.empty() ? metric.c_str() : part.c_str();
+  if (no_value != NoValue::never && member(object, key).is_null()) return std::nullopt;
+  return number(object, key);
+}
+
+FrameScore parse_score(const json& j) {
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels")};
+  for (const MetricRow& row : metrics()) score.values.at(row.place) = parse_value(j, row);
+  return score;
 }
 
 json frame_time_json(const FrameTime& time) {
@@ -146,39 +162,6 @@ Status status_of(Fault fault, Status otherwise) {
       break;
   }
   return otherwise;
-}
-
-json score_json(const FrameScore& score) {
-  return {{"pixels", score.pixels},
-          {"e_xy", distribution_json(score.e_xy)},
-          {"e_z", distribution_json(score.e_z)},
-          {"missed_rate", score.missed_rate},
-          {"inside_rate", score.inside_rate},
-          {"unconverged_rate", score.unconverged_rate},
-          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
-          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
-          {"flip", score.flip},
-          {"ssim", score.ssim},
-          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
-}
-
-FrameScore parse_score(const json& j) {
-  const json& taps = member(j, "taps");
-  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
-                   .e_xy = parse_distribution(member(j, "e_xy")),
-                   .e_z = parse_distribution(member(j, "e_z")),
-                   .missed_rate = number(j, "missed_rate"),
-                   .inside_rate = number(j, "inside_rate"),
-                   .unconverged_rate = number(j, "unconverged_rate"),
-                   .mean_taps = number(taps, "mean"),
-                   .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt,
-                   .flip = number(j, "flip"),
-                   .ssim = number(j, "ssim")};
-  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
-  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
-  return score;
 }
 
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }

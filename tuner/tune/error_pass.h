@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/judge/metric.h"
 #include "tuner/plan/config.h"
 
 namespace reliefbench {

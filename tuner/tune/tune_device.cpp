@@ -274,7 +274,7 @@ class DeviceTuner {
   [[nodiscard]] MemoryOf memory_of(std::size_t scene) {
     return [this, scene](std::size_t candidate) -> std::int64_t {
       const Case c = case_of(scene, candidates_[candidate]);
-      if (c.settings.technique().find("format") == nullptr) return 0;
+      if (!c.settings.technique().reads_map()) return 0;
       const Scene& view = config_.scenes[scene].scene;
       const BakedMap& map = library_.map(c, config_.scenes[scene]);
       return static_cast<std::int64_t>(map_textures(c.settings, map, view.wrap, view.relief_depth).bytes());
