@@ -43,8 +43,9 @@ class FaultyDevices {
     }
     BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
       const int nth = devices_.calls(draw);
-      if (enter(draw) == Fault::invalid_timer) return {.wall_ns = 0};
+      const bool is_timed = enter(draw) != Fault::invalid_timer;
       BatchTime time = inner_->render(frame, frames, timer);
+      if (!is_timed) time.wall_ns = 0;
       if (nth >= devices_.slow_from_) time.wall_ns *= devices_.factor_;
       return time;
     }

@@ -61,7 +61,7 @@ TEST(Record, ALineOfOldIsReadAndWrittenAsItWas) {
       R"("inside_rate":0.002,"missed_rate":0.001,"pixels":65536,"psnr":38.5,"ssim":0.75,)"
       R"("taps":{"max":30.0,"mean":12.5},"unconverged_rate":0.003},"first_draw_ns":2.5,)"
       R"("frame_time_ns":{"ci_high":3.0,"ci_low":1.0,"mad":0.5,"median":2.0,"n":7,"raw_median":2.5,"timer":"t"},)"
-      R"("map":"height","memory_bytes":0,"params":{},"reference_key":"","scene":"rocks/top","status":"ok",)"
+      R"("map":"height","memory_bytes":0,"params":{},"reference_key":"","scene":"rocks/top","scene_key":"","schema":3,"status":"ok",)"
       R"("technique":"flat","timing_key":""})";
   EXPECT_EQ(json(json::parse(line).get<Record>()).dump(), line);
 }
