@@ -5,9 +5,15 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "tests/full_record.h"
 #include "tests/temp_folder.h"
+#include "tuner/measure/cached_values.h"
+#include "tuner/measure/map_library.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
@@ -24,6 +30,97 @@ TEST(Cache, gives_back_what_was_put_and_nothing_damaged) {
   for (const auto& item : std::filesystem::directory_iterator(folder / "cache"))
     std::filesystem::resize_file(item.path(), std::filesystem::file_size(item.path()) - 1);
   EXPECT_FALSE(cache.get("a"));
+}
+
+TEST(Cache, what_is_not_the_keys_own_file_is_absent) {
+  const TempFolder folder;
+  const Cache cache(folder / "cache");
+  cache.put("a", value_of(100, 1));
+  cache.put("b", value_of(100, 2));
+  std::filesystem::rename(cache.file("a"), folder / "aside");
+  std::filesystem::rename(cache.file("b"), cache.file("a"));
+  std::filesystem::rename(folder / "aside", cache.file("b"));
+  EXPECT_FALSE(cache.get("a")) << "b's value";
+  EXPECT_FALSE(cache.get("b")) << "a's value";
+  std::filesystem::create_directories(cache.file("c"));
+  EXPECT_FALSE(cache.get("c"));
+  cache.put("c", value_of(100, 3));  // cannot be kept, and that is no error
+  EXPECT_FALSE(cache.get("c"));
+  cache.trim(0);
+  EXPECT_TRUE(std::filesystem::is_directory(cache.file("c")));
+}
+
+TEST(CachedValues, come_back_to_the_bit) {
+  const std::vector<float> values = {0, 0.1F, 1, 65504};
+  const std::optional<CachedBake> bake = read_bake(bake_bytes(1234.5, values), values.size());
+  ASSERT_TRUE(bake);
+  EXPECT_EQ(bake->time_ns, 1234.5);
+  EXPECT_EQ(bake->values, values);
+
+  const std::vector<ReferenceHit> hits = {{.t_enter = 1.0 / 3, .t_exit = 0.5},
+                                          {.t_enter = 0, .t_exit = std::numeric_limits<double>::infinity()}};
+  const auto read = read_hits(hit_bytes(hits), hits.size());
+  ASSERT_TRUE(read);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    EXPECT_EQ((*read)[i].t_enter, hits[i].t_enter);
+    EXPECT_EQ((*read)[i].t_exit, hits[i].t_exit);
+  }
+
+  FrameScore score = *full_record().error;
+  score["e_xy.mean"] = 1.0 / 3;
+  for (const bool has_optionals : {true, false}) {
+    if (!has_optionals) score["psnr"] = score["flicker"] = std::nullopt;
+    const auto known = read_score(score_bytes(score));
+    ASSERT_TRUE(known);
+    EXPECT_EQ(*known, score);
+  }
+}
+
+TEST(CachedValues, of_another_size_or_kind_are_absent) {
+  const std::vector<float> values(8, 0.5F);
+  const std::vector<std::byte> bake = bake_bytes(1, values);
+  EXPECT_FALSE(read_bake(bake, 7));
+  EXPECT_FALSE(read_bake(bake, 9));
+  EXPECT_FALSE(read_hits(bake, 4));
+  EXPECT_FALSE(read_score(bake));
+  EXPECT_FALSE(read_bake(score_bytes({}), 8));
+  EXPECT_FALSE(read_bake({}, 8));
+  EXPECT_FALSE(read_score({}));
+  for (std::size_t size = 0; size < bake.size(); ++size)
+    EXPECT_FALSE(read_bake(std::span(bake).first(size), 8)) << size;
+  std::vector<std::byte> text = score_bytes({});
+  text[text.size() - 2] = std::byte{'x'};
+  EXPECT_FALSE(read_score(text));
+}
+
+TEST(CachedValues, every_kind_bakes_as_many_as_are_expected) {
+  const Heightfield heights = load_heightmap({.source = "fbm", .width = 12, .height = 7});
+  for (const MapRow& map : map_kinds()) {
+    if (map.content == MapContent::heights) continue;
+    const BakeRequest request{.heights = heights, .correction = map.corrections.front(), .distance_slices = 5};
+    EXPECT_EQ(map.bake(request).size(), baked_value_count(map, request)) << map.id;
+  }
+}
+
+/// A value that is rightly signed for its key, and of another map's size.
+TEST(CachedValues, a_library_bakes_again_what_does_not_fit) {
+  const TempFolder folder;
+  const Cache cache(folder / "cache");
+  const SceneSpec scene{.id = "fbm/top", .heightmap = {.source = "fbm", .width = 16, .height = 16}, .scene = {}};
+  const Case c{.settings = parse_setting("cone"), .scene_id = scene.id, .backend = "null"};
+  WallSplit split;
+  MapLibrary first(cache, split);
+  const BakedMap good = first.map(c, scene);
+  EXPECT_EQ(first.baked(), 1);
+  for (const std::size_t size : {0U, 1U, 255U, 257U}) {
+    cache.put(good.key, bake_bytes(1, std::vector<float>(size, 0.5F)));
+    MapLibrary again(cache, split);
+    EXPECT_EQ(again.map(c, scene).values, good.values);
+    EXPECT_EQ(again.baked(), 1) << size;
+  }
+  MapLibrary kept(cache, split);
+  EXPECT_EQ(kept.map(c, scene).values, good.values);
+  EXPECT_EQ(kept.from_cache(), 1);
 }
 
 TEST(Cache, trimming_keeps_what_was_used_last) {

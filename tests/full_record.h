@@ -18,6 +18,7 @@ inline Record full_record() {
           .params = {{"linear_steps", "16"}, {"refinement", "binary"}, {"binary_steps", "5"}, {"format", "r8"}},
           .map = "height",
           .scene = "rocks/top",
+          .scene_key = {std::string(64, 'd')},
           .backend = "opengl",
           .device = "llvmpipe",
           .status = Status::ok,

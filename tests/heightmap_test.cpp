@@ -31,14 +31,14 @@ std::string load_error(const HeightmapSpec& spec) {
 
 /// 2x2 floats in one channel.
 std::filesystem::path exr(const TempFolder& folder, std::vector<float> pixels) {
-  write_image(folder / "map.exr", {2, 2, 1, OIIO::TypeDesc::FLOAT, std::move(pixels)});
+  write_image(folder / "map.exr", {2, 2, 1, TexelType::float32, std::move(pixels)});
   return folder / "map.exr";
 }
 
 TEST(Heightmap, SixteenBitsStaySixteen) {
   const TempFolder folder;
   const std::vector<float> codes = code_ramp(256 * 256, 65536);
-  write_image(folder / "map.png", {256, 256, 1, OIIO::TypeDesc::UINT16, codes});
+  write_image(folder / "map.png", {256, 256, 1, TexelType::unorm16, codes});
   const Heightfield heights = load_heightmap({.source = (folder / "map.png").string()});
   EXPECT_EQ(heights.width, 256);
   EXPECT_EQ(heights.height, 256);
@@ -48,7 +48,7 @@ TEST(Heightmap, SixteenBitsStaySixteen) {
 TEST(Heightmap, FirstRowIsTheImagesTop) {
   const TempFolder folder;
   for (const char* name : {"map.png", "map.tga", "map.tif", "map.pgm", "map.exr"}) {
-    write_image(folder / name, {3, 2, 1, OIIO::TypeDesc::UINT8, {0, 0.2F, 0.4F, 0.6F, 0.8F, 1}});
+    write_image(folder / name, {3, 2, 1, TexelType::unorm8, {0, 0.2F, 0.4F, 0.6F, 0.8F, 1}});
     const std::vector<float> texels = load(folder / name);
     EXPECT_THAT(texels, ::testing::Pointwise(::testing::FloatNear(1e-3F), {0.0F, 0.2F, 0.4F, 0.6F, 0.8F, 1.0F}))
         << name;
@@ -60,7 +60,7 @@ TEST(Heightmap, EachChannelCanBeChosen) {
   std::vector<float> pixels;
   for (int i = 0; i < 4; ++i) pixels.insert(pixels.end(), {0.2F, 0.4F, 0.6F, 0.8F});
   for (const char* name : {"map.png", "map.tga", "map.tif"}) {
-    write_image(folder / name, {2, 2, 4, OIIO::TypeDesc::UINT8, pixels});
+    write_image(folder / name, {2, 2, 4, TexelType::unorm8, pixels});
     // Alpha is not multiplied in.
     EXPECT_THAT(load(folder / name, "r"), Each(0.2F)) << name;
     EXPECT_THAT(load(folder / name, "g"), Each(0.4F)) << name;
@@ -76,7 +76,7 @@ TEST(Heightmap, AutoTakesAlphaThenLuminanceThenTheFirst) {
   const TempFolder folder;
   const auto path = folder / "map.png";
   const auto auto_of = [&](int channels, std::vector<float> pixels) {
-    write_image(path, {2, 2, channels, OIIO::TypeDesc::UINT8, std::move(pixels)});
+    write_image(path, {2, 2, channels, TexelType::unorm8, std::move(pixels)});
     return load(path);
   };
   // 0.2, 0.4, 0.6, 0.8 are codes of 8 bits.
@@ -132,7 +132,7 @@ TEST(Heightmap, RefusesPixelsThatAreNotFiniteOrOutOfRange) {
 TEST(Heightmap, NamesWhatIsWrongWithTheRequest) {
   const TempFolder folder;
   const auto path = folder / "map.png";
-  write_image(path, {2, 2, 1, OIIO::TypeDesc::UINT8, {0, 0, 0, 1}});
+  write_image(path, {2, 2, 1, TexelType::unorm8, {0, 0, 0, 1}});
   EXPECT_EQ(load_error({.source = path.string(), .channel = "depth"}),
             "heightmap '" + path.string() + "': unknown channel 'depth'; the choices are auto, r, g, b, a, luminance");
   EXPECT_EQ(load_error({.source = path.string(), .channel = "g"}),
@@ -150,9 +150,9 @@ TEST(Heightmap, NamesWhatIsWrongWithTheRequest) {
 TEST(Heightmap, RefusesFilesThatAreNoWholeImage) {
   const TempFolder folder;
   const auto path = folder / "map.png";
-  write_image(path, {1, 4, 1, OIIO::TypeDesc::UINT8, {0, 0, 0, 1}});
+  write_image(path, {1, 4, 1, TexelType::unorm8, {0, 0, 0, 1}});
   EXPECT_EQ(load_error({.source = path.string()}), path.string() + ": is 1x4 texels; at least 2x2 is needed");
-  write_image(path, {32, 32, 1, OIIO::TypeDesc::UINT16, code_ramp(32 * 32, 65536)});
+  write_image(path, {32, 32, 1, TexelType::unorm16, code_ramp(32 * 32, 65536)});
   write_bytes(path, read_bytes(path).substr(0, read_bytes(path).size() / 2));
   EXPECT_EQ(load_error({.source = path.string()}), path.string() + ": the PNG is truncated");
 }
@@ -183,7 +183,7 @@ TEST_F(KnownHeightmaps, AreTakenFromTheChosenFolder) {
   EXPECT_THAT(heightmap_folders(), ElementsAre(folder.path()));
   // Height in alpha, as in the real file; the colours hold normals.
   write_image(folder / "rocks_NM_height.tga",
-              {2, 2, 4, OIIO::TypeDesc::UINT8, {1, 0, 0, 0.2F, 0, 1, 0, 0.4F, 0, 0, 1, 0.6F, 1, 1, 1, 0.8F}});
+              {2, 2, 4, TexelType::unorm8, {1, 0, 0, 0.2F, 0, 1, 0, 0.4F, 0, 0, 1, 0.6F, 1, 1, 1, 0.8F}});
   EXPECT_THAT(load("rocks"), ElementsAre(0.2F, 0.4F, 0.6F, 0.8F));
   EXPECT_THAT(load("rocks", "r"), ElementsAre(1, 0, 0, 1));
   // jacksboro is stretched from metres.

@@ -150,6 +150,7 @@ TEST(Fronts, are_written_with_interval_constraints_and_equivalents) {
   EXPECT_EQ(front.at("points").at(0), nlohmann::json({{"case", "only"},
                                                       {"time_ns", 1000.0},
                                                       {"ci", {990.0, 1010.0}},
+                                                      {"coverage", 1 - 2.0 / 128},
                                                       {"error", 0.0},
                                                       {"equivalents", nlohmann::json::array()}}));
 }

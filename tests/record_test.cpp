@@ -137,8 +137,9 @@ TEST(Record, EveryMissingOrWrongFieldIsNamed) {
 }
 
 TEST(Record, StatusIdsRoundTrip) {
-  for (const Status status : {Status::ok, Status::skipped, Status::unsupported, Status::compile_error, Status::timeout,
-                              Status::device_lost, Status::invalid_timer, Status::throttled})
+  for (const Status status :
+       {Status::ok, Status::unsupported, Status::compile_error, Status::timeout, Status::device_lost,
+        Status::out_of_memory, Status::invalid_timer, Status::throttled, Status::crashed})
     EXPECT_EQ(parse_status(status_id(status)), status);
   EXPECT_EQ(status_id(Status::throttled), "throttled");
   EXPECT_THROW((void)parse_status("fine"), Error);
@@ -149,12 +150,41 @@ RC_GTEST_PROP(Sample, RoundTripsToTheBit, (std::string case_id, int round, int f
     return *rc::gen::suchThat(rc::gen::arbitrary<double>(), [](double d) { return std::isfinite(d); });
   };
   std::erase_if(case_id, [](char c) { return (static_cast<unsigned char>(c) & 0x80U) != 0; });
+  const double time_ns =
+      *rc::gen::suchThat(rc::gen::arbitrary<double>(), [](double d) { return std::isfinite(d) && d > 0; });
   const Sample sample{
-      .case_id = case_id, .round = round, .frames = frames, .frame_time_ns = number(), .at_ns = number()};
+      .case_id = case_id, .round = round, .frames = frames, .frame_time_ns = time_ns, .at_ns = number()};
   const auto back = json::parse(json(sample).dump()).get<Sample>();
   RC_ASSERT(back.case_id == sample.case_id);
   RC_ASSERT(back.round == sample.round && back.frames == sample.frames);
   RC_ASSERT(back.frame_time_ns == sample.frame_time_ns && back.at_ns == sample.at_ns);
+}
+
+// A ratio of such times means nothing, and a timer that says so lies.
+TEST(Sample, takes_only_times_that_can_be) {
+  const json whole = Sample{.case_id = "c", .frames = 1, .frame_time_ns = 5, .at_ns = 1};
+  for (const double bad : {0.0, -1.0}) {
+    EXPECT_THROW((void)json(Sample{.case_id = "c", .frame_time_ns = bad}), Error);
+    json line = whole;
+    line["frame_time_ns"] = bad;
+    EXPECT_THAT([&] { (void)line.get<Sample>(); }, ThrowsMessage<Error>(HasSubstr("'frame_time_ns' is ")));
+  }
+}
+
+TEST(Record, takes_only_times_that_can_be_and_the_backend_of_its_id) {
+  const json whole = full_record();
+  for (const char* key : {"median", "ci_low", "ci_high", "raw_median"})
+    for (const double bad : {0.0, -1.0}) {
+      json line = whole;
+      line["frame_time_ns"][key] = bad;
+      EXPECT_THAT([&] { (void)line.get<Record>(); }, ThrowsMessage<Error>(HasSubstr(key)));
+    }
+  json line = whole;
+  line["frame_time_ns"]["n"] = 0;
+  EXPECT_THROW((void)line.get<Record>(), Error);
+  line = whole;
+  line["case"] = "relief@rocks/top?linear_steps=4&backend=metal";
+  EXPECT_THAT([&] { (void)line.get<Record>(); }, ThrowsMessage<Error>(HasSubstr("the case's id says 'metal'")));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "kernels/base/sha256.h"
 #include "kernels/trace/technique.h"
 #include "tests/made_score.h"
 
@@ -32,6 +33,7 @@ Record base_record(const Settings& settings, const std::string& scene, const std
   record.case_id = fmt::format("{}@{}?{}&backend={}", record.technique, scene, settings.text(), backend);
   record.map = map_of(settings).id;
   record.scene = scene;
+  record.scene_key = synthetic_scene(scene).key;
   record.backend = backend;
   record.device = device;
   return record;
@@ -85,7 +87,8 @@ Record ok_record(const Settings& settings, const std::string& scene, const std::
 void add_failed(Run& run, const std::string& scene, const std::string& backend, const SyntheticRunOptions& options) {
   using enum Status;
   Settings settings(techniques().back());
-  for (const Status status : {skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled}) {
+  for (const Status status :
+       {unsupported, compile_error, timeout, device_lost, out_of_memory, invalid_timer, throttled, crashed}) {
     Record record = base_record(settings, scene, backend, options.device);
     record.case_id += fmt::format("&failed={}{}", static_cast<int>(status), kHostileText);
     record.status = status;
@@ -154,8 +157,17 @@ nlohmann::json run_info(const SyntheticRunOptions& options) {
 
 }  // namespace
 
+MeasuredScene synthetic_scene(const std::string& id) {
+  MeasuredScene scene{
+      .spec = {.id = id, .heightmap = {.source = "fbm"}, .scene = {}}, .heights_sha256 = sha256(id), .key = {}};
+  scene.spec.scene.view.id = view_part(id);
+  scene.key = scene_key(scene.heights_sha256, scene.spec.scene);
+  return scene;
+}
+
 Run synthetic_run(const SyntheticRunOptions& options) {
   Run run;
+  for (const std::string& scene : options.scenes) run.scenes.push_back(synthetic_scene(scene));
   run.folder = options.folder;
   run.info = run_info(options);
   std::mt19937 random(options.seed);

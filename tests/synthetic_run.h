@@ -19,6 +19,9 @@ struct SyntheticRunOptions {
   std::uint32_t seed = 1;
 };
 
+/// A scene of that id, made up: no heightmap has its hash.
+[[nodiscard]] MeasuredScene synthetic_scene(const std::string& id);
+
 /// A run as a sweep leaves it, made up but shaped like real ones: slower settings err less, some settings are exact
 /// (error zero, no psnr), some miss hits. The same options give the same run.
 [[nodiscard]] Run synthetic_run(const SyntheticRunOptions& options);

@@ -37,10 +37,7 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
   const auto relief = rig.backend->upload(texture_desc(map.textures.relief, scene.wrap));
   const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, scene.wrap)) : nullptr;
   const Draw draw{.pipeline = &pipeline,
-                  .relief = relief.get(),
-                  .normals = rig.plain.get(),
-                  .reference = rig.plain.get(),
-                  .extra = extra ? extra.get() : rig.plain.get(),
+                  .textures = rig.textures(relief.get(), extra.get()),
                   .frame = frame_uniforms(scene, map.surface.width, map.surface.height)};
   rig.backend->render(draw, 1, Timer::fenced_wall);
   return rig.backend->read_score();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
+#include <unordered_set>
 #include <utility>
 
 #include "kernels/base/error.h"
@@ -75,9 +76,9 @@ class TreeBuilder : public nlohmann::json_sax<json> {
     const JsonNode& object = *open_.back();
     pending_key_ = name;
     pending_line_ = counter_.line();
-    const std::string path = child_path();
-    if (const JsonNode* first = object.find(name))
-      fail_input("{}:{}: key '{}': stands twice, first in line {}", file_, pending_line_, path, first->line);
+    if (!keys_.back().insert(name).second)
+      fail_input("{}:{}: key '{}': stands twice, first in line {}", file_, pending_line_, child_path(),
+                 object.find(name)->line);
     return true;
   }
 
@@ -120,11 +121,13 @@ class TreeBuilder : public nlohmann::json_sax<json> {
     if (open_.size() == kDepthLimit) fail_input("{}:{}: over {} levels deep", file_, counter_.line(), kDepthLimit);
     // The pointers stay good: only the innermost open node gets new children.
     open_.push_back(&add(std::move(empty)));
+    keys_.emplace_back();
     return true;
   }
 
   bool close() {
     open_.pop_back();
+    keys_.pop_back();
     return true;
   }
 
@@ -132,6 +135,7 @@ class TreeBuilder : public nlohmann::json_sax<json> {
   std::string_view file_;
   JsonNode root_;
   std::vector<JsonNode*> open_;
+  std::vector<std::unordered_set<std::string>> keys_;  ///< of each open object so far: a list of them is slow to search
   std::string pending_key_;
   int pending_line_ = 1;
 };

@@ -1,10 +1,8 @@
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "kernels/image/texture_image.h"
@@ -21,9 +19,12 @@ struct ImageSource {
   std::map<std::string, std::string> metadata{};
 };
 
-/// An image file in memory, alpha not multiplied in. Equal sources give equal bytes.
-/// extension: "png" (unorm8 or unorm16) or "exr" (floats)
-/// throws: Error(environment) if OpenImageIO cannot write it
-[[nodiscard]] std::string encode_image(std::string_view extension, const ImageSource& source);
+// An image file in memory, alpha not multiplied in. Equal sources give equal bytes.
+// throws: Error(environment) if the library cannot write it
+
+/// type: unorm8 or unorm16; one to four channels, whose meaning their number says
+[[nodiscard]] std::string encode_png(const ImageSource& source);
+/// type: float32
+[[nodiscard]] std::string encode_exr(const ImageSource& source);
 
 }  // namespace reliefbench

@@ -1,116 +1,116 @@
 #include "kernels/image/image.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
-#include <cassert>
-#include <cmath>
+#include <array>
+#include <cctype>
+#include <cstring>
 #include <fstream>
-#include <limits>
-#include <memory>
-#include <optional>
 #include <string_view>
 #include <system_error>
 
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
+#include "kernels/image/decode.h"
 #include "kernels/image/encode_image.h"
-#include "kernels/image/pgm.h"
-#include "kernels/image/png_chunks.h"
 
 namespace reliefbench {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::string_view_literals;
 
-std::string first_line(std::string text) {
-  text.resize(std::min(text.size(), text.find_first_of("\r\n")));
-  return text;
+bool has(FileBytes bytes, std::size_t at, std::string_view text) {
+  return bytes.size() >= at + text.size() && std::memcmp(&bytes[at], text.data(), text.size()) == 0;
 }
 
-/// The whole file, or its first bytes.
-std::vector<std::uint8_t> read_file(const fs::path& path,
-                                    std::size_t at_most = std::numeric_limits<std::size_t>::max()) {
+bool is_png(FileBytes bytes) { return has(bytes, 0, "\x89PNG\r\n\x1a\n"); }
+bool is_tiff(FileBytes bytes) {  // little or big endian, classic or BigTIFF
+  return has(bytes, 0, "II*\0"sv) || has(bytes, 0, "MM\0*"sv) || has(bytes, 0, "II+\0"sv) || has(bytes, 0, "MM\0+"sv);
+}
+bool is_exr(FileBytes bytes) { return has(bytes, 0, "\x76\x2f\x31\x01"); }
+bool is_webp(FileBytes bytes) { return has(bytes, 0, "RIFF") && has(bytes, 8, "WEBP"); }
+bool is_netpbm(FileBytes bytes) {
+  return bytes.size() >= 3 && bytes[0] == 'P' && "2356"sv.find(static_cast<char>(bytes[1])) != std::string_view::npos &&
+         (std::isspace(bytes[2]) != 0 || bytes[2] == '#');
+}
+bool is_tga2(FileBytes bytes) {
+  constexpr std::string_view kFooter = "TRUEVISION-XFILE.\0"sv;
+  return bytes.size() > kFooter.size() && has(bytes, bytes.size() - kFooter.size(), kFooter);
+}
+
+struct FileFormat {
+  bool (*is_it)(FileBytes bytes);
+  Image (*decode)(FileBytes bytes, const std::string& name);
+};
+constexpr std::array kFileFormats{FileFormat{is_png, decode_png},       FileFormat{is_tiff, decode_tiff},
+                                  FileFormat{is_exr, decode_exr},       FileFormat{is_webp, decode_webp},
+                                  FileFormat{is_netpbm, decode_netpbm}, FileFormat{is_tga2, decode_tga}};
+
+bool is_called_tga(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return extension == ".tga";
+}
+
+std::vector<std::uint8_t> read_image_file(const fs::path& path) {
+  const std::string name = path.string();
   std::error_code error;
-  std::vector<std::uint8_t> bytes(std::min<std::size_t>(fs::file_size(path, error), at_most));
+  if (!fs::exists(path, error)) fail_input("{}: no such file", name);
+  if (!fs::is_regular_file(path, error)) fail_input("{}: is not a file", name);
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (!error && size > std::uintmax_t{kMaxFileBytes})
+    fail_input("{}: has {} bytes; at most {} GiB are read", name, size, kMaxFileBytes >> 30);
+  std::vector<std::uint8_t> bytes(error ? 0 : size);
   std::ifstream in(path, std::ios::binary);
-  if (error || !in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())))
-    fail_input("{}: cannot be read", path.string());
+  if (error || !in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)))
+    fail_input("{}: cannot be read", name);
   return bytes;
-}
-
-/// Codes again, and one correctly rounded division: OpenImageIO multiplies by 1/max, which can be an ulp off.
-void round_codes(std::vector<float>& pixels, float max_code) {
-  for (float& pixel : pixels) pixel = std::round(pixel * max_code) / max_code;
-}
-
-void check_size(int width, int height, const std::string& name) {
-  if (width < 2 || height < 2) fail_input("{}: is {}x{} texels; at least 2x2 is needed", name, width, height);
-  if (width > kMaxSide || height > kMaxSide)
-    fail_input("{}: is {}x{} texels; at most {} a side is possible", name, width, height, kMaxSide);
-}
-
-Image read_pixels(OIIO::ImageInput& input, const std::string& name) {
-  const OIIO::ImageSpec& spec = input.spec();
-  check_size(spec.width, spec.height, name);
-  if (spec.depth > 1 || spec.deep) fail_input("{}: is a volume or a deep image; a flat one is needed", name);
-  Image image{.width = spec.width,
-              .height = spec.height,
-              .channels = spec.channelnames,
-              .alpha = spec.alpha_channel,
-              .pixels = std::vector<float>(spec.image_pixels() * static_cast<std::size_t>(spec.nchannels))};
-  const bool complete = input.read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, image.pixels.data());
-  const std::string error = first_line(input.geterror());
-  if (!complete || !error.empty()) fail_input("{}: truncated or corrupt{}{}", name, error.empty() ? "" : ": ", error);
-  if (spec.format == OIIO::TypeDesc::UINT8) round_codes(image.pixels, 255.0F);
-  if (spec.format == OIIO::TypeDesc::UINT16) round_codes(image.pixels, 65535.0F);
-  return image;
 }
 
 }  // namespace
 
+void check_shape(std::int64_t width, std::int64_t height, std::int64_t channels, const std::string& name) {
+  if (channels < 1) fail_input("{}: has no channels", name);
+  if (channels > kMaxChannels) fail_input("{}: has {} channels; at most {} are read", name, channels, kMaxChannels);
+  if (width < 2 || height < 2) fail_input("{}: is {}x{} texels; at least 2x2 is needed", name, width, height);
+  if (width > kMaxSide || height > kMaxSide)
+    fail_input("{}: is {}x{} texels; at most {} a side is possible", name, width, height, kMaxSide);
+  if (const std::int64_t decoded = width * height * channels * std::int64_t{sizeof(float)}; decoded > kMaxDecodedBytes)
+    fail_input("{}: {}x{} texels with {} channels take {:.1f} GiB decoded; at most {} GiB are read", name, width,
+               height, channels, static_cast<double>(decoded) * 0x1p-30, kMaxDecodedBytes >> 30);
+}
+
+Image blank_image(int width, int height, int channels, int alpha, std::string sample) {
+  Image image{
+      .width = width, .height = height, .channels = {}, .alpha = alpha, .sample = std::move(sample), .pixels = {}};
+  const bool is_grey = channels - (alpha >= 0 ? 1 : 0) == 1;
+  for (int i = 0; i < channels; ++i) {
+    if (i == alpha)
+      image.channels.emplace_back("A");
+    else if (i < 3)
+      image.channels.emplace_back(1, is_grey ? 'Y' : "RGB"[i]);
+    else
+      image.channels.push_back(fmt::format("channel{}", i));
+  }
+  image.pixels.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                       static_cast<std::size_t>(channels));
+  return image;
+}
+
 Image load_image(const fs::path& path) {
-  const std::string name = path.string();
-  std::error_code ignored;
-  if (!fs::exists(path, ignored)) fail_input("{}: no such file", name);
-  if (!fs::is_regular_file(path, ignored)) fail_input("{}: is not a file", name);
-
-  const std::vector<std::uint8_t> start = read_file(path, 8);
-  if (has_pgm_signature(start)) {
-    Image image = decode_pgm(read_file(path), path);
-    check_size(image.width, image.height, name);
-    return image;
-  }
-  OIIO::ImageSpec config;
-  config["oiio:UnassociatedAlpha"] = 1;
-  std::vector<std::uint8_t> png;
-  std::optional<OIIO::Filesystem::IOMemReader> memory;  // outlives the input that reads from it
-  std::unique_ptr<OIIO::ImageInput> input;
-  if (has_png_signature(start)) {
-    png = checked_png(read_file(path), path);
-    memory.emplace(png.data(), png.size());
-    OIIO::Filesystem::IOProxy* proxy = &*memory;
-    config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    // Named by content, so that a PNG called .tga is read too.
-    input = OIIO::ImageInput::open("memory.png", &config);
-  } else {
-    input = OIIO::ImageInput::open(name, &config);
-  }
-  // The library prints a pending message at exit unless it is fetched here.
-  const std::string open_error = first_line(OIIO::geterror());
-  if (!input) fail_input("{}: not a readable image: {}", name, open_error);
-
-  return read_pixels(*input, name);
+  const std::vector<std::uint8_t> bytes = read_image_file(path);
+  const auto format = std::ranges::find_if(kFileFormats, [&](const FileFormat& row) { return row.is_it(bytes); });
+  if (format != kFileFormats.end()) return format->decode(bytes, path.string());
+  if (is_called_tga(path)) return decode_tga(bytes, path.string());
+  fail_input("{}: not a readable image: PNG, TIFF, EXR, WebP, TGA, PGM and PPM are read", path.string());
 }
 
 std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8) {
-  assert(rgba8.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-  const std::string bytes = encode_image("png", {.width = width,
-                                                 .height = height,
-                                                 .type = TexelType::unorm8,
-                                                 .channels = {"R", "G", "B", "A"},
-                                                 .pixels = std::as_bytes(rgba8)});
+  const std::string bytes = encode_png({.width = width,
+                                        .height = height,
+                                        .type = TexelType::unorm8,
+                                        .channels = {"R", "G", "B", "A"},
+                                        .pixels = std::as_bytes(rgba8)});
   return {bytes.begin(), bytes.end()};
 }
 

@@ -9,20 +9,28 @@ namespace reliefbench {
 
 /// Longest side of a heightmap in texels: what current graphics devices take as a 2D texture.
 inline constexpr int kMaxSide = 16384;
+/// Most channels of an image file.
+inline constexpr int kMaxChannels = 256;
+/// Most memory that a decoded image takes (4 bytes a channel and texel): kMaxSide squared with two channels.
+inline constexpr std::int64_t kMaxDecodedBytes = std::int64_t{1} << 31;
+/// Longest image file in bytes: the largest that is read, stored without compression with 8 bytes a channel.
+inline constexpr std::int64_t kMaxFileBytes = 2 * kMaxDecodedBytes;
 
-/// A decoded image, rows from the top. 8- and 16-bit codes become code/255 and code/65535, correctly rounded; floats
-/// are as in the file. Colour is never multiplied by alpha on reading.
+/// A decoded image, rows from the top. 8- and 16-bit codes become code/255 and code/65535, correctly rounded; signed
+/// and 32-bit integers are multiplied by 1/greatest; floats are as in the file. Colour is never multiplied by alpha.
 struct Image {
   int width = 0;
   int height = 0;
   std::vector<std::string> channels;  ///< names as in the file: R, G, B, A, Y, ...
   int alpha = -1;                     ///< index of the alpha channel; -1: none
+  std::string sample;                 ///< what the file stores, for people: 8-bit | 16-bit | half-float | float | ...
   std::vector<float> pixels;          ///< height x width x channels, interleaved
 };
 
-/// Reads the first image of a file: PNG, TIFF, EXR, TGA, WebP, PGM and what else OpenImageIO knows.
-/// throws: Error(bad_input), one line with the path: missing, not an image, truncated or corrupt (no partial images),
-///         a side under 2 or over kMaxSide
+/// Reads the first image of a file that is PNG, TIFF, OpenEXR, WebP or PNM (PGM, PPM) by its content, whatever it is
+/// called, or TGA, which has no signature, by its name. Nothing else is read.
+/// throws: Error(bad_input), one line with the path: missing, no regular file, not an image, truncated or corrupt (no
+///         partial images), a side under 2 or over kMaxSide, too many channels, too large
 [[nodiscard]] Image load_image(const std::filesystem::path& path);
 
 /// A PNG in memory. rgba8: height x width x 4 bytes, alpha not multiplied in. Equal pixels give equal bytes.

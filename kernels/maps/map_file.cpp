@@ -21,12 +21,12 @@ std::string png(const TextureImage& image, const Metadata& metadata) {
   const std::vector<std::string> names = image.layout.channels == 1   ? std::vector<std::string>{"Y"}
                                          : image.layout.channels == 2 ? std::vector<std::string>{"Y", "A"}
                                                                       : std::vector<std::string>{"R", "G", "B", "A"};
-  return encode_image("png", {.width = image.width,
-                              .height = image.height,
-                              .type = image.layout.type,
-                              .channels = names,
-                              .pixels = image.texels,
-                              .metadata = metadata});
+  return encode_png({.width = image.width,
+                     .height = image.height,
+                     .type = image.layout.type,
+                     .channels = names,
+                     .pixels = image.texels,
+                     .metadata = metadata});
 }
 
 std::string exr(const MapStorage& storage, const MapTextures& textures, const Metadata& metadata) {
@@ -41,12 +41,12 @@ std::string exr(const MapStorage& storage, const MapTextures& textures, const Me
     pixels.push_back(map.heights.texels[i]);
     for (std::size_t k = 0; k < ratios; ++k) pixels.push_back(map.ratios[i * stored_ratios + k]);
   }
-  return encode_image("exr", {.width = map.heights.width,
-                              .height = map.heights.height,
-                              .type = TexelType::float32,
-                              .channels = names,
-                              .pixels = std::as_bytes(std::span(pixels)),
-                              .metadata = metadata});
+  return encode_exr({.width = map.heights.width,
+                     .height = map.heights.height,
+                     .type = TexelType::float32,
+                     .channels = names,
+                     .pixels = std::as_bytes(std::span(pixels)),
+                     .metadata = metadata});
 }
 
 }  // namespace
@@ -68,11 +68,11 @@ std::vector<fs::path> write_map(const fs::path& path, const MapStorage& storage,
                                 const Metadata& metadata) {
   if (const std::string reason = file_conflict(path, storage); !reason.empty()) fail_input("{}", reason);
   if (path.extension() == ".exr") {
-    write_atomically(path, exr(storage, textures, metadata));
+    write_output(path, exr(storage, textures, metadata));
     return {path};
   }
   const auto write = [&](const fs::path& file, const TextureImage& image) {
-    write_atomically(
+    write_output(
         file, path.extension() == ".png" ? png(image, metadata) : encode_ktx2({.image = image, .metadata = metadata}));
   };
   std::vector<fs::path> files{path};

@@ -1,15 +1,16 @@
 #pragma once
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "kernels/image/heightmap.h"
 #include "kernels/trace/technique.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 
-inline constexpr int kExportSchema = 1;
+inline constexpr int kExportSchema = 2;
 
 /// What ships: one setting for one heightmap.
 struct ExportJob {
@@ -17,6 +18,7 @@ struct ExportJob {
   Settings settings;
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;          ///< in sides of one tile
+  std::optional<SceneSpec> scene{};   ///< the whole scene, where there is more to it than what ships
   nlohmann::json evidence = nullptr;  ///< what the choice rests on, for settings.json; null: the user said so
 };
 
@@ -35,7 +37,8 @@ struct Export {                     // NOLINT(bugprone-exception-escape): moving
 
 /// Loads the heightmap, bakes its map (or has it from the cache) and makes the files.
 /// throws: Error(bad_input): settings that make no sense together, an unreadable heightmap
-[[nodiscard]] Export make_export(const ExportJob& job);
+/// heightmaps: what has been read already
+[[nodiscard]] Export make_export(const ExportJob& job, Heightmaps heightmaps = {});
 
 /// Writes all files whole, or none. Those of an earlier export in the folder are replaced, others left alone.
 /// throws: Error(bad_input): unwritable

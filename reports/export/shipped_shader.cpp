@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "kernels/base/paper.h"
+#include "kernels/trace/shader_contract.h"
 #include "reports/export/glsl_text.h"
-#include "tuner/measure/session.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/host.h"
 
@@ -126,15 +126,15 @@ std::string header(const ShippedShader& shipped) {
 
 std::vector<ShippedTexture> shipped_textures(const Settings& settings, const MapTextures& textures) {
   const MapStorage storage = storage_of(settings);
-  std::vector<ShippedTexture> list = {{.sampler = "relief_map",
-                                       .binding = kReliefBinding,
+  std::vector<ShippedTexture> list = {{.sampler = kReliefMap,
+                                       .binding = binding_of(kReliefMap),
                                        .file = "relief.ktx2",
                                        .image = &textures.relief,
                                        .format = format_name(textures.relief.layout),
                                        .channels = relief_channels(storage)}};
   if (textures.extra)
-    list.push_back({.sampler = "extra_map",
-                    .binding = kExtraBinding,
+    list.push_back({.sampler = kExtraMap,
+                    .binding = binding_of(kExtraMap),
                     .file = "relief.extra.ktx2",
                     .image = &*textures.extra,
                     .format = format_name(textures.extra->layout),
@@ -143,8 +143,10 @@ std::vector<ShippedTexture> shipped_textures(const Settings& settings, const Map
 }
 
 std::string shipped_shader(const ShippedShader& shipped) {
-  GlslCut cut{.files = {"common.glsl", fmt::format("{}.glsl", shipped.settings.technique().id)},
-              .roots = {"trace", "view_ray"}};
+  const Technique& technique = shipped.settings.technique();
+  GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
+              .roots = {"trace", "view_ray"},
+              .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
   for (const FeatureRow* row : rows_of(shipped.settings))
     if (!row->shader.empty()) cut.files.emplace_back(row->shader);
   cut.files.emplace_back("ship.glsl");

@@ -15,6 +15,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
@@ -41,12 +42,6 @@ struct Group {
   std::string backend;
   std::string device;
 };
-
-std::vector<Budget> parse_budgets(const json& texts) {
-  std::vector<Budget> budgets;
-  for (const json& text : texts) budgets.push_back(parse_budget(text.get<std::string>()));
-  return budgets;
-}
 
 json budgets_json(std::span<const Budget> budgets) {
   json texts = json::array();
@@ -98,6 +93,7 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
     Front front{.backend = group.backend,
                 .device = group.device,
                 .scene = group.scene,
+                .scene_key = group.scene_key,
                 .error_metric = std::string(metric.id),
                 .constraints = {},
                 .points = {}};
@@ -119,6 +115,23 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
   return result;
 }
 
+/// Scenes by id and key; where one id means several scenes, all but the first say which.
+class SceneTable {
+ public:
+  std::size_t index(const std::string& id, const SceneKey& key) {
+    const auto [at, added] = indices_.try_emplace({id, key}, names_.size());
+    if (added)
+      names_.push_back(std::ranges::find(names_, id) == names_.end() ? id
+                                                                     : fmt::format("{} ({})", id, key.short_text()));
+    return at->second;
+  }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  std::map<std::pair<std::string, SceneKey>, std::size_t> indices_;
+  std::vector<std::string> names_;
+};
+
 class DataBuilder {
  public:
   json build(std::span<const Run> runs) {
@@ -134,13 +147,7 @@ class DataBuilder {
 
  private:
   void add_run(std::size_t index, const Run& run) {
-    const Config defaults;
-    const json front = run.info.value("front", json::object());
-    const std::string metric = front.value("error", defaults.front_error);
-    const std::vector<Budget> constraints =
-        front.contains("constraints") ? parse_budgets(front["constraints"]) : defaults.front_constraints;
-    const std::vector<Budget> budgets =
-        run.info.contains("budgets") ? parse_budgets(run.info["budgets"]) : defaults.budgets;
+    const auto [metric, constraints, budgets] = question_of(run);
     if (index == 0) front_metric_ = find_metric(metric).id;
 
     for (const Record& record : run.records)
@@ -186,12 +193,13 @@ class DataBuilder {
       if (!meets(record, constraint)) breaks.push_back(constraint.text());
     const Summary& time = record.frame_time->summary;
     points_.push_back({{"group", group_index(run, record.backend, record.device)},
-                       {"scene", scenes_.index(record.scene)},
+                       {"scene", scenes_.index(record.scene, record.scene_key)},
                        {"technique", techniques_.index(record.technique)},
                        {"id", record.case_id},
                        {"params", record.params},
                        {"time_ns", {time.median, time.ci_low, time.ci_high}},
                        {"samples", time.n},
+                       {"coverage", coverage_text(time.n)},
                        {"timer", record.frame_time->timer},
                        {"errors", std::move(errors)},
                        {"breaks", std::move(breaks)},
@@ -213,7 +221,7 @@ class DataBuilder {
       points.push_back({{"point", point_json(point.record)}, {"equivalents", equivalents}});
     }
     return {{"group", group_index(run, front.backend, front.device)},
-            {"scene", scenes_.index(front.scene)},
+            {"scene", scenes_.index(front.scene, front.scene_key)},
             {"points", points}};
   }
 
@@ -221,12 +229,13 @@ class DataBuilder {
     json pictures;
     if (answer.pick != nullptr)
       pictures = {
-          {"frame", image_index(folder / image_path(answer.pick->case_id, "frame"))},
-          {"reference", image_index(folder / image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
-          {"error", image_index(folder / image_path(answer.pick->case_id, "error"))}};
+          {"frame", image_index(folder, image_path(answer.pick->case_id, "frame"))},
+          {"reference", image_index(folder, image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
+          {"error", image_index(folder, image_path(answer.pick->case_id, "error"))}};
     return {{"group", group_index(run, answer.backend, answer.device)},
-            {"scene", scenes_.index(answer.scene)},
+            {"scene", scenes_.index(answer.scene, answer.scene_key)},
             {"pick", point_json(answer.pick)},
+            {"tie", point_json(answer.tie)},
             {"runner_up", point_json(answer.runner_up)},
             {"simplest", point_json(answer.simplest)},
             {"flat", point_json(answer.flat)},
@@ -235,10 +244,11 @@ class DataBuilder {
             {"pictures", pictures}};
   }
 
-  json image_index(const std::filesystem::path& path) {
+  json image_index(const std::filesystem::path& folder, const std::filesystem::path& picture) {
+    const std::filesystem::path path = folder / picture;
     const auto known = image_of_.find(path);
     if (known != image_of_.end()) return known->second;
-    const std::optional<std::string> uri = png_data_uri(path);
+    const std::optional<std::string> uri = png_data_uri(folder, picture);
     if (!uri) return image_of_[path] = json();
     images_.push_back(*uri);
     return image_of_[path] = images_.size() - 1;
@@ -269,7 +279,7 @@ class DataBuilder {
     return rows;
   }
 
-  NameTable scenes_;
+  SceneTable scenes_;
   NameTable techniques_;
   std::vector<Group> groups_;
   std::unordered_map<const Record*, std::size_t> point_of_;

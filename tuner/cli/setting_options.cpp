@@ -4,50 +4,25 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
-#include "tuner/cli/options.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/budgets.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
+namespace {
 
-CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments) {
-  command.add_option("HEIGHTMAP", arguments.heightmap, "a file, or a name of `reliefbench list heightmaps`")
-      ->required();
-  CLI::Option* presets = command.add_option("--presets", arguments.presets, "presets.json; with --quality");
-  CLI::Option* quality =
-      command.add_option("--quality", arguments.choice.quality, "level of the presets, 0 to 100")->needs(presets);
-  presets->needs(quality);
-  command.add_option("--device-name", arguments.choice.device, "whose presets: glob on the device's name")
-      ->type_name("GLOB")
-      ->needs(presets);
-  command.add_option("--case", arguments.case_id, "a case's id instead, as `recommend` and `tune` print it")
-      ->type_name("ID")
-      ->excludes(presets);
-  command.add_option("--wrap", arguments.wrap, "repeat | clamp")
-      ->check(CLI::IsMember({"repeat", "clamp"}))
-      ->capture_default_str();
-  command.add_option("--relief-depth", arguments.relief_depth, "in sides of one tile")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  command.add_option("--size", arguments.size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
-  command.add_option("--seed", arguments.seed, "of a procedural heightmap")->capture_default_str();
-  return presets;
-}
+using nlohmann::json;
 
-HeightmapSpec heightmap_of(const SettingArguments& arguments) {
-  HeightmapSpec spec{.source = arguments.heightmap, .seed = arguments.seed};
-  if (!arguments.size.empty()) set_size(spec, arguments.size);
-  return spec;
-}
-
-Wrap wrap_of(const SettingArguments& arguments) { return arguments.wrap == "clamp" ? Wrap::clamp : Wrap::repeat; }
-
-ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {
-  if (!arguments.case_id.empty()) return {.settings = parse_setting(arguments.case_id)};
-  if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, or --case", command);
+ChosenSetting of_presets(const SettingArguments& arguments) {
   ChosenSetting result{.settings = Settings(techniques().front()),
                        .levels = parse_presets(read_file(arguments.presets), arguments.presets)};
   const LoadedPreset chosen = choose_preset(result.levels, arguments.choice, arguments.presets);
   result.settings = chosen.settings;
+  result.backend = chosen.backend;
+  result.evidence = chosen.evidence;
+  result.evidence["presets"] = arguments.presets;
+  result.scenes = chosen.scenes;
   std::erase_if(result.levels, [&](const LoadedPreset& preset) {
     return preset.backend != chosen.backend || preset.device != chosen.device;
   });
@@ -55,6 +30,81 @@ ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view
   result.level = static_cast<int>(std::ranges::find(result.levels, chosen.quality, &LoadedPreset::quality) -
                                   result.levels.begin());
   return result;
+}
+
+json measurement_of(const Record& record, const std::string& error_metric) {
+  const Summary& time = record.frame_time->summary;
+  json measurement = {{"scene", record.scene},  {"scene_key", record.scene_key.hex}, {"case", record.case_id},
+                      {"time_ns", time.median}, {"ci", {time.ci_low, time.ci_high}}, {"samples", time.n}};
+  if (const std::optional<double> error = metric_value(record, error_metric)) measurement["error"] = *error;
+  return measurement;
+}
+
+ChosenSetting of_run(const SettingArguments& arguments) {
+  const Run run = load_run(arguments.run);
+  const auto record = std::ranges::find(run.records, arguments.case_id, &Record::case_id);
+  if (record == run.records.end()) fail_input("--run {}: has no case '{}'", arguments.run, arguments.case_id);
+  if (record->status != Status::ok)
+    fail_input("--run {}: case '{}' was not measured: {} {}", arguments.run, arguments.case_id,
+               status_id(record->status), record->reason);
+  const MeasuredScene* const scene = find_scene(run.scenes, record->scene_key);
+  if (scene == nullptr) fail_input("--run {}: does not say what scene '{}' is", arguments.run, record->scene);
+  const std::string metric = run.info.value(json::json_pointer("/front/error"), Config{}.front_error);
+  return {.settings = settings_of(record->technique, record->params),
+          .backend = record->backend,
+          .scene_id = record->scene,
+          .evidence = {{"run", arguments.run},
+                       {"backend", record->backend},
+                       {"device", record->device},
+                       {"error_metric", metric},
+                       {"scenes", json::array({measurement_of(*record, metric)})}},
+          .scenes = {*scene}};
+}
+
+/// "rocks/grazing" of "relief@rocks/grazing?linear_steps=16"; "" where there is none.
+std::string scene_of_id(std::string_view case_id) {
+  const std::string_view name = case_id.substr(0, case_id.find('?'));
+  const std::size_t at = name.find('@');
+  return at == std::string_view::npos ? std::string() : std::string(name.substr(at + 1));
+}
+
+}  // namespace
+
+CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments) {
+  command.add_option("HEIGHTMAP", arguments.heightmap,
+                     "a file, or a name of `reliefbench list heightmaps`; default: that of the presets or the case");
+  command.add_flag("--other-heightmap", arguments.other_heightmap,
+                   "take HEIGHTMAP although the setting was measured on another");
+  CLI::Option* presets = command.add_option("--presets", arguments.presets, "presets.json; with --quality");
+  CLI::Option* quality =
+      command.add_option("--quality", arguments.choice.quality, "level of the presets, 0 to 100")->needs(presets);
+  presets->needs(quality);
+  command.add_option("--device-name", arguments.choice.device, "whose presets: glob on the device's name")
+      ->type_name("GLOB")
+      ->needs(presets);
+  CLI::Option* of_case =
+      command.add_option("--case", arguments.case_id, "a case's id instead, as `recommend` and `tune` print it")
+          ->type_name("ID")
+          ->excludes(presets);
+  command.add_option("--run", arguments.run, "folder of the run that measured the case, for its whole scene")
+      ->type_name("RUN")
+      ->needs(of_case);
+  command.add_option("--scene", arguments.scene, "which of the presets' scenes, e.g. rocks/grazing")->type_name("ID");
+  command.add_option("--wrap", arguments.wrap, "repeat | clamp; default: as measured, else repeat")
+      ->check(CLI::IsMember({"repeat", "clamp"}));
+  command.add_option("--relief-depth", arguments.relief_depth, "in sides of one tile; default: as measured, else 0.1")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--size", arguments.size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
+  command.add_option("--seed", arguments.seed, "of a procedural heightmap; default: 1");
+  return presets;
+}
+
+ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {
+  if (!arguments.run.empty()) return of_run(arguments);
+  if (!arguments.case_id.empty())
+    return {.settings = parse_setting(arguments.case_id), .scene_id = scene_of_id(arguments.case_id)};
+  if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, or --case", command);
+  return of_presets(arguments);
 }
 
 }  // namespace reliefbench

@@ -7,12 +7,13 @@
 #include <string>
 
 #include "backends/window.h"
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
-#include "tuner/cli/setting_options.h"
+#include "tuner/cli/scene_choice.h"
 #include "tuner/measure/view_state.h"
 #include "tuner/measure/viewer.h"
 #include "tuner/plan/setting_space.h"
@@ -20,29 +21,14 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kFrameSideMax = 16384;  // px
+constexpr int kFrameSide_px = 512;  // where nothing says how large
 
 struct Arguments {
   SettingArguments setting;
   int device = 0;
-  std::string view = "oblique";
-  double tiling = Scene{}.tiling;
-  std::vector<int> size_px = {512, 512};
   std::string png;
   int frames = 0;
 };
-
-Scene scene_of(const Arguments& arguments) {
-  Scene scene{.view = {},
-              .relief_depth = arguments.setting.relief_depth,
-              .tiling = arguments.tiling,
-              .wrap = wrap_of(arguments.setting),
-              .width_px = arguments.size_px.at(0),
-              .height_px = arguments.size_px.at(1)};
-  for (const View& view : view_presets())
-    if (view.id == arguments.view) scene.view = view;
-  return scene;
-}
 
 /// The technique, its numbers, and which choices differ from the defaults.
 std::string short_text(const Settings& settings) {
@@ -59,10 +45,20 @@ std::filesystem::path free_name() {
     if (std::filesystem::path name = fmt::format("view_{}.png", i); !std::filesystem::exists(name)) return name;
 }
 
+SceneSpec scene_of(const SettingArguments& arguments, const ChosenSetting& chosen, Heightmaps& heightmaps) {
+  SettingArguments whole = arguments;
+  const bool is_known = !chosen.scenes.empty();  // then the evidence says how large
+  if (!is_known && whole.size_px.empty()) whole.size_px = {kFrameSide_px, kFrameSide_px};
+  if (!is_known && chosen.scene_id.empty() && !whole.view) whole.view = "oblique";
+  return choose_scene(whole, chosen, heightmaps, true, "view").spec;
+}
+
 class ViewCommand {
  public:
   explicit ViewCommand(const Arguments& arguments)
-      : arguments_(arguments), chosen_(choose_setting(arguments.setting, "view")) {
+      : arguments_(arguments),
+        chosen_(choose_setting(arguments.setting, "view")),
+        spec_(scene_of(arguments.setting, chosen_, heightmaps_)) {
     state_.level = chosen_.level;
     state_.view = scene_.view;
   }
@@ -73,14 +69,11 @@ class ViewCommand {
   [[nodiscard]] const BackendRow& backend() const {
     const std::string& asked = arguments_.setting.choice.backend;
     if (!asked.empty()) return find_backend(asked);
-    return find_backend(chosen_.levels.empty() ? "opengl" : chosen_.levels.front().backend);
+    return find_backend(chosen_.backend.empty() ? "opengl" : chosen_.backend);
   }
-  [[nodiscard]] Viewer open() const {
-    return {
-        backend(), arguments_.device, {.id = "view", .heightmap = heightmap_of(arguments_.setting), .scene = scene_}};
-  }
+  [[nodiscard]] Viewer open() { return {backend(), arguments_.device, spec_, std::move(heightmaps_)}; }
 
-  void write() const {
+  void write() {
     Viewer viewer = open();
     viewer.choose(chosen_.settings);
     const ViewedFrame frame = viewer.draw(scene_.view);
@@ -142,13 +135,15 @@ class ViewCommand {
       write_png(name, scene_.width_px, scene_.height_px, picture_);
       fmt::print("written: {}\n", name.string());
     } catch (const Error& error) {
-      fmt::print(stderr, "reliefbench: {}\n", error.what());
+      print_error(error.what());
     }
   }
 
   const Arguments& arguments_;
-  const Scene scene_ = scene_of(arguments_);
   ChosenSetting chosen_;
+  Heightmaps heightmaps_;
+  const SceneSpec spec_;
+  const Scene& scene_ = spec_.scene;
   ViewState state_;
   std::vector<std::uint8_t> picture_;  ///< that the window shows, RGBA8
 };
@@ -164,18 +159,21 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command->add_option("--device", arguments->device, "index in `reliefbench devices`")->capture_default_str();
   std::vector<std::string> views;
   for (const View& view : view_presets()) views.push_back(view.id);
-  command->add_option("--view", arguments->view, "where it starts: " + fmt::format("{}", fmt::join(views, " | ")))
-      ->check(CLI::IsMember(views))
-      ->capture_default_str();
-  command->add_option("--tiling", arguments->tiling, "tiles along a side of the plane")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  command->add_option("--size-px", arguments->size_px, "of the frame; default: 512,512")
+  command
+      ->add_option("--view", arguments->setting.view,
+                   fmt::format("where it starts: {}; default: as measured, as the case says, else oblique",
+                               fmt::join(views, " | ")))
+      ->check(CLI::IsMember(views));
+  command
+      ->add_option("--tiling", arguments->setting.tiling,
+                   "tiles along a side of the plane; default: as measured, else 1")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--size-px", arguments->setting.size_px, "of the frame; default: as measured, else 512,512")
       ->type_name("W,H")
       ->delimiter(',')
       ->expected(2)
       ->allow_extra_args(false)
-      ->check(CLI::Range(1, kFrameSideMax));
+      ->check(CLI::Range(1, kFrameSideMax_px));
   CLI::Option* png = command->add_option("--png", arguments->png, "write the frame there instead of opening a window")
                          ->type_name("FILE");
   command->add_option("--frames", arguments->frames, "close after so many, drawn one after the other")
@@ -190,7 +188,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
       "  S                    save what is seen as view_1.png, view_2.png, ...\n"
       "  Esc                  close\n"
       "Examples:\n"
-      "  reliefbench view rocks --presets presets.json --quality 50 --backend vulkan\n"
+      "  reliefbench view --presets presets.json --quality 50 --backend vulkan\n"
       "  reliefbench view rocks --case 'relief?linear_steps=32' --view grazing --png rocks.png");
   command->callback([=, &exit_code] {
     ViewCommand(*arguments).run();

@@ -30,6 +30,7 @@ Front front_of(const RecordGroup& group, std::string_view error_metric, std::spa
   Front front{.backend = group.backend,
               .device = group.device,
               .scene = group.scene,
+              .scene_key = group.scene_key,
               .error_metric = std::string(error_metric),
               .constraints = {},
               .points = {}};
@@ -52,12 +53,14 @@ Front front_of(const RecordGroup& group, std::string_view error_metric, std::spa
 }  // namespace
 
 std::vector<RecordGroup> group_records(std::span<const Record> records) {
-  std::map<std::tuple<std::string, std::string, std::string>, std::vector<const Record*>> by_key;
-  for (const Record& record : records) by_key[{record.backend, record.device, record.scene}].push_back(&record);
+  std::map<std::tuple<std::string, std::string, std::string, SceneKey>, std::vector<const Record*>> by_key;
+  for (const Record& record : records)
+    by_key[{record.backend, record.device, record.scene, record.scene_key}].push_back(&record);
   std::vector<RecordGroup> groups;
   for (auto& [key, members] : by_key) {
-    const auto& [backend, device, scene] = key;
-    groups.push_back({.backend = backend, .device = device, .scene = scene, .records = std::move(members)});
+    const auto& [backend, device, scene, scene_key] = key;
+    groups.push_back(
+        {.backend = backend, .device = device, .scene = scene, .scene_key = scene_key, .records = std::move(members)});
   }
   return groups;
 }
@@ -103,12 +106,14 @@ nlohmann::json fronts_json(std::span<const Front> fronts) {
       points.push_back({{"case", point.record->case_id},
                         {"time_ns", point.time_ns},
                         {"ci", {summary.ci_low, summary.ci_high}},
+                        {"coverage", interval_coverage(summary.n)},
                         {"error", point.error},
                         {"equivalents", std::move(equivalents)}});
     }
     list.push_back({{"backend", front.backend},
                     {"device", front.device},
                     {"scene", front.scene},
+                    {"scene_key", front.scene_key.hex},
                     {"error_metric", front.error_metric},
                     {"constraints", front.constraints},
                     {"points", std::move(points)}});

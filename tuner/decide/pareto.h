@@ -12,11 +12,12 @@
 
 namespace reliefbench {
 
-/// The records of one device and scene, whatever their status. Pointers go into the records that were grouped.
+/// The records of one device and scene (by key), whatever their status. Pointers go into the records that were grouped.
 struct RecordGroup {
   std::string backend;
   std::string device;
   std::string scene;
+  SceneKey scene_key{};
   std::vector<const Record*> records;
 };
 /// Sorted by backend, device, scene; records keep their order.
@@ -38,6 +39,7 @@ struct Front {
   std::string backend;
   std::string device;
   std::string scene;
+  SceneKey scene_key{};
   std::string error_metric;
   std::vector<std::string> constraints;  ///< Budget::text()
   std::vector<FrontPoint> points;        ///< by rising time, so falling error

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 
+#include "kernels/base/error.h"
 #include "tuner/decide/presets.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {
@@ -23,6 +26,7 @@ json run_json(const Run& run) {
 json evidence_json(const PresetEvidence& evidence, const Presets& presets) {
   const Summary& time = evidence.record->frame_time->summary;
   return {{"scene", evidence.record->scene},
+          {"scene_key", evidence.record->scene_key.hex},
           {"run", std::ranges::find(presets.runs, evidence.run) - presets.runs.begin()},
           {"case", evidence.record->case_id},
           {"time_ns", time.median},
@@ -37,9 +41,10 @@ json level_json(const PresetLevel& level, const Presets& presets) {
   for (const auto& [id, text] : record.params) params[id] = text;
   json evidence = json::array();
   for (const PresetEvidence& one : level.evidence) evidence.push_back(evidence_json(one, presets));
-  return {{"quality", level.quality},    {"technique", record.technique},
-          {"params", std::move(params)}, {"relative_time", level.relative_time},
-          {"error", level.error},        {"evidence", std::move(evidence)}};
+  return {{"quality", level.quality},       {"technique", record.technique},
+          {"params", std::move(params)},    {"relative_time", level.relative_time},
+          {"error", level.error},           {"level_error", level.level_error},
+          {"evidence", std::move(evidence)}};
 }
 
 json device_json(const DevicePresets& device, const Presets& presets) {
@@ -62,6 +67,23 @@ json device_json(const DevicePresets& device, const Presets& presets) {
           {"levels", std::move(levels)}};
 }
 
+/// The scenes that evidence is of, each whole.
+json scenes_of(const Presets& presets) {
+  std::vector<MeasuredScene> scenes;
+  for (const DevicePresets& device : presets.devices)
+    for (const PresetLevel& level : device.levels)
+      for (const PresetEvidence& one : level.evidence) {
+        const SceneKey& key = one.record->scene_key;
+        if (find_scene(scenes, key) != nullptr) continue;
+        const MeasuredScene* const scene = find_scene(one.run->scenes, key);
+        if (scene == nullptr)
+          fail_input("{}: key 'scenes': has no scene '{}' with the key {}", (one.run->folder / kRunFile).string(),
+                     one.record->scene, key.short_text());
+        scenes.push_back(*scene);
+      }
+  return scenes_json(scenes);
+}
+
 }  // namespace
 
 json presets_json(const Presets& presets) {
@@ -74,9 +96,12 @@ json presets_json(const Presets& presets) {
   return {{"schema", kPresetsSchema},
           {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
           {"error_metric", presets.error_metric},
+          {"level_metric", presets.level_metric},
           {"constraints", constraints},
           {"runs", std::move(runs)},
-          {"devices", std::move(devices)}};
+          {"scenes", scenes_of(presets)},
+          {"devices", std::move(devices)},
+          {"warnings", presets.warnings}};
 }
 
 }  // namespace reliefbench

@@ -1,5 +1,7 @@
 #include "tuner/measure/cache.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -14,9 +16,14 @@
 namespace reliefbench {
 namespace {
 
-// A file is its value behind the value's own SHA-256, so that a damaged file is told from a good one.
+// A file is its value behind the SHA-256 of key and value, so that a damaged file, or another key's, is told from a
+// good one.
 constexpr std::size_t kDigestSize = 64;
 constexpr std::string_view kExtension = ".bin";
+
+std::string digest(std::string_view key, std::string_view value) {
+  return sha256(fmt::format("{} {}", sha256(key), sha256(value)));
+}
 
 /// Whether a file is one of a cache's: others may lie in a folder that the user chose.
 bool is_entry(const std::filesystem::path& path) {
@@ -38,6 +45,7 @@ std::filesystem::path Cache::default_folder() {
 
 Cache Cache::open() {
   Cache cache(default_folder());
+  remove_stale_temporaries(cache.folder_);
   cache.trim(kMostBytes);
   return cache;
 }
@@ -47,12 +55,14 @@ std::filesystem::path Cache::file(std::string_view key) const {
 }
 
 std::optional<std::vector<std::byte>> Cache::get(std::string_view key) const {
+  std::error_code unreadable;
+  if (!std::filesystem::is_regular_file(file(key), unreadable)) return std::nullopt;
   std::ifstream in(file(key), std::ios::binary);
   if (!in) return std::nullopt;
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (text.size() < kDigestSize) return std::nullopt;
   const std::string_view value = std::string_view(text).substr(kDigestSize);
-  if (sha256(value) != text.substr(0, kDigestSize)) return std::nullopt;
+  if (digest(key, value) != std::string_view(text).substr(0, kDigestSize)) return std::nullopt;
   std::error_code unwritable;  // then it counts as used when it was written
   std::filesystem::last_write_time(file(key), std::filesystem::file_time_type::clock::now(), unwritable);
   const auto bytes = std::as_bytes(std::span(value));
@@ -62,8 +72,8 @@ std::optional<std::vector<std::byte>> Cache::get(std::string_view key) const {
 void Cache::put(std::string_view key, std::span<const std::byte> value) const {
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  std::string text = sha256(value);
-  text.append(reinterpret_cast<const char*>(value.data()), value.size());
+  const std::string_view text_of_value(reinterpret_cast<const char*>(value.data()), value.size());
+  const std::string text = digest(key, text_of_value).append(text_of_value);
   try {
     write_atomically(file(key), text);
   } catch (const Error&) {

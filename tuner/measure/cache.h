@@ -10,7 +10,8 @@
 namespace reliefbench {
 
 /// Results that are a pure function of their inputs, kept on disk by the SHA-256 of those inputs.
-/// Files are written whole (temporary file, then rename) with their digest; a damaged file counts as absent.
+/// Files are written whole (temporary file, then rename) with a digest of key and value: what is damaged, another key's
+/// or no file counts as absent.
 class Cache {
  public:
   /// The user's: that of default_folder(), trimmed to kMostBytes.

@@ -3,36 +3,11 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstring>
 
-#include "kernels/base/sha256.h"
+#include "tuner/measure/cached_values.h"
+#include "tuner/results/stages.h"
 
 namespace reliefbench {
-namespace {
-
-std::string heightmap_key(const HeightmapSpec& spec) {
-  return fmt::format("{}|{}|{}|{}|{}x{}|{}", spec.source, spec.channel, spec.invert, spec.normalise, spec.width,
-                     spec.height, spec.seed);
-}
-
-// A cached bake: the time it took, then the values.
-std::vector<std::byte> packed(const BakedMap& map) {
-  std::vector<std::byte> bytes(sizeof(double) + map.values.size() * sizeof(float));
-  std::memcpy(bytes.data(), &map.bake_time_ns, sizeof(double));
-  std::memcpy(bytes.data() + sizeof(double), map.values.data(), map.values.size() * sizeof(float));
-  return bytes;
-}
-
-bool unpack(const std::vector<std::byte>& bytes, BakedMap& map) {
-  if (bytes.size() <= sizeof(double)) return false;
-  map.values.resize((bytes.size() - sizeof(double)) / sizeof(float));
-  std::memcpy(&map.bake_time_ns, bytes.data(), sizeof(double));
-  std::memcpy(map.values.data(), bytes.data() + sizeof(double), map.values.size() * sizeof(float));
-  return true;
-}
-
-}  // namespace
-
 BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap) {
   const MapStorage storage = storage_of(settings);
   return {.heights = heights,
@@ -53,15 +28,21 @@ MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wra
                   storage.format, storage.encoding);
 }
 
-const Heightfield& MapLibrary::heights(const SceneSpec& scene) {
-  const std::string key = heightmap_key(scene.heightmap);
-  auto found = heightmaps_.find(key);
-  if (found == heightmaps_.end()) found = heightmaps_.emplace(key, load_heightmap(scene.heightmap)).first;
-  return found->second;
+std::string bake_key(const MapRow& map, const BakeRequest& request) {
+  return stage_key(
+      {bake_stage(map.id)},
+      {heights_sha256(request.heights), request.wrap == Wrap::repeat ? "repeat" : "clamp",
+       correction_id(request.correction), fmt::format("{}", request.max_ratio), parameters_text(request, map)});
+}
+
+std::vector<MeasuredScene> MapLibrary::measured(std::span<const SceneSpec> scenes) {
+  std::vector<MeasuredScene> list;
+  for (const SceneSpec& scene : scenes) list.push_back(measured_scene(scene, loaded(scene)));
+  return list;
 }
 
 const BakedMap& MapLibrary::map(const Case& c, const SceneSpec& scene) {
-  const std::string text = bake_text(c.settings, scene);
+  const std::string text = loaded(scene).sha256 + bake_text(c.settings, scene);
   for (auto it = recent_.begin(); it != recent_.end(); ++it) {
     if (it->first != text) continue;
     recent_.splice(recent_.begin(), recent_, it);
@@ -78,20 +59,21 @@ BakedMap MapLibrary::load_or_bake(const Case& c, const SceneSpec& scene) {
   return split_.book(Part::bake, [&] {
     BakedMap map{.heights = quantise_heights(source, storage_of(c.settings).format.type)};
     const BakeRequest request = bake_request(c.settings, map.heights, scene.scene.wrap);
-    map.key = sha256(fmt::format("bake|{}|{}|{}|{}|{}|{}|{}x{}|{}", row.id, row.version,
-                                 correction_id(request.correction), request.max_ratio, parameters_text(request, row),
-                                 static_cast<int>(request.wrap), map.heights.width, map.heights.height,
-                                 sha256(std::as_bytes(std::span(map.heights.texels)))));
+    map.key = bake_key(row, request);
     if (row.content == MapContent::heights) return map;  // nothing to bake
-    if (const auto bytes = cache_.get(map.key); bytes && unpack(*bytes, map)) {
-      ++from_cache_;
-      return map;
+    if (const auto bytes = cache_.get(map.key)) {
+      if (std::optional<CachedBake> bake = read_bake(*bytes, baked_value_count(row, request))) {
+        map.bake_time_ns = bake->time_ns;
+        map.values = std::move(bake->values);
+        ++from_cache_;
+        return map;
+      }
     }
     const auto start = std::chrono::steady_clock::now();
     map.values = row.bake(request);
     map.bake_time_ns = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
     ++baked_;
-    cache_.put(map.key, packed(map));
+    cache_.put(map.key, bake_bytes(map.bake_time_ns, map.values));
     return map;
   });
 }

@@ -3,14 +3,18 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstring>
+#include <new>
+#include <optional>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
 #include "kernels/judge/score.h"
+#include "tuner/measure/cached_values.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/stages.h"
 
 namespace reliefbench {
 namespace {
@@ -22,47 +26,66 @@ std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
 }
 
-Record blank_record(const Case& c, const DeviceInfo& device) {
+}  // namespace
+
+Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();
   record.technique = c.settings.technique().id;
   for (const SettingValue& given : c.settings.written()) record.params.emplace_back(given.param.id, given.text());
   record.map = map_of(c.settings).id;
   record.scene = c.scene_id;
+  record.scene_key = scene_key;
   record.backend = c.backend;
   record.device = device.name;
   return record;
 }
 
-}  // namespace
+void PreparedCase::release() {
+  draw = {};
+  relief = nullptr;
+  extra = nullptr;
+}
+
+void Preparer::release() {
+  for (auto& [id, state] : scenes_) state.normals = nullptr;
+}
 
 Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
-  const auto found = scenes_.find(scene.id);
-  if (found != scenes_.end()) return found->second;
+  SceneState& state = scenes_[key_of(scene)];
+  if (state.normals) return state;
   const Heightfield& heights = context_.library.heights(scene);
   const std::vector<std::uint8_t> normals = normal_map(heights, scene.scene.wrap, scene.scene.relief_depth);
-  SceneState state;
   state.frame = frame_uniforms(scene.scene, heights.width, heights.height);
   state.normals = context_.session.backend().upload({.width = heights.width,
                                                      .height = heights.height,
                                                      .texels = std::as_bytes(std::span(normals)),
                                                      .wrap = scene.scene.wrap});
-  return scenes_.emplace(scene.id, std::move(state)).first->second;
+  return state;
+}
+
+SceneKey Preparer::key_of(const SceneSpec& scene) const {
+  return scene_key(context_.library.loaded(scene).sha256, scene.scene);
 }
 
 PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
                                const std::function<void(PreparedCase&, SceneState&)>& rest) {
-  PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  PreparedCase prepared{.spec = &c, .record = blank_record(c, key_of(scene), context_.session.device())};
   Status on_failure = Status::unsupported;
   try {
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
+    throw;
   } catch (const Error& error) {
-    const std::string reason = error.what();
-    prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
-    prepared.record.reason = reason;
+    prepared.record.status = status_of(error.fault(), on_failure);
+    prepared.record.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    prepared.record.status = Status::out_of_memory;
+    prepared.record.reason = "the host's memory is used up";
   }
+  if (prepared.record.status != Status::ok) prepared.release();
   return prepared;
 }
 
@@ -91,19 +114,17 @@ PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
 void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state) {
   Session& session = context_.session;
   const Settings& settings = prepared.spec->settings;
-  prepared.draw = {.relief = state.normals.get(),
-                   .normals = state.normals.get(),
-                   .reference = state.normals.get(),
-                   .extra = state.normals.get(),
+  const Texture* const normals = state.normals.get();  // any texture where there is no such map
+  prepared.draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}},
                    .frame = state.frame};
   if (settings.technique().reads_map()) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
     const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
     prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
-    prepared.draw.relief = prepared.relief.get();
+    prepared.draw.textures[kReliefMap] = prepared.relief.get();
     if (textures.extra) {
       prepared.extra = session.backend().upload(texture_desc(*textures.extra, scene.scene.wrap));
-      prepared.draw.extra = prepared.extra.get();
+      prepared.draw.textures[kExtraMap] = prepared.extra.get();
     }
     prepared.record.memory_bytes = static_cast<std::int64_t>(textures.bytes());
     prepared.record.bake_time_ns = map.bake_time_ns;
@@ -126,8 +147,9 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
   prepared.record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
-  prepared.record.timing_key = sha256(fmt::format("timing|{}|{}|{}|{}|{}", prepared.record.case_id, shade.spirv_sha256,
-                                                  device.name, device.driver, kHarnessVersion));
+  prepared.record.timing_key = stage_key({bake_stage(prepared.record.map), "encode", "pack", "trace", "harness"},
+                                         {prepared.record.scene_key.hex, setting_id(settings), shade.spirv_sha256,
+                                          device.backend, device.name, device.driver});
   if (draw_ns > context_.timeout_s * 1e9) {
     prepared.record.status = Status::timeout;
     prepared.record.reason =
@@ -167,37 +189,31 @@ std::vector<ScorePixel> Preparer::score_frame(const Draw& draw) {
 }
 
 FrameScore Preparer::judge(const Case& c, const SceneSpec& scene) {
-  static_assert(std::is_trivially_copyable_v<FrameScore>);
   const std::string key = judge_key(c, scene);
-  FrameScore score;
-  if (const auto bytes = context_.cache.get(key); bytes && bytes->size() == sizeof(FrameScore)) {
-    std::memcpy(static_cast<void*>(&score), bytes->data(), sizeof(FrameScore));
-    return score;
-  }
+  if (const auto bytes = context_.cache.get(key))
+    if (const std::optional<FrameScore> known = read_score(*bytes)) return *known;
   SceneState& state = state_of(scene);
-  PreparedCase prepared{.spec = &c, .record = blank_record(c, context_.session.device())};
+  PreparedCase prepared{.spec = &c, .record = blank_record(c, key_of(scene), context_.session.device())};
   upload(prepared, scene, state);
   const std::string_view source = c.settings.technique().id;
   prepared.draw.pipeline =
       context_.session.pipeline(source, &c.settings, Target::score, scene.scene.wrap).pipeline.get();
   const std::vector<ScorePixel> pixels = score_frame(prepared.draw);
   const Reference& reference = reference_of(pixels, scene, state);
-  score = context_.split.book(Part::score, [&] {
+  const FrameScore score = context_.split.book(Part::score, [&] {
     return judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]).score;
   });
-  context_.cache.put(key, std::as_bytes(std::span(&score, 1)));
+  context_.cache.put(key, score_bytes(score));
   return score;
 }
 
 std::string Preparer::judge_key(const Case& c, const SceneSpec& scene) {
   const DeviceInfo& device = context_.session.device();
-  const FrameUniforms& frame = state_of(scene).frame;
-  return sha256(fmt::format("judge|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}x{}", c.settings.technique().id, c.settings.text(),
-                            context_.session.fragment_sha256(c.settings.technique().id, Target::score),
-                            map_of(c.settings).version, hash_of(context_.library.heights(scene).texels),
-                            sha256(std::as_bytes(std::span(&frame, 1))), static_cast<int>(scene.scene.wrap),
-                            scene.scene.relief_depth, ReferenceTracer::kVersion, device.name + "|" + device.driver,
-                            scene.scene.width_px, scene.scene.height_px));
+  const std::string bake = bake_stage(map_of(c.settings).id);
+  return stage_key({bake, "encode", "pack", "trace", "reference", "judge"},
+                   {key_of(scene).hex, setting_id(c.settings),
+                    context_.session.fragment_sha256(c.settings.technique().id, Target::score), device.backend,
+                    device.name, device.driver});
 }
 
 const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
@@ -218,12 +234,13 @@ const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>&
 std::vector<ReferenceHit> Preparer::trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
                                           const std::string& key) {
   return context_.split.book(Part::reference, [&] {
-    std::vector<ReferenceHit> hits(pixels.size());
-    if (const auto bytes = context_.cache.get(key); bytes && bytes->size() == hits.size() * sizeof(ReferenceHit)) {
-      std::memcpy(hits.data(), bytes->data(), bytes->size());
-      ++references_from_cache_;
-      return hits;
+    if (const auto bytes = context_.cache.get(key)) {
+      if (std::optional<std::vector<ReferenceHit>> known = read_hits(*bytes, pixels.size())) {
+        ++references_from_cache_;
+        return std::move(*known);
+      }
     }
+    std::vector<ReferenceHit> hits(pixels.size());
     std::vector<TextureRay> rays;
     std::vector<std::size_t> where;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -235,14 +252,14 @@ std::vector<ReferenceHit> Preparer::trace(const std::vector<ScorePixel>& pixels,
     const std::vector<ReferenceHit> traced = tracer.trace(rays);
     for (std::size_t i = 0; i < traced.size(); ++i) hits[where[i]] = traced[i];
     ++references_traced_;
-    context_.cache.put(key, std::as_bytes(std::span(hits)));
+    context_.cache.put(key, hit_bytes(hits));
     return hits;
   });
 }
 
 std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene) {
-  return sha256(fmt::format("reference|{}|{}|{}|{}", hash_of(context_.library.heights(scene).texels), rays_hash,
-                            static_cast<int>(scene.scene.wrap), ReferenceTracer::kVersion));
+  return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays_hash,
+                                   scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
 }
 
 Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
@@ -300,10 +317,9 @@ std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceH
                                   .wrap = Wrap::clamp,
                                   .filter = Filter::nearest});
     const Draw draw{.pipeline = pipeline,
-                    .relief = state.normals.get(),
-                    .normals = state.normals.get(),
-                    .reference = texture.get(),
-                    .extra = state.normals.get(),
+                    .textures = {{kReliefMap, state.normals.get()},
+                                 {kNormalMap, state.normals.get()},
+                                 {kReferenceMap, texture.get()}},
                     .frame = frame};
     session.backend().render(draw, 1, Timer::fenced_wall);
     return session.backend().read_color();

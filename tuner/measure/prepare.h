@@ -13,9 +13,6 @@
 
 namespace reliefbench {
 
-/// Part of the timing key and of a run's identity; raised when what is timed changes.
-inline constexpr int kHarnessVersion = 1;
-
 /// A case that was compiled, drawn once and scored. Where record.status is not ok, there is nothing to time.
 struct PreparedCase {
   const Case* spec = nullptr;
@@ -23,7 +20,13 @@ struct PreparedCase {
   std::unique_ptr<Texture> relief{};
   std::unique_ptr<Texture> extra{};  ///< null where the map has one texture
   Draw draw{};
+
+  /// Frees what it has on the device; it can't be drawn then.
+  void release();
 };
+
+/// A case's record before anything is known of it.
+[[nodiscard]] Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device);
 
 /// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
 /// Must not outlive session and library.
@@ -40,7 +43,7 @@ class Preparer {
   };
   explicit Preparer(Context context) : context_(std::move(context)) {}
 
-  /// Never throws for a case's own failure: that becomes its record's status and reason.
+  /// Never throws for a case's own failure: that becomes its record's status and reason. throws: FileError
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
   /// The same without the error: compiled, uploaded, drawn once.
@@ -49,6 +52,9 @@ class Preparer {
   /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
   /// content. throws: Error: what prepare() would make a status of
   [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
+
+  /// Frees what it has on the device, which is uploaded again when it is needed.
+  void release();
 
   [[nodiscard]] int references_traced() const { return references_traced_; }
   [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
@@ -73,6 +79,7 @@ class Preparer {
     std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
   };
   [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
+  [[nodiscard]] SceneKey key_of(const SceneSpec& scene) const;
   [[nodiscard]] const Reference& reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
                                               SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
@@ -100,7 +107,7 @@ class Preparer {
   [[nodiscard]] Pictures score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;
-  std::map<std::string, SceneState> scenes_;
+  std::map<SceneKey, SceneState> scenes_;
   int references_traced_ = 0;
   int references_from_cache_ = 0;
 };

@@ -6,12 +6,14 @@
 
 #include "kernels/base/clock.h"
 #include "kernels/base/embedded.h"
+#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
-#include "kernels/judge/reference.h"
-#include "kernels/maps/map_kind.h"
-#include "tuner/measure/prepare.h"
+#include "kernels/trace/shader_contract.h"
+#include "kernels/trace/technique.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/host.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {
@@ -40,9 +42,11 @@ std::vector<std::string> command_line() {
 
 }  // namespace
 
-std::string kernels_sha256() {
-  std::string text = fmt::format("harness {} tracer {}\n", kHarnessVersion, ReferenceTracer::kVersion);
-  for (const MapRow& row : map_kinds()) text += fmt::format("{} {}\n", row.id, row.version);
+std::string kernels_sha256(std::span<const StageVersion> stages) {
+  std::string text;
+  for (const StageVersion& stage : stages) text += fmt::format("{} {}\n", stage.id, stage.version);
+  text += shared_contract();
+  for (const Technique& technique : techniques()) text += parameters_contract(technique);
   for (const EmbeddedFile& file : embedded_shaders()) text += fmt::format("{}\n{}\n", file.name, file.text);
   return sha256(text);
 }
@@ -69,6 +73,8 @@ nlohmann::json device_json(const Session& session) {
 std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device) {
   for (const nlohmann::json& entry : info.value("devices", nlohmann::json::array())) {
     if (entry.value("backend", "") != device.backend) continue;
+    for (const char* key : {"timer", "control_load_steps", "control_frames", "control_reference_ns"})
+      if (!entry.contains(key)) fail_input("{}: key 'devices': '{}' of {} is missing", kRunFile, key, device.backend);
     for (const Timer timer : device.timers)
       if (timer_id(timer) == entry.at("timer").get<std::string>())
         return Calibration{.timer = timer,
@@ -79,8 +85,9 @@ std::optional<Calibration> known_calibration(const nlohmann::json& info, const D
   return std::nullopt;
 }
 
-nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices, const SweepSummary& summary,
-                        double started_ns, bool finished) {
+nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,
+                        std::span<const MeasuredScene> scenes, const SweepSummary& summary, double started_ns,
+                        bool finished) {
   nlohmann::json wall_s = {{"other", summary.other_s}, {"total", summary.total_s}};
   for (std::size_t i = 0; i < kPartIds.size(); ++i) wall_s[std::string(kPartIds.at(i))] = summary.part_s.at(i);
   nlohmann::json info = {{"name", config.name},
@@ -93,6 +100,7 @@ nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>&
                          {"config_path", config.path.string()},
                          {"config", nlohmann::json::parse(config.text, nullptr, true, /*ignore_comments=*/true)},
                          {"seed", config.seed},
+                         {"scenes", scenes_json(scenes)},
                          {"devices", devices},
                          {"wall_s", wall_s},
                          {"counts",

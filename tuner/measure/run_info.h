@@ -1,9 +1,12 @@
 #pragma once
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "tuner/measure/session.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/config.h"
+#include "tuner/plan/scene_key.h"
+#include "tuner/results/stages.h"
 
 namespace reliefbench {
 
@@ -14,10 +17,11 @@ namespace reliefbench {
 
 /// run.json without its identity.
 [[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,
-                                      const SweepSummary& summary, double started_ns, bool finished);
+                                      std::span<const MeasuredScene> scenes, const SweepSummary& summary,
+                                      double started_ns, bool finished);
 
-/// What the numbers depend on in this build: shaders, bakers, tracer, harness.
-[[nodiscard]] std::string kernels_sha256();
+/// What the numbers depend on in this build: the shaders' texts and every stage's version (stages.h).
+[[nodiscard]] std::string kernels_sha256(std::span<const StageVersion> stages = stage_versions());
 
 /// Of a run's identity: the config with the files that it includes, and a device that it runs on.
 [[nodiscard]] std::string config_sha256(const Config& config);

@@ -78,9 +78,9 @@ void compare_frames(const std::vector<ScorePixel>& a, const std::vector<ScorePix
     fault(result, StressCheck::agreement) = differing;
 }
 
-class Run {
+class StressRun {
  public:
-  Run(const Extremes& extremes, const StressOptions& options)
+  StressRun(const Extremes& extremes, const StressOptions& options)
       : extremes_(extremes), options_(options), progress_(options.quiet) {
     for (const std::string& id : options.backends)
       devices_.push_back(std::make_unique<TraceDevice>(find_backend(id), options.device, split_));
@@ -218,6 +218,8 @@ bool StressResult::holds() const {
 
 bool StressReport::holds() const { return std::ranges::all_of(results, &StressResult::holds); }
 
-StressReport run_stress(const Extremes& extremes, const StressOptions& options) { return Run(extremes, options).all(); }
+StressReport run_stress(const Extremes& extremes, const StressOptions& options) {
+  return StressRun(extremes, options).all();
+}
 
 }  // namespace reliefbench

@@ -30,15 +30,14 @@ TraceDevice::TraceDevice(const BackendRow& row, int index, WallSplit& split, boo
 }
 
 TraceDevice::Frame TraceDevice::frame(const Settings& settings, const BakedScene& baked, const Scene& scene,
-                                      Target target) {
+                                      const Target& target) {
   Backend& backend = session_.backend();
   Frame frame{.relief = backend.upload(texture_desc(baked.textures.relief, scene.wrap)), .extra = {}, .draw = {}};
   if (baked.textures.extra) frame.extra = backend.upload(texture_desc(*baked.textures.extra, scene.wrap));
   frame.draw = {.pipeline = session_.pipeline(settings.technique().id, &settings, target, scene.wrap).pipeline.get(),
-                .relief = frame.relief.get(),
-                .normals = blank_.get(),
-                .reference = blank_.get(),
-                .extra = frame.extra ? frame.extra.get() : blank_.get(),
+                .textures = {{kReliefMap, frame.relief.get()},
+                             {kNormalMap, blank_.get()},
+                             {kExtraMap, frame.extra ? frame.extra.get() : blank_.get()}},
                 .frame = frame_uniforms(scene, baked.map->heights.width, baked.map->heights.height)};
   return frame;
 }

@@ -7,9 +7,10 @@
 
 namespace reliefbench {
 
-Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene)
+Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps)
     : scene_(std::move(scene)),
       session_(row, device, split_, false),
+      library_(cache_, split_, std::move(heightmaps)),
       heights_(library_.heights(scene_)),
       tracer_(heights_, scene_.scene.wrap),
       preparer_({.session = session_,

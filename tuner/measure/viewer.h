@@ -19,9 +19,9 @@ struct ViewedFrame {
 /// Draws single frames of one heightmap, just as a sweep draws and judges them.
 class Viewer {
  public:
-  /// scene: its view does not matter
+  /// scene: its view does not matter; heightmaps: what has been read already
   /// throws: Error(bad_input): unreadable heightmap; Error(environment): no such device
-  Viewer(const BackendRow& row, int device, SceneSpec scene);
+  Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps = {});
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
@@ -36,7 +36,7 @@ class Viewer {
   Cache cache_ = Cache::open();
   WallSplit split_;
   Session session_;
-  MapLibrary library_{cache_, split_};
+  MapLibrary library_;
   const Heightfield& heights_;
   ReferenceTracer tracer_;
   Preparer preparer_;

@@ -6,6 +6,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/maps/texel.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 
@@ -16,7 +17,7 @@ std::string Case::id() const {
 }
 
 std::string bake_text(const Settings& settings, const SceneSpec& scene) {
-  std::string text = fmt::format("{}|{}", scene.id.substr(0, scene.id.find('/')), map_of(settings).id);
+  std::string text = fmt::format("{}|{}", heightmap_part(scene.id), map_of(settings).id);
   for (const SettingValue& given : settings.values()) {
     const Param& param = given.param;
     // Of a format only the type of its heights matters: cones are stored in it, not built from it.

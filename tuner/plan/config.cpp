@@ -10,6 +10,7 @@
 #include "kernels/base/error.h"
 #include "kernels/judge/score.h"
 #include "tuner/plan/config_reader.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 namespace {
@@ -62,8 +63,11 @@ bool same_heightmap(const HeightmapSpec& a, const HeightmapSpec& b) {
   return fields(a) == fields(b);
 }
 
-std::string_view heightmap_id(const SceneSpec& scene) {
-  return std::string_view(scene.id).substr(0, scene.id.find('/'));
+/// What tells a scene from another of the same name.
+std::string scene_text(const SceneSpec& spec) {
+  const Scene& scene = spec.scene;
+  return fmt::format("{} at relief depth {}, tiling {}, {}, {}x{} px", spec.heightmap.source, scene.relief_depth,
+                     scene.tiling, scene.wrap == Wrap::repeat ? "repeat" : "clamp", scene.width_px, scene.height_px);
 }
 
 void check_ids(const ConfigReader& reader, const JsonNode& node, const std::vector<SceneSpec>& earlier,
@@ -71,10 +75,13 @@ void check_ids(const ConfigReader& reader, const JsonNode& node, const std::vect
   for (const SceneSpec& scene : added)
     for (const SceneSpec& other : earlier) {
       if (scene.id == other.id)
-        reader.fail(node, fmt::format("a second scene '{}' (give one heightmap or view another name)", scene.id));
-      if (heightmap_id(scene) == heightmap_id(other) && !same_heightmap(scene.heightmap, other.heightmap))
-        reader.fail(node, fmt::format("another heightmap is called '{}' already (give this one a \"name\")",
-                                      heightmap_id(scene)));
+        reader.fail(
+            node,
+            fmt::format("a second scene '{}': {}, where the first is {} (give one heightmap or view another name)",
+                        scene.id, scene_text(scene), scene_text(other)));
+      if (heightmap_part(scene.id) == heightmap_part(other.id) && !same_heightmap(scene.heightmap, other.heightmap))
+        reader.fail(node, fmt::format("another heightmap is called '{}' already: {} (give this one, {}, a \"name\")",
+                                      heightmap_part(scene.id), other.heightmap.source, scene.heightmap.source));
     }
 }
 

@@ -4,12 +4,12 @@
 
 #include "kernels/base/error.h"
 #include "tuner/plan/config_reader.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr std::array<std::string_view, 6> kChannels{"auto", "r", "g", "b", "a", "luminance"};
-constexpr int kFrameSideMax = 16384;      // px
 constexpr int kHeightmapSideMin = 2;      // texels: one cell of the bilinear surface
 constexpr int kHeightmapSideMax = 16384;  // texels
 constexpr std::array<std::string_view, 1> kImageOnly{"channel"};
@@ -64,10 +64,8 @@ NamedHeightmap read_heightmap(const ConfigReader& reader, const JsonNode& node, 
   if (is_object) reader.check_object(node, "heightmap");
   const JsonNode& source = is_object ? reader.required(node, "source") : node;
   spec.source = reader.text(source);
-  const std::string stem = std::filesystem::path(spec.source).stem().string();
   const bool procedural = contains(ids(procedurals()), spec.source);
   resolve_source(reader, source, folder, spec, procedural);
-  std::string id = procedural ? spec.source : stem;
 
   if (is_object) {
     for (const std::string_view key : procedural ? std::span<const std::string_view>(kImageOnly) : kProceduralOnly)
@@ -91,10 +89,8 @@ NamedHeightmap read_heightmap(const ConfigReader& reader, const JsonNode& node, 
       spec.seed = static_cast<std::uint32_t>(reader.integer(*seed, 0, UINT32_MAX));
     if (const JsonNode* name = node.find("name")) return {.id = read_name(reader, *name), .spec = spec};
   }
+  std::string id = heightmap_name(spec);
   if (!is_name(id)) reader.fail(source, fmt::format("'{}' can't stand in a case id; give a \"name\" beside it", id));
-  const HeightmapSpec usual;
-  if (procedural && (spec.width != usual.width || spec.height != usual.height))
-    id += fmt::format("_{}x{}", spec.width, spec.height);
   return {.id = std::move(id), .spec = std::move(spec)};
 }
 
@@ -142,8 +138,8 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
   if (const JsonNode* frame = node.find("frame_px")) {
     if (!frame->value.is_array() || frame->children.size() != 2) reader.fail(*frame, "expected [width, height]");
-    scene.width_px = static_cast<int>(reader.integer(frame->children[0], 1, kFrameSideMax));
-    scene.height_px = static_cast<int>(reader.integer(frame->children[1], 1, kFrameSideMax));
+    scene.width_px = static_cast<int>(reader.integer(frame->children[0], 1, kFrameSideMax_px));
+    scene.height_px = static_cast<int>(reader.integer(frame->children[1], 1, kFrameSideMax_px));
   }
   std::vector<SceneSpec> scenes;
   for (const JsonNode& view : reader.items(reader.required(node, "views"))) {

@@ -14,12 +14,6 @@
 namespace reliefbench {
 namespace {
 
-void check_keys(const ConfigReader& reader, const JsonNode& node, const std::vector<std::string_view>& known) {
-  if (!node.value.is_object()) reader.fail(node, "expected an object");
-  for (const JsonNode& child : node.children)
-    if (std::ranges::find(known, child.key) == known.end()) reader.fail(child, unknown_text(child.key, known));
-}
-
 std::string value_text(const ConfigReader& reader, const JsonNode& node) {
   return node.value.is_number_integer() ? fmt::format("{}", reader.integer(node, 0, 4096)) : reader.text(node);
 }
@@ -39,7 +33,7 @@ std::vector<SettingChange> read_changes(const ConfigReader& reader, const JsonNo
 }
 
 Extreme read_extreme(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder) {
-  check_keys(reader, node, {"id", "about", "scene", "settings", "large"});
+  reader.check_keys(node, {"id", "about", "scene", "settings", "large"});
   const JsonNode& scene = reader.required(node, "scene");
   std::vector<SceneSpec> scenes = read_scene(reader, scene, folder);
   if (scenes.size() != 1) reader.fail(scene, "expected one view");
@@ -68,7 +62,7 @@ void set_if_known(Settings& settings, std::string_view id, const std::string& te
 Extremes parse_extremes(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_lines(text, path.string());
-  check_keys(reader, root, {"frame_px", "settings", "extremes"});
+  reader.check_keys(root, {"frame_px", "settings", "extremes"});
   Extremes extremes;
   if (const JsonNode* settings = root.find("settings")) extremes.changes = read_changes(reader, *settings);
   const JsonNode& frame = reader.required(root, "frame_px");

@@ -8,23 +8,37 @@
 #include "kernels/base/error.h"
 #include "tuner/plan/config_reader.h"
 #include "tuner/plan/plan.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
 
 using nlohmann::json;
 
-/// One measurement. Files of earlier versions have no number of samples.
+/// The node's value with its children in it.
+json whole_value(const JsonNode& node) {
+  json value = node.value;
+  for (const JsonNode& child : node.children) {
+    if (value.is_array())
+      value.push_back(whole_value(child));
+    else
+      value[child.key] = whole_value(child);
+  }
+  return value;
+}
+
+/// One measurement.
 json read_measurement(const ConfigReader& reader, const JsonNode& node) {
   const auto number = [&](std::string_view key) { return reader.number(reader.required(node, key), {.low = 0}); };
   json ci = json::array();
   for (const JsonNode& end : reader.items(reader.required(node, "ci"))) ci.push_back(reader.number(end, {.low = 0}));
   json measurement = {{"scene", reader.text(reader.required(node, "scene"))},
+                      {"scene_key", reader.text(reader.required(node, "scene_key"))},
                       {"case", reader.text(reader.required(node, "case"))},
                       {"time_ns", number("time_ns")},
                       {"ci", std::move(ci)},
+                      {"samples", reader.integer(reader.required(node, "samples"), 1, INT32_MAX)},
                       {"error", number("error")}};
-  if (const JsonNode* samples = node.find("samples")) measurement["samples"] = reader.integer(*samples, 1, INT32_MAX);
   return measurement;
 }
 
@@ -43,8 +57,24 @@ json read_evidence(const ConfigReader& reader, const JsonNode& root, const JsonN
   return evidence;
 }
 
-LoadedPreset read_level(const ConfigReader& reader, const JsonNode& root, const JsonNode& device,
-                        const JsonNode& level) {
+/// The scenes of a level's measurements.
+std::vector<MeasuredScene> read_scenes(const ConfigReader& reader, const JsonNode& level,
+                                       std::span<const MeasuredScene> all) {
+  std::vector<MeasuredScene> scenes;
+  const JsonNode* const list = level.find("evidence");
+  if (list == nullptr) return scenes;
+  for (const JsonNode& one : reader.items(*list)) {
+    const JsonNode& node = reader.required(one, "scene_key");
+    const SceneKey key = reader.at(node, [&] { return parse_scene_key(reader.text(node)); });
+    const MeasuredScene* const scene = find_scene(all, key);
+    if (scene == nullptr) reader.fail(node, fmt::format("no scene of the file has the key {}", key.short_text()));
+    scenes.push_back(*scene);
+  }
+  return scenes;
+}
+
+LoadedPreset read_level(const ConfigReader& reader, const JsonNode& root, const JsonNode& device, const JsonNode& level,
+                        std::span<const MeasuredScene> scenes) {
   const JsonNode& technique = reader.required(level, "technique");
   const std::string id = reader.text(technique);
   Settings known(*reader.at(technique, [&] { return &find_technique(id); }));
@@ -61,6 +91,7 @@ LoadedPreset read_level(const ConfigReader& reader, const JsonNode& root, const 
                       .quality = evidence["quality"],
                       .settings = reader.at(params, [&] { return settings_of(id, texts); })};
   preset.evidence = std::move(evidence);
+  preset.scenes = read_scenes(reader, level, scenes);
   return preset;
 }
 
@@ -75,11 +106,14 @@ std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view 
   const JsonNode root = parse_json_lines(text, file);
   const JsonNode& schema = reader.required(root, "schema");
   if (schema.value != kPresetsSchema)
-    reader.fail(schema, fmt::format("is {}, this reliefbench reads {}", schema.value.dump(), kPresetsSchema));
+    reader.fail(schema, fmt::format("is {}, this reliefbench reads {}; make the presets anew", schema.value.dump(),
+                                    kPresetsSchema));
+  const JsonNode& list = reader.required(root, "scenes");
+  const std::vector<MeasuredScene> scenes = reader.at(list, [&] { return parse_scenes(whole_value(list)); });
   std::vector<LoadedPreset> presets;
   for (const JsonNode& device : reader.items(reader.required(root, "devices")))
     for (const JsonNode& level : reader.items(reader.required(device, "levels")))
-      presets.push_back(read_level(reader, root, device, level));
+      presets.push_back(read_level(reader, root, device, level, scenes));
   return presets;
 }
 
@@ -95,7 +129,7 @@ const LoadedPreset& choose_preset(std::span<const LoadedPreset> presets, const P
     if (!choice.device.empty() && !glob_matches(choice.device, preset.device)) continue;
     meant.insert(device_text(preset));
     levels.insert(preset.quality);
-    if (preset.quality == choice.quality) found = &preset;
+    if (preset.quality <= choice.quality && (found == nullptr || found->quality < preset.quality)) found = &preset;
   }
   if (meant.empty())
     fail_input("{}: no device '{}' of backend '{}' (it has {})", file, choice.device.empty() ? "*" : choice.device,
@@ -103,8 +137,9 @@ const LoadedPreset& choose_preset(std::span<const LoadedPreset> presets, const P
   if (meant.size() > 1)
     fail_input("{}: holds {} devices, choose one by --backend and --device-name: {}", file, meant.size(),
                joined(meant));
-  if (found == nullptr)
-    fail_input("{}: there is no level {} (known: {})", file, choice.quality, fmt::join(levels, ", "));
+  if (found == nullptr || choice.quality > kBestPreset)
+    fail_input("{}: there is no level {}; it has {}, and what is between two is the lower", file, choice.quality,
+               fmt::join(levels, ", "));
   return *found;
 }
 

@@ -41,6 +41,7 @@ std::vector<TableRow> case_table(const Run& run) {
                  .backend = record.backend,
                  .device = record.device,
                  .scene = record.scene,
+                 .scene_key = record.scene_key,
                  .status = record.status,
                  .reason = record.reason,
                  .errors = std::vector<std::optional<double>>(metrics().size()),

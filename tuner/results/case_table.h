@@ -20,6 +20,7 @@ struct TableRow {
   std::string backend;
   std::string device;
   std::string scene;
+  SceneKey scene_key{};  ///< unknown in tables of earlier versions: then the scene's id has to do
   Status status = Status::ok;
   std::string reason;
   std::vector<std::optional<double>> errors;  ///< parallel to metrics(); none: not defined for this case
@@ -33,15 +34,16 @@ struct TableRow {
 /// Every case of a run, in the run's order. throws: Error(bad_input): a record that this registry does not know
 [[nodiscard]] std::vector<TableRow> case_table(const Run& run);
 
-/// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, status, reason,
-/// map, every other parameter of the registry (blank where inactive), every metric of the registry (blank where it is
-/// not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns, ci_high_ns, samples_ns (all
-/// samples, space-separated, five digits).
-/// throws: Error(bad_input): a number that is not finite
+/// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, scene_key,
+/// status, reason, map, every other parameter of the registry (blank where inactive), every metric of the registry
+/// (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns,
+/// ci_high_ns, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a number that is not
+/// finite
 [[nodiscard]] std::string case_table_csv(std::span<const TableRow> rows);
 
-/// Reads table.csv back. A parameter or metric whose column is missing counts as blank.
-/// throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown columns, names or values
+/// Reads table.csv back. A parameter, metric or scene key whose column is missing counts as blank.
+/// throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown columns, names or values,
+///         one scene with two keys
 [[nodiscard]] std::vector<TableRow> parse_case_table(std::string_view text, std::string_view file);
 
 }  // namespace reliefbench

@@ -15,9 +15,11 @@ namespace reliefbench {
 namespace {
 
 /// Columns before the parameters, and after the metrics.
-constexpr std::string_view kLeading[] = {"case", "technique", "backend", "device", "scene", "status", "reason", "map"};
+constexpr std::string_view kLeading[] = {"case",      "technique", "backend", "device", "scene",
+                                         "scene_key", "status",    "reason",  "map"};
 constexpr std::string_view kTrailing[] = {"memory_bytes", "bake_time_ns", "first_draw_ns", "median_ns",
                                           "mad_ns",       "ci_low_ns",    "ci_high_ns",    "samples_ns"};
+constexpr std::string_view kSceneKeyColumn = "scene_key";  // tables of earlier versions have none
 constexpr std::string_view kMapColumn = "map";  // the map that the case ran on; where it is a parameter, its value
 
 std::vector<std::string> param_columns() {
@@ -53,10 +55,9 @@ std::string samples_text(const TableRow& row) {
 }
 
 std::vector<std::string> cells_of(const TableRow& row, std::span<const std::string> params) {
-  const std::string technique(row.settings.technique().id);
-  std::vector<std::string> cells = {row.case_id, technique, row.backend,
-                                    row.device,  row.scene, std::string(status_id(row.status)),
-                                    row.reason,  row.map};
+  std::vector<std::string> cells = {
+      row.case_id,       std::string(row.settings.technique().id), row.backend, row.device, row.scene,
+      row.scene_key.hex, std::string(status_id(row.status)),       row.reason,  row.map};
   for (const std::string& id : params) {
     const Param* const param = row.settings.active(id);
     cells.push_back(param != nullptr ? param->text(row.settings.get(id)) : "");
@@ -155,6 +156,7 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
                .backend = cells.text("backend"),
                .device = cells.text("device"),
                .scene = cells.text("scene"),
+               .scene_key = cells.at(kSceneKeyColumn, [&] { return parse_scene_key(cells.text(kSceneKeyColumn)); }),
                .status = cells.at("status", [&] { return parse_status(cells.text("status")); }),
                .reason = cells.text("reason"),
                .errors = {},
@@ -195,16 +197,21 @@ std::vector<TableRow> parse_case_table(std::string_view text, std::string_view f
   }
   for (const auto& fixed : {std::span<const std::string_view>(kLeading), std::span<const std::string_view>(kTrailing)})
     for (const std::string_view name : fixed)
-      if (!places.contains(name)) fail_input("{}:1: column '{}': is missing", file, name);
+      if (!places.contains(name) && name != kSceneKeyColumn) fail_input("{}:1: column '{}': is missing", file, name);
 
   const std::vector<std::string> params = param_columns();
   std::vector<TableRow> rows;
   std::set<std::string_view> seen;
+  std::map<std::string, SceneKey> keys;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const Cells cells(lines[i], places, file);
     rows.push_back(row_in(cells, params));
     if (!seen.insert(lines[i].cells[places["case"]]).second)
       cells.fail("case", fmt::format("'{}' stands twice", rows.back().case_id));
+    const SceneKey& key = rows.back().scene_key;
+    if (const SceneKey& first = keys.try_emplace(rows.back().scene, key).first->second; first != key)
+      cells.fail(kSceneKeyColumn, fmt::format("two scenes are called '{}': {}, and here {}", rows.back().scene,
+                                              first.short_text(), key.short_text()));
   }
   return rows;
 }

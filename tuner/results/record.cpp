@@ -1,5 +1,7 @@
 #include "tuner/results/record.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,8 +15,9 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "unsupported",   "compile_error",
-                                                     "timeout", "device_lost", "invalid_timer", "throttled"};
+constexpr std::array<std::string_view, 9> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
+                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled",
+                                                     "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -58,7 +61,7 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-/// {"pixels": …, "e_xy": {"mean": …, …}, "missed_rate": …, …}; null where the frame has no value, and it is written.
+/// null where the frame has no value, and it is written.
 json score_json(const FrameScore& score) {
   json out = {{"pixels", score.pixels}};
   for (const MetricRow& row : metrics()) {
@@ -86,40 +89,6 @@ FrameScore parse_score(const json& j) {
   return score;
 }
 
-json frame_time_json(const FrameTime& time) {
-  return {{"median", time.summary.median},
-          {"mad", time.summary.mad},
-          {"ci_low", time.summary.ci_low},
-          {"ci_high", time.summary.ci_high},
-          {"n", time.summary.n},
-          {"raw_median", time.raw_median},
-          {"timer", time.timer}};
-}
-
-FrameTime parse_frame_time(const json& j) {
-  return {.summary = {.median = number(j, "median"),
-                      .mad = number(j, "mad"),
-                      .ci_low = number(j, "ci_low"),
-                      .ci_high = number(j, "ci_high"),
-                      .n = integer<int>(j, "n")},
-          .raw_median = number(j, "raw_median"),
-          .timer = text(j, "timer")};
-}
-
-/// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
-std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std::string_view case_id) {
-  if (!j.is_object()) fail_input("'params' is not an object");
-  std::vector<std::pair<std::string, std::string>> params;
-  for (const auto& item : j.items()) params.emplace_back(item.key(), text(j, item.key().c_str()));
-  const auto place = [case_id](const auto& param) {
-    return std::min(case_id.find("?" + param.first + "="), case_id.find("&" + param.first + "="));
-  };
-  std::ranges::stable_sort(params, {}, place);
-  return params;
-}
-
-}  // namespace
-
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }
 
 Status parse_status(std::string_view id) {
@@ -131,11 +100,13 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  json line = {{"case", record.case_id},
+  json line = {{"schema", kSchemaVersion},
+               {"case", record.case_id},
                {"technique", record.technique},
                {"params", std::move(params)},
                {"map", record.map},
                {"scene", record.scene},
+               {"scene_key", record.scene_key.hex},
                {"backend", record.backend},
                {"device", record.device},
                {"status", status_id(record.status)},
@@ -152,11 +123,14 @@ void to_json(json& j, const Record& record) {
 }
 
 void from_json(const json& j, Record& record) {
+  if (const int schema = integer<int>(j, "schema"); schema != kSchemaVersion)
+    fail_input("'schema' is {}, this reliefbench reads {}", schema, kSchemaVersion);
   record = {.case_id = text(j, "case"),
             .technique = text(j, "technique"),
             .params = parse_params(member(j, "params"), text(j, "case")),
             .map = text(j, "map"),
             .scene = text(j, "scene"),
+            .scene_key = parse_scene_key(text(j, "scene_key")),
             .backend = text(j, "backend"),
             .device = text(j, "device"),
             .status = parse_status(text(j, "status")),
@@ -173,9 +147,22 @@ void from_json(const json& j, Record& record) {
   if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
+  check_backend(record);
+}
+
+std::string match_key(const Record& record) {
+  if (!record.scene_key.is_known()) return record.case_id;
+  const std::string name = "@" + record.scene + "?";
+  const std::size_t at = record.case_id.find(name);
+  if (at == std::string::npos) return fmt::format("{}@{}", record.case_id, record.scene_key.hex);
+  return fmt::format("{}@{}?{}", record.case_id.substr(0, at), record.scene_key.hex,
+                     record.case_id.substr(at + name.size()));
 }
 
 void to_json(json& j, const Sample& sample) {
+  if (!(sample.frame_time_ns > 0))  // it could not be read back, and ratios of it mean nothing
+    fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id,
+                     sample.frame_time_ns);
   j = checked({{"case", sample.case_id},
                {"round", sample.round},
                {"frames", sample.frames},
@@ -187,7 +174,7 @@ void from_json(const json& j, Sample& sample) {
   sample = {.case_id = text(j, "case"),
             .round = integer<int>(j, "round"),
             .frames = integer<int>(j, "frames"),
-            .frame_time_ns = number(j, "frame_time_ns"),
+            .frame_time_ns = positive(j, "frame_time_ns"),
             .at_ns = number(j, "at_ns")};
 }
 

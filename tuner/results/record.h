@@ -7,15 +7,32 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/base/error.h"
 #include "kernels/judge/score.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
 
 /// The layout of every file of a run; raised when one changes.
-inline constexpr int kSchemaVersion = 2;
+inline constexpr int kSchemaVersion = 3;
 
-enum class Status { ok, skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled };
+/// How a case ended.
+enum class Status {
+  ok,
+  unsupported,    ///< the device refused something else than a shader: a format, a size, a draw
+  compile_error,  ///< ... or a shader
+  timeout,        ///< a frame took longer than the config allows
+  device_lost,
+  out_of_memory,
+  invalid_timer,  ///< a time that was not finite and above zero
+  throttled,      ///< the device ran at a small part of its speed
+  crashed,        ///< the process died while the case was drawn
+};
+/// Of what may be over when the same run is started again, so that the case is tried again then.
+[[nodiscard]] bool may_pass(Status status);
+/// otherwise: the status of a fault that has none of its own
+[[nodiscard]] Status status_of(Fault fault, Status otherwise);
 [[nodiscard]] std::string_view status_id(Status status);
 [[nodiscard]] Status parse_status(std::string_view id);  ///< throws: Error(bad_input)
 
@@ -32,7 +49,8 @@ struct Record {
   std::string technique;
   std::vector<std::pair<std::string, std::string>> params;
   std::string map;
-  std::string scene;
+  std::string scene;     ///< its id, for people
+  SceneKey scene_key{};  ///< what it is
   std::string backend;
   std::string device;
   Status status = Status::ok;
@@ -42,12 +60,16 @@ struct Record {
   std::int64_t memory_bytes = 0;  ///< of the relief map
   double bake_time_ns = 0;        ///< of the map, as it was when it was baked (cached maps keep it)
   double first_draw_ns = 0;       ///< compile with first draw of the shaded frame
-  std::string timing_key;         ///< case + SPIR-V + device + driver + harness version
+  std::string timing_key;         ///< setting, scene key, SPIR-V, device, driver and stages (stages.h)
   std::string bake_key;
   std::string reference_key;
 };
 
-/// One line of samples.jsonl: one batch of frames, as measured.
+/// What cases of several runs are matched by: the case's id with the scene's key in the place of its name. The id
+/// itself where the key is unknown.
+[[nodiscard]] std::string match_key(const Record& record);
+
+/// One line of samples.jsonl: one batch of frames, as measured. In a run a case's id says which scene it is of.
 struct Sample {
   std::string case_id;  ///< "control@<backend>" for the control case
   int round = 0;        ///< index within the case
@@ -58,6 +80,10 @@ struct Sample {
 
 void to_json(nlohmann::json& j, const Record& record);
 void from_json(const nlohmann::json& j, Record& record);  ///< throws: Error(bad_input)
+/// The error of a record, as its line holds it.
+[[nodiscard]] nlohmann::json score_json(const FrameScore& score);
+[[nodiscard]] FrameScore parse_score(const nlohmann::json& j);  ///< throws: Error(bad_input)
+
 void to_json(nlohmann::json& j, const Sample& sample);
 void from_json(const nlohmann::json& j, Sample& sample);
 

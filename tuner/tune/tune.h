@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tuner/plan/config.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/search/search.h"
 #include "tuner/tune/error_pass.h"
 
@@ -33,10 +34,13 @@ struct TuneOptions {
   std::string backend{};
   int device = 0;
   Combine combine = Combine::weighted;
-  std::vector<double> weights{};     ///< one a scene; empty: all 1
-  std::vector<SceneSpec> holdout{};  ///< scenes on which the pick is only tried
+  std::vector<double> weights{};  ///< one a scene; empty: all 1
+  /// Scenes on which the pick is only tried. Where one has the name of another scene it is told apart by its heights'
+  /// hash: "rocks.4cc2dca1/grazing".
+  std::vector<SceneSpec> holdout{};
   std::optional<double> time_limit_s{};
   std::function<bool()> is_interrupted = [] { return false; };
+  bool retry_failed = false;  ///< draw again what failed in an earlier start
   bool quiet = false;
 };
 
@@ -47,7 +51,9 @@ struct TunePick {
   double time_ns = 0;       ///< estimate
   double high_ns = 0;       ///< upper confidence bound
   double rival_low_ns = 0;  ///< least lower bound of all others that would do; infinite where there is none
-  double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best the pick may be
+  double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best of the scored settings
+                            ///< the pick may be
+  std::string tie{};        ///< setting that is as fast as far as the certificate tells, but less simple; "": none
 };
 
 /// One rung from the plainest setting that does to the pick.
@@ -68,6 +74,7 @@ struct SceneAnswer {
 
 struct HoldoutAnswer {
   std::string scene{};
+  SceneKey scene_key{};
   std::string failure{};  ///< why the pick could not be drawn there; "" if it was
   double error = 0;
   double time_ns = 0;
@@ -92,7 +99,8 @@ struct TuneResult {
   std::string backend{};
   std::string device{};
   std::vector<std::string> scenes{};
-  std::string replayed{};  ///< the table that stood for the device; "" for a device
+  std::vector<SceneKey> scene_keys{};  ///< parallel to scenes
+  std::string replayed{};              ///< the table that stood for the device; "" for a device
   TuneCounts counts{};
   SearchSpace space{};  ///< of the scored settings; ids are setting_id()s
   SearchResult search{};
@@ -105,13 +113,18 @@ struct TuneResult {
   bool is_stopped = false;  ///< by the time limit or the user
   double wall_s = 0;
 
-  /// Whether the pick is certified within epsilon of the best of the whole space.
+  /// Whether every answer is certified within epsilon of the best of the whole space.
   [[nodiscard]] bool is_certified() const;
+  /// What a gap among the scored settings is in the whole space: infinite where some were not scored, as any of these
+  /// may be the best.
+  [[nodiscard]] double gap_in_space(double gap) const;
+  /// What is certified, in a sentence: of the whole space, or of which part of it.
+  [[nodiscard]] std::string claim() const;
 };
 
 /// Tunes on a device: scores, then times what the search asks for, into a run folder that also holds the records and
 /// samples of what was measured. Goes on where an earlier start of the same question was killed.
-/// throws: Error: bad config or input, another run's folder, no such device
+/// throws: Error: bad config or input, another run's folder, no such device; a hold-out that is tuned on
 [[nodiscard]] TuneResult run_tune(const Config& config, const TuneOptions& options);
 
 /// The same against a recorded sweep, whose samples are the noise. output may be empty: then nothing is kept.

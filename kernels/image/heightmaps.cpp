@@ -1,0 +1,23 @@
+#include "kernels/image/heightmaps.h"
+
+#include <fmt/format.h>
+
+#include "kernels/base/sha256.h"
+
+namespace reliefbench {
+
+std::string heights_sha256(const Heightfield& heights) {
+  return sha256(
+      fmt::format("{}x{} {}", heights.width, heights.height, sha256(std::as_bytes(std::span(heights.texels)))));
+}
+
+const LoadedHeights& Heightmaps::read(const HeightmapSpec& spec) {
+  const std::string key = fmt::format("{}|{}|{}|{}x{}|{}|{}", spec.channel, spec.invert, spec.normalise, spec.width,
+                                      spec.height, spec.seed, spec.source);
+  if (const auto found = read_.find(key); found != read_.end()) return found->second;
+  LoadedHeights loaded{.field = load_heightmap(spec), .sha256 = {}};
+  loaded.sha256 = heights_sha256(loaded.field);
+  return read_.emplace(key, std::move(loaded)).first->second;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,140 @@
+// A scene is what it holds, not what it is called.
+#include "tuner/plan/scene_key.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "kernels/base/error.h"
+#include "tests/temp_folder.h"
+#include "tests/test_heightmap.h"
+#include "tuner/measure/run_info.h"
+#include "tuner/plan/scene_json.h"
+#include "tuner/results/stages.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
+  const Scene plain;
+  const std::vector<std::function<void(Scene&)>> changes = {[](Scene& s) { s.relief_depth = 0.25; },
+                                                            [](Scene& s) { s.tiling = 2; },
+                                                            [](Scene& s) { s.pan = 0.5; },
+                                                            [](Scene& s) { s.wrap = Wrap::clamp; },
+                                                            [](Scene& s) { s.width_px = 128; },
+                                                            [](Scene& s) { s.height_px = 128; },
+                                                            [](Scene& s) { s.view.elevation_deg = 31; },
+                                                            [](Scene& s) { s.view.distance = 2; },
+                                                            [](Scene& s) { s.view.fov_deg = 46; },
+                                                            [](Scene& s) { s.view.azimuth_deg = 1; }};
+  std::set<SceneKey> keys = {scene_key("aa", plain), scene_key("bb", plain)};
+  for (const auto& change : changes) {
+    Scene scene = plain;
+    change(scene);
+    keys.insert(scene_key("aa", scene));
+  }
+  EXPECT_EQ(keys.size(), changes.size() + 2);
+  Scene renamed = plain;
+  renamed.view.id = "from the side";
+  EXPECT_EQ(scene_key("aa", renamed), scene_key("aa", plain));
+  Scene zero = plain;
+  zero.pan = -0.0;
+  EXPECT_EQ(scene_key("aa", zero), scene_key("aa", plain));
+  EXPECT_EQ(scene_key("aa", plain).hex.size(), 64U);
+}
+
+TEST(SceneKey, of_heights_as_they_are_read) {
+  const TempFolder folder;
+  write_heightmap(folder / "a.pgm", 1);
+  write_heightmap(folder / "copy.pgm", 1);
+  write_heightmap(folder / "b.pgm", 2);
+  Heightmaps heightmaps;
+  const auto hash = [&](const std::string& name, bool invert = false, bool normalise = false) {
+    return heightmaps.read({.source = folder / name, .invert = invert, .normalise = normalise}).sha256;
+  };
+  EXPECT_EQ(hash("a.pgm"), hash("copy.pgm"));
+  EXPECT_EQ(
+      (std::set<std::string>{hash("a.pgm"), hash("b.pgm"), hash("a.pgm", true), hash("a.pgm", false, true)}.size()),
+      4U);
+  const std::vector<float> texels(16, 0.5F);
+  EXPECT_NE(heights_sha256({.width = 4, .height = 4, .texels = texels}),
+            heights_sha256({.width = 2, .height = 8, .texels = texels}));
+}
+
+TEST(Heightmaps, read_each_file_once) {
+  const TempFolder folder;
+  write_heightmap(folder / "a.pgm", 1);
+  Heightmaps heightmaps;
+  const std::vector<float> before = heightmaps.read({.source = folder / "a.pgm"}).field.texels;
+  write_heightmap(folder / "a.pgm", 2);
+  EXPECT_EQ(heightmaps.read({.source = folder / "a.pgm"}).field.texels, before);
+  EXPECT_NE(Heightmaps().read({.source = folder / "a.pgm"}).field.texels, before);
+}
+
+TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
+  const SceneSpec spec{
+      .id = "deep/mine",
+      .heightmap =
+          {.source = "fbm", .channel = "g", .invert = true, .normalise = true, .width = 32, .height = 16, .seed = 7},
+      .scene = {.view = {.id = "mine", .elevation_deg = 12.5, .distance = 0.1, .fov_deg = 33, .azimuth_deg = -4},
+                .relief_depth = 0.3,
+                .tiling = 2.5,
+                .pan = 0.1,
+                .wrap = Wrap::clamp,
+                .width_px = 48,
+                .height_px = 32}};
+  const MeasuredScene scene = measured_scene(spec, Heightmaps().read(spec.heightmap));
+  const nlohmann::json j = scene_json(scene);
+  const MeasuredScene back = parse_scene(nlohmann::json::parse(j.dump()));
+  EXPECT_EQ(back.key, scene.key);
+  EXPECT_EQ(back.heights_sha256, scene.heights_sha256);
+  EXPECT_EQ(back.spec.id, "deep/mine");
+  EXPECT_EQ(back.spec.scene.view, spec.scene.view);
+  EXPECT_EQ(scene_json(back), j);
+  EXPECT_EQ(Heightmaps().read(back.spec.heightmap).sha256, scene.heights_sha256);
+  const auto refused = [&](const char* pointer, const nlohmann::json& value, const std::string& words) {
+    nlohmann::json bad = j;
+    bad[nlohmann::json::json_pointer(pointer)] = value;
+    EXPECT_THAT([&] { (void)parse_scene(bad); }, ThrowsMessage<Error>(HasSubstr(words))) << bad;
+  };
+  refused("/relief_depth", 0.4, "but what it says makes");
+  refused("/relief_depth", "deep", "'relief_depth'");
+  refused("/frame_px", {0, 1}, "'frame_px'");
+  refused("/wrap", "mirror", "'wrap'");
+  refused("/key", "abc", "is no scene key");
+  refused("/view", 1, "'id' is missing");
+  EXPECT_THROW((void)parse_scene(nlohmann::json::array()), Error);
+}
+
+TEST(StageKeys, know_every_stage_and_every_input) {
+  std::set<std::string> ids;
+  for (const StageVersion& stage : stage_versions()) EXPECT_TRUE(ids.insert(stage.id).second) << stage.id;
+  for (const MapRow& row : map_kinds()) EXPECT_TRUE(ids.contains(bake_stage(row.id))) << row.id;
+  for (const char* id : {"encode", "pack", "trace", "reference", "judge", "harness"})
+    EXPECT_TRUE(ids.contains(id)) << id;
+  const std::set<std::string> keys = {stage_key({"judge"}, {"a", "b"}), stage_key({"judge"}, {"ab"}),
+                                      stage_key({"judge"}, {"a", "b", ""}), stage_key({"pack"}, {"a", "b"}),
+                                      stage_key({"judge", "pack"}, {"a", "b"})};
+  EXPECT_EQ(keys.size(), 5U);
+  EXPECT_THROW((void)stage_key({"jugde"}, {}), Error);
+}
+
+// A run is not gone on with by a build that bakes, packs, judges, ... otherwise.
+TEST(StageKeys, a_runs_identity_has_every_stage) {
+  const std::vector<StageVersion> now = stage_versions();
+  EXPECT_EQ(kernels_sha256(now), kernels_sha256());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    std::vector<StageVersion> raised = now;
+    ++raised[i].version;
+    EXPECT_NE(kernels_sha256(raised), kernels_sha256()) << now[i].id;
+  }
+}
+
+}  // namespace
+}  // namespace reliefbench

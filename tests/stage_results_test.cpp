@@ -1,0 +1,123 @@
+// What stages make of fixed inputs, to the bit (errors to six digits): where a result changes, its stage's version
+// must.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "kernels/base/sha256.h"
+#include "kernels/judge/score.h"
+#include "kernels/maps/distance_map.h"
+#include "kernels/maps/map_texture.h"
+#include "tuner/results/stages.h"
+
+namespace reliefbench {
+namespace {
+
+/// Heights without a library's functions, which may round otherwise on another machine.
+Heightfield fixed_heights() {
+  Heightfield heights{.width = 20, .height = 14, .texels = {}};
+  for (int y = 0; y < heights.height; ++y)
+    for (int x = 0; x < heights.width; ++x)
+      heights.texels.push_back(static_cast<float>(8 * x * (19 - x) + 5 * (7 * y % heights.height)) / 1024.0F);
+  return heights;
+}
+
+template <typename Values>
+std::string digest(const Values& values) {
+  return sha256(std::as_bytes(std::span(values))).substr(0, 12);
+}
+
+std::vector<TextureRay> fixed_rays() {
+  std::vector<TextureRay> rays;
+  for (int i = 0; i < 200; ++i)
+    rays.push_back({.u = static_cast<float>(i) / 200,
+                    .v = static_cast<float>(i * 7 % 50) / 50,
+                    .slope_u = static_cast<float>(i % 9 - 4) / 8,
+                    .slope_v = static_cast<float>(i % 5 - 2) / 4});
+  return rays;
+}
+
+/// stage -> digest of its results
+std::map<std::string, std::string> results() {
+  std::map<std::string, std::string> all;
+  const Heightfield heights = fixed_heights();
+  for (const MapRow& map : map_kinds()) {
+    const BakeRequest request{.heights = heights,
+                              .correction = map.corrections.empty() ? Correction::none : map.corrections.front(),
+                              .parameters = map.kind == MapKind::distance
+                                                ? std::vector<MapValue>{{.param = kDistanceSlices.id, .value = 8}}
+                                                : std::vector<MapValue>{}};
+    if (map.content != MapContent::heights) all[bake_stage(map.id)] = digest(map.bake(request));
+  }
+  std::string codes;
+  std::string levels;
+  const MapRow& cones = find_map(MapKind::conservative);
+  const std::vector<float> ratios = cones.bake({.heights = heights});
+  for (const Encoding& encoding : encodings())
+    for (const char* format : {"rg8", "rg16", "rg16f"})
+      codes += digest(
+          pack_map({.map = cones, .heights = heights, .values = ratios}, find_format(format), encoding).relief.texels);
+  for (const char* format : {"rg8", "rgba8"}) {
+    const MapTextures packed = pack_map({.map = cones, .heights = heights, .values = ratios, .mips = true},
+                                        find_format(format), encodings().front());
+    levels += digest(packed.relief.texels);
+  }
+  all["encode"] = digest(codes);
+  all["pack"] = digest(levels);
+  std::string hits;
+  std::string errors;
+  for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+    const std::vector<TextureRay> rays = fixed_rays();
+    const std::vector<ReferenceHit> exact = ReferenceTracer(heights, wrap).trace(rays);
+    std::vector<ScorePixel> pixels;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      hits += fmt::format("{} {}\n", exact[i].t_enter, exact[i].t_exit);
+      pixels.push_back({.ray = rays[i],
+                        .t = static_cast<float>(exact[i].t_enter) * (i % 3 == 0 ? 1.25F : 0.875F),
+                        .status = static_cast<float>(i % 3),
+                        .taps = static_cast<float>(i % 7)});
+    }
+    const FrameScore score = judge_frame(pixels, exact, heights.width, heights.height).score;
+    for (const char* id :
+         {"e_xy.mean", "e_xy.p99", "e_z.mean", "e_z.max", "missed_rate", "inside_rate", "unconverged_rate"})
+      errors += fmt::format("{:.6g} ", score.at(id));
+    errors += fmt::format("{}\n", score.pixels);
+  }
+  all["reference"] = digest(hits);
+  all["judge"] = digest(errors);
+  return all;
+}
+
+TEST(StageResults, change_only_with_their_stages_version) {
+  const std::map<std::string, std::string> known = {{"bake.conservative 1", "9d74df0fd0c0"},
+                                                    {"bake.distance 1", "fbf19480d5b4"},
+                                                    {"bake.hybrid 1", "df6fb799a33f"},
+                                                    {"bake.max_mip 1", "ffadc7ae445d"},
+                                                    {"bake.quad 1", "dc6b239613c7"},
+                                                    {"bake.quadtree 1", "05737b702fb8"},
+                                                    {"bake.quick 1", "62fbc82d08c8"},
+                                                    {"bake.quick_centre 1", "e854e765beea"},
+                                                    {"bake.quick_naive 1", "d728cc0d3f41"},
+                                                    {"bake.quick_published 1", "62fbc82d08c8"},
+                                                    {"bake.relaxed 1", "f6c4a2898e9d"},
+                                                    {"bake.relaxed_po07 2", "7048a069c46e"},
+                                                    {"bake.safety_shape 1", "a864ae0d17ae"},
+                                                    {"encode 1", "17891125c519"},
+                                                    {"judge 1", "c9741dad3b0a"},
+                                                    {"pack 1", "518f06010e87"},
+                                                    {"reference 1", "5fbb2ce04c31"}};
+  std::map<std::string, int> versions;
+  for (const StageVersion& stage : stage_versions()) versions[stage.id] = stage.version;
+  for (const auto& [stage, result] : results()) {
+    const std::string versioned = fmt::format("{} {}", stage, versions.at(stage));
+    const auto found = known.find(versioned);
+    EXPECT_TRUE(found != known.end() && found->second == result)
+        << "the results of stage '" << stage << "' changed: raise its version (tuner/results/stages.cpp, or its row), "
+        << "and note here {\"" << stage << " VERSION\", \"" << result << "\"},";
+  }
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,181 @@
+#include "tuner/plan/scene_json.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "kernels/base/error.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+
+bool is_procedural(const HeightmapSpec& spec) {
+  const auto rows = procedurals();
+  return std::ranges::find(rows, spec.source, &ProceduralRow::id) != rows.end();
+}
+
+json view_json(const View& view) {
+  return {{"id", view.id},
+          {"elevation_deg", view.elevation_deg},
+          {"distance", view.distance},
+          {"fov_deg", view.fov_deg},
+          {"azimuth_deg", view.azimuth_deg}};
+}
+
+/// A member of the right type. throws: Error(bad_input)
+template <typename T>
+T member(const json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  if (!object.is_object() || found == object.end()) fail_input("'{}' is missing in a scene", key);
+  constexpr bool is_number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
+  const bool fits = std::is_same_v<T, bool> ? found->is_boolean()
+                    : is_number             ? (std::is_integral_v<T> ? found->is_number_integer() : found->is_number())
+                    : std::is_same_v<T, std::string> ? found->is_string()
+                                                     : true;
+  if (!fits) fail_input("'{}' of a scene is {}, of another type than it must be", key, found->dump());
+  return found->get<T>();
+}
+
+HeightmapSpec parse_heightmap(const json& j) {
+  HeightmapSpec spec{.source = member<std::string>(j, "source"),
+                     .channel = member<std::string>(j, "channel"),
+                     .invert = member<bool>(j, "invert"),
+                     .normalise = member<bool>(j, "normalise")};
+  if (!is_procedural(spec)) return spec;
+  spec.width = member<int>(j, "width");
+  spec.height = member<int>(j, "height");
+  spec.seed = member<std::uint32_t>(j, "seed");
+  return spec;
+}
+
+View parse_view(const json& j) {
+  return {.id = member<std::string>(j, "id"),
+          .elevation_deg = member<double>(j, "elevation_deg"),
+          .distance = member<double>(j, "distance"),
+          .fov_deg = member<double>(j, "fov_deg"),
+          .azimuth_deg = member<double>(j, "azimuth_deg")};
+}
+
+Wrap parse_wrap(const std::string& text) {
+  if (text != "repeat" && text != "clamp") fail_input("'wrap' of a scene is '{}', neither repeat nor clamp", text);
+  return text == "clamp" ? Wrap::clamp : Wrap::repeat;
+}
+
+}  // namespace
+
+json heightmap_json(const HeightmapSpec& spec) {
+  json j = {{"source", spec.source}, {"channel", spec.channel}, {"invert", spec.invert}, {"normalise", spec.normalise}};
+  if (is_procedural(spec)) j.update({{"width", spec.width}, {"height", spec.height}, {"seed", spec.seed}});
+  return j;
+}
+
+json scene_json(const MeasuredScene& scene) {
+  const Scene& s = scene.spec.scene;
+  return {{"id", scene.spec.id},
+          {"key", scene.key.hex},
+          {"heights_sha256", scene.heights_sha256},
+          {"heightmap", heightmap_json(scene.spec.heightmap)},
+          {"view", view_json(s.view)},
+          {"relief_depth", s.relief_depth},
+          {"tiling", s.tiling},
+          {"pan", s.pan},
+          {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
+          {"frame_px", {s.width_px, s.height_px}}};
+}
+
+MeasuredScene parse_scene(const json& j) {
+  const auto frame_px = member<json>(j, "frame_px");
+  const auto is_side = [](const json& side) {
+    return side.is_number_integer() && side > 0 && side <= kFrameSideMax_px;
+  };
+  if (!frame_px.is_array() || frame_px.size() != 2 || !std::ranges::all_of(frame_px, is_side))
+    fail_input("'frame_px' of a scene is {}, not [width, height]", frame_px.dump());
+  MeasuredScene scene{.spec = {.id = member<std::string>(j, "id"),
+                               .heightmap = parse_heightmap(member<json>(j, "heightmap")),
+                               .scene = {.view = parse_view(member<json>(j, "view")),
+                                         .relief_depth = member<double>(j, "relief_depth"),
+                                         .tiling = member<double>(j, "tiling"),
+                                         .pan = member<double>(j, "pan"),
+                                         .wrap = parse_wrap(member<std::string>(j, "wrap")),
+                                         .width_px = frame_px[0].get<int>(),
+                                         .height_px = frame_px[1].get<int>()}},
+                      .heights_sha256 = member<std::string>(j, "heights_sha256"),
+                      .key = parse_scene_key(member<std::string>(j, "key"))};
+  if (const SceneKey own = scene_key(scene.heights_sha256, scene.spec.scene); own != scene.key)
+    fail_input("scene '{}' has the key {}, but what it says makes {}", scene.spec.id, scene.key.short_text(),
+               own.short_text());
+  return scene;
+}
+
+json scenes_json(std::span<const MeasuredScene> scenes) {
+  json list = json::array();
+  for (const MeasuredScene& scene : scenes) list.push_back(scene_json(scene));
+  return list;
+}
+
+std::vector<MeasuredScene> parse_scenes(const json& list) {
+  if (!list.is_array() && !list.is_null()) fail_input("expected a list of scenes");
+  std::vector<MeasuredScene> scenes;
+  for (const json& j : list) scenes.push_back(parse_scene(j));
+  return joined_scenes({}, scenes, "");
+}
+
+const MeasuredScene* find_scene(std::span<const MeasuredScene> scenes, const SceneKey& key) {
+  const auto found = std::ranges::find(scenes, key, &MeasuredScene::key);
+  return found == scenes.end() ? nullptr : &*found;
+}
+
+std::string difference_text(const MeasuredScene& before, const MeasuredScene& now) {
+  const auto traits = [](const MeasuredScene& scene) {
+    const Scene& s = scene.spec.scene;
+    const View& v = s.view;
+    return std::array{fmt::format("heights {}", short_key(scene.heights_sha256)),
+                      fmt::format("view {}/{}/{}/{}", v.elevation_deg, v.distance, v.fov_deg, v.azimuth_deg),
+                      fmt::format("relief depth {}", s.relief_depth),
+                      fmt::format("tiling {}", s.tiling),
+                      fmt::format("pan {}", s.pan),
+                      fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
+                      fmt::format("frame {}x{}", s.width_px, s.height_px)};
+  };
+  const auto old = traits(before);
+  const auto fresh = traits(now);
+  std::string text;
+  for (std::size_t i = 0; i < old.size(); ++i) {
+    if (old.at(i) == fresh.at(i)) continue;
+    const std::string value = fresh.at(i).substr(fresh.at(i).rfind(' ') + 1);
+    text += fmt::format("{}{}, now {}", text.empty() ? "" : "; ", old.at(i), value);
+  }
+  return text;
+}
+
+std::vector<MeasuredScene> joined_scenes(std::span<const MeasuredScene> earlier, std::span<const MeasuredScene> now,
+                                         std::string_view folder) {
+  std::vector<MeasuredScene> all(earlier.begin(), earlier.end());
+  for (const MeasuredScene& scene : now) {
+    const auto known = std::ranges::find(all, scene.spec.id, [](const MeasuredScene& s) { return s.spec.id; });
+    if (known == all.end()) {
+      all.push_back(scene);
+      continue;
+    }
+    if (known->key == scene.key) continue;
+    const auto place = static_cast<std::size_t>(known - all.begin());
+    if (place < earlier.size() && known->heights_sha256 != scene.heights_sha256)
+      fail_input(
+          "{}: scene '{}' was measured on the heights {}, {} now holds {}; put the heightmap back, or choose another "
+          "folder to start anew",
+          folder, scene.spec.id, short_key(known->heights_sha256), scene.spec.heightmap.source,
+          short_key(scene.heights_sha256));
+    if (place < earlier.size())
+      fail_input("{}: scene '{}' is not the same: {}; choose another folder to start anew", folder, scene.spec.id,
+                 difference_text(*known, scene));
+    fail_input("two scenes are called '{}', {} and {}: {}", scene.spec.id, known->key.short_text(),
+               scene.key.short_text(), difference_text(*known, scene));
+  }
+  return all;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,59 @@
+#include "tuner/plan/scene_key.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::string_view kLayout = "scene 1";                       // of the text that is hashed
+constexpr std::string_view kSurface = "plane";                        // the one there is
+constexpr double positive_zero(double value) { return value + 0.0; }  // -0 is 0
+
+}  // namespace
+
+SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
+  // Bound by name, so that a field which is added does not compile before it is thought of here.
+  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px] = scene;
+  const auto& [name, elevation_deg, distance, fov_deg, azimuth_deg] = view;
+  static_cast<void>(name);  // for people
+  std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, kSurface, width_px, height_px,
+                                 wrap == Wrap::repeat ? "repeat" : "clamp");
+  for (const double number : {relief_depth, tiling, pan, elevation_deg, distance, fov_deg, azimuth_deg})
+    text += fmt::format("|{}", positive_zero(number));
+  return {.hex = sha256(text)};
+}
+
+SceneKey parse_scene_key(std::string_view hex) {
+  constexpr std::size_t kDigits = 64;
+  if (!hex.empty() && (hex.size() != kDigits || hex.find_first_not_of("0123456789abcdef") != std::string_view::npos))
+    fail_input("'{}' is no scene key: expected {} hex digits", hex.substr(0, kDigits), kDigits);
+  return {.hex = std::string(hex)};
+}
+
+MeasuredScene measured_scene(const SceneSpec& spec, const LoadedHeights& heights) {
+  return {.spec = spec, .heights_sha256 = heights.sha256, .key = scene_key(heights.sha256, spec.scene)};
+}
+
+std::string heightmap_name(const HeightmapSpec& spec) {
+  const auto rows = procedurals();
+  if (std::ranges::find(rows, spec.source, &ProceduralRow::id) == rows.end())
+    return std::filesystem::path(spec.source).stem().string();
+  const HeightmapSpec usual;
+  if (spec.width == usual.width && spec.height == usual.height) return spec.source;
+  return fmt::format("{}_{}x{}", spec.source, spec.width, spec.height);
+}
+
+std::string_view heightmap_part(std::string_view scene_id) { return scene_id.substr(0, scene_id.find('/')); }
+
+std::string_view view_part(std::string_view scene_id) {
+  const std::size_t slash = scene_id.find('/');
+  return slash == std::string_view::npos ? std::string_view() : scene_id.substr(slash + 1);
+}
+
+}  // namespace reliefbench
