@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/progress.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/tune/tune.h"
 
@@ -51,6 +52,10 @@ class BookSource final : public TimeSource {
 /// budget: of the front's metric, for the pick where the question has no budgets of its own; none: the most accurate
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget);
+
+/// How far a search is: by its gap, or by its time if that is further.
+/// time: share of the time limit that is over
+void show(Progress& progress, const SearchProgress& now, const TuneQuestion& question, double time);
 
 /// The pick among answers; nothing where none will do.
 [[nodiscard]] std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space,
