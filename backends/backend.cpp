@@ -1,6 +1,9 @@
 #include "backends/backend.h"
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstring>
 
 #include "kernels/base/error.h"
 
@@ -71,6 +74,68 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
           .levels = image.levels,
           .texels = image.texels,
           .wrap = wrap};
+}
+
+std::vector<std::uint8_t> Backend::read_color() { return read(Target::color.attachments[0].name); }
+
+std::vector<ScorePixel> Backend::read_score() {
+  constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;  // of a pixel, in each attachment
+  const std::vector<std::uint8_t> rays = read(Target::score.attachments[0].name);
+  const std::vector<std::uint8_t> hits = read(Target::score.attachments[1].name);
+  std::vector<ScorePixel> pixels(rays.size() / kHalf);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    std::array<std::uint8_t, sizeof(ScorePixel)> pixel{};
+    std::memcpy(pixel.data(), rays.data() + i * kHalf, kHalf);
+    std::memcpy(pixel.data() + kHalf, hits.data() + i * kHalf, kHalf);
+    std::memcpy(&pixels[i], pixel.data(), pixel.size());
+  }
+  return pixels;
+}
+
+const Texture& texture_of(const Draw& draw, std::string_view sampler) {
+  const auto found = draw.textures.find(sampler);
+  if (found == draw.textures.end() || found->second == nullptr)
+    fail_environment("the shader reads `{}`, for which the draw has no texture", sampler);
+  return *found->second;
+}
+
+void check_outputs(const ShaderInterface& shader, const Target& target, std::string_view label) {
+  for (std::size_t i = 0; i < target.attachments.size(); ++i) {
+    const ShaderVariable wanted{.name = std::string(target.attachments[i].name),
+                                .place = static_cast<std::uint32_t>(i)};
+    if (std::ranges::find(shader.outputs, wanted) == shader.outputs.end())
+      fail_environment("{}: the fragment shader has no output `{}` at location {}, which its target has", label,
+                       wanted.name, i);
+  }
+  if (shader.outputs.size() > target.attachments.size())
+    fail_environment("{}: the fragment shader writes {} outputs, its target has {}", label, shader.outputs.size(),
+                     target.attachments.size());
+}
+
+namespace {
+
+std::atomic<bool>& left_behind() {
+  static std::atomic<bool> flag = false;
+  return flag;
+}
+
+}  // namespace
+
+void fail_not_ended(std::string_view backend, double seconds) {
+  left_behind() = true;
+  fail_device(Fault::timeout, "{}: the frames did not end within {:.3g} s", backend, seconds);
+}
+
+bool is_any_left_behind() { return left_behind(); }
+
+std::uint64_t wait_ns(double seconds) {
+  constexpr double kMost_s = 1e9;
+  if (seconds > kMost_s) return std::numeric_limits<std::uint64_t>::max();
+  return static_cast<std::uint64_t>(seconds * 1e9);
+}
+
+void fail_not_drawn(std::string_view backend, std::string_view attachment) {
+  fail_environment("{}: no frame with the attachment {} was drawn", backend, attachment);
 }
 
 }  // namespace reliefbench

@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -8,8 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/judge/score.h"
+#include "backends/spirv.h"
+#include "kernels/judge/score_pixel.h"
 #include "kernels/maps/map_texture.h"
+#include "kernels/trace/shader_contract.h"
 #include "kernels/trace/view.h"
 
 namespace reliefbench {
@@ -41,15 +45,28 @@ struct DeviceInfo {
   bool float64 = false;       ///< doubles in shaders
 };
 
-struct SpecConstant {
-  std::uint32_t id;
-  std::int32_t value;
+/// An image that frames are drawn into, named as the fragment shader's output; that output's location is its place in
+/// the target's list.
+struct Attachment {
+  std::string_view name;
+  TexelLayout layout;
+  bool operator==(const Attachment&) const = default;
 };
 
-enum class Target {
-  color,  ///< one RGBA8 attachment
-  score,  ///< two RGBA32F attachments, read back as ScorePixel
+/// What a frame is drawn into. With depth, nearer fragments win (z from 0 to 1), and every frame starts from depth 1
+/// and colors of 0; without, frames start from anything: their draws cover every pixel.
+struct Target {
+  std::vector<Attachment> attachments;
+  bool has_depth = false;  ///< a float32 attachment of the name "depth"
+  bool operator==(const Target&) const = default;
+
+  static const Target color;  ///< the timed frame, RGBA8
+  static const Target score;  ///< the score frame, read back as ScorePixel
 };
+inline const Target Target::color{.attachments = {{"out_color", {.type = TexelType::unorm8, .channels = 4}}}};
+inline const Target Target::score{.attachments = {{"out_ray", {.type = TexelType::float32, .channels = 4}},
+                                                  {"out_hit", {.type = TexelType::float32, .channels = 4}}}};
+inline constexpr Attachment kDepth{.name = "depth", .layout = {.type = TexelType::float32, .channels = 1}};
 
 struct PipelineDesc {
   std::string label;                      ///< for debuggers and the null backend: the technique's id
@@ -84,21 +101,16 @@ struct Texture {
   virtual ~Texture() = default;
 };
 
-/// Binding slots of the shaders, shared with platform.glsl.
-inline constexpr int kFrameBinding = 0;      ///< FrameUniforms
-inline constexpr int kReliefBinding = 1;     ///< height and cone ratio
-inline constexpr int kNormalBinding = 2;     ///< RGBA8
-inline constexpr int kReferenceBinding = 3;  ///< R32F, frame-sized reference t
-inline constexpr int kExtraBinding = 4;      ///< what a relief map keeps apart: ratios, pyramid or volume
+/// Textures by the names that the shaders give their samplers (shader_contract.h has ours).
+using Textures = std::map<std::string, const Texture*, std::less<>>;
 
-/// One full-screen frame. All textures must be set (any texture where unused).
+/// One draw of a frame. Every sampler that its shaders read must be among the textures; others do no harm, so that one
+/// list serves several pipelines.
 struct Draw {
   const Pipeline* pipeline = nullptr;
-  const Texture* relief = nullptr;
-  const Texture* normals = nullptr;
-  const Texture* reference = nullptr;
-  const Texture* extra = nullptr;
-  FrameUniforms frame{};
+  Textures textures{};
+  FrameUniforms frame{};  ///< the uniform block `Frame`; the first draw's says how large the frame is
+  int vertices = 3;       ///< there are no vertex buffers; three make the full-screen triangle
 };
 
 /// Storage buffers of a compute shader; its inputs follow one another from kFirstInputBinding on.
@@ -129,7 +141,8 @@ struct BatchTime {
 };
 
 /// One device. Not thread-safe; everything is synchronous: when a call returns, its work is done.
-/// throws: Error(environment) with the API's own words on any failed call.
+/// throws: Error(environment) with the API's own words on any failed call, and its Fault where the API has a code for
+/// it
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -137,15 +150,20 @@ class Backend {
   Backend(const Backend&) = delete;
   Backend& operator=(const Backend&) = delete;
 
+  /// How long render() waits for the end of a batch. Then it throws an Error of Fault::timeout, and the device is left
+  /// behind: nothing can end what it draws, so that neither it nor anything that was made on it is ever freed.
+  void set_render_limit(double seconds) { render_limit_s_ = seconds; }
+  [[nodiscard]] virtual bool is_left_behind() const { return false; }
+
   [[nodiscard]] virtual const DeviceInfo& device() const = 0;
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
+  /// throws: Error(environment): also where the fragment shader's outputs are not the target's attachments
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) = 0;
-  /// Draws `frames` times into the pipeline's target (frame.sizes gives its size) and waits for the end.
-  virtual BatchTime render(const Draw& draw, int frames, Timer timer) = 0;
-  /// The last frame drawn by a Target::score pipeline; row 0 is gl_FragCoord.y = 0.5 on every backend.
-  [[nodiscard]] virtual std::vector<ScorePixel> read_score() = 0;
-  /// The last frame drawn by a Target::color pipeline, RGBA8, same row order.
-  [[nodiscard]] virtual std::vector<std::uint8_t> read_color() = 0;
+  /// Draws a frame `frames` times and waits for the end. frame: its draws in their order, all into the same target
+  virtual BatchTime render(std::span<const Draw> frame, int frames, Timer timer) = 0;
+  /// The attachment of that name as the last frame that has it left it, rows tightly packed; row 0 is
+  /// gl_FragCoord.y = 0.5 on every backend.
+  [[nodiscard]] virtual std::vector<std::uint8_t> read(std::string_view attachment) = 0;
   /// throws: Error(environment): a shader that the device does not take, or no compute at all
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) = 0;
   /// Runs the job to its end; returns the output buffer.
@@ -153,7 +171,36 @@ class Backend {
   [[nodiscard]] virtual std::vector<std::byte> compute(const ComputeJob& job) = 0;
   /// Warnings and errors of the API's debug output (Vulkan validation, GL debug) so far; tests want it empty.
   [[nodiscard]] virtual std::vector<std::string> debug_messages() const = 0;
+
+  /// A frame of one draw.
+  BatchTime render(const Draw& draw, int frames, Timer timer) { return render(std::span(&draw, 1), frames, timer); }
+  /// The last frame drawn into Target::color, RGBA8.
+  [[nodiscard]] std::vector<std::uint8_t> read_color();
+  /// The last frame drawn into Target::score.
+  [[nodiscard]] std::vector<ScorePixel> read_score();
+
+ protected:
+  [[nodiscard]] double render_limit_s() const { return render_limit_s_; }
+
+ private:
+  double render_limit_s_ = std::numeric_limits<double>::infinity();
 };
+
+// What both APIs ask of a draw, and say in the same words.
+/// throws: Error(environment): the draw has no texture for the sampler
+[[nodiscard]] const Texture& texture_of(const Draw& draw, std::string_view sampler);
+/// throws: Error(environment): the outputs are not the target's attachments, in their order
+void check_outputs(const ShaderInterface& shader, const Target& target, std::string_view label);
+[[noreturn]] void fail_not_drawn(std::string_view backend, std::string_view attachment);
+/// Fault::timeout. From then on is_any_left_behind() says true.
+[[noreturn]] void fail_not_ended(std::string_view backend, double seconds);
+
+/// Whether a device of this process still draws what nothing can end: then the libraries' own clean-up at the end of
+/// the process may wait for ever.
+[[nodiscard]] bool is_any_left_behind();
+
+/// A limit as the APIs take it. ns; the greatest there is for an infinite one
+[[nodiscard]] std::uint64_t wait_ns(double seconds);
 
 struct BackendOptions {
   bool debug = false;  ///< Vulkan validation with synchronization checks, GL debug context

@@ -4,15 +4,15 @@
 #include <array>
 #include <cstring>
 
-#include "backends/shader_compiler.h"
 #include "kernels/base/error.h"
+#include "kernels/maps/cone_map.h"
 #include "kernels/maps/cone_search.h"
 #include "kernels/maps/max_pyramid.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr int kGroupSide = 8;  // texels, as in bake_common.glsl
+constexpr int kGroupSide = 8;  // texels
 
 using Bytes = std::vector<std::byte>;
 
@@ -45,7 +45,7 @@ BakeHead head_of(const BakeRequest& request) {
           .slack = metric.slack,
           .widest_key = widest * widest,
           .size = {heights.width, heights.height},
-          .search_steps = request.search_steps,
+          .search_steps = request.value(kSearchSteps),
           .repeats = request.wrap == Wrap::repeat ? 1 : 0};
 }
 
@@ -69,8 +69,22 @@ std::vector<BakeLevel> append(Bytes& nodes, const MaxPyramid& pyramid) {
   return levels;
 }
 
-/// As in bake_quick.comp.
+/// Which texel of a node the quick bakers measure the distance to.
 enum Footpoint : std::int32_t { kNearest, kUnvisited, kCentre };
+
+/// What the shaders share with this file, as GLSL: bake_contract.glsl.
+std::string bake_contract() {
+  std::string text;
+  const auto add = [&](std::string_view name, int value) { text += fmt::format("#define {} {}\n", name, value); };
+  add("GROUP_SIDE", kGroupSide);
+  add("OUTPUT_BINDING", kOutputBinding);
+  add("BAND_BINDING", kBandBinding);
+  add("FIRST_INPUT_BINDING", kFirstInputBinding);
+  add("FOOTPOINT_NEAREST", kNearest);      // the nearest one
+  add("FOOTPOINT_UNVISITED", kUnvisited);  // the nearest one that no finer level has visited
+  add("FOOTPOINT_CENTRE", kCentre);
+  return text;
+}
 
 struct Row {
   MapKind kind;
@@ -138,11 +152,14 @@ std::span<const MapKind> gpu_bakers() {
   return kinds;
 }
 
+Spirv compile_baker(MapKind kind, Dialect dialect) {
+  return compile_compute(find_row(kind).shader, dialect, {.name = "bake_contract.glsl", .text = bake_contract()});
+}
+
 GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind) : backend_(backend), kind_(kind) {
-  const Row& row = find_row(kind);
   const DeviceInfo& device = backend.device();
   if (!device.float64) fail_environment("{}: no double precision in shaders, which a bake needs", device.name);
-  const Spirv spirv = compile_compute(row.shader, dialect);
+  const Spirv spirv = compile_baker(kind, dialect);
   pipeline_ = backend.compile_compute({.label = std::string(find_map(kind).id), .spirv = spirv, .inputs = 2});
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backends/backend.h"
+#include "backends/shader_compiler.h"
 #include "kernels/maps/map_kind.h"
 
 namespace reliefbench {
@@ -13,6 +14,9 @@ namespace reliefbench {
 
 /// Corrections that they make, of those that a map kind has.
 [[nodiscard]] std::span<const Correction> gpu_corrections();
+
+/// The compute shader of a map kind. throws: Error(bad_input): a kind that gpu_bakers() has not
+[[nodiscard]] Spirv compile_baker(MapKind kind, Dialect dialect);
 
 /// The compute-shader baker of a map kind, compiled once. The search runs in the shader; the host builds the pyramid
 /// before it and takes the square root, the rounding to float and the 3x3 minimum after it.

@@ -111,25 +111,29 @@ class NullBackend final : public Backend {
     return pipeline;
   }
 
-  BatchTime render(const Draw& draw, int frames, Timer timer) override {
+  /// The last draw of a frame is what is seen; each takes its time.
+  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
     if (timer != Timer::fenced_wall) fail_environment("null: there is no timer {}", timer_id(timer));
-    const auto& pipeline = static_cast<const NullPipeline&>(*draw.pipeline);
-    if (pipeline.target == Target::score)
-      score_ = made_up_score(draw.frame, static_cast<const NullTexture&>(*draw.relief), pipeline.steps());
-    else
-      color_ = ColorFrame{.pipeline = pipeline, .frame = draw.frame};
+    double frame_ns = 0;
+    for (const Draw& draw : frame) {
+      const auto& pipeline = static_cast<const NullPipeline&>(*draw.pipeline);
+      if (pipeline.target == Target::score)
+        score_ =
+            made_up_score(draw.frame, static_cast<const NullTexture&>(texture_of(draw, kReliefMap)), pipeline.steps());
+      else
+        color_ = ColorFrame{.pipeline = pipeline, .frame = draw.frame};
+      frame_ns += 1.0 * draw.frame.sizes[0] * draw.frame.sizes[1] * pipeline.pixel_ns();
+    }
     const double noise = kNoise * (2 * fraction_of(fmt::format("batch {}", batches_++)) - 1);
-    const double pixels = 1.0 * draw.frame.sizes[0] * draw.frame.sizes[1];
-    return {.wall_ns = frames * pixels * pipeline.pixel_ns() * (1 + noise)};
+    return {.wall_ns = frames * frame_ns * (1 + noise)};
   }
 
-  [[nodiscard]] std::vector<ScorePixel> read_score() override {
-    if (score_.empty()) fail_environment("null: no score frame was drawn");
-    return score_;
-  }
-  [[nodiscard]] std::vector<std::uint8_t> read_color() override {
-    if (!color_) fail_environment("null: no color frame was drawn");
-    return made_up_color(color_->frame, color_->pipeline);
+  [[nodiscard]] std::vector<std::uint8_t> read(std::string_view attachment) override {
+    if (attachment == Target::color.attachments[0].name && color_)
+      return made_up_color(color_->frame, color_->pipeline);
+    for (std::size_t half = 0; half < 2; ++half)
+      if (attachment == Target::score.attachments[half].name && !score_.empty()) return score_attachment(half);
+    fail_not_drawn("null", attachment);
   }
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     fail_environment("null: no compute, asked for {}", desc.label);
@@ -140,6 +144,18 @@ class NullBackend final : public Backend {
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return {}; }
 
  private:
+  /// One half of every pixel: rays or hits.
+  [[nodiscard]] std::vector<std::uint8_t> score_attachment(std::size_t half) const {
+    constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;
+    std::vector<std::uint8_t> bytes;
+    bytes.reserve(score_.size() * kHalf);
+    for (const ScorePixel& pixel : score_) {
+      const auto* const begin = reinterpret_cast<const std::uint8_t*>(&pixel) + half * kHalf;
+      bytes.insert(bytes.end(), begin, begin + kHalf);
+    }
+    return bytes;
+  }
+
   DeviceInfo device_;
   std::vector<ScorePixel> score_;
   std::optional<ColorFrame> color_;  ///< painted only when it is read: most frames are only timed

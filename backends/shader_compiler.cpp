@@ -4,27 +4,36 @@
 #include <glslang/Public/ShaderLang.h>
 #include <glslang/SPIRV/GlslangToSpv.h>
 
+#include <algorithm>
+#include <map>
+
 #include "kernels/base/embedded.h"
 #include "kernels/base/error.h"
+#include "kernels/trace/technique.h"
 
 namespace reliefbench {
 namespace {
+
+constexpr const char* kTechniqueFile = "technique.glsl";
+
+/// What an #include finds beside the binary's own files, by its name there.
+using Includes = std::map<std::string, ShaderText, std::less<>>;
 
 struct Source {
   std::string file;  ///< as errors show it
   std::string_view text;
   EShLanguage stage;
-  TechniqueSource technique{};
+  Includes includes{};
   Dialect dialect;
 };
 
-/// Resolves #include from the binary's own shaders.
 class EmbeddedIncluder final : public glslang::TShader::Includer {
  public:
-  explicit EmbeddedIncluder(const TechniqueSource& technique) : technique_(technique) {}
+  explicit EmbeddedIncluder(const Includes& includes) : includes_(includes) {}
 
   IncludeResult* includeLocal(const char* name, const char* /*includer*/, std::size_t /*depth*/) override {
-    if (std::string_view(name) == "technique.glsl") return result(technique_.name, technique_.text);
+    if (const auto found = includes_.find(name); found != includes_.end())
+      return result(found->second.name, found->second.text);
     for (const EmbeddedFile& file : embedded_shaders())
       if (file.name == name) return result(std::string(name), file.text);
     return nullptr;  // glslang then reports the #include line
@@ -35,7 +44,7 @@ class EmbeddedIncluder final : public glslang::TShader::Includer {
   static IncludeResult* result(const std::string& name, std::string_view text) {
     return new IncludeResult(name, text.data(), text.size(), nullptr);
   }
-  const TechniqueSource& technique_;
+  const Includes& includes_;
 };
 
 /// glslang's process-wide tables, held from the first compilation to the end of the process.
@@ -79,7 +88,7 @@ Spirv compile(const Source& source) {
     shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_0);  // all that GL_ARB_gl_spirv promises
   }
 
-  EmbeddedIncluder includer(source.technique);
+  EmbeddedIncluder includer(source.includes);
   if (!shader.parse(GetDefaultResources(), 450, ENoProfile, false, false, rules, includer))
     fail_environment("{}", first_error(shader.getInfoLog()));
   glslang::TProgram program;
@@ -97,31 +106,42 @@ Spirv compile(const Source& source) {
 }
 
 /// One of the binary's own files.
-Spirv compile_stage(std::string file, EShLanguage stage, Dialect dialect, const TechniqueSource& technique = {}) {
+Spirv compile_stage(std::string file, EShLanguage stage, Dialect dialect, Includes includes = {}) {
   const std::string_view text = embedded_text(embedded_shaders(), file);
-  return compile({.file = std::move(file), .text = text, .stage = stage, .technique = technique, .dialect = dialect});
+  return compile(
+      {.file = std::move(file), .text = text, .stage = stage, .includes = std::move(includes), .dialect = dialect});
+}
+
+/// parameters: GLSL of the technique's row
+Spirv compile_last_stage(const ShaderText& technique, const std::string& parameters, const Target& target,
+                         Dialect dialect) {
+  return compile_stage(target == Target::score ? "score.frag" : "shade.frag", EShLangFragment, dialect,
+                       {{"contract.glsl", {.name = "contract.glsl", .text = shared_contract()}},
+                        {"parameters.glsl", {.name = "parameters.glsl", .text = parameters}},
+                        {kTechniqueFile, technique}});
 }
 
 }  // namespace
 
-Spirv compile_fragment(std::string_view technique, Target target, Dialect dialect) {
-  std::string file = fmt::format("{}.glsl", technique);
-  const std::string_view text = embedded_text(embedded_shaders(), file);
-  return compile_fragment({.name = std::move(file), .text = text}, target, dialect);
+Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect) {
+  const std::string file = fmt::format("{}.glsl", technique);
+  const ShaderText text{.name = file, .text = std::string(embedded_text(embedded_shaders(), file))};
+  const auto row = std::ranges::find(techniques(), technique, &Technique::id);
+  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect);
 }
 
-Spirv compile_fragment(const TechniqueSource& technique, Target target, Dialect dialect) {
-  return compile_stage(target == Target::score ? "score.frag" : "shade.frag", EShLangFragment, dialect, technique);
+Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect) {
+  return compile_last_stage(technique, "", target, dialect);
 }
 
-Spirv compile_whole_fragment(const TechniqueSource& shader, Dialect dialect) {
+Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect) {
   return compile({.file = shader.name, .text = shader.text, .stage = EShLangFragment, .dialect = dialect});
 }
 
 Spirv compile_vertex(Dialect dialect) { return compile_stage("fullscreen.vert", EShLangVertex, dialect); }
 
-Spirv compile_compute(std::string_view name, Dialect dialect) {
-  return compile_stage(fmt::format("{}.comp", name), EShLangCompute, dialect);
+Spirv compile_compute(std::string_view name, Dialect dialect, const ShaderText& contract) {
+  return compile_stage(fmt::format("{}.comp", name), EShLangCompute, dialect, {{contract.name, contract}});
 }
 
 Spirv compile_load(Dialect dialect) { return compile_stage("load.frag", EShLangFragment, dialect); }

@@ -10,30 +10,33 @@ namespace reliefbench {
 
 using Spirv = std::vector<std::uint32_t>;
 
-/// The last stage of a fragment shader: `shade.frag` or `score.frag` include the technique's trace.
-/// technique: a shader file's name without `.glsl`, included by the stage as "technique.glsl"
-/// throws: Error(environment) with the file, line and message of glslang
-[[nodiscard]] Spirv compile_fragment(std::string_view technique, Target target, Dialect dialect);
-
-/// A trace's text that is not one of the binary's own (a user's technique, a test's probe).
-struct TechniqueSource {
-  std::string name;       ///< as errors show it
-  std::string_view text;  ///< GLSL that defines `Hit trace(Ray)`
+/// GLSL that is not one of the binary's files: generated, a user's, a test's.
+struct ShaderText {
+  std::string name;  ///< as errors show it and #include finds it
+  std::string text;
 };
-[[nodiscard]] Spirv compile_fragment(const TechniqueSource& technique, Target target, Dialect dialect);
+
+/// The last stage of a fragment shader: `shade.frag` or `score.frag` include the technique's trace.
+/// technique: a shader file's name without `.glsl`, included by the stage as "technique.glsl", after the constants of
+/// its row where there is one
+/// throws: Error(environment) with the file, line and message of glslang
+[[nodiscard]] Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect);
+/// technique: defines `Hit trace(Ray)`
+[[nodiscard]] Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect);
 
 /// A whole fragment shader that is not one of the binary's own; it may include those.
-[[nodiscard]] Spirv compile_whole_fragment(const TechniqueSource& shader, Dialect dialect);
+[[nodiscard]] Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect);
 
-/// The full-screen triangle.
+/// The full-screen triangle, at depth 0.
 [[nodiscard]] Spirv compile_vertex(Dialect dialect);
 
 /// A compute shader of the binary's own.
-/// name: a shader file's name without `.comp`
+/// name: a shader file's name without `.comp`; contract: what it includes beside the binary's files
 /// throws: Error(environment) where there is no such file
-[[nodiscard]] Spirv compile_compute(std::string_view name, Dialect dialect);
+[[nodiscard]] Spirv compile_compute(std::string_view name, Dialect dialect, const ShaderText& contract);
 
-/// The audit's and the control case's load: `load.frag`, an arithmetic loop whose length is constant 0. Target::color
+/// The audit's and the control case's load: `load.frag`, an arithmetic loop whose length is constant 0. Into
+/// Target::color.
 [[nodiscard]] Spirv compile_load(Dialect dialect);
 
 }  // namespace reliefbench

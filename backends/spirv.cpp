@@ -1,22 +1,37 @@
 #include "backends/spirv.h"
 
+#include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {
 
-// The SPIR-V specification: 2.3 physical layout, 3.20 decorations, 3.52 instructions.
+// The SPIR-V specification: 2.3 physical layout, 3.7 storage classes, 3.20 decorations, 3.52 instructions.
 constexpr std::uint32_t kMagic = 0x07230203;
 constexpr std::size_t kHeaderWords = 5;
-constexpr std::uint32_t kOpName = 5;
-constexpr std::uint32_t kOpDecorate = 71;
-constexpr std::uint32_t kOpFunctionEnd = 56;
-constexpr std::uint32_t kSpecId = 1;
+enum Opcode : std::uint32_t {
+  kOpName = 5,
+  kOpTypePointer = 32,
+  kOpFunction = 54,
+  kOpFunctionEnd = 56,
+  kOpFunctionCall = 57,
+  kOpVariable = 59,
+  kOpLoad = 61,
+  kOpAccessChain = 65,
+  kOpInBoundsAccessChain = 66,
+  kOpDecorate = 71,
+};
+enum Decoration : std::uint32_t { kSpecId = 1, kBlock = 2, kLocation = 30, kBinding = 33, kDescriptorSet = 34 };
+enum StorageClass : std::uint32_t { kUniformConstant = 0, kUniform = 2, kOutput = 3 };
+
+using Words = std::span<const std::uint32_t>;
 
 /// A literal string: UTF-8, first byte lowest, ended by a zero.
-std::string literal(std::span<const std::uint32_t> words) {
+std::string literal(Words words) {
   std::string text;
   for (const std::uint32_t word : words)
     for (unsigned shift = 0; shift < 32; shift += 8) {
@@ -27,26 +42,122 @@ std::string literal(std::span<const std::uint32_t> words) {
   return text;
 }
 
-}  // namespace
+struct Variable {
+  std::uint32_t id;
+  std::uint32_t pointer_type;
+  std::uint32_t storage;
+};
 
-std::vector<DeclaredConstant> declared_constants(std::span<const std::uint32_t> spirv) {
+/// What a pass over the instructions finds. Everything is keyed by result id.
+struct Module {
+  std::map<std::uint32_t, std::string> names;
+  std::map<std::uint32_t, std::uint32_t> pointees;  ///< of pointer types
+  std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> decorations;
+  std::vector<std::uint32_t> constants;  ///< in the module's order
+  std::vector<Variable> variables;
+  std::set<std::uint32_t> read;  ///< what functions load from, index or hand on
+  bool is_in_functions = false;
+
+  void take(std::uint32_t opcode, Words operands);
+  [[nodiscard]] std::string name_of(std::uint32_t id) const {
+    const auto found = names.find(id);
+    return found == names.end() ? "" : found->second;
+  }
+  [[nodiscard]] std::optional<std::uint32_t> decoration(std::uint32_t id, Decoration kind) const {
+    const auto found = decorations.find(id);
+    if (found == decorations.end() || !found->second.contains(kind)) return std::nullopt;
+    return found->second.at(kind);
+  }
+};
+
+void Module::take(std::uint32_t opcode, Words operands) {
+  const std::size_t count = operands.size();
+  if (opcode == kOpName && count >= 2) names[operands[0]] = literal(operands.subspan(1));
+  if (opcode == kOpTypePointer && count >= 3) pointees[operands[0]] = operands[2];
+  if (opcode == kOpDecorate && count >= 2) {
+    decorations[operands[0]][operands[1]] = count >= 3 ? operands[2] : 0;
+    if (operands[1] == kSpecId && count >= 3) constants.push_back(operands[0]);
+  }
+  if (opcode == kOpFunction) is_in_functions = true;
+  if (opcode == kOpVariable && count >= 3 && !is_in_functions)
+    variables.push_back({.id = operands[1], .pointer_type = operands[0], .storage = operands[2]});
+  if (is_in_functions && count >= 3) {
+    if (opcode == kOpLoad || opcode == kOpAccessChain || opcode == kOpInBoundsAccessChain) read.insert(operands[2]);
+    if (opcode == kOpFunctionCall) read.insert(operands.begin() + 3, operands.end());
+  }
+}
+
+Module parse(Words spirv) {
   if (spirv.size() < kHeaderWords || spirv[0] != kMagic) fail_environment("not a SPIR-V module");
-  std::map<std::uint32_t, std::string> names;  // by result id; names come before decorations
-  std::vector<DeclaredConstant> constants;
+  Module module;
   std::uint32_t opcode = 0;
   for (std::size_t at = kHeaderWords; at < spirv.size();) {
     const std::size_t length = spirv[at] >> 16U;
     if (length == 0 || length > spirv.size() - at) fail_environment("SPIR-V module broken at word {}", at);
-    const std::span<const std::uint32_t> operands = spirv.subspan(at + 1, length - 1);
     opcode = spirv[at] & 0xffffU;
-    if (opcode == kOpName && operands.size() >= 2) names[operands[0]] = literal(operands.subspan(1));
-    if (opcode == kOpDecorate && operands.size() >= 3 && operands[1] == kSpecId)
-      constants.push_back({.id = operands[2], .name = names[operands[0]]});
+    module.take(opcode, spirv.subspan(at + 1, length - 1));
     at += length;
   }
   // Every shader ends with its last function. Drivers crash on less (Mesa 22.3.6).
   if (opcode != kOpFunctionEnd) fail_environment("SPIR-V module cut short");
-  return constants;
+  return module;
+}
+
+void sort_by_place(std::vector<ShaderVariable>& list) { std::ranges::sort(list, {}, &ShaderVariable::place); }
+
+/// Adds what is not there yet.
+void join(std::vector<ShaderVariable>& list, const std::vector<ShaderVariable>& more) {
+  for (const ShaderVariable& variable : more)
+    if (std::ranges::find(list, variable) == list.end()) list.push_back(variable);
+  sort_by_place(list);
+}
+
+void check_places(const ShaderInterface& interface) {
+  std::map<std::uint32_t, std::string> by_place;
+  for (const auto* list : {&interface.samplers, &interface.uniform_blocks})
+    for (const ShaderVariable& variable : *list) {
+      const auto [there, is_new] = by_place.emplace(variable.place, variable.name);
+      if (!is_new)
+        fail_environment("SPIR-V: `{}` and `{}` are both at binding {}", there->second, variable.name, variable.place);
+    }
+}
+
+}  // namespace
+
+ShaderInterface reflect(std::span<const std::uint32_t> spirv) {
+  const Module module = parse(spirv);
+  ShaderInterface interface;
+  for (const std::uint32_t id : module.constants)
+    interface.constants.push_back({.id = *module.decoration(id, kSpecId), .name = module.name_of(id)});
+  for (const Variable& variable : module.variables) {
+    if (variable.storage == kOutput) {
+      if (const auto location = module.decoration(variable.id, kLocation))
+        interface.outputs.push_back({.name = module.name_of(variable.id), .place = *location});
+      continue;
+    }
+    const auto pointee = module.pointees.find(variable.pointer_type);
+    if (pointee == module.pointees.end()) fail_environment("SPIR-V: variable {} has no pointer type", variable.id);
+    const bool is_sampler = variable.storage == kUniformConstant;
+    const bool is_block = variable.storage == kUniform && module.decoration(pointee->second, kBlock);
+    const auto binding = module.decoration(variable.id, kBinding);
+    if ((!is_sampler && !is_block) || !binding || !module.read.contains(variable.id)) continue;
+    const std::string name = module.name_of(is_sampler ? variable.id : pointee->second);
+    if (const auto set = module.decoration(variable.id, kDescriptorSet); set.value_or(0) != 0)
+      fail_environment("SPIR-V: `{}` is in descriptor set {}, not in 0", name, *set);
+    (is_sampler ? interface.samplers : interface.uniform_blocks).push_back({.name = name, .place = *binding});
+  }
+  for (auto* list : {&interface.samplers, &interface.uniform_blocks, &interface.outputs}) sort_by_place(*list);
+  check_places(interface);
+  return interface;
+}
+
+ShaderInterface joined(const ShaderInterface& vertex, const ShaderInterface& fragment) {
+  ShaderInterface both = fragment;
+  both.constants.insert(both.constants.begin(), vertex.constants.begin(), vertex.constants.end());
+  join(both.samplers, vertex.samplers);
+  join(both.uniform_blocks, vertex.uniform_blocks);
+  check_places(both);
+  return both;
 }
 
 }  // namespace reliefbench

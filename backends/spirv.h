@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace reliefbench {
@@ -12,8 +13,28 @@ struct DeclaredConstant {
   std::string name;  ///< "" where the names were stripped
 };
 
-/// The specialization constants that a module declares, in the module's order. OpenGL refuses any other id.
-/// throws: Error(environment): not a SPIR-V module of this machine's byte order, or cut short
-[[nodiscard]] std::vector<DeclaredConstant> declared_constants(std::span<const std::uint32_t> spirv);
+/// A variable of a shader's interface.
+struct ShaderVariable {
+  std::string name;         ///< of a sampler or an output; of a uniform block its type's
+  std::uint32_t place = 0;  ///< binding in descriptor set 0; of an output its location
+  bool operator==(const ShaderVariable&) const = default;
+};
+
+/// What a module wants from outside and gives to it, in the order of their places. Samplers and uniform blocks count
+/// only where the module's code reads them: a declaration alone binds nothing.
+struct ShaderInterface {
+  std::vector<DeclaredConstant> constants;  ///< in the module's order; OpenGL refuses any other id
+  std::vector<ShaderVariable> samplers;
+  std::vector<ShaderVariable> uniform_blocks;
+  std::vector<ShaderVariable> outputs;  ///< of a fragment shader: colors
+};
+
+/// throws: Error(environment): not a SPIR-V module of this machine's byte order, cut short, or with resources in
+/// another descriptor set than 0
+[[nodiscard]] ShaderInterface reflect(std::span<const std::uint32_t> spirv);
+
+/// The interface of both stages of a pipeline: the resources of either, the fragment shader's outputs.
+/// throws: Error(environment): the stages put different things at one binding
+[[nodiscard]] ShaderInterface joined(const ShaderInterface& vertex, const ShaderInterface& fragment);
 
 }  // namespace reliefbench

@@ -27,10 +27,7 @@ constexpr int kAttempts = 12;  ///< a busy machine spoils every second one or so
 class Load {
  public:
   Load(Backend& backend, Dialect dialect)
-      : backend_(backend), vertex_(compile_vertex(dialect)), fragment_(compile_load(dialect)) {
-    static constexpr std::array<std::byte, 16> kTexels{};
-    unused_ = backend.upload({.width = 2, .height = 2, .texels = kTexels});
-  }
+      : backend_(backend), vertex_(compile_vertex(dialect)), fragment_(compile_load(dialect)) {}
 
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline(int steps) const {
     auto pipeline = backend_.compile({.label = "load",
@@ -43,11 +40,7 @@ class Load {
   }
 
   [[nodiscard]] BatchTime time(const Pipeline& pipeline, int frames, Timer timer) const {
-    Draw draw{.pipeline = &pipeline,
-              .relief = unused_.get(),
-              .normals = unused_.get(),
-              .reference = unused_.get(),
-              .extra = unused_.get()};
+    Draw draw{.pipeline = &pipeline};
     draw.frame.sizes = {kFrameSide_px, kFrameSide_px, 2, 2};
     return backend_.render(draw, frames, timer);
   }
@@ -56,7 +49,6 @@ class Load {
   Backend& backend_;
   Spirv vertex_;
   Spirv fragment_;
-  std::unique_ptr<Texture> unused_;
 };
 
 /// Known work N: batches of so many frames of so many steps.

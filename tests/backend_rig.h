@@ -24,7 +24,7 @@ struct Rig {
     plain = backend->upload({.width = 1, .height = 1, .texels = kWhite});
   }
 
-  [[nodiscard]] std::unique_ptr<Pipeline> pipeline(const Spirv& fragment, Target target,
+  [[nodiscard]] std::unique_ptr<Pipeline> pipeline(const Spirv& fragment, const Target& target,
                                                    std::vector<SpecConstant> constants = {},
                                                    std::string label = "test") const {
     return backend->compile({.label = std::move(label),
@@ -33,16 +33,18 @@ struct Rig {
                              .constants = std::move(constants),
                              .target = target});
   }
-  [[nodiscard]] std::unique_ptr<Pipeline> technique(std::string_view id, Target target) const {
+  [[nodiscard]] std::unique_ptr<Pipeline> technique(std::string_view id, const Target& target) const {
     return pipeline(compile_fragment(id, target, row.dialect), target, {}, std::string(id));
   }
+  /// relief, extra: null for the plain texture
+  [[nodiscard]] Textures textures(const Texture* relief = nullptr, const Texture* extra = nullptr) const {
+    return {{kReliefMap, relief != nullptr ? relief : plain.get()},
+            {kNormalMap, plain.get()},
+            {kReferenceMap, plain.get()},
+            {kExtraMap, extra != nullptr ? extra : plain.get()}};
+  }
   void draw(const Pipeline& pipeline, const Scene& scene, const Texture* relief = nullptr) const {
-    const Draw draw{.pipeline = &pipeline,
-                    .relief = relief != nullptr ? relief : plain.get(),
-                    .normals = plain.get(),
-                    .reference = plain.get(),
-                    .extra = plain.get(),
-                    .frame = frame_uniforms(scene, 8, 8)};
+    const Draw draw{.pipeline = &pipeline, .textures = textures(relief), .frame = frame_uniforms(scene, 8, 8)};
     const BatchTime time = backend->render(draw, 1, Timer::fenced_wall);
     EXPECT_GT(time.wall_ns, 0);
     EXPECT_FALSE(time.device_ns);

@@ -72,8 +72,8 @@ TEST_P(BackendTest, the_score_frame_of_flat_has_the_pixels_own_rays) {
 
 TEST_P(BackendTest, reading_before_drawing_is_an_error) {
   on_every_device([](Rig& rig) {
-    EXPECT_THAT(message_of([&] { (void)rig.backend->read_score(); }), HasSubstr("no score frame"));
-    EXPECT_THAT(message_of([&] { (void)rig.backend->read_color(); }), HasSubstr("no color frame"));
+    EXPECT_THAT(message_of([&] { (void)rig.backend->read_score(); }), HasSubstr("attachment out_ray"));
+    EXPECT_THAT(message_of([&] { (void)rig.backend->read_color(); }), HasSubstr("attachment out_color"));
   });
 }
 
@@ -110,12 +110,7 @@ TEST_P(BackendTest, score_and_color_frames_are_kept_apart) {
 TEST_P(BackendTest, every_offered_timer_answers_and_no_other) {
   on_every_device([](Rig& rig) {
     const auto load = rig.pipeline(compile_load(rig.row.dialect), Target::color, {{.id = 0, .value = 256}}, "load");
-    const Draw draw{.pipeline = load.get(),
-                    .relief = rig.plain.get(),
-                    .normals = rig.plain.get(),
-                    .reference = rig.plain.get(),
-                    .extra = rig.plain.get(),
-                    .frame = frame_uniforms(kScene, 8, 8)};
+    const Draw draw{.pipeline = load.get(), .textures = rig.textures(), .frame = frame_uniforms(kScene, 8, 8)};
     const std::vector<Timer>& offered = rig.backend->device().timers;
     for (const Timer timer : {Timer::fenced_wall, Timer::gl_time_elapsed, Timer::gl_timestamp, Timer::vk_timestamp}) {
       if (std::find(offered.begin(), offered.end(), timer) == offered.end()) {

@@ -77,9 +77,9 @@ constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
 /// The probe's frame of `size` px square.
 std::vector<ScorePixel> probe(const Rig& rig, const TextureDesc& desc, int offset, bool fetch, int size = 8) {
   const auto texture = rig.backend->upload(desc);
-  const auto pipeline =
-      rig.pipeline(compile_fragment({.name = "probe.glsl", .text = kProbe}, Target::score, rig.row.dialect),
-                   Target::score, {{.id = 20, .value = offset}, {.id = 21, .value = fetch ? 1 : 0}});
+  const auto pipeline = rig.pipeline(
+      compile_fragment({.name = "probe.glsl", .text = std::string(kProbe)}, Target::score, rig.row.dialect),
+      Target::score, {{.id = 20, .value = offset}, {.id = 21, .value = fetch ? 1 : 0}});
   Scene scene{.view = {.id = "top", .elevation_deg = 90, .distance = 1.2, .fov_deg = 45}};
   scene.width_px = scene.height_px = size;
   rig.draw(*pipeline, scene, texture.get());

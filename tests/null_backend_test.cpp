@@ -14,7 +14,7 @@ TEST(NullBackend, times_repeat_and_grow_with_the_steps) {
     std::vector<double> result;
     for (const int steps : {8, 16, 32}) {
       const auto pipeline = rig.pipeline({}, Target::color, {{.id = 16, .value = steps}}, "relief");
-      const Draw draw{.pipeline = pipeline.get(), .relief = rig.plain.get(), .frame = frame_uniforms(kScene, 8, 8)};
+      const Draw draw{.pipeline = pipeline.get(), .textures = rig.textures(), .frame = frame_uniforms(kScene, 8, 8)};
       result.push_back(rig.backend->render(draw, 4, Timer::fenced_wall).wall_ns);
     }
     return result;
@@ -29,7 +29,7 @@ TEST(NullBackend, the_load_doubles_with_its_length) {
   const Rig rig(find_backend("null"), 0);
   const auto time = [&](int steps) {
     const auto load = rig.pipeline({}, Target::color, {{.id = 0, .value = steps}}, "load");
-    const Draw draw{.pipeline = load.get(), .relief = rig.plain.get(), .frame = frame_uniforms(kScene, 8, 8)};
+    const Draw draw{.pipeline = load.get(), .textures = rig.textures(), .frame = frame_uniforms(kScene, 8, 8)};
     return rig.backend->render(draw, 1, Timer::fenced_wall).wall_ns;
   };
   EXPECT_NEAR(time(128) / time(64), 2, 0.05);

@@ -4,8 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
 
+#include "backends/gpu_bake.h"
 #include "kernels/base/error.h"
+#include "kernels/trace/technique.h"
+#include "tests/command.h"
+#include "tests/temp_folder.h"
 
 namespace reliefbench {
 namespace {
@@ -26,7 +32,7 @@ bool contains_text(const Spirv& spirv, std::string_view text) {
 
 std::string error_of(std::string_view text, Dialect dialect) {
   try {
-    (void)compile_fragment({.name = "probe.glsl", .text = text}, Target::score, dialect);
+    (void)compile_fragment({.name = "probe.glsl", .text = std::string(text)}, Target::score, dialect);
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), Exit::environment);
     return error.what();
@@ -64,7 +70,7 @@ TEST_P(ShaderCompiler, targets_and_techniques_differ) {
 
 TEST_P(ShaderCompiler, a_given_source_equals_the_embedded_one) {
   const std::string_view text = "Hit trace(Ray ray) { return Hit(0.0, STATUS_HIT, 0, 0); }\n";
-  EXPECT_EQ(compile_fragment({.name = "other.glsl", .text = text}, Target::color, GetParam()),
+  EXPECT_EQ(compile_fragment({.name = "other.glsl", .text = std::string(text)}, Target::color, GetParam()),
             compile_fragment("flat", Target::color, GetParam()));
 }
 
@@ -95,6 +101,30 @@ TEST_P(ShaderCompiler, an_unknown_technique_is_named) {
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("nowhere.glsl"));
   }
+}
+
+TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator) {
+  const TempFolder folder;
+  int modules = 0;
+  const auto write = [&](const std::string& name, const Spirv& spirv) {
+    std::ofstream((folder / (name + ".spv")), std::ios::binary)
+        .write(reinterpret_cast<const char*>(spirv.data()), static_cast<std::streamsize>(spirv.size() * 4));
+    ++modules;
+  };
+  write("fullscreen", compile_vertex(GetParam()));
+  write("load", compile_load(GetParam()));
+  write("reference", compile_fragment("reference", Target::color, GetParam()));
+  for (const Technique& technique : techniques()) {
+    write(std::string(technique.id) + ".shade", compile_fragment(technique.id, Target::color, GetParam()));
+    write(std::string(technique.id) + ".score", compile_fragment(technique.id, Target::score, GetParam()));
+  }
+  for (const MapKind kind : gpu_bakers()) write(std::string(find_map(kind).id), compile_baker(kind, GetParam()));
+  const std::string command = fmt::format(
+      "cd '{}' && for module in *.spv; do spirv-val --target-env {} $module || echo in $module; done >log 2>&1",
+      folder.path().string(), GetParam() == Dialect::vulkan ? "vulkan1.1" : "spv1.0");
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(file_text(folder / "log"), "");
+  EXPECT_GT(modules, 30);
 }
 
 TEST_P(ShaderCompiler, it_works_again_after_an_error) {

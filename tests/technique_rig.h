@@ -18,9 +18,9 @@ struct StoredMap {
 };
 
 inline StoredMap store_map(const Settings& settings, const Heightfield& heights, Wrap wrap) {
-  if (settings.technique().find("format") == nullptr)  // flat reads no map: any will do
+  if (!settings.technique().reads_map())  // flat reads no map: any will do
     return {.textures = pack_heights(heights, find_format("r32f")), .surface = heights};
-  BakedMap map{.heights = quantise_heights(heights, find_format(settings.choice("format")).type)};
+  BakedMap map{.heights = quantise_heights(heights, storage_of(settings).format.type)};
   map.values = map_of(settings).bake(bake_request(settings, map.heights, wrap));
   MapTextures textures = map_textures(settings, map, wrap, Scene{}.relief_depth);
   return {.textures = std::move(textures), .surface = std::move(map.heights)};
@@ -37,10 +37,7 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
   const auto relief = rig.backend->upload(texture_desc(map.textures.relief, scene.wrap));
   const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, scene.wrap)) : nullptr;
   const Draw draw{.pipeline = &pipeline,
-                  .relief = relief.get(),
-                  .normals = rig.plain.get(),
-                  .reference = rig.plain.get(),
-                  .extra = extra ? extra.get() : rig.plain.get(),
+                  .textures = rig.textures(relief.get(), extra.get()),
                   .frame = frame_uniforms(scene, map.surface.width, map.surface.height)};
   rig.backend->render(draw, 1, Timer::fenced_wall);
   return rig.backend->read_score();

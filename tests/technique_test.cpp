@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "backends/spirv.h"
@@ -38,11 +39,36 @@ TEST(TechniqueTest, rows_and_shader_files_are_one_to_one) {
   EXPECT_EQ(files, rows);
 }
 
+/// The names that lines of GLSL define as constants.
+std::set<std::string> constants_in(std::string_view text) {
+  static const std::regex kConstant(R"(const (?:int|float) (\w+) =)");
+  const std::string copy(text);
+  std::set<std::string> names;
+  for (std::sregex_iterator match(copy.begin(), copy.end(), kConstant), end; match != end; ++match)
+    names.insert((*match)[1]);
+  return names;
+}
+
+TEST(TechniqueTest, no_shader_file_repeats_what_a_row_defines) {
+  std::set<std::string> generated = constants_in(shared_contract());
+  EXPECT_THAT(generated, testing::IsSupersetOf({"WRAP_CLAMP", "ENCODING_ATAN", "LAYOUT_SPLIT", "CONE_FETCH_MIN4",
+                                                "STATUS_STEP_CAP", "LEAST_DEPTH", "TILE_SIDE"}));
+  for (const Technique& technique : techniques()) generated.merge(constants_in(parameters_contract(technique)));
+  EXPECT_THAT(generated, testing::IsSupersetOf({"CONE_STEPS", "STEP_CELL_QUAD", "REFINEMENT_BINARY", "LOD_FOOTPRINT"}));
+  for (const EmbeddedFile& file : embedded_shaders()) {
+    if (file.name == "load.frag") continue;  // its constant is the audit's, and no row's
+    EXPECT_EQ(file.text.find("constant_id"), std::string_view::npos) << file.name;
+    for (const std::string& name : constants_in(file.text)) EXPECT_FALSE(generated.contains(name)) << file.name << name;
+    for (const char* sampler : {kReliefMap, kNormalMap, kReferenceMap, kExtraMap})
+      EXPECT_EQ(file.text.find(fmt::format("sampler2D {};", sampler)), std::string_view::npos) << file.name;
+  }
+}
+
 TEST(TechniqueTest, every_run_time_parameter_is_a_constant_of_the_module) {
   for (const Technique& technique : techniques()) {
     std::map<std::uint32_t, std::string> declared;
     const Spirv module = compile_fragment(technique.id, Target::score, Dialect::vulkan);
-    for (const DeclaredConstant& constant : declared_constants(module)) declared[constant.id] = constant.name;
+    for (const DeclaredConstant& constant : reflect(module).constants) declared[constant.id] = constant.name;
     for (const Param& param : technique.params) {
       if (param.constant_id < 0) continue;
       EXPECT_EQ(declared[static_cast<std::uint32_t>(param.constant_id)], upper(param.id))
@@ -54,7 +80,7 @@ TEST(TechniqueTest, every_run_time_parameter_is_a_constant_of_the_module) {
 TEST(TechniqueTest, constants_of_the_module_are_all_parameters) {
   for (const Technique& technique : techniques()) {
     for (const DeclaredConstant& constant :
-         declared_constants(compile_fragment(technique.id, Target::score, Dialect::vulkan))) {
+         reflect(compile_fragment(technique.id, Target::score, Dialect::vulkan)).constants) {
       if (constant.id < kFirstOwnConstant) continue;  // shared ones, which a technique may ignore
       const bool known = std::any_of(technique.params.begin(), technique.params.end(), [&](const Param& param) {
         return param.constant_id == static_cast<int>(constant.id);

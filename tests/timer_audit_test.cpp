@@ -36,15 +36,15 @@ class ClockedBackend final : public Backend {
       if (constant.id == 0) pipeline->steps = constant.value;
     return pipeline;
   }
-  BatchTime render(const Draw& draw, int frames, Timer timer) override {
+  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
+    const Draw& draw = frame.front();
     const double pixels = 1.0 * draw.frame.sizes[0] * draw.frame.sizes[1];
     const double true_ns = 0.05 * pixels * frames * dynamic_cast<const StepsPipeline&>(*draw.pipeline).steps;
     BatchTime time{.wall_ns = clocks_.wall_ns(true_ns, batches_++)};
     if (timer != Timer::fenced_wall) time.device_ns = clocks_.device_ns(true_ns);
     return time;
   }
-  std::vector<ScorePixel> read_score() override { return {}; }
-  std::vector<std::uint8_t> read_color() override { return {}; }
+  std::vector<std::uint8_t> read(std::string_view) override { return {}; }
   std::unique_ptr<Pipeline> compile_compute(const ComputeDesc&) override { return nullptr; }
   std::vector<std::byte> compute(const ComputeJob&) override { return {}; }
   std::vector<std::string> debug_messages() const override { return {}; }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "tests/made_score.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/plan/features.h"
@@ -21,8 +22,8 @@ Settings settings_of(std::string_view technique, const std::vector<std::pair<std
 }
 
 FrameScore score_of(double error) {
-  FrameScore score;
-  score.e_xy.p99 = error;
+  FrameScore score = made_score();
+  score["e_xy.p99"] = error;
   return score;
 }
 
@@ -73,7 +74,7 @@ RC_GTEST_PROP(ErrorPass, bisection_finds_what_a_full_pass_finds_where_error_fall
     ++frames;
     return score_of(count - settings[i].get("linear_steps") / 4);
   };
-  const auto meets = [&](const FrameScore& score) { return score.e_xy.p99 <= limit; };
+  const auto meets = [&](const FrameScore& score) { return score.at("e_xy.p99") <= limit; };
   const auto full = score_all(settings.size(), 1, judge, never);
   const std::size_t full_frames = frames;
   frames = 0;

@@ -18,6 +18,7 @@
 #include "tests/temp_folder.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
+#include "tuner/results/run_files.h"
 #include "tuner/results/statistics.h"
 #include "tuner/results/store.h"
 
@@ -171,6 +172,19 @@ TEST_F(TuneTest, goes_on_where_it_was) {
   const TuneResult again = run_tune(config(), options("run"));
   EXPECT_EQ(load_run(folder_ / "run").samples.size(), after.size());
   EXPECT_EQ(tune_json(again), tune_json(whole));
+}
+
+// Nor is a record entered again, also where there are hold-outs, whose errors come from it.
+TEST_F(TuneTest, a_finished_search_asked_again_leaves_its_files_as_they_are) {
+  TuneOptions asked = options("run");
+  asked.holdout = parse_config(std::string(kConfig), "x.json").scenes;
+  for (SceneSpec& scene : asked.holdout) scene.id = "other" + scene.id.substr(scene.id.find('/'));
+  const TuneResult first = run_tune(config(), asked);
+  const std::string records = file_text(folder_ / "run" / kResultsFile);
+  const std::string samples = file_text(folder_ / "run" / kSamplesFile);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(tune_json(run_tune(config(), asked)), tune_json(first));
+  EXPECT_EQ(file_text(folder_ / "run" / kResultsFile), records);
+  EXPECT_EQ(file_text(folder_ / "run" / kSamplesFile), samples);
 }
 
 // Whether errors are bisected depends on how fast they are: decided once, so that a search goes on among the same

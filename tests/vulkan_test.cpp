@@ -54,17 +54,14 @@ struct Rig {
     const std::vector<std::byte> texels(std::size_t{4} * 4 * 4, std::byte{128});
     plain = backend->upload({.width = 4, .height = 4, .texels = texels});
   }
-  [[nodiscard]] std::unique_ptr<Pipeline> pipeline(const Spirv& fragment, Target target,
+  [[nodiscard]] std::unique_ptr<Pipeline> pipeline(const Spirv& fragment, const Target& target,
                                                    std::vector<SpecConstant> constants = {}) const {
     return backend->compile(
         {.label = "test", .vertex = vertex, .fragment = fragment, .constants = std::move(constants), .target = target});
   }
   [[nodiscard]] Draw draw(const Pipeline& pipeline, int width, int height) const {
     return {.pipeline = &pipeline,
-            .relief = plain.get(),
-            .normals = plain.get(),
-            .reference = plain.get(),
-            .extra = plain.get(),
+            .textures = {{kReliefMap, plain.get()}, {kNormalMap, plain.get()}, {kReferenceMap, plain.get()}},
             .frame = frame_of(width, height)};
   }
 
@@ -93,6 +90,21 @@ TEST(Vulkan, NamesTheFailedCallAndTheLostDevice) {
   EXPECT_THAT(message_of([] { vk_check(VK_TIMEOUT, "vkWaitForFences"); }), HasSubstr("vkWaitForFences"));
 }
 
+TEST(Vulkan, FaultsAreToldByTheirCodes) {
+  const auto fault = [](VkResult result) {
+    try {
+      vk_check(result, "device lost, or so a message says");
+    } catch (const Error& error) {
+      return error.fault();
+    }
+    return Fault::other;
+  };
+  EXPECT_EQ(fault(VK_ERROR_DEVICE_LOST), Fault::device_lost);
+  EXPECT_EQ(fault(VK_ERROR_OUT_OF_DEVICE_MEMORY), Fault::out_of_memory);
+  EXPECT_EQ(fault(VK_ERROR_OUT_OF_HOST_MEMORY), Fault::out_of_memory);
+  EXPECT_EQ(fault(VK_ERROR_INITIALIZATION_FAILED), Fault::other);
+}
+
 // The validation layer finds leaked objects when the device goes, after the last chance to ask debug_messages().
 TEST_F(VulkanTest, ValidationHasNothingToSayFromStartToEnd) {
   testing::internal::CaptureStderr();
@@ -109,7 +121,7 @@ TEST_F(VulkanTest, ValidationHasNothingToSayFromStartToEnd) {
                                                .filter = Filter::nearest}));
       }
     }
-    for (const Target target : {Target::color, Target::score}) {
+    for (const Target& target : {Target::color, Target::score}) {
       const auto pipeline = rig.pipeline(compile_fragment("flat", target, Dialect::vulkan), target, {{99, 1}});
       for (const int side : {16, 33, 33}) {
         for (const Timer timer : device.timers) rig.backend->render(rig.draw(*pipeline, side, side), 3, timer);
@@ -158,7 +170,7 @@ TEST_F(VulkanTest, ScoreFrameKeepsRowsAndBothAttachments) {
                                               .filter = Filter::nearest});
   const auto pipeline = rig.pipeline(compile_fragment("reference", Target::score, Dialect::vulkan), Target::score);
   Draw draw = rig.draw(*pipeline, kWidth, kHeight);
-  draw.reference = reference.get();
+  draw.textures[kReferenceMap] = reference.get();
   rig.backend->render(draw, 2, Timer::fenced_wall);
   const std::vector<ScorePixel> pixels = rig.backend->read_score();
   ASSERT_EQ(pixels.size(), exact.size());
@@ -213,15 +225,15 @@ TEST_F(VulkanTest, BatchesOfAnyLengthAreTimed) {
 
 TEST_F(VulkanTest, MisuseIsAnErrorNotACrash) {
   const Rig rig;
-  const auto pipeline = rig.pipeline(compile_load(Dialect::vulkan), Target::color);
+  const auto pipeline = rig.pipeline(compile_fragment("reference", Target::color, Dialect::vulkan), Target::color);
   Draw draw = rig.draw(*pipeline, 4, 4);
-  EXPECT_THAT(message_of([&] { static_cast<void>(rig.backend->read_score()); }), HasSubstr("no score frame"));
+  EXPECT_THAT(message_of([&] { static_cast<void>(rig.backend->read_score()); }), HasSubstr("attachment out_ray"));
   EXPECT_THAT(message_of([&] { rig.backend->render(draw, 1, Timer::gl_timestamp); }), HasSubstr("gl_timestamp"));
   EXPECT_THAT(message_of([&] { rig.backend->render(draw, 0, Timer::fenced_wall); }), HasSubstr("0 frames"));
   const Texture foreign;
   for (const Texture* texture : {static_cast<const Texture*>(nullptr), &foreign}) {
-    draw.normals = texture;
-    EXPECT_THAT(message_of([&] { rig.backend->render(draw, 1, Timer::fenced_wall); }), HasSubstr("normals"));
+    draw.textures[kNormalMap] = texture;
+    EXPECT_THAT(message_of([&] { rig.backend->render(draw, 1, Timer::fenced_wall); }), HasSubstr(kNormalMap));
   }
   const std::vector<std::byte> texels(1 << 20);
   EXPECT_THAT(message_of([&] {

@@ -3,7 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 
 #include "kernels/base/error.h"
@@ -11,7 +10,10 @@
 namespace reliefbench {
 namespace {
 
-[[noreturn]] void fail_egl(const char* call) { fail_environment("EGL: {} failed (0x{:04x})", call, eglGetError()); }
+[[noreturn]] void fail_egl(const char* call) {
+  const EGLint error = eglGetError();
+  fail_device(fault_of_egl(error), "EGL: {} failed (0x{:04x})", call, error);
+}
 
 std::vector<EGLDeviceEXT> enumerated_devices() {
   if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_device")) return {};
@@ -48,16 +50,22 @@ EGLContext create_context(EGLDisplay display, bool debug) {
   for (const char* extension : {"EGL_KHR_create_context", "EGL_KHR_surfaceless_context", "EGL_KHR_no_config_context"})
     if (!epoxy_has_egl_extension(display, extension)) fail_environment("EGL: {} is missing", extension);
   if (!eglBindAPI(EGL_OPENGL_API)) fail_egl("eglBindAPI");
-  const std::array<EGLint, 9> attributes = {EGL_CONTEXT_MAJOR_VERSION_KHR,
-                                            4,
-                                            EGL_CONTEXT_MINOR_VERSION_KHR,
-                                            5,
-                                            EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
-                                            EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
-                                            debug ? EGL_CONTEXT_FLAGS_KHR : EGL_NONE,
-                                            EGL_CONTEXT_OPENGL_DEBUG_BIT_KHR,
-                                            EGL_NONE};
-  EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+  std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION_KHR,
+                                    4,
+                                    EGL_CONTEXT_MINOR_VERSION_KHR,
+                                    5,
+                                    EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR,
+                                    EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR,
+                                    EGL_CONTEXT_FLAGS_KHR,
+                                    debug ? EGL_CONTEXT_OPENGL_DEBUG_BIT_KHR : 0,
+                                    EGL_NONE};
+  // A context that tells of the loss of its device, where the driver has such.
+  std::vector<EGLint> telling = attributes;
+  telling.insert(telling.end() - 1,
+                 {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY_KHR, EGL_LOSE_CONTEXT_ON_RESET_KHR});
+  EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, telling.data());
+  if (context == EGL_NO_CONTEXT)
+    context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
   if (context == EGL_NO_CONTEXT) fail_egl("eglCreateContext for OpenGL 4.5 core");
   return context;
 }
@@ -68,6 +76,11 @@ void destroy(EGLDisplay display, EGLContext context) {
 }
 
 }  // namespace
+
+Fault fault_of_egl(EGLint error) {
+  if (error == EGL_CONTEXT_LOST) return Fault::device_lost;
+  return error == EGL_BAD_ALLOC ? Fault::out_of_memory : Fault::other;
+}
 
 std::vector<EGLDisplay> egl_displays() {
   // Mesa writes to stderr about every device that another vendor's driver owns, unless it is told otherwise.
@@ -98,7 +111,14 @@ EglContext::EglContext(EGLDisplay display, bool debug) : display_(display), cont
   }
 }
 
-EglContext::~EglContext() { destroy(display_, context_); }
+EglContext::~EglContext() {
+  if (!is_abandoned_) destroy(display_, context_);
+}
+
+bool EglContext::can_free() const {
+  if (!is_abandoned_) make_current();
+  return !is_abandoned_;
+}
 
 void EglContext::make_current() const {
   if (!eglBindAPI(EGL_OPENGL_API)) fail_egl("eglBindAPI");

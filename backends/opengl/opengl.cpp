@@ -4,6 +4,8 @@
 #include <array>
 #include <cassert>
 #include <chrono>
+#include <ranges>
+#include <utility>
 
 #include "backends/backend.h"
 #include "backends/opengl/egl.h"
@@ -55,6 +57,9 @@ struct UsableDevice {
   DeviceInfo info;
 };
 
+constexpr std::size_t kUniformStride = 256;  // the greatest GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT that OpenGL allows
+static_assert(sizeof(FrameUniforms) <= kUniformStride);
+
 class OpenglBackend final : public Backend {
  public:
   OpenglBackend(const UsableDevice& device, const BackendOptions& options)
@@ -66,8 +71,8 @@ class OpenglBackend final : public Backend {
     }
     glDisable(GL_DITHER);  // the only stage that is on by default and would touch a pixel
     glCreateVertexArrays(1, &empty_vertices_);
-    glCreateBuffers(1, &uniforms_);
-    glNamedBufferStorage(uniforms_, sizeof(FrameUniforms), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // depths as Vulkan has them
+    glDepthFunc(GL_LESS);
     glCreateQueries(GL_TIME_ELAPSED, 1, &elapsed_);
     glCreateQueries(GL_TIMESTAMP, 2, stamps_.data());
     check_gl("set up the context");
@@ -77,6 +82,7 @@ class OpenglBackend final : public Backend {
   OpenglBackend(const OpenglBackend&) = delete;
   OpenglBackend& operator=(const OpenglBackend&) = delete;
 
+  [[nodiscard]] bool is_left_behind() const override { return context_.is_abandoned(); }
   [[nodiscard]] const DeviceInfo& device() const override { return device_; }
 
   [[nodiscard]] std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
@@ -91,9 +97,8 @@ class OpenglBackend final : public Backend {
     return std::make_unique<OpenglPipeline>(context_, desc);
   }
 
-  BatchTime render(const Draw& draw, int frames, Timer timer) override;
-  [[nodiscard]] std::vector<ScorePixel> read_score() override;
-  [[nodiscard]] std::vector<std::uint8_t> read_color() override;
+  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override;
+  [[nodiscard]] std::vector<std::uint8_t> read(std::string_view attachment) override;
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     context_.make_current();
     return std::make_unique<OpenglCompute>(context_, desc);
@@ -114,7 +119,11 @@ class OpenglBackend final : public Backend {
     list->emplace_back(text, static_cast<std::size_t>(length));
   }
 
-  void prepare(const Draw& draw);
+  FrameTarget& prepare_target(const Draw& first);
+  void write_uniforms(std::span<const Draw> frame);
+  void bind(const Draw& draw, std::size_t index) const;
+  void draw_frame(std::span<const Draw> frame) const;
+  void wait_for_end() const;
   [[nodiscard]] std::optional<double> device_time_ns(Timer timer) const;
 
   EglContext context_;
@@ -122,34 +131,71 @@ class OpenglBackend final : public Backend {
   std::vector<std::string> messages_;
   GLuint empty_vertices_ = 0;
   GLuint uniforms_ = 0;
+  std::size_t uniform_slots_ = 0;  ///< draws that `uniforms_` has room for
   GLuint elapsed_ = 0;
   std::array<GLuint, 2> stamps_{};
-  FrameTarget color_{.format = GL_RGBA8, .attachments = 1};
-  FrameTarget score_{.format = GL_RGBA32F, .attachments = 2};
+  std::vector<FrameTarget> targets_;  ///< the one drawn last at the end
 };
 
-void OpenglBackend::prepare(const Draw& draw) {
-  assert(draw.pipeline && draw.relief && draw.normals && draw.reference && draw.extra);
-  const auto& pipeline = static_cast<const OpenglPipeline&>(*draw.pipeline);
-  FrameTarget& target = pipeline.target() == Target::score ? score_ : color_;
-  target.resize(draw.frame.sizes[0], draw.frame.sizes[1]);
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
-  glViewport(0, 0, target.width, target.height);
-  glUseProgram(pipeline.program());
-  glBindVertexArray(empty_vertices_);
-  glNamedBufferSubData(uniforms_, 0, sizeof(FrameUniforms), &draw.frame);
-  glBindBufferBase(GL_UNIFORM_BUFFER, kFrameBinding, uniforms_);
-  glBindTextureUnit(kReliefBinding, static_cast<const OpenglTexture&>(*draw.relief).id());
-  glBindTextureUnit(kNormalBinding, static_cast<const OpenglTexture&>(*draw.normals).id());
-  glBindTextureUnit(kReferenceBinding, static_cast<const OpenglTexture&>(*draw.reference).id());
-  glBindTextureUnit(kExtraBinding, static_cast<const OpenglTexture&>(*draw.extra).id());
+FrameTarget& OpenglBackend::prepare_target(const Draw& first) {
+  const Target& wanted = static_cast<const OpenglPipeline&>(*first.pipeline).target();
+  const auto found = std::ranges::find(targets_, wanted, &FrameTarget::target);
+  if (found == targets_.end())
+    targets_.push_back({.target = wanted});
+  else
+    std::rotate(found, found + 1, targets_.end());
+  targets_.back().resize(first.frame.sizes[0], first.frame.sizes[1]);
+  return targets_.back();
 }
 
-BatchTime OpenglBackend::render(const Draw& draw, int frames, Timer timer) {
+void OpenglBackend::write_uniforms(std::span<const Draw> frame) {
+  if (frame.size() > uniform_slots_) {
+    glDeleteBuffers(1, &uniforms_);
+    glCreateBuffers(1, &uniforms_);
+    glNamedBufferStorage(uniforms_, static_cast<GLsizeiptr>(frame.size() * kUniformStride), nullptr,
+                         GL_DYNAMIC_STORAGE_BIT);
+    uniform_slots_ = frame.size();
+  }
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    glNamedBufferSubData(uniforms_, static_cast<GLintptr>(i * kUniformStride), sizeof(FrameUniforms), &frame[i].frame);
+}
+
+/// Makes a draw's program, uniforms and textures the context's. index: of the draw in its frame
+void OpenglBackend::bind(const Draw& draw, std::size_t index) const {
+  const auto& pipeline = static_cast<const OpenglPipeline&>(*draw.pipeline);
+  glUseProgram(pipeline.program());
+  for (const ShaderVariable& block : pipeline.shader().uniform_blocks)
+    glBindBufferRange(GL_UNIFORM_BUFFER, block.place, uniforms_, static_cast<GLintptr>(index * kUniformStride),
+                      sizeof(FrameUniforms));
+  for (const ShaderVariable& sampler : pipeline.shader().samplers)
+    glBindTextureUnit(sampler.place, static_cast<const OpenglTexture&>(texture_of(draw, sampler.name)).id());
+}
+
+void OpenglBackend::draw_frame(std::span<const Draw> frame) const {
+  targets_.back().clear();
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    if (frame.size() > 1) bind(frame[i], i);  // a lone draw stays bound
+    glDrawArrays(GL_TRIANGLES, 0, frame[i].vertices);
+  }
+  // Ends the frame: a tiler that sees several opaque full-screen draws at once shades only the last one.
+  glFlush();
+}
+
+BatchTime OpenglBackend::render(std::span<const Draw> frame, int frames, Timer timer) {
   if (std::find(device_.timers.begin(), device_.timers.end(), timer) == device_.timers.end())
     fail_environment("OpenGL: {} does not offer the timer {}", device_.name, timer_id(timer));
+  if (frame.empty() || frames < 1) fail_environment("OpenGL: a batch of {} frames of {} draws", frames, frame.size());
   context_.make_current();
-  prepare(draw);
+  const FrameTarget& target = prepare_target(frame.front());
+  for (const Draw& draw : frame)
+    if (static_cast<const OpenglPipeline&>(*draw.pipeline).target() != target.target)
+      fail_environment("OpenGL: the draws of a frame go into different targets");
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
+  glViewport(0, 0, target.width, target.height);
+  target.target.has_depth ? glEnable(GL_DEPTH_TEST) : glDisable(GL_DEPTH_TEST);
+  glBindVertexArray(empty_vertices_);
+  write_uniforms(frame);
+  for (std::size_t i = 0; i < frame.size(); ++i) bind(frame[i], i);  // refuses a draw before the first is timed
   glFinish();
 
   using Clock = std::chrono::steady_clock;
@@ -161,23 +207,29 @@ BatchTime OpenglBackend::render(const Draw& draw, int frames, Timer timer) {
     glQueryCounter(stamps_[0], GL_TIMESTAMP);
     glFlush();
   }
-  for (int i = 0; i < frames; ++i) {
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    // Ends the frame: a tiler that sees several opaque full-screen draws at once shades only the last one.
-    glFlush();
-  }
+  for (int i = 0; i < frames; ++i) draw_frame(frame);
   if (timer == Timer::gl_time_elapsed) glEndQuery(GL_TIME_ELAPSED);
   if (timer == Timer::gl_timestamp) {
     glFlush();
     glQueryCounter(stamps_[1], GL_TIMESTAMP);
     glFlush();
   }
-  glFinish();
+  wait_for_end();
   const std::chrono::duration<double, std::nano> wall = Clock::now() - start;
 
   const BatchTime time{.wall_ns = wall.count(), .device_ns = device_time_ns(timer)};
   check_gl("draw");
   return time;
+}
+
+void OpenglBackend::wait_for_end() const {
+  const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  const GLenum end = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, wait_ns(render_limit_s()));
+  if (end == GL_TIMEOUT_EXPIRED) {
+    context_.abandon();
+    fail_not_ended("OpenGL", render_limit_s());
+  }
+  glDeleteSync(fence);
 }
 
 std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {
@@ -195,37 +247,11 @@ std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {
   return std::nullopt;
 }
 
-std::vector<ScorePixel> OpenglBackend::read_score() {
-  if (score_.width == 0) fail_environment("OpenGL: no score frame was drawn");
+std::vector<std::uint8_t> OpenglBackend::read(std::string_view attachment) {
   context_.make_current();
-  const std::size_t pixels = static_cast<std::size_t>(score_.width) * static_cast<std::size_t>(score_.height);
-  std::array<std::vector<float>, 2> images;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    images[i].resize(pixels * 4);
-    glGetTextureImage(score_.textures[i], 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(images[i].size() * sizeof(float)),
-                      images[i].data());
-  }
-  check_gl("read the score frame");
-  std::vector<ScorePixel> score(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const float* ray = &images[0][4 * i];
-    const float* hit = &images[1][4 * i];
-    score[i] = {.ray = {.u = ray[0], .v = ray[1], .slope_u = ray[2], .slope_v = ray[3]},
-                .t = hit[0],
-                .status = hit[1],
-                .taps = hit[2],
-                .steps = hit[3]};
-  }
-  return score;
-}
-
-std::vector<std::uint8_t> OpenglBackend::read_color() {
-  if (color_.width == 0) fail_environment("OpenGL: no color frame was drawn");
-  context_.make_current();
-  std::vector<std::uint8_t> color(static_cast<std::size_t>(color_.width) * static_cast<std::size_t>(color_.height) * 4);
-  glGetTextureImage(color_.textures[0], 0, GL_RGBA, GL_UNSIGNED_BYTE, static_cast<GLsizei>(color.size()), color.data());
-  check_gl("read the color frame");
-  return color;
+  for (const FrameTarget& target : targets_ | std::views::reverse)
+    if (auto bytes = target.read(attachment)) return std::move(*bytes);
+  fail_not_drawn("OpenGL", attachment);
 }
 
 /// The displays on which a context can be made, numbered as --device takes them.

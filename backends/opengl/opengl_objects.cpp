@@ -46,6 +46,12 @@ std::string error_name(GLenum error) {
       return "GL_OUT_OF_MEMORY";
     case GL_CONTEXT_LOST:
       return "GL_CONTEXT_LOST";
+    case GL_GUILTY_CONTEXT_RESET:
+      return "GL_GUILTY_CONTEXT_RESET";
+    case GL_INNOCENT_CONTEXT_RESET:
+      return "GL_INNOCENT_CONTEXT_RESET";
+    case GL_UNKNOWN_CONTEXT_RESET:
+      return "GL_UNKNOWN_CONTEXT_RESET";
     default:
       return fmt::format("0x{:04x}", error);
   }
@@ -71,9 +77,17 @@ std::string info_log(GLuint object, const Get& get) {
 
 }  // namespace
 
+Fault fault_of_gl(GLenum error, GLenum reset) {
+  if (error == GL_CONTEXT_LOST || reset != GL_NO_ERROR) return Fault::device_lost;
+  return error == GL_OUT_OF_MEMORY ? Fault::out_of_memory : Fault::other;
+}
+
 void check_gl(std::string_view what) {
-  if (const GLenum error = take_error(); error != GL_NO_ERROR)
-    fail_environment("OpenGL: {} while trying to {}", error_name(error), what);
+  const GLenum error = take_error();
+  const GLenum reset = glGetGraphicsResetStatus();
+  if (error == GL_NO_ERROR && reset == GL_NO_ERROR) return;
+  fail_device(fault_of_gl(error, reset), "OpenGL: {} while trying to {}",
+              error_name(reset != GL_NO_ERROR ? reset : error), what);
 }
 
 OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc) : context_(context) {
@@ -103,8 +117,7 @@ OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc)
 }
 
 OpenglTexture::~OpenglTexture() {
-  context_.make_current();
-  glDeleteTextures(1, &id_);
+  if (context_.can_free()) glDeleteTextures(1, &id_);
 }
 
 OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
@@ -126,14 +139,13 @@ OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label
 }
 
 OpenglProgram::~OpenglProgram() {
-  context_.make_current();
-  glDeleteProgram(id_);
+  if (context_.can_free()) glDeleteProgram(id_);
 }
 
 void OpenglProgram::attach(const Stage& stage, const std::string& label,
                            std::span<const SpecConstant> constants) const {
   // OpenGL refuses ids that the module does not declare.
-  const std::vector<DeclaredConstant> declared = declared_constants(stage.spirv);
+  const std::vector<DeclaredConstant> declared = reflect(stage.spirv).constants;
   std::vector<GLuint> ids;
   std::vector<GLuint> values;
   for (const SpecConstant& constant : constants)
@@ -152,36 +164,69 @@ void OpenglProgram::attach(const Stage& stage, const std::string& label,
   glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
   const GLenum error = take_error();
   if (compiled != GL_TRUE || error != GL_NO_ERROR)
-    fail_environment("OpenGL: {} does not specialise ({}): {}", label, error_name(error),
-                     info_log(shader, glGetShaderInfoLog));
+    fail_device(fault_of_gl(error, glGetGraphicsResetStatus()), "OpenGL: {} does not specialise ({}): {}", label,
+                error_name(error), info_log(shader, glGetShaderInfoLog));
 }
 
 OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
-    : program_(context, desc.label,
+    : shader_(joined(reflect(desc.vertex), reflect(desc.fragment))),
+      target_((check_outputs(shader_, desc.target, desc.label), desc.target)),
+      program_(context, desc.label,
                std::array{OpenglProgram::Stage{.kind = GL_VERTEX_SHADER, .spirv = desc.vertex},
                           OpenglProgram::Stage{.kind = GL_FRAGMENT_SHADER, .spirv = desc.fragment}},
-               desc.constants),
-      target_(desc.target) {}
+               desc.constants) {}
 
 void FrameTarget::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;
   glDeleteFramebuffers(1, &framebuffer);
-  glDeleteTextures(attachments, textures.data());
+  glDeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
   width = height = 0;
 
-  constexpr std::array<GLenum, 2> kSlots = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  const std::size_t colors = target.attachments.size();
+  textures.resize(colors + (target.has_depth ? 1 : 0));
+  std::vector<GLenum> slots;
   glCreateFramebuffers(1, &framebuffer);
-  glCreateTextures(GL_TEXTURE_2D, attachments, textures.data());
-  for (std::size_t i = 0; i < static_cast<std::size_t>(attachments); ++i) {
+  glCreateTextures(GL_TEXTURE_2D, static_cast<GLsizei>(textures.size()), textures.data());
+  for (std::size_t i = 0; i < textures.size(); ++i) {
+    const bool is_depth = i == colors;
+    const GLenum format = is_depth ? GL_DEPTH_COMPONENT32F : gl_format(target.attachments[i].layout).internal;
+    const GLenum slot = is_depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i);
     glTextureStorage2D(textures[i], 1, format, new_width, new_height);
-    glNamedFramebufferTexture(framebuffer, kSlots[i], textures[i], 0);
+    glNamedFramebufferTexture(framebuffer, slot, textures[i], 0);
+    if (!is_depth) slots.push_back(slot);
   }
-  glNamedFramebufferDrawBuffers(framebuffer, attachments, kSlots.data());
+  glNamedFramebufferDrawBuffers(framebuffer, static_cast<GLsizei>(slots.size()), slots.data());
   check_gl(fmt::format("make a frame of {}x{} px", new_width, new_height));
   if (glCheckNamedFramebufferStatus(framebuffer, GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     fail_environment("OpenGL: the device cannot draw into a frame of {}x{} px", new_width, new_height);
   width = new_width;
   height = new_height;
+}
+
+void FrameTarget::clear() const {
+  if (!target.has_depth) return;
+  constexpr std::array<GLfloat, 4> kBlack{};
+  constexpr GLfloat kFarthest = 1;
+  for (std::size_t i = 0; i < target.attachments.size(); ++i)
+    glClearNamedFramebufferfv(framebuffer, GL_COLOR, static_cast<GLint>(i), kBlack.data());
+  glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &kFarthest);
+}
+
+std::optional<std::vector<std::uint8_t>> FrameTarget::read(std::string_view attachment) const {
+  for (std::size_t i = 0; i < textures.size(); ++i) {
+    const bool is_depth = i == target.attachments.size();
+    const Attachment& here = is_depth ? kDepth : target.attachments[i];
+    if (here.name != attachment || width == 0) continue;
+    const GlFormat format = gl_format(here.layout);
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                                    static_cast<std::size_t>(here.layout.bytes()));
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glGetTextureImage(textures[i], 0, is_depth ? GL_DEPTH_COMPONENT : format.layout, format.type,
+                      static_cast<GLsizei>(bytes.size()), bytes.data());
+    check_gl(fmt::format("read the attachment {}", attachment));
+    return bytes;
+  }
+  return std::nullopt;
 }
 
 }  // namespace reliefbench

@@ -2,14 +2,21 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "backends/backend.h"
 #include "backends/opengl/egl.h"
+#include "kernels/base/error.h"
 
 namespace reliefbench {
 
-/// throws: Error(environment) naming the first OpenGL error since the last check, if there was one
+/// What an error code of glGetError and a status of glGetGraphicsResetStatus say has failed.
+[[nodiscard]] Fault fault_of_gl(GLenum error, GLenum reset);
+
+/// throws: Error(environment) naming the first OpenGL error since the last check, or the context's reset, if there was
+/// one
 void check_gl(std::string_view what);
 
 /// An immutable texture with its sampler state; one mipmap level, so texelFetch and textureLod(..., 0) both work.
@@ -53,25 +60,30 @@ class OpenglPipeline final : public Pipeline {
  public:
   OpenglPipeline(const EglContext& context, const PipelineDesc& desc);
   [[nodiscard]] GLuint program() const { return program_.id(); }
-  [[nodiscard]] Target target() const { return target_; }
+  [[nodiscard]] const Target& target() const { return target_; }
+  [[nodiscard]] const ShaderInterface& shader() const { return shader_; }
 
  private:
-  OpenglProgram program_;
+  ShaderInterface shader_;
   Target target_;
+  OpenglProgram program_;
 };
 
-/// The attachments that one Target draws into. The context frees them.
+/// The attachments that frames of one Target are drawn into. The context frees them.
 struct FrameTarget {
-  GLenum format = GL_RGBA8;
-  int attachments = 1;
+  Target target;
   int width = 0;  ///< 0: nothing was drawn yet
   int height = 0;
   GLuint framebuffer = 0;
-  std::array<GLuint, 2> textures{};
+  std::vector<GLuint> textures{};  ///< the colors, then the depth
 
   /// Makes the attachments anew where the size changed.
   /// throws: Error(environment): the device cannot draw into a frame of this size
   void resize(int new_width, int new_height);
+  /// What a frame of this target starts from, where it starts from anything.
+  void clear() const;
+  /// The attachment of that name; none: it has no such
+  [[nodiscard]] std::optional<std::vector<std::uint8_t>> read(std::string_view attachment) const;
 };
 
 }  // namespace reliefbench

@@ -1,12 +1,12 @@
-#include <array>
 #include <cstring>
-#include <optional>
 
 #include "backends/backend.h"
+#include "backends/vulkan/vulkan_bindings.h"
 #include "backends/vulkan/vulkan_compute.h"
 #include "backends/vulkan/vulkan_device.h"
 #include "backends/vulkan/vulkan_memory.h"
 #include "backends/vulkan/vulkan_pipeline.h"
+#include "backends/vulkan/vulkan_target.h"
 #include "backends/vulkan/vulkan_texture.h"
 #include "backends/vulkan/vulkan_timestamps.h"
 #include "kernels/base/error.h"
@@ -17,68 +17,25 @@ namespace {
 // Batches of thousands of frames replay one command buffer: recording stays short and its memory bounded.
 constexpr int kFramesPerBuffer = 64;
 
-/// The image or images that a pipeline draws into.
-struct FrameTarget {
-  std::vector<DeviceImage> images;
-  Owned<VkFramebuffer, &VolkDeviceTable::vkDestroyFramebuffer> framebuffer;
-  VkExtent2D extent{};
-};
-
-FrameTarget make_target(const VulkanDevice& device, VkRenderPass pass, Target kind, VkExtent2D extent) {
-  FrameTarget target{.images = {}, .framebuffer = {}, .extent = extent};
-  std::vector<VkImageView> views;
-  for (const VkFormat format : attachment_formats(kind)) {
-    target.images.push_back(make_device_image(
-        device, {.extent = extent,
-                 .format = format,
-                 .format_id = kind == Target::score ? "rgba32f" : "rgba8",
-                 .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
-                 .features = VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT}));
-    views.push_back(target.images.back().view.get());
-  }
-  const VkFramebufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
-                                     .renderPass = pass,
-                                     .attachmentCount = static_cast<std::uint32_t>(views.size()),
-                                     .pAttachments = views.data(),
-                                     .width = extent.width,
-                                     .height = extent.height,
-                                     .layers = 1};
-  VkFramebuffer framebuffer = VK_NULL_HANDLE;
-  vk_check(device.calls().vkCreateFramebuffer(device.handle(), &info, nullptr, &framebuffer), "vkCreateFramebuffer");
-  target.framebuffer = {device.logical(), framebuffer};
-  run_once(device, [&](VkCommandBuffer commands) {
-    for (const DeviceImage& image : target.images) transition(device, commands, image, kUnused, kDrawn);
-  });
-  return target;
-}
-
-/// An object of this backend, out of the interface's pointer.
-template <typename Mine, typename Base>
-const Mine& own(const Base* object, std::string_view what) {
-  const auto* mine = dynamic_cast<const Mine*>(object);
-  if (mine == nullptr) fail_environment("vulkan: the {} is missing or of another backend", what);
-  return *mine;
-}
-
 class VulkanBackend final : public Backend {
  public:
   VulkanBackend(int device_index, const BackendOptions& options)
       : device_(device_index, options),
         info_(device_info(device_.physical(), device_index)),
-        layouts_(device_),
-        bindings_(device_, layouts_.descriptors()),
+        targets_(device_),
+        bindings_(device_),
         stamps_(device_) {}
 
+  [[nodiscard]] bool is_left_behind() const override { return device_.logical().is_abandoned(); }
   [[nodiscard]] const DeviceInfo& device() const override { return info_; }
   [[nodiscard]] std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
     return make_texture(device_, desc);
   }
   [[nodiscard]] std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
-    return make_pipeline(device_, layouts_, desc);
+    return make_pipeline(device_, targets_.render_pass(desc.target), desc);
   }
-  BatchTime render(const Draw& draw, int frames, Timer timer) override;
-  [[nodiscard]] std::vector<ScorePixel> read_score() override;
-  [[nodiscard]] std::vector<std::uint8_t> read_color() override;
+  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override;
+  [[nodiscard]] std::vector<std::uint8_t> read(std::string_view attachment) override;
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     return std::make_unique<VulkanCompute>(device_, desc);
   }
@@ -88,72 +45,75 @@ class VulkanBackend final : public Backend {
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return device_.instance().messages(); }
 
  private:
-  std::optional<FrameTarget>& slot(Target kind) { return targets_[static_cast<std::size_t>(kind)]; }
-  const FrameTarget& prepare_target(Target kind, const FrameUniforms& frame);
-  const FrameTarget& drawn_target(Target kind);
-  void record_frames(VkCommandBuffer commands, const VulkanPipeline& pipeline, const FrameTarget& target, int frames);
+  const FrameTarget& prepare_target(std::span<const Draw> frame);
+  void record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const FrameTarget& target, int frames);
+  void record_bound(VkCommandBuffer commands, const Draw& draw, std::size_t index);
 
   VulkanDevice device_;
   DeviceInfo info_;
-  PipelineLayouts layouts_;
+  FrameTargets targets_;
   Bindings bindings_;
   Timestamps stamps_;
-  std::array<std::optional<FrameTarget>, 2> targets_;  ///< by Target
 };
 
-const FrameTarget& VulkanBackend::prepare_target(Target kind, const FrameUniforms& frame) {
-  if (frame.sizes[0] < 1 || frame.sizes[1] < 1) {
-    fail_environment("vulkan: no frame of {}x{} pixels", frame.sizes[0], frame.sizes[1]);
-  }
-  const VkExtent2D extent{.width = static_cast<std::uint32_t>(frame.sizes[0]),
-                          .height = static_cast<std::uint32_t>(frame.sizes[1])};
-  std::optional<FrameTarget>& target = slot(kind);
-  if (!target || target->extent.width != extent.width || target->extent.height != extent.height) {
-    target.reset();  // before the new one is made, so that both never take memory at once
-    target = make_target(device_, layouts_.render_pass(kind), kind, extent);
-  }
-  return *target;
+const FrameTarget& VulkanBackend::prepare_target(std::span<const Draw> frame) {
+  const auto& sizes = frame.front().frame.sizes;
+  if (sizes[0] < 1 || sizes[1] < 1) fail_environment("vulkan: no frame of {}x{} pixels", sizes[0], sizes[1]);
+  const Target& target = own<VulkanPipeline>(frame.front().pipeline, "pipeline").target;
+  for (const Draw& draw : frame)
+    if (own<VulkanPipeline>(draw.pipeline, "pipeline").target != target)
+      fail_environment("vulkan: the draws of a frame go into different targets");
+  return targets_.prepare(
+      target, {.width = static_cast<std::uint32_t>(sizes[0]), .height = static_cast<std::uint32_t>(sizes[1])});
 }
 
-const FrameTarget& VulkanBackend::drawn_target(Target kind) {
-  if (!slot(kind)) fail_environment("vulkan: no {} frame was drawn", kind == Target::score ? "score" : "color");
-  return *slot(kind);
+/// Records a draw's pipeline and descriptors. index: of the draw in its frame
+void VulkanBackend::record_bound(VkCommandBuffer commands, const Draw& draw, std::size_t index) {
+  const VolkDeviceTable& vk = device_.calls();
+  const auto& pipeline = own<VulkanPipeline>(draw.pipeline, "pipeline");
+  vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.handle.get());
+  const VkDescriptorSet set = bindings_.set(index);
+  if (set != VK_NULL_HANDLE)
+    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.layout.get(), 0, 1, &set, 0,
+                               nullptr);
 }
 
-void VulkanBackend::record_frames(VkCommandBuffer commands, const VulkanPipeline& pipeline, const FrameTarget& target,
+void VulkanBackend::record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const FrameTarget& target,
                                   int frames) {
   const VolkDeviceTable& vk = device_.calls();
   const VkRect2D area{.extent = target.extent};
   const VkViewport viewport{.width = static_cast<float>(target.extent.width),
                             .height = static_cast<float>(target.extent.height),
                             .maxDepth = 1};
-  const VkDescriptorSet set = bindings_.set();
-  vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.handle.get());
-  vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, layouts_.pipeline(), 0, 1, &set, 0, nullptr);
   vk.vkCmdSetViewport(commands, 0, 1, &viewport);
   vk.vkCmdSetScissor(commands, 0, 1, &area);
+  std::vector<VkClearValue> clear(target.images.size());  // black
+  if (target.target.has_depth) clear.back().depthStencil = {.depth = 1};
   const VkRenderPassBeginInfo pass{.sType = VK_STRUCTURE_TYPE_RENDER_PASS_BEGIN_INFO,
-                                   .renderPass = layouts_.render_pass(pipeline.target),
+                                   .renderPass = target.pass.get(),
                                    .framebuffer = target.framebuffer.get(),
-                                   .renderArea = area};
+                                   .renderArea = area,
+                                   .clearValueCount = static_cast<std::uint32_t>(clear.size()),
+                                   .pClearValues = clear.data()};
+  if (frame.size() == 1) record_bound(commands, frame.front(), 0);  // a lone draw stays bound
   for (int i = 0; i < frames; ++i) {
     vk.vkCmdBeginRenderPass(commands, &pass, VK_SUBPASS_CONTENTS_INLINE);
-    vk.vkCmdDraw(commands, 3, 1, 0, 0);
+    for (std::size_t draw = 0; draw < frame.size(); ++draw) {
+      if (frame.size() > 1) record_bound(commands, frame[draw], draw);
+      vk.vkCmdDraw(commands, static_cast<std::uint32_t>(frame[draw].vertices), 1, 0, 0);
+    }
     vk.vkCmdEndRenderPass(commands);
   }
 }
 
-BatchTime VulkanBackend::render(const Draw& draw, int frames, Timer timer) {
+BatchTime VulkanBackend::render(std::span<const Draw> frame, int frames, Timer timer) {
   const bool stamped = timer == Timer::vk_timestamp && stamps_.available();
   if (timer != Timer::fenced_wall && !stamped) {
     fail_environment("vulkan: this device has no timer {}", timer_id(timer));
   }
-  if (frames < 1) fail_environment("vulkan: a batch of {} frames", frames);
-  const auto& pipeline = own<VulkanPipeline>(draw.pipeline, "pipeline");
-  const FrameTarget& target = prepare_target(pipeline.target, draw.frame);
-  bindings_.write(draw.frame,
-                  {&own<VulkanTexture>(draw.relief, "relief"), &own<VulkanTexture>(draw.normals, "normals"),
-                   &own<VulkanTexture>(draw.reference, "reference"), &own<VulkanTexture>(draw.extra, "extra texture")});
+  if (frame.empty() || frames < 1) fail_environment("vulkan: a batch of {} frames of {} draws", frames, frame.size());
+  const FrameTarget& target = prepare_target(frame);
+  bindings_.write(frame);
 
   const VkCommandBufferUsageFlags replayed = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;
   const Commands before(device_, 0);
@@ -161,39 +121,26 @@ BatchTime VulkanBackend::render(const Draw& draw, int frames, Timer timer) {
   const Commands rest(device_, 0);
   const Commands after(device_, 0);
   if (stamped) stamps_.record_start(before.handle());
-  if (frames >= kFramesPerBuffer) record_frames(many.handle(), pipeline, target, kFramesPerBuffer);
-  record_frames(rest.handle(), pipeline, target, frames % kFramesPerBuffer);
+  if (frames >= kFramesPerBuffer) record_frames(many.handle(), frame, target, kFramesPerBuffer);
+  record_frames(rest.handle(), frame, target, frames % kFramesPerBuffer);
   if (stamped) stamps_.record_end(after.handle());
 
   std::vector<VkCommandBuffer> batch{before.end()};
   batch.insert(batch.end(), static_cast<std::size_t>(frames / kFramesPerBuffer), many.end());
   batch.push_back(rest.end());
   batch.push_back(after.end());
-  BatchTime time{.wall_ns = device_.run(batch)};
+  BatchTime time{.wall_ns = device_.run(batch, render_limit_s())};
   if (stamped) time.device_ns = stamps_.elapsed_ns();
   return time;
 }
 
-std::vector<ScorePixel> VulkanBackend::read_score() {
-  const FrameTarget& target = drawn_target(Target::score);
-  constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;  // of a pixel, in each attachment
-  const HostBuffer first = read_texels(device_, target.images[0], kHalf);
-  const HostBuffer second = read_texels(device_, target.images[1], kHalf);
-  std::vector<ScorePixel> pixels(first.bytes.size() / kHalf);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    std::array<std::byte, sizeof(ScorePixel)> pixel{};
-    std::memcpy(pixel.data(), first.bytes.data() + i * kHalf, kHalf);
-    std::memcpy(pixel.data() + kHalf, second.bytes.data() + i * kHalf, kHalf);
-    std::memcpy(&pixels[i], pixel.data(), pixel.size());
-  }
-  return pixels;
-}
-
-std::vector<std::uint8_t> VulkanBackend::read_color() {
-  const HostBuffer texels = read_texels(device_, drawn_target(Target::color).images[0], 4);
-  std::vector<std::uint8_t> color(texels.bytes.size());
-  std::memcpy(color.data(), texels.bytes.data(), color.size());
-  return color;
+std::vector<std::uint8_t> VulkanBackend::read(std::string_view attachment) {
+  const auto drawn = targets_.drawn(attachment);
+  if (!drawn) fail_not_drawn("vulkan", attachment);
+  const HostBuffer texels = read_texels(device_, drawn->image, drawn->texel_bytes);
+  std::vector<std::uint8_t> bytes(texels.bytes.size());
+  std::memcpy(bytes.data(), texels.bytes.data(), bytes.size());
+  return bytes;
 }
 
 }  // namespace

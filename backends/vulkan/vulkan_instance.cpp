@@ -19,6 +19,8 @@ std::string_view words(VkResult result) {
       return "out of host memory";
     case VK_ERROR_OUT_OF_DEVICE_MEMORY:
       return "out of device memory";
+    case VK_ERROR_OUT_OF_POOL_MEMORY:
+      return "out of pool memory";
     case VK_ERROR_INITIALIZATION_FAILED:
       return "initialisation failed";
     case VK_ERROR_INCOMPATIBLE_DRIVER:
@@ -55,9 +57,22 @@ VKAPI_ATTR VkBool32 VKAPI_CALL collect(VkDebugUtilsMessageSeverityFlagBitsEXT, V
 
 }  // namespace
 
+Fault fault_of(VkResult result) {
+  switch (result) {
+    case VK_ERROR_DEVICE_LOST:
+      return Fault::device_lost;
+    case VK_ERROR_OUT_OF_HOST_MEMORY:
+    case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+    case VK_ERROR_OUT_OF_POOL_MEMORY:
+      return Fault::out_of_memory;
+    default:
+      return Fault::other;
+  }
+}
+
 void vk_check(VkResult result, std::string_view call) {
   if (result == VK_SUCCESS) return;
-  fail_environment("vulkan: {} failed: {} (VkResult {})", call, words(result), static_cast<int>(result));
+  fail_device(fault_of(result), "vulkan: {} failed: {} (VkResult {})", call, words(result), static_cast<int>(result));
 }
 
 VulkanInstance::VulkanInstance(bool debug) {
@@ -107,6 +122,7 @@ void VulkanInstance::start_messenger(const VkDebugUtilsMessengerCreateInfoEXT& i
 }
 
 VulkanInstance::~VulkanInstance() {
+  if (is_abandoned_) return;
   if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
   vkDestroyInstance(handle_, nullptr);
 }

@@ -50,8 +50,8 @@ DeviceBuffer make_buffer(const VulkanDevice& device, std::size_t size, VkBufferU
   return bound;
 }
 
-VkBufferImageCopy whole_image(VkExtent2D extent) {
-  return {.imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
+VkBufferImageCopy whole_image(VkExtent2D extent, VkImageAspectFlags aspect) {
+  return {.imageSubresource = {.aspectMask = aspect, .layerCount = 1},
           .imageExtent = {.width = extent.width, .height = extent.height, .depth = 1}};
 }
 
@@ -62,7 +62,7 @@ std::vector<VkBufferImageCopy> all_levels(const DeviceImage& image, std::size_t 
   for (std::uint32_t level = 0; level < image.levels; ++level) {
     const VkExtent2D extent{.width = std::max(image.extent.width >> level, 1U),
                             .height = std::max(image.extent.height >> level, 1U)};
-    regions.push_back(whole_image(extent));
+    regions.push_back(whole_image(extent, image.aspect));
     regions.back().imageSubresource.mipLevel = level;
     regions.back().bufferOffset = texels;
     texels += std::size_t{extent.width} * extent.height;
@@ -121,8 +121,12 @@ DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc&
                                .usage = desc.usage};
   VkImage handle = VK_NULL_HANDLE;
   vk_check(vk.vkCreateImage(device.handle(), &info, nullptr, &handle), "vkCreateImage");
-  DeviceImage image{
-      .memory = {}, .image = {device.logical(), handle}, .view = {}, .extent = desc.extent, .levels = desc.levels};
+  DeviceImage image{.memory = {},
+                    .image = {device.logical(), handle},
+                    .view = {},
+                    .extent = desc.extent,
+                    .levels = desc.levels,
+                    .aspect = desc.aspect};
   VkMemoryRequirements needs;
   vk.vkGetImageMemoryRequirements(device.handle(), handle, &needs);
   image.memory = allocate(device, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0);
@@ -132,11 +136,15 @@ DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc&
       .image = handle,
       .viewType = VK_IMAGE_VIEW_TYPE_2D,
       .format = desc.format,
-      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = desc.levels, .layerCount = 1}};
+      .subresourceRange = {.aspectMask = desc.aspect, .levelCount = desc.levels, .layerCount = 1}};
   VkImageView view = VK_NULL_HANDLE;
   vk_check(vk.vkCreateImageView(device.handle(), &view_info, nullptr, &view), "vkCreateImageView");
   image.view = {device.logical(), view};
   return image;
+}
+
+const ImageUse& drawn_as(VkImageAspectFlags aspect) {
+  return aspect == VK_IMAGE_ASPECT_DEPTH_BIT ? kDrawnDepth : kDrawn;
 }
 
 void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
@@ -150,7 +158,7 @@ void transition(const VulkanDevice& device, VkCommandBuffer commands, const Devi
       .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .image = image.image.get(),
-      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = image.levels, .layerCount = 1}};
+      .subresourceRange = {.aspectMask = image.aspect, .levelCount = image.levels, .layerCount = 1}};
   device.calls().vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
@@ -172,10 +180,10 @@ HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std
       make_host_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
   run_once(device, [&](VkCommandBuffer commands) {
     const VolkDeviceTable& vk = device.calls();
-    transition(device, commands, image, kDrawn, kCopyFrom);
-    const VkBufferImageCopy region = whole_image(image.extent);
+    transition(device, commands, image, drawn_as(image.aspect), kCopyFrom);
+    const VkBufferImageCopy region = whole_image(image.extent, image.aspect);
     vk.vkCmdCopyImageToBuffer(commands, image.image.get(), kCopyFrom.layout, staging.buffer.get(), 1, &region);
-    transition(device, commands, image, kCopyFrom, kDrawn);
+    transition(device, commands, image, kCopyFrom, drawn_as(image.aspect));
     // The fence alone does not make the copy visible to the host.
     const VkMemoryBarrier to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
                                   .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,

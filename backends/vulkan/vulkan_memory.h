@@ -30,6 +30,7 @@ struct DeviceImage {
   Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView> view;
   VkExtent2D extent{};
   std::uint32_t levels = 1;
+  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
 };
 struct DeviceImageDesc {
   VkExtent2D extent;
@@ -38,6 +39,7 @@ struct DeviceImageDesc {
   VkImageUsageFlags usage;
   VkFormatFeatureFlags features;  ///< that the format must have
   std::uint32_t levels = 1;
+  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
 };
 /// throws: Error(environment) where the device has not all of the format's features, or not this size
 [[nodiscard]] DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc& desc);
@@ -53,17 +55,24 @@ inline constexpr ImageUse kCopyTo{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPEL
                                   VK_ACCESS_TRANSFER_WRITE_BIT};
 inline constexpr ImageUse kCopyFrom{VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
                                     VK_ACCESS_TRANSFER_READ_BIT};
-inline constexpr ImageUse kSampled{VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL, VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT,
+inline constexpr ImageUse kSampled{VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+                                   VK_PIPELINE_STAGE_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT,
                                    VK_ACCESS_SHADER_READ_BIT};
 inline constexpr ImageUse kDrawn{VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                                  VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT};
+inline constexpr ImageUse kDrawnDepth{
+    VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+    VK_PIPELINE_STAGE_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT,
+    VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
+/// How an attachment with this aspect is drawn into.
+[[nodiscard]] const ImageUse& drawn_as(VkImageAspectFlags aspect);
 /// Records the layout transition, with its barrier.
 void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
                 const ImageUse& to);
 
 /// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels);
-/// Reads an image that is kDrawn, tightly packed, and leaves it so.
+/// Reads an attachment that was drawn into, tightly packed, and leaves it so.
 [[nodiscard]] HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std::size_t bytes_per_texel);
 
 }  // namespace reliefbench

@@ -1,8 +1,7 @@
 #pragma once
-#include <array>
+#include <memory>
 
 #include "backends/vulkan/vulkan_device.h"
-#include "backends/vulkan/vulkan_memory.h"
 
 namespace reliefbench {
 
@@ -12,33 +11,25 @@ using ShaderModule = Owned<VkShaderModule, &VolkDeviceTable::vkDestroyShaderModu
 /// For debuggers; nothing without debug.
 void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string& label);
 
-/// A case's pipeline.
+/// A pipeline with what its shaders read.
 struct VulkanPipeline final : Pipeline {
+  Target target;
+  ShaderInterface shader;
+  Owned<VkDescriptorSetLayout, &VolkDeviceTable::vkDestroyDescriptorSetLayout> descriptors;
+  Owned<VkPipelineLayout, &VolkDeviceTable::vkDestroyPipelineLayout> layout;
   Owned<VkPipeline, &VolkDeviceTable::vkDestroyPipeline> handle;
-  Target target = Target::color;
 };
-
-/// Formats of a target's attachments.
-[[nodiscard]] std::span<const VkFormat> attachment_formats(Target target);
-
-/// What all pipelines of a device share: how they are bound, and how they draw into either target.
-class PipelineLayouts {
- public:
-  explicit PipelineLayouts(const VulkanDevice& device);
-
-  [[nodiscard]] VkDescriptorSetLayout descriptors() const { return descriptors_.get(); }
-  [[nodiscard]] VkPipelineLayout pipeline() const { return pipeline_.get(); }
-  [[nodiscard]] VkRenderPass render_pass(Target target) const {
-    return passes_[static_cast<std::size_t>(target)].get();
-  }
-
- private:
-  Owned<VkDescriptorSetLayout, &VolkDeviceTable::vkDestroyDescriptorSetLayout> descriptors_;
-  Owned<VkPipelineLayout, &VolkDeviceTable::vkDestroyPipelineLayout> pipeline_;
-  std::array<Owned<VkRenderPass, &VolkDeviceTable::vkDestroyRenderPass>, 2> passes_;  ///< by Target
-};
-
-[[nodiscard]] std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, const PipelineLayouts& layouts,
+/// pass: of the target
+[[nodiscard]] std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRenderPass pass,
                                                             const PipelineDesc& desc);
+
+/// An object of this backend, out of the interface's pointer.
+/// throws: Error(environment): null, or of another backend
+template <typename Mine, typename Base>
+const Mine& own(const Base* object, std::string_view what) {
+  const auto* mine = dynamic_cast<const Mine*>(object);
+  if (mine == nullptr) fail_environment("vulkan: the {} is missing or of another backend", what);
+  return *mine;
+}
 
 }  // namespace reliefbench

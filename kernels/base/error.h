@@ -17,14 +17,31 @@ enum class Exit {
   nothing_measured = 5,
 };
 
+/// What failed, as far as a caller acts on it; the words of an error are for people only.
+enum class Fault {
+  other,
+  device_lost,
+  timeout,        ///< the device did not come to the end of what it drew
+  out_of_memory,  ///< the device's or the host's
+  invalid_timer,  ///< a timer gave a time that is not finite and above zero
+};
+
+/// Whether nothing works on a device any more, until it is opened again.
+[[nodiscard]] inline bool needs_reopening(Fault fault) {
+  return fault == Fault::device_lost || fault == Fault::timeout;
+}
+
 /// The one exception type. `what()` is the one line that a user reads: file, line or key, what was expected.
 class Error : public std::runtime_error {
  public:
-  Error(Exit code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  Error(Exit code, const std::string& message, Fault fault = Fault::other)
+      : std::runtime_error(message), code_(code), fault_(fault) {}
   [[nodiscard]] Exit code() const { return code_; }
+  [[nodiscard]] Fault fault() const { return fault_; }
 
  private:
   Exit code_;
+  Fault fault_;
 };
 
 template <typename... Args>
@@ -35,6 +52,12 @@ template <typename... Args>
 template <typename... Args>
 [[noreturn]] void fail_environment(fmt::format_string<Args...> text, Args&&... args) {
   throw Error(Exit::environment, fmt::format(text, std::forward<Args>(args)...));
+}
+
+/// fail_environment() with what failed.
+template <typename... Args>
+[[noreturn]] void fail_device(Fault fault, fmt::format_string<Args...> text, Args&&... args) {
+  throw Error(Exit::environment, fmt::format(text, std::forward<Args>(args)...), fault);
 }
 
 }  // namespace reliefbench

@@ -1,15 +1,17 @@
 #include "platform.glsl"
+#include "bake_contract.glsl"
 
-// What every cone-map baker shares. One invocation bakes one texel; the C++ side is backends/gpu_bake.cpp. Results are
-// keys in double precision, so that they have the bits of the bakers in kernels/: they need additions and products that
-// round correctly, and no more than that.
+// What every cone-map baker shares. One invocation bakes one texel; the C++ side, which bake_contract.glsl is generated
+// from, is backends/gpu_bake.cpp. Results are keys in double precision, so that they have the bits of the bakers in
+// kernels/: they need additions and products that round correctly, and no more than that.
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = GROUP_SIDE, local_size_y = GROUP_SIDE) in;
 
 // The least squared distance over squared rise of each texel, in the unit of `bake`.
-layout(BINDING(0), std430) writeonly buffer Keys { double keys[]; };
-layout(BINDING(1), std430) readonly buffer Band { int first_group_row; };
-layout(BINDING(2), std430) readonly buffer Bake {
+layout(BINDING(OUTPUT_BINDING), std430) writeonly buffer Keys { double keys[]; };
+layout(BINDING(BAND_BINDING), std430) readonly buffer Band { int first_group_row; };
+// clang-format off
+layout(BINDING(FIRST_INPUT_BINDING), std430) readonly buffer Bake {
   double weight_x;  // see ConeMetric (kernels/maps/cone_search.h)
   double weight_y;
   double slack;
@@ -21,11 +23,12 @@ layout(BINDING(2), std430) readonly buffer Bake {
   int pyramid_nodes;  // from one pyramid to the next
   int heights;        // first node of the map's heights, laid out as level 0
   bool repeats;       // the map is tiled
-  int footpoint;      // see bake_quick.comp
+  int footpoint;      // FOOTPOINT_*
   int padding;
   ivec2 levels[];  // of a pyramid: first node, nodes from row to row
 } bake;
-layout(BINDING(3), std430) readonly buffer Pyramids { float nodes[]; };
+// clang-format on
+layout(BINDING(FIRST_INPUT_BINDING + 1), std430) readonly buffer Pyramids { float nodes[]; };
 
 float node_at(int pyramid, int level, ivec2 node) {
   ivec2 place = bake.levels[level];

@@ -5,10 +5,6 @@
 // [VB22] algorithms 1 and 2 and the centre heuristic: 3 x 3 nodes on every level of a max pyramid, as
 // kernels/bake_quick.cpp has them.
 
-const int FOOTPOINT_NEAREST = 0;    // a node's nearest texel
-const int FOOTPOINT_UNVISITED = 1;  // its nearest texel that no finer level has visited
-const int FOOTPOINT_CENTRE = 2;
-
 const double NEVER = 1e300lf;  // over every key; not every device keeps infinities
 
 // A neighbour's distances from the texel along one axis, squared, in the unit of `bake`.
@@ -31,8 +27,7 @@ int nodes_at(int level, int side) { return ((side - 1) >> level) + 1; }
 ivec2 block(int texel, int level, int side) {
   int node = texel >> level;
   int last = nodes_at(level, side) - 1;
-  ivec2 extent =
-      ivec2(texel - (max(0, node - 1) << level), min(side, (node + 2) << level) - 1 - texel);
+  ivec2 extent = ivec2(texel - (max(0, node - 1) << level), min(side, (node + 2) << level) - 1 - texel);
   if (!bake.repeats || last == 0) return extent;
   if (node == 0) extent.x += side - (last << level);
   if (node == last) extent.y += 1 << level;

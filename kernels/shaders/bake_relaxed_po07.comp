@@ -32,7 +32,8 @@ double bilinear(double x, double y) {
   Between column = between(x, bake.size.x);
   Between row = between(y, bake.size.y);
   double top = lerp(height_at(ivec2(column.low, row.low)), height_at(ivec2(column.high, row.low)), column.fraction);
-  double bottom = lerp(height_at(ivec2(column.low, row.high)), height_at(ivec2(column.high, row.high)), column.fraction);
+  double bottom =
+      lerp(height_at(ivec2(column.low, row.high)), height_at(ivec2(column.high, row.high)), column.fraction);
   return lerp(top, bottom, row.fraction);
 }
 

@@ -1,8 +1,8 @@
 #include "bake_common.glsl"
 
 // Branch and bound on the max pyramid, nearest child first, for bakers that ask over all higher texels for the least of
-// a key. Boxes are pruned in float with a margin, and what remains is evaluated in double: see kernels/maps/cone_search.cpp.
-// The including file defines pair_key.
+// a key. Boxes are pruned in float with a margin, and what remains is evaluated in double: see
+// kernels/maps/cone_search.cpp. The including file defines pair_key.
 
 // Two texels whose key may be under the least one found yet.
 struct Pair {
@@ -15,7 +15,7 @@ struct Pair {
 // returns: the pair's key, at least distance2 / rise^2; any value from least_key on where it is not under it
 double pair_key(Pair pair);
 
-const float FLOAT_MARGIN = 1.000004;          // over the rounding of a bound in float
+const float FLOAT_MARGIN = 1.000004;            // over the rounding of a bound in float
 const double DOUBLE_MARGIN = 1.000000000001lf;  // and in double
 
 int pyramid;   // the one that is searched
@@ -77,8 +77,8 @@ void evaluate(ivec2 texel) {
   precise double rise = pair.target_height - owner_height;
   pair.rise = rise;
   pair.offset = dvec2(offset(owner.x, texel.x, bake.size.x, facing.x), offset(owner.y, texel.y, bake.size.y, facing.y));
-  precise double distance2 = pair.offset.x * pair.offset.x * bake.weight_x +
-                             pair.offset.y * pair.offset.y * bake.weight_y - bake.slack;
+  precise double distance2 =
+      pair.offset.x * pair.offset.x * bake.weight_x + pair.offset.y * pair.offset.y * bake.weight_y - bake.slack;
   if (is_over_least(distance2, rise)) return;
   pair.distance2 = distance2;
   double key = pair_key(pair);

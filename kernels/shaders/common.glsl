@@ -1,36 +1,8 @@
 #include "platform.glsl"
+#include "contract.glsl"
 
-// What every technique's trace shares. Domain: uv in tiles, height in [0,1] with 1 on top.
-
-layout(BINDING(1)) uniform sampler2D relief_map;  // r = height; g = stored cone ratio and ba = normal where it has them
-layout(BINDING(4)) uniform sampler2D extra_map;   // what a map keeps apart: stored ratios, pyramid or volume
-
-const int WRAP_REPEAT = 0;
-const int WRAP_CLAMP = 1;
-const int FILTER_HARDWARE = 0;
-const int FILTER_MANUAL = 1;
-const int ENCODING_RATIO = 0;
-const int ENCODING_SQRT = 1;
-const int ENCODING_H_TAN = 2;
-const int ENCODING_ATAN = 3;
-const int LOOP_FIXED = 0;
-const int LOOP_EARLY_EXIT = 1;
-const int LAYOUT_TOGETHER = 0;    // height and ratio in one texture
-const int LAYOUT_SPLIT = 1;       // ratios in extra_map
-const int LAYOUT_WITH_NORMAL = 2;  // height, ratio and normal in one texture
-const int CONE_FETCH_BILINEAR = 0;
-const int CONE_FETCH_MIN4 = 1;  // the narrowest cone of the four texels round the point
-
-layout(constant_id = 0) const int WRAP = WRAP_REPEAT;
-layout(constant_id = 1) const int FILTER = FILTER_HARDWARE;
-layout(constant_id = 2) const int ENCODING = ENCODING_RATIO;
-layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;
-layout(constant_id = 4) const int LAYOUT = LAYOUT_TOGETHER;
-layout(constant_id = 5) const int CONE_FETCH = CONE_FETCH_BILINEAR;
-
-const int STATUS_NO_RAY = 0;
-const int STATUS_HIT = 1;
-const int STATUS_STEP_CAP = 2;
+// What every technique's trace shares. Domain: uv in tiles, height in [0,1] with 1 on top. contract.glsl is generated
+// (kernels/trace/shader_contract.cpp): samplers, shared constants and what they may be.
 
 // A ray is above the surface by this much height or less: it has arrived. 2^-14 moves a hit by 0.016 texel of a 256
 // map for each unit of slope.
@@ -63,9 +35,10 @@ const float HALF_PI = 1.57079632679;
 // A stored ratio as the tangent it stands for.
 float decoded_ratio(float stored, float height) {
   if (ENCODING == ENCODING_SQRT) return stored * stored;
-  if (ENCODING == ENCODING_H_TAN) return stored / max(1.0 - height, 1.52587890625e-5);
+  if (ENCODING == ENCODING_H_TAN) return stored / max(1.0 - height, LEAST_DEPTH);
   if (ENCODING == ENCODING_ATAN)
-    return stored < 0.5 ? 1.0 / max(tangent(stored * HALF_PI), 1.0 / 65504.0) : tangent((1.0 - stored) * HALF_PI);
+    return stored < 0.5 ? 1.0 / max(tangent(stored * HALF_PI), 1.0 / UNBOUNDED_RATIO)
+                        : tangent((1.0 - stored) * HALF_PI);
   return stored;
 }
 

@@ -5,26 +5,21 @@
 #include "cone_sample.glsl"
 #include "refine.glsl"
 
-const int STEP_PLAIN = 0;      // the cone alone
-const int STEP_CELL_MAX = 1;   // at least to the border of the cell, its rest untested [BVBV24]
-const int STEP_CELL_QUAD = 2;  // within the cell the bilinear surface is solved, then on to the border
-
 struct ConeSearch {
   int max_steps;
-  int step;        // STEP_*
-  int shape;       // SHAPE_*
-  int refinement;  // REFINE_*
-  int refinement_steps;
+  int shape;            // SHAPE_*
+  bool leaves_cell;     // every step reaches the border of the ray's cell at least [BVBV24]
+  bool solves_surface;  // of the cells that the cone does not lead out of; false: they are left untested
 };
 
 // Where the next look is taken. A cell that holds the hit ends the search.
 float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_ratio, inout Hit hit) {
   float t_next = hit.t + free_step(relief, gap, ray_ratio, search.shape);
-  if (search.step != STEP_PLAIN) {
+  if (search.leaves_cell) {
     Cell cell = cell_ahead(ray, hit.t);
     if (t_next < cell.t_border) {
       t_next = cell.t_border;
-      if (search.step == STEP_CELL_QUAD) {
+      if (search.solves_surface) {
         float t_hit = cell_hit(ray, cell, hit.t, min(cell.t_border, 1.0), hit);
         if (t_hit < INFINITE_T) {
           t_next = t_hit;
@@ -36,14 +31,16 @@ float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_rat
   return min(t_next, 1.0);
 }
 
-// Walks until the ray has arrived at the surface, is under it (then it is refined), or max_steps are used up.
-Hit cone_search(Ray ray, ConeSearch search) {
-  Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
+// Walks until the ray has arrived at the surface, is under it, or max_steps are used up.
+// bracket: of the last step
+// returns: whether the ray is under the surface, so that there is something to refine
+bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
+  hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   float ray_ratio = length(ray.slope);
   int channel = ratio_channel(search.shape, ray.slope);
   // An exact solution needs no tolerance, which could stop a grazing ray short of a touch.
-  float arrived = search.step == STEP_CELL_QUAD ? 0.0 : ARRIVED;
-  Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);
+  float arrived = search.solves_surface ? 0.0 : ARRIVED;
+  bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   bool pierced = false;
   // One look more than there are steps: a hit exactly at the cap is a hit.
   for (int i = 0; i <= search.max_steps; ++i) {
@@ -64,7 +61,6 @@ Hit cone_search(Ray ray, ConeSearch search) {
     }
     if (LOOP == LOOP_EARLY_EXIT && hit.status == STATUS_HIT) break;
   }
-  if (pierced) refine(ray, bracket, search.refinement, search.refinement_steps, hit);
-  return hit;
+  return pierced;
 }
 #endif

@@ -2,8 +2,6 @@
 // own point of the ray wins. [RTM] listing 5.2 draws them as passes, bottom first, and later ones overwrite.
 #include "refine.glsl"
 
-layout(constant_id = 16) const int SLICES = 16;
-
 Hit trace(Ray ray) {
   Hit hit = Hit(1.0, STATUS_HIT, 0, 0);
   for (int i = 1; i <= SLICES; ++i) {

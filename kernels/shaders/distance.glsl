@@ -2,19 +2,7 @@
 // are fetched, not filtered. Next to the relief they are 0: there the ray goes on by a voxel, then is refined
 // (published), or at least to the border of the bilinear cell, which is solved exactly (cell_quad).
 #include "cell.glsl"
-#include "refine.glsl"
-
-const int STEP_PUBLISHED = 0;
-const int STEP_CELL_QUAD = 1;
-
-layout(constant_id = 16) const int SPHERE_STEPS = 64;
-layout(constant_id = 17) const int STEP = STEP_CELL_QUAD;
-layout(constant_id = 18) const int REFINEMENT = REFINE_BINARY;
-layout(constant_id = 19) const int BINARY_STEPS = 6;
-layout(constant_id = 20) const int SECANT_STEPS = 1;
-
-// A tile's side in the distances' metric, the whole range of heights being 1.
-const float TILE_SIDE = 4.0;
+#include "refinement.glsl"
 
 int slices() { return textureSize(extra_map, 0).y / map_size().y; }
 
@@ -73,8 +61,7 @@ Hit trace_voxels(Ray ray, float speed) {
     hit.t = min(hit.t + step_t, 1.0);
   }
   // A stored distance leads to the surface at most: only after a least step is there anything to refine.
-  if (hit.status == STATUS_HIT && bracket.gap_hi <= 0.0 && bracket.gap_lo > 0.0)
-    refine(ray, bracket, REFINEMENT, REFINEMENT == REFINE_BINARY ? BINARY_STEPS : SECANT_STEPS, hit);
+  if (hit.status == STATUS_HIT && bracket.gap_hi <= 0.0 && bracket.gap_lo > 0.0) refine(ray, bracket, hit);
   return hit;
 }
 

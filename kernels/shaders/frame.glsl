@@ -1,8 +1,9 @@
 #include "common.glsl"
 
 // A frame of the benchmark: its camera, and the rays of its pixels.
-// The C++ twins: FrameUniforms (view.h), PixelStatus (score.h), slots (backend.h), constants (technique.cpp).
+// The C++ twin of the block: FrameUniforms (view.h).
 
+// clang-format off
 layout(BINDING(0), std140) uniform Frame {
   vec4 position;  // camera, xyz; w = relief depth in sides of one tile
   vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
@@ -11,9 +12,7 @@ layout(BINDING(0), std140) uniform Frame {
   vec4 light;     // xyz, unit, towards the light
   ivec4 sizes;    // frame width, height in pixels; map width, height in texels
 } frame;
-
-layout(BINDING(2)) uniform sampler2D normal_map;     // xyz * 0.5 + 0.5
-layout(BINDING(3)) uniform sampler2D reference_map;  // r = exact t of this pixel
+// clang-format on
 
 ivec2 map_size() { return frame.sizes.zw; }
 

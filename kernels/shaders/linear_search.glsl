@@ -1,15 +1,17 @@
 #ifndef LINEAR_SEARCH_GLSL
 #define LINEAR_SEARCH_GLSL
-// Equal steps down the ray until it is under the relief, then refinement.
+// Equal steps down the ray until it is under the relief.
 #include "refine.glsl"
 
-Hit linear_search(Ray ray, int steps, int refinement, int refinement_steps) {
-  Hit hit = Hit(0.0, STATUS_HIT, 0, 0);
+// bracket: round the hit
+// returns: whether there is anything to refine; otherwise the ray starts under the relief, and hit is final
+bool linear_search(Ray ray, int steps, out Bracket bracket, out Hit hit) {
+  hit = Hit(0.0, STATUS_HIT, 0, 0);
   float gap = gap_at(ray, 0.0, hit);
-  if (gap <= 0.0) return hit;
-
   // The bottom plate is under every relief (1 - t is exactly 0 at the last step), so that a bracket is always found.
-  Bracket bracket = Bracket(0.0, 1.0, gap, 0.0);
+  bracket = Bracket(0.0, 1.0, gap, 0.0);
+  if (gap <= 0.0) return false;
+
   bool found = false;
   for (int i = 1; i <= steps; ++i) {
     float t = float(i) / float(steps);
@@ -26,7 +28,6 @@ Hit linear_search(Ray ray, int steps, int refinement, int refinement_steps) {
       bracket.gap_lo = gap;
     }
   }
-  refine(ray, bracket, refinement, refinement_steps, hit);
-  return hit;
+  return true;
 }
 #endif

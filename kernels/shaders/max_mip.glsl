@@ -3,8 +3,6 @@
 // the ray is above its maximum at the far end, and nodes follow each other without a gap.
 #include "pyramid.glsl"
 
-layout(constant_id = 16) const int NODE_STEPS = 256;
-
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   vec2 size = vec2(map_size());

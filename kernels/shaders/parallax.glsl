@@ -1,9 +1,5 @@
 // Parallax mapping: the ray is followed down to the height found straight below its entry. [KAN01]
 // The offset limit shortens the shift by the view's cosine, which keeps grazing views from swimming.
-const int VARIANT_PLAIN = 0;
-const int VARIANT_OFFSET_LIMITED = 1;
-
-layout(constant_id = 16) const int VARIANT = VARIANT_OFFSET_LIMITED;
 
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_HIT, 0, 0);

@@ -3,12 +3,7 @@
 // before a block is entered (the bracket then reaches back by one texel), or a ray may pass through a block above it:
 // the ray goes on where it is above the surface in the middle and at the end of its way through the block.
 #include "pyramid.glsl"
-#include "refine.glsl"
-
-layout(constant_id = 16) const int NODE_STEPS = 256;
-layout(constant_id = 17) const int REFINEMENT = REFINE_SECANT;
-layout(constant_id = 18) const int BINARY_STEPS = 6;
-layout(constant_id = 19) const int SECANT_STEPS = 0;
+#include "refinement.glsl"
 
 // Whether the ray is above the surface at t, which is then that end of the bracket.
 bool is_above(Ray ray, float t, inout Bracket bracket, inout Hit hit) {
@@ -37,7 +32,7 @@ bool surface_hit(Ray ray, Line line, float t, float t_exit, inout Hit hit) {
       return true;
     }
   }
-  refine(ray, bracket, REFINEMENT, REFINEMENT == REFINE_BINARY ? BINARY_STEPS : SECANT_STEPS, hit);
+  refine(ray, bracket, hit);
   return true;
 }
 
@@ -58,7 +53,7 @@ Hit trace(Ray ray) {
         level -= 1;
         continue;
       }
-      if (REFINEMENT == REFINE_NONE || surface_hit(ray, line, hit.t, t_exit, hit)) {
+      if (REFINEMENT == REFINEMENT_NONE || surface_hit(ray, line, hit.t, t_exit, hit)) {
         hit.status = STATUS_HIT;
         break;
       }

@@ -1,9 +1,6 @@
 #ifndef REFINE_GLSL
 #define REFINE_GLSL
 // Narrowing a bracket round a hit.
-const int REFINE_NONE = 0;
-const int REFINE_SECANT = 1;
-const int REFINE_BINARY = 2;
 
 // The ray is above the surface at lo by gap_lo > 0, and at or under it at hi by gap_hi <= 0.
 struct Bracket {
@@ -21,23 +18,28 @@ float gap_at(Ray ray, float t, inout Hit hit) {
 // Where a line through the bracket's ends meets zero; gap_lo > 0 >= gap_hi, so that it never divides by zero.
 float interpolated(Bracket b) { return b.lo + (b.hi - b.lo) * (b.gap_lo / (b.gap_lo - b.gap_hi)); }
 
-void refine(Ray ray, Bracket b, int refinement, int steps, inout Hit hit) {
-  if (refinement == REFINE_NONE) {
-    hit.t = b.hi;
-    return;
+// Takes t, which is in the bracket, for the end that it is on.
+void narrow(Ray ray, float t, inout Bracket b, inout Hit hit) {
+  float gap = gap_at(ray, t, hit);
+  if (gap > 0.0) {
+    b.lo = t;
+    b.gap_lo = gap;
+  } else {
+    b.hi = t;
+    b.gap_hi = gap;
   }
-  for (int i = 0; i < steps; ++i) {
-    float t = refinement == REFINE_BINARY ? 0.5 * (b.lo + b.hi) : interpolated(b);
-    float gap = gap_at(ray, t, hit);
-    if (gap > 0.0) {
-      b.lo = t;
-      b.gap_lo = gap;
-    } else {
-      b.hi = t;
-      b.gap_hi = gap;
-    }
-  }
-  hit.steps += steps;
-  hit.t = refinement == REFINE_BINARY ? 0.5 * (b.lo + b.hi) : interpolated(b);
+}
+
+// probes: before the last interpolation, which is the hit
+void refine_secant(Ray ray, Bracket b, int probes, inout Hit hit) {
+  for (int i = 0; i < probes; ++i) narrow(ray, interpolated(b), b, hit);
+  hit.steps += probes;
+  hit.t = interpolated(b);
+}
+
+void refine_binary(Ray ray, Bracket b, int halvings, inout Hit hit) {
+  for (int i = 0; i < halvings; ++i) narrow(ray, 0.5 * (b.lo + b.hi), b, hit);
+  hit.steps += halvings;
+  hit.t = 0.5 * (b.lo + b.hi);
 }
 #endif

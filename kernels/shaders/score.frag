@@ -1,6 +1,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "parameters.glsl"
 #include "technique.glsl"
 
 // The score frame: the ray that was traced, and the hit that it found (ScorePixel in score.h).

@@ -1,6 +1,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "parameters.glsl"
 #include "technique.glsl"
 
 // The timed frame: the same trace, shaded. One normal fetch and a smooth albedo, so that the trace is what differs.

@@ -1,9 +1,13 @@
-'use strict';
 // Scatter charts of frame time against error. Both axes are linear scales of already transformed values (log10, or the
 // negated value where higher is better), so that an exact zero has a place: a marked band under the axis.
 
-const charts = [];       // one entry a canvas: {chart, spec, canvas, details, pinned}
-const kBandShare = 0.1;  // of the axis height
+import {pin} from './details.js';
+import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
+import {data} from './page.js';
+import {comparison, errorOf, formatInterval, formatTime, groupLabel, metricIndex, metricTitle, state, techniqueOf} from './points.js';
+
+export const charts = [];  // one entry a canvas: {chart, spec, canvas, details, pinned}
+const kBandShare = 0.1;    // of the axis height
 
 const bandLabel = ({id, lower_is_better}) => !lower_is_better ? 'identical pictures' :
     id.startsWith('e_')                                       ? '0 (exact)' :
@@ -137,16 +141,14 @@ function tooltipLines({point}) {
   const settings = point.params.map(([name, value]) => `${name}=${value}`);
   const lines = [];
   for (let i = 0; i < settings.length; i += 3) lines.push(settings.slice(i, i + 3).join('  '));
-  const others = ['e_xy.p99', 'e_xy.max', 'missed_rate']
-                     .map((id) => metricIndex.get(id))
-                     .filter((index) => index !== undefined && index !== state.metric);
-  lines.push(`${formatTime(point.time_ns[0])}  (${formatInterval(point.time_ns)}, 95 %)`);
+  const others = [...data.metrics.keys()].filter((index) => data.metrics[index].is_column && index !== state.metric);
+  lines.push(`${formatTime(point.time_ns[0])}  (${formatInterval(point.time_ns)}, ${point.coverage})`);
   for (const index of [state.metric, ...others]) lines.push(`${data.metrics[index].id}  ${errorOf(point, index)}`);
   for (const broken of point.breaks) lines.push(`breaks ${comparison(broken)}`);
   return lines;
 }
 
-function chartConfig(spec, entry) {
+export function chartConfig(spec, entry) {
   const theme = readTheme();
   const axis = metricAxis(state.metric, spec.rangePoints);
   const front = frontsOf(spec);

@@ -1,5 +1,9 @@
-'use strict';
 // The figure round a chart: its caption, the pinned details under it, and the keyboard.
+
+import {chartConfig, charts} from './charts.js';
+import {seriesSwatch} from './marks.js';
+import {byId, data, make} from './page.js';
+import {command, comparison, errorOf, formatBytes, formatTime, groupLabel, intervalText, settingsElement} from './points.js';
 
 function detailsElement(point) {
   const metricRows = data.metrics.map(
@@ -7,7 +11,7 @@ function detailsElement(point) {
           'tr', {}, make('th', {scope: 'row', title: metric.description}, metric.id),
           make('td', {}, errorOf(point, index))));
   const facts = [
-    ['Frame time', `${formatTime(point.time_ns[0])}, 95 % interval ${formatInterval(point.time_ns)}`],
+    ['Frame time', `${formatTime(point.time_ns[0])}, ${intervalText(point)}`],
     ['Measured', `${point.samples} samples by ${point.timer}`],
     ['Relief map', `${formatBytes(point.memory_bytes)}, baked in ${formatTime(point.bake_ns)}`],
     ['First draw', `${formatTime(point.first_draw_ns)} with compilation`],
@@ -27,7 +31,7 @@ function detailsElement(point) {
       command(point));
 }
 
-function pin(entry, point) {
+export function pin(entry, point) {
   entry.pinned = point;
   entry.details.hidden = point === null;
   if (point === null) {
@@ -89,7 +93,7 @@ function chartFigure(spec) {
 }
 
 /** Charts are made in the page, for they take their size from it. */
-function redrawCharts() {
+export function redrawCharts() {
   for (const entry of charts) {
     const {data: content, options, plugins} = chartConfig(entry.spec, entry);
     if (entry.chart) {
@@ -102,7 +106,7 @@ function redrawCharts() {
   }
 }
 
-function drawChartFigures() {
+export function drawChartFigures() {
   const several = data.groups.length > 1;
   const overlays = [];
   const singles = [];

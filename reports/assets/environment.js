@@ -1,5 +1,8 @@
-'use strict';
 // Where the numbers come from: machine, timers, the harness's own time, and every case that did not end well.
+
+import {kColors} from './marks.js';
+import {byId, data, dataTable, formatNumber, make} from './page.js';
+import {formatBytes, formatSeconds, formatTime, shellQuote} from './points.js';
 
 function factsTable(rows) {
   const filled = rows.filter(([, value]) => value !== undefined && value !== null && value !== '');
@@ -95,4 +98,4 @@ function runElement(run) {
       info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
 }
 
-function drawEnvironment() { byId('environment-runs').append(...data.runs.map(runElement)); }
+export function drawEnvironment() { byId('environment-runs').append(...data.runs.map(runElement)); }

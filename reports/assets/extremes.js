@@ -1,5 +1,7 @@
-'use strict';
 // The stability suite: the matrix of techniques and extremes, its faults, the worst frame of each technique.
+
+import {heatLegend} from './heat_legend.js';
+import {byId, data, dataTable, formatNumber, make, numberCell, percent, shortNumber} from './page.js';
 
 /** What the matrix says of a technique at an extreme. */
 function extremesCell(results) {
@@ -14,9 +16,9 @@ function extremesCell(results) {
 
 function resultRow(r) {
   const faults = r.skipped || Object.entries(r.faults).map(([check, px]) => `${check}: ${px} px`).join(', ');
-  const figures = r.skipped ?
-      ['', '', '', '', ''] :
-      [percent(r.missed_rate), percent(r.unconverged_rate), r.capped, formatNumber(r.e_xy_p99), formatNumber(r.e_xy_max)];
+  const figures = r.skipped ? ['', '', '', '', ''] : [
+    percent(r.missed_rate), percent(r.unconverged_rate), r.capped, formatNumber(r.e_xy_p99), formatNumber(r.e_xy_max)
+  ];
   const settings = make('span', {class: 'settings'}, r.settings.replaceAll('&', ' '));
   return [r.map, r.format, r.backend, ...figures.map(numberCell), faults, settings];
 }
@@ -29,9 +31,9 @@ function extremesMatrix({techniques, extremes, results}) {
   const cell = (technique, extreme) => {
     const here = results.filter((r) => r.technique === technique && r.extreme === extreme.id);
     const {text, className} = extremesCell(here);
-    const show = () => byId('extremes-cell')
-                           .replaceChildren(
-                               make('h4', {}, `${technique} at ${extreme.id}: ${extreme.about}`), resultTable(here));
+    const show = () =>
+        byId('extremes-cell')
+            .replaceChildren(make('h4', {}, `${technique} at ${extreme.id}: ${extreme.about}`), resultTable(here));
     return make('td', {class: className}, text ? make('button', {type: 'button', onclick: show}, text) : null);
   };
   return [
@@ -55,7 +57,7 @@ function worstFigure(r, picture) {
 }
 
 /** stress: stress.json with its pictures by technique. */
-function drawExtremes(stress) {
+export function drawExtremes(stress) {
   const frames = stress.results.filter((r) => !r.skipped).length;
   const failing = stress.results.filter((r) => r.holds === false);
   byId('extremes-summary').textContent =
@@ -65,5 +67,5 @@ function drawExtremes(stress) {
   byId('extremes-faults').append(failing.length ? resultTable(failing) : make('p', {}, 'None: every check holds.'));
   byId('extremes-legend').append(heatLegend(data.heat_map));
   byId('extremes-worst').append(...stress.worst.map((r) => worstFigure(r, stress.pictures[r.technique])));
-  for (const element of document.querySelectorAll('#extremes, a[href="#extremes"]')) element.hidden = false;
+  for (const element of document.querySelectorAll('#extremes, a[href="#extremes"]')) element.removeAttribute('hidden');
 }

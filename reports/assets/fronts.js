@@ -1,5 +1,7 @@
-'use strict';
 // Tables of the fronts, sortable by every column.
+
+import {byId, data, formatNumber, make} from './page.js';
+import {commandOf, copyButton, errorOf, formatBytes, formatMetric, formatTime, groupLabel, metricIndex, metricTitle, settingsElement, state} from './points.js';
 
 const metricCell = (id) => {
   const index = metricIndex.get(id);
@@ -17,7 +19,7 @@ const metricCell = (id) => {
 
 function frontColumns() {
   const shown = data.metrics[state.metric].id;
-  const more = ['e_xy.p99', 'missed_rate', 'mean_taps', 'psnr'].filter((id) => id !== shown && metricIndex.has(id));
+  const more = data.metrics.filter((metric) => metric.is_column && metric.id !== shown).map((metric) => metric.id);
   return [
     {title: 'Settings', value: (row) => row.point.id, element: (row) => settingsElement(row.point)},
     {
@@ -28,10 +30,11 @@ function frontColumns() {
       text: (row) => formatNumber(row.point.time_ns[0] / 1e6)
     },
     {
-      title: '95 % interval',
+      title: 'Interval',
+      hint: 'of the median; what it covers depends on the number of samples',
       numeric: true,
       value: (row) => row.point.time_ns[1],
-      text: (row) => row.point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')
+      text: (row) => `${row.point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')} (${row.point.coverage})`
     },
     metricCell(shown),
     ...more.map(metricCell),
@@ -96,7 +99,7 @@ function compareValues(a, b) {
   return (a ?? Number.MAX_VALUE) - (b ?? Number.MAX_VALUE);
 }
 
-function drawFronts() {
+export function drawFronts() {
   const metric = data.metrics[state.metric];
   byId('front-metric').textContent = metricTitle(metric);
   const filled = data.fronts[state.metric].fronts.filter((front) => front.points.length > 0);

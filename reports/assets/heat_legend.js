@@ -1,8 +1,9 @@
-'use strict';
+import {make} from './page.js';
+
 const rgb = ([r, g, b]) => `rgb(${r} ${g} ${b})`;
 
 /** What the colours of an error map mean. */
-function heatLegend({stops, marks}) {
+export function heatLegend({stops, marks}) {
   const ramp = make('div', {class: 'ramp'});
   ramp.style.background = `linear-gradient(to right, ${stops.map((stop) => rgb(stop.color)).join(', ')})`;
   const label = (e_xy) => (e_xy < 1 ? `1/${Math.round(1 / e_xy)}` : String(e_xy));

@@ -1,11 +1,10 @@
-'use strict';
 // What every page shares: its data, how elements are made, how numbers are written.
 
-const data = JSON.parse(document.getElementById('data').textContent);
-const byId = (id) => document.getElementById(id);
+export const data = JSON.parse(document.getElementById('data').textContent);
+export const byId = (id) => document.getElementById(id);
 
 /** An element with attributes and children; text is always set as text, never as HTML. */
-function make(tag, attributes = {}, ...children) {
+export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith('on'))
@@ -17,10 +16,10 @@ function make(tag, attributes = {}, ...children) {
   return element;
 }
 
-const numberCell = (text) => make('td', {class: 'number'}, text);
+export const numberCell = (text) => make('td', {class: 'number'}, text);
 
 /** rows: lists of cells, each a text, an element, or a whole td; a head is set like the cells under it. */
-function dataTable(heads, rows, caption) {
+export function dataTable(heads, rows, caption) {
   const cell = (content) => (content instanceof HTMLTableCellElement ? content : make('td', {}, content));
   const cells = rows.map((row) => row.map(cell));
   const kind = (column) => cells[0]?.[column].className || null;
@@ -35,7 +34,7 @@ function dataTable(heads, rows, caption) {
 }
 
 /** Three significant digits, no exponent in the range people read. */
-function formatNumber(value, digits = 3) {
+export function formatNumber(value, digits = 3) {
   if (value === 0) return '0';
   const size = Math.abs(value);
   if (size < 1e-4 || size >= 1e7) return value.toExponential(digits - 1).replace('e+', 'e');
@@ -44,5 +43,5 @@ function formatNumber(value, digits = 3) {
 }
 
 /** As short as it goes, without trailing zeros: for axes and sentences. */
-const shortNumber = (value, digits = 3) => String(Number(value.toPrecision(digits)));
-const percent = (share, digits = 3) => `${shortNumber(100 * share, digits)} %`;
+export const shortNumber = (value, digits = 3) => String(Number(value.toPrecision(digits)));
+export const percent = (share, digits = 3) => `${shortNumber(100 * share, digits)} %`;

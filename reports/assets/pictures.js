@@ -1,5 +1,9 @@
-'use strict';
 // Frame, reference and error map of each recommended setting: flipped in place or side by side.
+
+import {frontMetricText} from './answers.js';
+import {heatLegend} from './heat_legend.js';
+import {byId, data, make} from './page.js';
+import {formatTime, groupLabel, settingsElement} from './points.js';
 
 const kKinds = [['frame', 'Frame'], ['reference', 'Reference'], ['error', 'Error map']];
 
@@ -44,7 +48,7 @@ function pictureCard(answer) {
   return card;
 }
 
-function drawPictures() {
+export function drawPictures() {
   const answered =
       data.answers.filter((answer) => answer.pick !== null).sort((a, b) => a.scene - b.scene || a.group - b.group);
   const cards = answered.map(pictureCard);
@@ -52,14 +56,14 @@ function drawPictures() {
   byId('picture-cards').append(...cards);
   if (cards.length === 0) byId('picture-cards').append(make('p', {class: 'muted'}, 'No setting is recommended.'));
   const container = byId('picture-cards');
-  for (const radio of document.querySelectorAll('input[name=layout]')) {
+  for (const radio of /** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll('input[name=layout]'))) {
     radio.addEventListener(
         'change', () => container.classList.toggle('side-by-side', radio.value === 'row' && radio.checked));
   }
   document.addEventListener('keydown', (event) => {
     const kind = kKinds[['1', '2', '3'].indexOf(event.key)];
     if (!kind || event.ctrlKey || event.metaKey || event.altKey ||
-        /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName))
+        /^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {Element} */ (event.target).tagName))
       return;
     // The card under the pointer or with the focus; else all of them flip together.
     const chosen = cards.filter((card) => card.matches(':hover, :focus-within'));

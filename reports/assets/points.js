@@ -1,53 +1,59 @@
-'use strict';
 // The report's points and metrics, how they are written, and the command that measures a point again.
 
-const metricIndex = new Map(data.metrics.map((metric, index) => [metric.id, index]));
-const state = {
+import {data, formatNumber, make} from './page.js';
+
+export const metricIndex = new Map(data.metrics.map((metric, index) => [metric.id, index]));
+export const state = {
   metric: metricIndex.get(data.front_metric),
   hidden: new Set()
 };
 
 // Milliseconds throughout, as frame budgets are; below a hundredth, microseconds.
 const timeUnit = (ns) => (ns < 1e4 ? {name: 'µs', ns: 1e3} : {name: 'ms', ns: 1e6});
-const formatTime = (ns) => `${formatNumber(ns / timeUnit(ns).ns)} ${timeUnit(ns).name}`;
-function formatInterval([median, low, high]) {
+export const formatTime = (ns) => `${formatNumber(ns / timeUnit(ns).ns)} ${timeUnit(ns).name}`;
+export function formatInterval([median, low, high]) {
   const unit = timeUnit(median);
   return `${formatNumber(low / unit.ns)} to ${formatNumber(high / unit.ns)} ${unit.name}`;
 }
 
-function formatMetric(index, value) {
+/** With what the interval covers: fewer than six samples give no 95 %. */
+export function intervalText(point) {
+  return `${point.coverage} interval ${formatInterval(point.time_ns)}`;
+}
+
+export function formatMetric(index, value) {
   const metric = data.metrics[index];
-  if (value === null) return metric.lower_is_better ? 'none' : 'identical';
+  if (value === null) return metric.none_is_best ? 'identical' : 'none';
   return metric.unit ? `${formatNumber(value)} ${metric.unit}` : formatNumber(value);
 }
-const errorOf = (point, metric = state.metric) => formatMetric(metric, point.errors[metric]);
-const metricTitle = (metric) => (metric.unit ? `${metric.id} (${metric.unit})` : metric.id);
+export const errorOf = (point, metric = state.metric) => formatMetric(metric, point.errors[metric]);
+export const metricTitle = (metric) => (metric.unit ? `${metric.id} (${metric.unit})` : metric.id);
 
-function formatBytes(bytes) {
+export function formatBytes(bytes) {
   const units = ['B', 'KiB', 'MiB', 'GiB'];
   const power = Math.min(units.length - 1, bytes > 0 ? Math.floor(Math.log2(bytes) / 10) : 0);
   return `${formatNumber(bytes / 1024 ** power)} ${units[power]}`;
 }
 
-const formatSeconds = (s) => (s >= 90 ? `${formatNumber(s / 60)} min` : `${formatNumber(s)} s`);
+export const formatSeconds = (s) => (s >= 90 ? `${formatNumber(s / 60)} min` : `${formatNumber(s)} s`);
 
 /** A budget's text as read by people. */
-const comparison = (text) => text.replace('<=', ' ≤ ').replace('>=', ' ≥ ');
+export const comparison = (text) => text.replace('<=', ' ≤ ').replace('>=', ' ≥ ');
 
-const techniqueOf = (point) => data.techniques[point.technique].id;
-const groupLabel = (group) => data.groups[group].label;
+export const techniqueOf = (point) => data.techniques[point.technique].id;
+export const groupLabel = (group) => data.groups[group].label;
 const runOf = (point) => data.runs[data.groups[point.group].run];
 
 /** Technique with its settings; settings wrap between, not within, assignments. */
-function settingsElement(point) {
+export function settingsElement(point) {
   const settings = point.params.map(([name, value]) => make('span', {}, `${name}=${value} `));
   return make('span', {class: 'settings'}, make('strong', {}, techniqueOf(point)), ' ', ...settings);
 }
 
-const shellQuote = (text) => (/^[\w./@%+=:,-]+$/.test(text) ? text : `'${text.replaceAll('\'', '\'\\\'\'')}'`);
+export const shellQuote = (text) => (/^[\w./@%+=:,-]+$/.test(text) ? text : `'${text.replaceAll('\'', '\'\\\'\'')}'`);
 
 /** The command line that measures a point again. */
-function commandOf(point) {
+export function commandOf(point) {
   const config = runOf(point).info.config_path || 'CONFIG';
   return `reliefbench sweep ${shellQuote(config)} -o out/one --filter ${shellQuote(point.id)}`;
 }
@@ -69,8 +75,8 @@ async function copyText(text, button) {
   setTimeout(() => (button.textContent = label), 1200);
 }
 
-const copyButton = (text, label = 'Copy command') => make(
+export const copyButton = (text, label = 'Copy command') => make(
     'button', {type: 'button', class: 'copy no-print', title: text, onclick: (e) => copyText(text, e.target)}, label);
 
-const command = (point) =>
+export const command = (point) =>
     make('div', {class: 'command'}, make('code', {}, commandOf(point)), copyButton(commandOf(point), 'Copy'));

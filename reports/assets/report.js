@@ -1,8 +1,18 @@
-'use strict';
 // Draws the page, and redraws what depends on the metric, the legend, the colour scheme or the printer.
 
+import {drawAnswers} from './answers.js';
+import {charts} from './charts.js';
+import {drawChartFigures, redrawCharts} from './details.js';
+import {drawEnvironment} from './environment.js';
+import {drawExtremes} from './extremes.js';
+import {drawFronts} from './fronts.js';
+import {drawMarkLegend, drawTechniqueLegend} from './legends.js';
+import {byId, data, make} from './page.js';
+import {drawPictures} from './pictures.js';
+import {metricTitle, state} from './points.js';
+
 function drawMetricControl() {
-  const select = byId('metric');
+  const select = /** @type {HTMLSelectElement} */ (byId('metric'));
   select.append(...data.metrics.map(
       (metric, index) =>
           make('option', {value: index, selected: index === state.metric ? '' : null}, metricTitle(metric))));
@@ -30,8 +40,8 @@ redrawCharts();
 
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redrawCharts);
 // Paper is white whatever the screen is; charts are pictures, so they must be redrawn for it.
-for (const [name, printing] of [['beforeprint', true], ['afterprint', false]]) {
-  window.addEventListener(name, () => {
+for (const printing of [true, false]) {
+  window.addEventListener(printing ? 'beforeprint' : 'afterprint', () => {
     document.documentElement.classList.toggle('printing', printing);
     redrawCharts();
     for (const entry of charts) entry.chart.resize();

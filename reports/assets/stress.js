@@ -1,3 +1,5 @@
-'use strict';
+import {drawExtremes} from './extremes.js';
+import {data} from './page.js';
+
 drawExtremes(data);
 document.body.dataset.rendered = 'true';

@@ -1,5 +1,7 @@
-'use strict';
 // The search's page: the pick, how it was found, and every answer.
+
+import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
+import {byId, data, dataTable, make, numberCell, percent, shortNumber} from './page.js';
 
 const theme = readTheme();
 const number = (value) => shortNumber(value, 4);

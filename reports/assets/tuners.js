@@ -1,5 +1,7 @@
-'use strict';
 // Search strategies compared: regret and hypervolume against settings timed.
+
+import {readTheme, seriesColor, shapeOf} from './marks.js';
+import {byId, data, make, percent} from './page.js';
 
 const kLeastRegret = 1e-4;  // a log axis has no zero: what is less is drawn here
 const theme = readTheme();

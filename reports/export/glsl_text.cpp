@@ -96,15 +96,18 @@ class Cutter {
 };
 
 /// The pieces of a file, those of its includes first; nothing where it was read before.
-void read_pieces(const std::string& file, std::set<std::string>& seen, std::vector<Piece>& pieces) {
+void read_pieces(const std::string& file, const std::map<std::string, std::string>& generated,
+                 std::set<std::string>& seen, std::vector<Piece>& pieces) {
   if (!seen.insert(file).second) return;
-  std::vector<std::string> lines = text_lines(embedded_text(embedded_shaders(), file));
-  if (lines.front().starts_with("#ifndef ")) {  // the guard
+  const auto found = generated.find(file);
+  std::vector<std::string> lines =
+      text_lines(found != generated.end() ? found->second : embedded_text(embedded_shaders(), file));
+  if (!lines.empty() && lines.front().starts_with("#ifndef ")) {  // the guard
     lines.erase(lines.begin(), lines.begin() + 2);
     lines.pop_back();
   }
   for (const std::string& line : lines)
-    if (line.starts_with("#include \"")) read_pieces(line.substr(10, line.rfind('"') - 10), seen, pieces);
+    if (line.starts_with("#include \"")) read_pieces(line.substr(10, line.rfind('"') - 10), generated, seen, pieces);
   Cutter cutter(file, pieces);
   for (const std::string& line : lines)
     if (!line.starts_with("#include")) cutter.add(line);
@@ -124,11 +127,11 @@ int number(const std::string& text) {
   return value;
 }
 
-/// The named choice that stands for a value: WRAP_CLAMP for 1 where the default is WRAP_REPEAT; else the number.
-std::string value_text(const GlslConstants& constants, const std::string& fallback, int value) {
-  const std::string family = fallback.substr(0, fallback.find('_') + 1);
-  for (const auto& [name, known] : constants)
-    if (!family.empty() && name.starts_with(family) && known == value) return name;
+/// The named choice that stands for a value of a constant: WRAP_CLAMP for 1 of WRAP; else the number.
+std::string value_text(const GlslConstants& choices, const std::string& constant, int value) {
+  const std::string family = constant + "_";
+  for (const auto& [name, known] : choices)
+    if (name.starts_with(family) && known == value) return name;
   return fmt::format("{}", value);
 }
 
@@ -148,7 +151,7 @@ GlslConstants specialise(std::vector<Piece>& pieces, const std::map<int, int>& g
     const int fallback = choice == choices.end() ? number(words.at(3)) : choice->second;
     const auto found = given.find(number(words_of(piece.text).at(2)));
     const int value = found == given.end() ? fallback : found->second;
-    piece.text = fmt::format("const int {} = {};\n", words[2], value_text(choices, words[3], value));
+    piece.text = fmt::format("const int {} = {};\n", words[2], value_text(choices, words[2], value));
     constants.emplace(words[2], value);
   }
   return constants;
@@ -167,7 +170,7 @@ void mark(std::vector<Piece>& pieces, const std::string& name) {
 std::string cut_glsl(const GlslCut& cut) {
   std::vector<Piece> pieces;
   std::set<std::string> seen;
-  for (const std::string& file : cut.files) read_pieces(file, seen, pieces);
+  for (const std::string& file : cut.files) read_pieces(file, cut.generated, seen, pieces);
   const GlslConstants constants = specialise(pieces, cut.constants);
   for (Piece& piece : pieces) piece.text = folded(piece.text, constants);
   for (const std::string& root : cut.roots) mark(pieces, root);

@@ -9,9 +9,10 @@ namespace reliefbench {
 
 /// What a shader is cut down to.
 struct GlslCut {
-  std::vector<std::string> files;  ///< of the binary's shaders, in the order of their text
-  std::set<std::string> roots;     ///< functions that must stay
-  std::map<int, int> constants{};  ///< specialization constants by id: become constants of this value
+  std::vector<std::string> files;                  ///< of the binary's shaders, in the order of their text
+  std::set<std::string> roots;                     ///< functions that must stay
+  std::map<int, int> constants{};                  ///< specialization constants by id: become constants of this value
+  std::map<std::string, std::string> generated{};  ///< files that are none of the binary's: name, text
 };
 
 /// Shader files as one text: every `#include` is put in its place, once, and of all top-level declarations those stay,

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/plan/plan.h"
@@ -20,6 +21,7 @@ struct Arguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
+  bool retry_failed = false;
   bool dry_run = false;
   bool quiet = false;
   bool json = false;
@@ -69,6 +71,24 @@ void print_summary(const SweepSummary& summary) {
   fmt::print("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
 
+/// On stderr, where it is seen beside --json too: how many cases have no time, and why.
+void print_failures(const SweepSummary& summary) {
+  std::vector<std::string> failed;
+  int count = 0;
+  bool is_tried_again = false;
+  for (const auto& [status, cases] : summary.statuses) {
+    if (status == status_id(Status::ok)) continue;
+    failed.push_back(fmt::format("{} {}", cases, status));
+    count += cases;
+    is_tried_again |= may_pass(parse_status(status));
+  }
+  if (failed.empty()) return;
+  fmt::print(
+      stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
+      fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
+      is_tried_again ? "; the same command tries again what timed out, lost the device or ran out of memory" : "");
+}
+
 void run(const Arguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
@@ -82,17 +102,15 @@ void run(const Arguments& arguments, int& exit_code) {
                                                   .backends = backend_ids,
                                                   .device = arguments.device,
                                                   .filter = arguments.filter,
+                                                  .retry_failed = arguments.retry_failed,
                                                   .quiet = arguments.quiet});
   if (arguments.json) {
     fmt::print("{}\n", load_run(summary.folder).info.dump(1));
   } else {
     print_summary(summary);
   }
-  if (!summary.statuses.contains("ok")) {
-    fmt::print(stderr, "reliefbench: no case could be measured; the reasons are in {}\n",
-               (summary.folder / kResultsFile).string());
-    exit_code = static_cast<int>(Exit::nothing_measured);
-  }
+  print_failures(summary);
+  if (!summary.statuses.contains("ok")) exit_code = static_cast<int>(Exit::nothing_measured);
 }
 
 }  // namespace
@@ -107,6 +125,8 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   command->add_option("--device", arguments->device, "index on the backend, see `reliefbench devices`")
       ->capture_default_str();
   command->add_option("--filter", arguments->filter, "only cases whose id matches this glob, e.g. 'cone@*/grazing*'");
+  command->add_flag("--retry-failed", arguments->retry_failed,
+                    "draw again what failed in an earlier start, also what it died of twice");
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");

@@ -35,6 +35,7 @@ struct Arguments {
   std::string time_limit;
   std::uint64_t seed = 1;
   std::string replay;
+  bool retry_failed = false;
   bool quiet = false;
   bool json = false;
 };
@@ -121,6 +122,7 @@ TuneOptions options_of(const Arguments& arguments) {
   options.backend = arguments.backend;
   options.device = arguments.device;
   options.quiet = arguments.quiet;
+  options.retry_failed = arguments.retry_failed;
   TuneQuestion& question = options.question;
   for (const std::string& text : arguments.max_error) question.max_error.push_back(parse_budget(text));
   if (!arguments.max_time_ms.empty()) question.max_time_ms = parse_positive("--max-time-ms", arguments.max_time_ms);
@@ -171,8 +173,9 @@ void print_certificate(const TuneResult& result, const Paint& paint) {
 
 void print_answers(const TuneResult& result, const Paint& paint) {
   if (result.search.answers.size() < 2) return;
+  const std::string within = result.counts.unscored > 0 ? "within, of those scored" : "within";
   std::vector<std::vector<std::string>> rows{
-      {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold("within"), paint.bold("setting")}};
+      {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold(within), paint.bold("setting")}};
   for (const BudgetAnswer& answer : result.search.answers)
     rows.push_back({format_number(result.space.candidates[answer.pick].error), format_time_ns(answer.time_ns),
                     percent(answer.gap), result.space.candidates[answer.pick].id});
@@ -221,6 +224,9 @@ void print_result(const TuneResult& result) {
     fmt::print("  {}   {} {}   within {} of the best{}\n", interval(result.pick->time_ns, result.pick->high_ns),
                result.error_metric, format_number(result.pick->error), percent(result.pick->gap),
                result.counts.unscored > 0 ? " of those scored" : "");
+    if (!result.pick->tie.empty())
+      fmt::print("  tie with {}: the pick is the simpler or smaller of settings that time does not tell apart\n",
+                 result.pick->tie);
   } else if (!result.search.is_feasible && !result.is_stopped) {
     fmt::print("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
     if (!result.nearest.empty()) fmt::print("  nearest: {}\n", result.nearest);
@@ -247,7 +253,7 @@ std::string chosen_backend(const std::string& name) {
 
 void run(const Arguments& arguments, int& exit_code) {
   TuneOptions options = options_of(arguments);
-  std::signal(SIGINT, on_interrupt);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_interrupt);
   TuneResult result;
   if (!arguments.replay.empty()) {
     if (arguments.scenes.size() > 1) fail_input("--replay takes one --scene");
@@ -306,10 +312,13 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of the audits, and of replay's noise")->capture_default_str();
   command->add_option("--replay", arguments->replay, "a recorded sweep (run folder or table.csv) instead of a device")
       ->type_name("RUN");
+  command->add_flag("--retry-failed", arguments->retry_failed,
+                    "draw again what failed in an earlier start, also what it died of twice");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "tune.json on standard output");
   command->footer(
-      "Exit code 1 where nothing meets the bounds, 4 where the precision was not reached.\n"
+      "Exit code 1 where nothing meets the bounds, 4 where the precision was not reached. Ctrl-C and SIGTERM end the\n"
+      "search with the answer so far.\n"
       "Example:\n"
       "  reliefbench tune rocks --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001' --time-limit 3m -o "
       "out/tune");

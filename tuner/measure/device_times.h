@@ -10,7 +10,8 @@
 
 namespace reliefbench {
 
-/// A case that cannot be drawn, found out when it was to be timed.
+/// A case that cannot be drawn, found out when it was to be timed. Where Session::is_lost() says so, the device is
+/// to be opened again.
 struct CaseFailed {
   Record record;
 };
@@ -23,6 +24,7 @@ class DeviceTimes {
     Preparer& preparer;
     SampleBook& book;
     WallSplit& split;
+    CaseMark& mark;
     const MeasureSpec& measure;
     double started_ns;  ///< of the run, ns since 1970: Sample::at_ns is 0 there
   };
@@ -35,6 +37,8 @@ class DeviceTimes {
   /// One more sample of each case, in this order; a case may be there more than once. The first time it is compiled,
   /// uploaded and warmed up, before the round. throws: CaseFailed
   void draw(std::span<const Wanted> round);
+  /// Frees what it has on the device, which is made again when it is needed.
+  void release() { ready_.clear(); }
 
  private:
   struct Ready {

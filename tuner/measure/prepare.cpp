@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <new>
 #include <optional>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
-#include "kernels/judge/picture_metrics.h"
+#include "kernels/judge/score.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/run_files.h"
@@ -25,12 +26,13 @@ std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
 }
 
+}  // namespace
+
 Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();
   record.technique = c.settings.technique().id;
-  for (const Param& param : c.settings.technique().params)
-    if (c.settings.is_active(param)) record.params.emplace_back(param.id, param.text(c.settings.get(param.id)));
+  for (const SettingValue& given : c.settings.written()) record.params.emplace_back(given.param.id, given.text());
   record.map = map_of(c.settings).id;
   record.scene = c.scene_id;
   record.scene_key = scene_key;
@@ -39,21 +41,27 @@ Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& 
   return record;
 }
 
-}  // namespace
+void PreparedCase::release() {
+  draw = {};
+  relief = nullptr;
+  extra = nullptr;
+}
+
+void Preparer::release() {
+  for (auto& [id, state] : scenes_) state.normals = nullptr;
+}
 
 Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
-  const SceneKey key = key_of(scene);
-  const auto found = scenes_.find(key);
-  if (found != scenes_.end()) return found->second;
+  SceneState& state = scenes_[key_of(scene)];
+  if (state.normals) return state;
   const Heightfield& heights = context_.library.heights(scene);
   const std::vector<std::uint8_t> normals = normal_map(heights, scene.scene.wrap, scene.scene.relief_depth);
-  SceneState state;
   state.frame = frame_uniforms(scene.scene, heights.width, heights.height);
   state.normals = context_.session.backend().upload({.width = heights.width,
                                                      .height = heights.height,
                                                      .texels = std::as_bytes(std::span(normals)),
                                                      .wrap = scene.scene.wrap});
-  return scenes_.emplace(key, std::move(state)).first->second;
+  return state;
 }
 
 SceneKey Preparer::key_of(const SceneSpec& scene) const {
@@ -68,11 +76,16 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
+    throw;
   } catch (const Error& error) {
-    const std::string reason = error.what();
-    prepared.record.status = reason.find("device lost") == std::string::npos ? on_failure : Status::device_lost;
-    prepared.record.reason = reason;
+    prepared.record.status = status_of(error.fault(), on_failure);
+    prepared.record.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    prepared.record.status = Status::out_of_memory;
+    prepared.record.reason = "the host's memory is used up";
   }
+  if (prepared.record.status != Status::ok) prepared.release();
   return prepared;
 }
 
@@ -101,19 +114,17 @@ PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
 void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state) {
   Session& session = context_.session;
   const Settings& settings = prepared.spec->settings;
-  prepared.draw = {.relief = state.normals.get(),
-                   .normals = state.normals.get(),
-                   .reference = state.normals.get(),
-                   .extra = state.normals.get(),
+  const Texture* const normals = state.normals.get();  // any texture where there is no such map
+  prepared.draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}},
                    .frame = state.frame};
-  if (settings.technique().find("format") != nullptr) {
+  if (settings.technique().reads_map()) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
     const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
     prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
-    prepared.draw.relief = prepared.relief.get();
+    prepared.draw.textures[kReliefMap] = prepared.relief.get();
     if (textures.extra) {
       prepared.extra = session.backend().upload(texture_desc(*textures.extra, scene.scene.wrap));
-      prepared.draw.extra = prepared.extra.get();
+      prepared.draw.textures[kExtraMap] = prepared.extra.get();
     }
     prepared.record.memory_bytes = static_cast<std::int64_t>(textures.bytes());
     prepared.record.bake_time_ns = map.bake_time_ns;
@@ -156,15 +167,13 @@ Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scen
   draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
   const std::vector<ScorePixel> pixels = score_frame(draw);
   const Reference& reference = reference_of(pixels, scene, state);
-  const std::optional<double> flicker = measure_flicker(prepared, draw, scene, state);
+  const MotionJudge motion = judge_motion(prepared, draw, scene, state);
   return split.book(Part::score, [&] {
     JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
-    judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
-    const PicturePair pair{
-        .reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px};
-    judged.score.flip = masked_mean(flip_map(pair), judged.pixels).value_or(0);
-    judged.score.ssim = masked_mean(ssim_map(pair), judged.pixels).value_or(1);
-    judged.score.flicker = flicker;
+    judge_pictures(
+        {.reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px},
+        judged.pixels, judged.score);
+    motion.fill_in(judged.score);
     prepared.record.error = judged.score;
     prepared.record.reference_key = reference.key;
     return Pictures{.frame = std::move(frame),
@@ -268,13 +277,12 @@ Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSp
   return moved;
 }
 
-std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
-                                                const SceneSpec& scene, SceneState& state) {
+MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
+                                   SceneState& state) {
   for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
     state.moved.push_back(moved_frame(score_draw, scene, state, i));
-  return context_.split.book(Part::score, [&]() -> std::optional<double> {
-    double sum = 0;
-    int count = 0;
+  return context_.split.book(Part::score, [&] {
+    MotionJudge judge;
     std::vector<std::uint8_t> before;
     for (std::size_t i = 0; i < state.moved.size(); ++i) {
       Draw draw = prepared.draw;
@@ -284,15 +292,12 @@ std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, co
       if (i > 0) {
         const MovedFrame& last = state.moved[i - 1];
         const MovedFrame& now = state.moved[i];
-        const std::optional<double> value = flicker({.picture = before, .reference = last.reference, .mask = last.mask},
-                                                    {.picture = picture, .reference = now.reference, .mask = now.mask});
-        sum += value.value_or(0);
-        count += value ? 1 : 0;
+        judge.add({.picture = before, .reference = last.reference, .mask = last.mask},
+                  {.picture = picture, .reference = now.reference, .mask = now.mask});
       }
       before = std::move(picture);
     }
-    if (count == 0) return std::nullopt;
-    return sum / count;
+    return judge;
   });
 }
 
@@ -312,10 +317,9 @@ std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceH
                                   .wrap = Wrap::clamp,
                                   .filter = Filter::nearest});
     const Draw draw{.pipeline = pipeline,
-                    .relief = state.normals.get(),
-                    .normals = state.normals.get(),
-                    .reference = texture.get(),
-                    .extra = state.normals.get(),
+                    .textures = {{kReliefMap, state.normals.get()},
+                                 {kNormalMap, state.normals.get()},
+                                 {kReferenceMap, texture.get()}},
                     .frame = frame};
     session.backend().render(draw, 1, Timer::fenced_wall);
     return session.backend().read_color();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/judge/score.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/measure/session.h"
 #include "tuner/results/record.h"
@@ -19,7 +20,13 @@ struct PreparedCase {
   std::unique_ptr<Texture> relief{};
   std::unique_ptr<Texture> extra{};  ///< null where the map has one texture
   Draw draw{};
+
+  /// Frees what it has on the device; it can't be drawn then.
+  void release();
 };
+
+/// A case's record before anything is known of it.
+[[nodiscard]] Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device);
 
 /// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
 /// Must not outlive session and library.
@@ -36,7 +43,7 @@ class Preparer {
   };
   explicit Preparer(Context context) : context_(std::move(context)) {}
 
-  /// Never throws for a case's own failure: that becomes its record's status and reason.
+  /// Never throws for a case's own failure: that becomes its record's status and reason. throws: FileError
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
   /// The same without the error: compiled, uploaded, drawn once.
@@ -45,6 +52,9 @@ class Preparer {
   /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
   /// content. throws: Error: what prepare() would make a status of
   [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
+
+  /// Frees what it has on the device, which is uploaded again when it is needed.
+  void release();
 
   [[nodiscard]] int references_traced() const { return references_traced_; }
   [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
@@ -79,9 +89,9 @@ class Preparer {
   [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
   [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
                                        int index);
-  /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
-  [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
-                                                      const SceneSpec& scene, SceneState& state);
+  /// Over the frames of the moving camera. score_draw: the case's score frame
+  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
+                                         SceneState& state);
   struct Pictures {
     std::vector<std::uint8_t> frame{};  ///< RGBA8
     std::vector<std::uint8_t> error{};

@@ -6,7 +6,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
+#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/results/statistics.h"
 
@@ -16,8 +18,11 @@ namespace {
 constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
+constexpr double kLeastRenderLimit_s = 1;
+constexpr double kLeastPatience_s = 60;  // with a device that was left behind in the middle of a frame
+constexpr double kPatience = 10;         // times the limit
 
-std::string shader_key(std::string_view source, Target target) {
+std::string shader_key(std::string_view source, const Target& target) {
   return fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
 }
 
@@ -27,41 +32,54 @@ double now_ns() {
 
 }  // namespace
 
-std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
-  std::vector<SpecConstant> constants = {{.id = kWrapConstant, .value = wrap == Wrap::clamp ? 1 : 0}};
-  if (settings == nullptr) return constants;
-  for (const Param& param : settings->technique().params)
-    if (param.constant_id >= 0)
-      constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
-  const Param* const correction = settings->technique().find("correction");
-  if (correction != nullptr && settings->is_active(*correction))
-    constants.push_back({.id = kConeFetchConstant,
-                         .value = find_correction(settings->choice("correction")) == Correction::min4 ? 1 : 0});
-  if (settings->technique().find("format") != nullptr) {
-    const Format& format = find_format(settings->choice("format"));
-    constants.push_back({.id = kLayoutConstant, .value = format.with_normal ? 2 : (format.extra_channels > 0 ? 1 : 0)});
-  }
-  return constants;
-}
+std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index) { return row.open(device_index, {}); }
 
-Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed)
-    : dialect_(row.dialect), split_(split), backend_(row.open(device_index, {})) {
+Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed, OpenDevice open)
+    : row_(row),
+      device_index_(device_index),
+      open_(std::move(open)),
+      dialect_(row.dialect),
+      split_(split),
+      backend_(open_(row, device_index)) {
   if (is_timed) split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
   vertex_ = compile_vertex(dialect_);
 }
 
-const Spirv& Session::fragment(std::string_view source, Target target) {
+void Session::set_timeout(double timeout_s) {
+  render_limit_s_ = std::max(timeout_s, kLeastRenderLimit_s);
+  backend_->set_render_limit(render_limit_s_);
+}
+
+void Session::reopen() {
+  const std::string name = device().name;
+  control_draw_ = {};
+  control_pipeline_ = nullptr;
+  pipelines_.clear();
+  backend_ = nullptr;  // a driver may refuse a second one beside what it lost
+  try {
+    backend_ = open_(row_, device_index_);
+    // What was left behind may keep the device busy for a while.
+    backend_->set_render_limit(std::max(kPatience * render_limit_s_, kLeastPatience_s));
+    if (calibration_.frames > 0) make_control();
+    backend_->set_render_limit(render_limit_s_);
+  } catch (const Error& error) {
+    fail_environment("{}: {} was lost and does not work when it is opened again: {}", row_.id, name, error.what());
+  }
+}
+
+const Spirv& Session::fragment(std::string_view source, const Target& target) {
   const std::string key = shader_key(source, target);
   auto found = fragments_.find(key);
   if (found == fragments_.end()) found = fragments_.emplace(key, compile_fragment(source, target, dialect_)).first;
   return found->second;
 }
 
-std::string Session::fragment_sha256(std::string_view source, Target target) {
+std::string Session::fragment_sha256(std::string_view source, const Target& target) {
   return sha256(std::as_bytes(std::span(fragment(source, target))));
 }
 
-Session::Compiled& Session::pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap) {
+Session::Compiled& Session::pipeline(std::string_view source, const Settings* settings, const Target& target,
+                                     Wrap wrap) {
   const std::vector<SpecConstant> constants = constants_of(settings, wrap);
   std::string key = shader_key(source, target);
   for (const SpecConstant& constant : constants) key += fmt::format(" {}={}", constant.id, constant.value);
@@ -74,6 +92,7 @@ Session::Compiled& Session::pipeline(std::string_view source, const Settings* se
     compiled.pipeline = backend_->compile(
         {.label = std::string(source), .vertex = vertex_, .fragment = spirv, .constants = constants, .target = target});
     compiled.compile_ns = now_ns() - start_ns;
+    ++shaders_compiled_;
     compiled.spirv_sha256 = sha256(std::as_bytes(std::span(spirv)));
     return pipelines_.emplace(std::move(key), std::move(compiled)).first->second;
   });
@@ -81,29 +100,31 @@ Session::Compiled& Session::pipeline(std::string_view source, const Settings* se
 
 double Session::draw_ns(const Draw& draw, int frames) {
   const BatchTime time = backend_->render(draw, frames, calibration_.timer);
-  return calibration_.timer == Timer::fenced_wall ? time.wall_ns : time.device_ns.value();
+  const double ns = calibration_.timer == Timer::fenced_wall ? time.wall_ns : time.device_ns.value();
+  if (!std::isfinite(ns) || ns <= 0)
+    fail_device(Fault::invalid_timer, "the timer {} says {} ns for {} frames", timer_id(calibration_.timer), ns,
+                frames);
+  return ns;
 }
 
 double Session::draw_control_ns() { return draw_ns(control_draw_, calibration_.frames); }
 
-void Session::calibrate(double batch_ms, const Calibration* known) {
-  calibration_ =
-      known != nullptr ? *known : Calibration{.timer = choose_timer(audit_), .load_steps = kControlSteps, .frames = 1};
+void Session::make_control() {
   const Spirv load = compile_load(dialect_);
   control_pipeline_ = backend_->compile({.label = "load",
                                          .vertex = vertex_,
                                          .fragment = load,
                                          .constants = {{.id = 0, .value = calibration_.load_steps}},
                                          .target = Target::color});
-  constexpr std::array<std::byte, 4> kBlack{};
-  blank_ = backend_->upload({.width = 1, .height = 1, .texels = kBlack});
-  control_draw_ = {.pipeline = control_pipeline_.get(),
-                   .relief = blank_.get(),
-                   .normals = blank_.get(),
-                   .reference = blank_.get(),
-                   .extra = blank_.get()};
+  control_draw_ = {.pipeline = control_pipeline_.get()};
   control_draw_.frame.sizes = {kControlSide_px, kControlSide_px, 1, 1};
   draw_control_ns();  // the first draw compiles
+}
+
+void Session::calibrate(double batch_ms, const Calibration* known) {
+  calibration_ =
+      known != nullptr ? *known : Calibration{.timer = choose_timer(audit_), .load_steps = kControlSteps, .frames = 1};
+  make_control();
   if (known != nullptr) return;
   const double frame_ms = draw_control_ns() * 1e-6;
   calibration_.frames = std::max(1, static_cast<int>(std::ceil(batch_ms / frame_ms)));

@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -8,11 +10,9 @@
 #include "backends/timer_audit.h"
 #include "kernels/trace/technique.h"
 #include "tuner/measure/wall_split.h"
+#include "tuner/results/record.h"
 
 namespace reliefbench {
-
-/// The specialization constants of a technique's run-time settings (null: none) and of the wrap that all shaders have.
-[[nodiscard]] std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap);
 
 /// What a run's times rest on, settled when it is first started and kept when it is continued: the timer, and the
 /// control case (known arithmetic, drawn between the samples, by which drift is seen and taken out).
@@ -23,11 +23,29 @@ struct Calibration {
   double reference_ns = 0;  ///< a frame's time of the control case when the run was first started
 };
 
+/// Opens a device of a row; throws as that does. Tests put devices in between that fail.
+using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int device_index)>;
+[[nodiscard]] std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index);
+
 /// One open device of a sweep: its audited timers, its calibration, and its compiled shaders, each compiled once.
 class Session {
  public:
   /// Opens, and audits the timers unless nothing will be timed. throws: Error(environment): no such device
-  Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true);
+  Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true,
+          OpenDevice open = open_device);
+
+  /// Opens the device again after it was lost, and draws the control case on it. Whatever was made on the lost one must
+  /// be gone before; pipelines are compiled anew when they are asked for. Calibration and audit stay.
+  /// throws: Error(environment): it cannot be opened, or does not draw
+  void reopen();
+
+  /// A frame that does not end in that time ends its case (Backend::set_render_limit), though no limit is under a
+  /// second: a busy machine takes that long for anything.
+  void set_timeout(double timeout_s);
+  /// Whether the device is to be opened again before anything else is drawn.
+  [[nodiscard]] bool is_lost(Status status) const {
+    return status == Status::device_lost || backend_->is_left_behind();
+  }
 
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }
@@ -41,10 +59,10 @@ class Session {
   };
   /// The pipeline of a technique for a target, from the run-time settings. source: the shader file's name.
   /// settings: may be null (the reference's shader has none). throws: Error(environment): compiler's words
-  [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, Target target, Wrap wrap);
+  [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, const Target& target, Wrap wrap);
   /// Of a technique's SPIR-V, before its settings are specialised.
-  [[nodiscard]] std::string fragment_sha256(std::string_view source, Target target);
-  [[nodiscard]] int shaders_compiled() const { return static_cast<int>(pipelines_.size()); }
+  [[nodiscard]] std::string fragment_sha256(std::string_view source, const Target& target);
+  [[nodiscard]] int shaders_compiled() const { return shaders_compiled_; }
 
   /// `known`: the calibration of an earlier start of the same run, or null to settle one now.
   /// throws: Error(environment): no valid timer
@@ -53,21 +71,27 @@ class Session {
   /// Time of one batch of the control case, ns.
   double draw_control_ns();
   /// Time of a batch by the calibration's timer, ns.
+  /// throws: Error of Fault::invalid_timer: it is not finite and above zero
   double draw_ns(const Draw& draw, int frames);
 
  private:
-  [[nodiscard]] const Spirv& fragment(std::string_view source, Target target);
+  [[nodiscard]] const Spirv& fragment(std::string_view source, const Target& target);
+  void make_control();
 
+  const BackendRow& row_;
+  int device_index_;
+  OpenDevice open_;
   Dialect dialect_;
   WallSplit& split_;
+  double render_limit_s_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Backend> backend_;  // outlives what it made
   std::vector<TimerAudit> audit_;
   Spirv vertex_;
   std::map<std::string, Spirv, std::less<>> fragments_;
   std::map<std::string, Compiled, std::less<>> pipelines_;
+  int shaders_compiled_ = 0;
   Calibration calibration_;
   std::unique_ptr<Pipeline> control_pipeline_;
-  std::unique_ptr<Texture> blank_;
   Draw control_draw_;
 };
 

@@ -14,6 +14,16 @@ struct Subject {
   int rounds_done;
 };
 
+/// What `draw` returns. owner: whose frames it draws, null for the control case
+template <typename Draw>
+auto drawn_for(PreparedCase* owner, const Draw& draw) {
+  try {
+    return draw();
+  } catch (const Error& error) {
+    throw BatchFailed{.owner = owner, .error = error};
+  }
+}
+
 int frames_for(double frame_ns, const MeasureSpec& measure) {
   return std::max(1, static_cast<int>(std::ceil(measure.batch_ms * 1e6 / std::max(frame_ns, 1.0))));
 }
@@ -54,15 +64,16 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
       const auto earlier = context.samples_so_far.find(prepared->record.case_id);
       const int done = earlier == context.samples_so_far.end() ? 0 : static_cast<int>(earlier->second.size());
       if (done >= context.measure.samples) continue;
-      subjects.push_back(
-          {.prepared = prepared, .frames = warm_up(session, prepared->draw, context.measure), .rounds_done = done});
+      const auto hold = context.mark.hold(prepared->record.case_id);
+      const int frames = drawn_for(prepared, [&] { return warm_up(session, prepared->draw, context.measure); });
+      subjects.push_back({.prepared = prepared, .frames = frames, .rounds_done = done});
     }
   });
 
   std::mt19937_64 random(context.seed);
   const std::string control_id = control_case_id(session.device().backend);
   const TimedBatch control{.name = control_id, .frames = session.calibration().frames, .run_ns = [&session] {
-                             return session.draw_control_ns();
+                             return drawn_for(nullptr, [&] { return session.draw_control_ns(); });
                            }};
   for (int round = 0; round < context.measure.samples; ++round) {
     std::vector<Subject*> order;
@@ -73,10 +84,13 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
 
     std::vector<TimedBatch> own;
     for (Subject* subject : order)
-      own.push_back(
-          {.name = subject->prepared->record.case_id, .frames = subject->frames, .run_ns = [&session, subject] {
-             return session.draw_ns(subject->prepared->draw, subject->frames);
-           }});
+      own.push_back({.name = subject->prepared->record.case_id,
+                     .frames = subject->frames,
+                     .run_ns = [&session, &context, subject] {
+                       const auto hold = context.mark.hold(subject->prepared->record.case_id);
+                       return drawn_for(subject->prepared,
+                                        [&] { return session.draw_ns(subject->prepared->draw, subject->frames); });
+                     }});
     const std::vector<TimedBatch> batches = with_control(own, control, context.measure.control_every);
     auto next = order.begin();
     context.split.book(Part::samples, [&] {

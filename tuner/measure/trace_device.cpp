@@ -6,8 +6,8 @@ namespace reliefbench {
 
 BakedScene SceneBaker::bake(const Settings& settings, const SceneSpec& spec) {
   const Scene& scene = spec.scene;
-  const bool has_map = settings.technique().find("format") != nullptr;  // flat reads none: any will do
-  const Format& format = has_map ? find_format(settings.choice("format")) : formats().front();
+  const bool has_map = settings.technique().reads_map();
+  const Format& format = storage_of(settings).format;
   if (std::string text = bake_text(settings, spec); text != text_) {
     map_ = nullptr;  // large maps: not both at once
     tracer_ = nullptr;
@@ -30,15 +30,14 @@ TraceDevice::TraceDevice(const BackendRow& row, int index, WallSplit& split, boo
 }
 
 TraceDevice::Frame TraceDevice::frame(const Settings& settings, const BakedScene& baked, const Scene& scene,
-                                      Target target) {
+                                      const Target& target) {
   Backend& backend = session_.backend();
   Frame frame{.relief = backend.upload(texture_desc(baked.textures.relief, scene.wrap)), .extra = {}, .draw = {}};
   if (baked.textures.extra) frame.extra = backend.upload(texture_desc(*baked.textures.extra, scene.wrap));
   frame.draw = {.pipeline = session_.pipeline(settings.technique().id, &settings, target, scene.wrap).pipeline.get(),
-                .relief = frame.relief.get(),
-                .normals = blank_.get(),
-                .reference = blank_.get(),
-                .extra = frame.extra ? frame.extra.get() : blank_.get(),
+                .textures = {{kReliefMap, frame.relief.get()},
+                             {kNormalMap, blank_.get()},
+                             {kExtraMap, frame.extra ? frame.extra.get() : blank_.get()}},
                 .frame = frame_uniforms(scene, baked.map->heights.width, baked.map->heights.height)};
   return frame;
 }

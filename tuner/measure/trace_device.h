@@ -47,7 +47,8 @@ class TraceDevice {
     std::unique_ptr<Texture> extra;
     Draw draw;
   };
-  [[nodiscard]] Frame frame(const Settings& settings, const BakedScene& baked, const Scene& scene, Target target);
+  [[nodiscard]] Frame frame(const Settings& settings, const BakedScene& baked, const Scene& scene,
+                            const Target& target);
   /// The score frame.
   [[nodiscard]] std::vector<ScorePixel> trace(const Frame& frame);
 

@@ -15,8 +15,9 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 8> kStatusIds{"ok",      "skipped",     "unsupported",   "compile_error",
-                                                     "timeout", "device_lost", "invalid_timer", "throttled"};
+constexpr std::array<std::string_view, 9> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
+                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled",
+                                                     "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -60,82 +61,31 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-json distribution_json(const Distribution& d) {
-  return {{"mean", d.mean}, {"p50", d.p50}, {"p95", d.p95}, {"p99", d.p99}, {"max", d.max}};
-}
-
-Distribution parse_distribution(const json& j) {
-  return {.mean = number(j, "mean"),
-          .p50 = number(j, "p50"),
-          .p95 = number(j, "p95"),
-          .p99 = number(j, "p99"),
-          .max = number(j, "max")};
-}
-
-json frame_time_json(const FrameTime& time) {
-  return {{"median", time.summary.median},
-          {"mad", time.summary.mad},
-          {"ci_low", time.summary.ci_low},
-          {"ci_high", time.summary.ci_high},
-          {"n", time.summary.n},
-          {"raw_median", time.raw_median},
-          {"timer", time.timer}};
-}
-
-FrameTime parse_frame_time(const json& j) {
-  return {.summary = {.median = number(j, "median"),
-                      .mad = number(j, "mad"),
-                      .ci_low = number(j, "ci_low"),
-                      .ci_high = number(j, "ci_high"),
-                      .n = integer<int>(j, "n")},
-          .raw_median = number(j, "raw_median"),
-          .timer = text(j, "timer")};
-}
-
-/// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
-std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std::string_view case_id) {
-  if (!j.is_object()) fail_input("'params' is not an object");
-  std::vector<std::pair<std::string, std::string>> params;
-  for (const auto& item : j.items()) params.emplace_back(item.key(), text(j, item.key().c_str()));
-  const auto place = [case_id](const auto& param) {
-    return std::min(case_id.find("?" + param.first + "="), case_id.find("&" + param.first + "="));
-  };
-  std::ranges::stable_sort(params, {}, place);
-  return params;
-}
-
-}  // namespace
-
+/// null where the frame has no value, and it is written.
 json score_json(const FrameScore& score) {
-  return {{"pixels", score.pixels},
-          {"e_xy", distribution_json(score.e_xy)},
-          {"e_z", distribution_json(score.e_z)},
-          {"missed_rate", score.missed_rate},
-          {"inside_rate", score.inside_rate},
-          {"unconverged_rate", score.unconverged_rate},
-          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
-          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
-          {"flip", score.flip},
-          {"ssim", score.ssim},
-          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
+  json out = {{"pixels", score.pixels}};
+  for (const MetricRow& row : metrics()) {
+    json& member = out[std::string(row.metric->id)];
+    const std::optional<double> value = row.value(score);
+    (row.part.empty() ? member : member[std::string(row.part)]) = value ? json(*value) : json();
+  }
+  return out;
+}
+
+std::optional<double> parse_value(const json& j, const MetricRow& row) {
+  const std::string metric(row.metric->id);
+  const std::string part(row.part);
+  const NoValue no_value = row.metric->no_value;
+  if (no_value == NoValue::unmeasured && optional_member(j, metric.c_str()) == nullptr) return std::nullopt;
+  const json& object = part.empty() ? j : member(j, metric.c_str());
+  const char* key = part.empty() ? metric.c_str() : part.c_str();
+  if (no_value != NoValue::never && member(object, key).is_null()) return std::nullopt;
+  return number(object, key);
 }
 
 FrameScore parse_score(const json& j) {
-  const json& taps = member(j, "taps");
-  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
-                   .e_xy = parse_distribution(member(j, "e_xy")),
-                   .e_z = parse_distribution(member(j, "e_z")),
-                   .missed_rate = number(j, "missed_rate"),
-                   .inside_rate = number(j, "inside_rate"),
-                   .unconverged_rate = number(j, "unconverged_rate"),
-                   .mean_taps = number(taps, "mean"),
-                   .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt,
-                   .flip = number(j, "flip"),
-                   .ssim = number(j, "ssim")};
-  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
-  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels")};
+  for (const MetricRow& row : metrics()) score.values.at(row.place) = parse_value(j, row);
   return score;
 }
 
@@ -150,7 +100,8 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  json line = {{"case", record.case_id},
+  json line = {{"schema", kSchemaVersion},
+               {"case", record.case_id},
                {"technique", record.technique},
                {"params", std::move(params)},
                {"map", record.map},
@@ -172,6 +123,8 @@ void to_json(json& j, const Record& record) {
 }
 
 void from_json(const json& j, Record& record) {
+  if (const int schema = integer<int>(j, "schema"); schema != kSchemaVersion)
+    fail_input("'schema' is {}, this reliefbench reads {}", schema, kSchemaVersion);
   record = {.case_id = text(j, "case"),
             .technique = text(j, "technique"),
             .params = parse_params(member(j, "params"), text(j, "case")),
@@ -194,6 +147,7 @@ void from_json(const json& j, Record& record) {
   if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
+  check_backend(record);
 }
 
 std::string match_key(const Record& record) {
@@ -206,6 +160,9 @@ std::string match_key(const Record& record) {
 }
 
 void to_json(json& j, const Sample& sample) {
+  if (!(sample.frame_time_ns > 0))  // it could not be read back, and ratios of it mean nothing
+    fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id,
+                     sample.frame_time_ns);
   j = checked({{"case", sample.case_id},
                {"round", sample.round},
                {"frames", sample.frames},
@@ -217,7 +174,7 @@ void from_json(const json& j, Sample& sample) {
   sample = {.case_id = text(j, "case"),
             .round = integer<int>(j, "round"),
             .frames = integer<int>(j, "frames"),
-            .frame_time_ns = number(j, "frame_time_ns"),
+            .frame_time_ns = positive(j, "frame_time_ns"),
             .at_ns = number(j, "at_ns")};
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/base/error.h"
 #include "kernels/judge/score.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/results/statistics.h"
@@ -16,7 +17,22 @@ namespace reliefbench {
 /// The layout of every file of a run; raised when one changes.
 inline constexpr int kSchemaVersion = 3;
 
-enum class Status { ok, skipped, unsupported, compile_error, timeout, device_lost, invalid_timer, throttled };
+/// How a case ended.
+enum class Status {
+  ok,
+  unsupported,    ///< the device refused something else than a shader: a format, a size, a draw
+  compile_error,  ///< ... or a shader
+  timeout,        ///< a frame took longer than the config allows
+  device_lost,
+  out_of_memory,
+  invalid_timer,  ///< a time that was not finite and above zero
+  throttled,      ///< the device ran at a small part of its speed
+  crashed,        ///< the process died while the case was drawn
+};
+/// Of what may be over when the same run is started again, so that the case is tried again then.
+[[nodiscard]] bool may_pass(Status status);
+/// otherwise: the status of a fault that has none of its own
+[[nodiscard]] Status status_of(Fault fault, Status otherwise);
 [[nodiscard]] std::string_view status_id(Status status);
 [[nodiscard]] Status parse_status(std::string_view id);  ///< throws: Error(bad_input)
 

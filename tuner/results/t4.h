@@ -11,8 +11,8 @@ namespace reliefbench {
 /// metadata-schema.json of github.com/odgaard/TuningSchema, as Kernel Tuner 1.x writes them), one result a case.
 /// Times are milliseconds. compilation_time is that of the first draw; nothing is searched, so search_algorithm is 0;
 /// what is not booked for each case (framework, validation) is left out. invalidity: "correct" where the case meets the
-/// constraints, "correctness" where it was measured and does not, "constraints" where it was skipped or the device
-/// lacks what it needs, else "compile", "timeout" or "runtime". correctness: 1 where "correct", 0 elsewhere. rows:
+/// constraints, "correctness" where it was measured and does not, "constraints" where the device lacks
+/// what it needs, else "compile", "timeout" or "runtime". correctness: 1 where "correct", 0 elsewhere. rows:
 /// case_table(run)
 [[nodiscard]] nlohmann::json t4_json(const Run& run, std::span<const TableRow> rows,
                                      std::span<const Budget> constraints);

@@ -21,6 +21,7 @@ struct RecordedTable {
   std::string nearest{};                     ///< where no candidate is feasible: the id of the one that misses least
   std::string miss{};                        ///< and by how much
   std::vector<std::vector<double>> samples;  ///< ns a frame, corrected for drift; one list a candidate, none empty
+  std::vector<std::int64_t> memory_bytes{};  ///< of each candidate's map
 };
 
 /// The time that the search estimates: the expectation of the log of the median of three samples drawn with

@@ -40,6 +40,7 @@ struct TuneOptions {
   std::vector<SceneSpec> holdout{};
   std::optional<double> time_limit_s{};
   std::function<bool()> is_interrupted = [] { return false; };
+  bool retry_failed = false;  ///< draw again what failed in an earlier start
   bool quiet = false;
 };
 
@@ -52,6 +53,7 @@ struct TunePick {
   double rival_low_ns = 0;  ///< least lower bound of all others that would do; infinite where there is none
   double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best of the scored settings
                             ///< the pick may be
+  std::string tie{};        ///< setting that is as fast as far as the certificate tells, but less simple; "": none
 };
 
 /// One rung from the plainest setting that does to the pick.

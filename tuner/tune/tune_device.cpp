@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -12,8 +13,10 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/measure/device_times.h"
+#include "tuner/measure/map_library.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/record_book.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/measure/run_results.h"
 #include "tuner/plan/plan.h"
@@ -21,6 +24,7 @@
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
 #include "tuner/tune/holdout.h"
 #include "tuner/tune/tune_search.h"
 
@@ -71,11 +75,14 @@ class DeviceTuner {
     for (const Case& c : plan_.cases)
       if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
     session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
+    session_->set_timeout(config.measure.timeout_s);
     store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
     holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
     scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
     scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
-    std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
+    make_images_folder(options.output);
+    records_ = std::make_unique<RecordBook>(*store_, options.retry_failed);
+    records_->enter_death(all_cases(), scenes_, session_->device());
     const nlohmann::json& info = store_->earlier().info;
     started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
     const std::optional<Calibration> known =
@@ -97,6 +104,7 @@ class DeviceTuner {
                                                                 .preparer = *preparer_,
                                                                 .book = *book_,
                                                                 .split = split_,
+                                                                .mark = store_->mark(),
                                                                 .measure = config.measure,
                                                                 .started_ns = started_ns_});
   }
@@ -134,6 +142,20 @@ class DeviceTuner {
   [[nodiscard]] Case case_of(std::size_t scene, std::size_t setting) const {
     return {.settings = settings_[setting], .scene_id = config_.scenes[scene].id, .backend = options_.backend};
   }
+  /// Those of the plan, and every setting on the held-out scenes.
+  [[nodiscard]] std::vector<Case> all_cases() const {
+    std::vector<Case> cases = plan_.cases;
+    for (const MeasuredScene& scene : holdout_)
+      for (const Settings& settings : settings_)
+        cases.push_back({.settings = settings, .scene_id = scene.spec.id, .backend = options_.backend});
+    return cases;
+  }
+  /// The record of a case that is not to be drawn again since it killed the process twice; null for any other.
+  [[nodiscard]] const Record* given_up(const std::string& case_id) const {
+    const Record* const record = records_->find(case_id);
+    const bool is_crash = record != nullptr && record->status == Status::crashed;
+    return is_crash && records_->is_finished(case_id) ? record : nullptr;
+  }
   [[nodiscard]] const std::vector<Budget>& asked() const {
     return options_.question.max_error.empty() ? config_.front_constraints : options_.question.max_error;
   }
@@ -144,14 +166,35 @@ class DeviceTuner {
   void score_settings() {
     Progress progress(options_.quiet);
     const bool pictures = compares_pictures(asked(), config_.front_error);
-    const auto judge = [&](std::size_t setting, std::size_t scene) {
+    const auto judge_once = [&](std::size_t setting, std::size_t scene) {
       const Case c = case_of(scene, setting);
+      const std::string id = c.id();
+      if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
+      const auto hold = store_->mark().hold(id);
       if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
       const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-      if (prepared.record.status != Status::ok) fail_environment("{}", prepared.record.reason);
+      const bool is_lost = session_->is_lost(prepared.record.status);
+      if (prepared.record.status != Status::ok)
+        fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
       return *prepared.record.error;
     };
+    // A device that is lost is opened again; where that fails, all ends.
+    std::exception_ptr end;
+    const auto judge = [&](std::size_t setting, std::size_t scene) {
+      try {
+        return judge_once(setting, scene);
+      } catch (const Error& error) {
+        if (!needs_reopening(error.fault()) || end) throw;
+      }
+      try {
+        reopen();
+      } catch (const Error&) {
+        end = std::current_exception();
+      }
+      fail_device(Fault::device_lost, "the device was lost");
+    };
     const auto should_stop = [&](std::size_t done) {
+      if (end) return true;
       progress.update(static_cast<double>(done) / static_cast<double>(settings_.size()),
                       fmt::format("errors of {} settings", settings_.size()));
       return is_over(kMostOfErrorPass * limit_s());
@@ -173,6 +216,7 @@ class DeviceTuner {
                                        [&](const FrameScore& score) { return meets_asked(score); }, should_stop)
                                  : score_all(settings_.size(), config_.scenes.size(), judge, should_stop);
     progress.finish();
+    if (end) std::rethrow_exception(end);
     counts.settings = static_cast<int>(settings_.size());
     counts.conflicts = static_cast<int>(plan_.conflicts.size());
     for (const SettingScore& score : scores_) {
@@ -224,6 +268,17 @@ class DeviceTuner {
             }};
   }
 
+  /// Of the map as it is uploaded for a scene, whether or not this start has done so yet.
+  [[nodiscard]] MemoryOf memory_of(std::size_t scene) {
+    return [this, scene](std::size_t candidate) -> std::int64_t {
+      const Case c = case_of(scene, candidates_[candidate]);
+      if (!c.settings.technique().reads_map()) return 0;
+      const Scene& view = config_.scenes[scene].scene;
+      const BakedMap& map = library_.map(c, config_.scenes[scene]);
+      return static_cast<std::int64_t>(map_textures(c.settings, map, view.wrap, view.relief_depth).bytes());
+    };
+  }
+
   [[nodiscard]] std::vector<std::size_t> all_scenes() const {
     std::vector<std::size_t> scenes(config_.scenes.size());
     std::iota(scenes.begin(), scenes.end(), std::size_t{0});
@@ -234,6 +289,18 @@ class DeviceTuner {
     for (const Budget& budget : config_.budgets)
       if (budget.metric == config_.front_error) return budget.limit;
     return std::nullopt;
+  }
+
+  void take_failure(const CaseFailed& failed) {
+    keep(failed.record);
+    if (session_->is_lost(failed.record.status)) reopen();
+  }
+
+  /// Opens the device again after it was lost.
+  void reopen() {
+    times_->release();
+    preparer_->release();
+    session_->reopen();
   }
 
   /// share: of the time that is left
@@ -251,11 +318,11 @@ class DeviceTuner {
         search_into(
             result_, source, [&] { return is_over(until_s); },
             [&](const SearchProgress& now) { show(progress, now, options_.question, elapsed_s() / until_s); },
-            asked_front_error());
+            asked_front_error(), memory_of(0));
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
-        store_->append(failed.record);
+        take_failure(failed);
         const std::size_t setting = setting_of(setting_id(parse_setting(failed.record.case_id)));
         scores_[setting] = {.scored = Scored::failed, .failure = failed.record.reason};
         --result_.counts.scored;
@@ -274,10 +341,11 @@ class DeviceTuner {
       SceneAnswer answer{.scene = config_.scenes[scene].id};
       try {
         search_into(
-            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
+            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error(),
+            memory_of(scene));
         answer.own = alone.pick;
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
-        store_->append(failed.record);
+        take_failure(failed);
       }
       const std::size_t pick = setting_of(result_.pick->setting);
       const std::vector<double>& times = book_->times(case_of(scene, pick).id());
@@ -296,15 +364,21 @@ class DeviceTuner {
     for (const auto& [scene, heights_hash, key] : holdout_) {
       const Case c{.settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend};
       const std::string id = c.id();
-      PreparedCase prepared = preparer_->prepare(c, scene);
-      HoldoutAnswer answer{.scene = scene.id, .scene_key = key, .failure = prepared.record.reason};
-      if (prepared.record.status == Status::ok) {
+      HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
+      try {
+        if (const Record* const record = given_up(id)) throw CaseFailed{*record};
         const DeviceTimes::Wanted wanted{.spec = c, .scene = &scene};
         while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw({&wanted, 1});
-        answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
-        answer.miss = miss_of(budgets, *prepared.record.error).text;
-        answer.time_ns = median(book_->times(id));
-        store_record(prepared.record);
+        const Record& record = whole_record(c, scene);
+        answer.failure = record.reason;
+        if (record.error) {
+          answer.error = find_metric(config_.front_error).value(*record.error).value_or(0);
+          answer.miss = miss_of(budgets, *record.error).text;
+          answer.time_ns = median(book_->times(id));
+        }
+      } catch (const CaseFailed& failed) {
+        take_failure(failed);
+        answer.failure = failed.record.reason;
       }
       result_.holdout.push_back(std::move(answer));
     }
@@ -326,13 +400,32 @@ class DeviceTuner {
     }
   }
 
-  void store_record(Record& record) {
-    const std::vector<double>& times = book_->times(record.case_id);
-    if (times.empty()) return;
-    record.frame_time = FrameTime{.summary = summarise(times),
-                                  .raw_median = median(raw_times(book_->samples(record.case_id))),
-                                  .timer = std::string(timer_id(session_->calibration().timer))};
-    store_->append(record);
+  /// The record of a case that was timed, with its error and pictures: as an earlier start left it if nothing was drawn
+  /// since, or a search that is asked for again would enter it again.
+  const Record& whole_record(const Case& c, const SceneSpec& scene) {
+    const std::string id = c.id();
+    const std::vector<double>& times = book_->times(id);
+    const Record* const known = records_->find(id);
+    if (known != nullptr && known->status == Status::ok &&
+        known->frame_time->summary.n == static_cast<int>(times.size()))
+      return *known;
+    const auto hold = store_->mark().hold(id);
+    Record record = preparer_->prepare(c, scene).record;
+    if (session_->is_lost(record.status)) reopen();
+    if (record.status == Status::ok)
+      record.frame_time = FrameTime{.summary = summarise(times),
+                                    .raw_median = median(raw_times(book_->samples(id))),
+                                    .timer = std::string(timer_id(session_->calibration().timer))};
+    return keep(record);
+  }
+
+  /// Enters a record unless the same failure is there already.
+  const Record& keep(const Record& record) {
+    const Record* const known = records_->find(record.case_id);
+    if (known == nullptr || record.status == Status::ok || known->status != record.status ||
+        known->reason != record.reason)
+      records_->append(record);
+    return *records_->find(record.case_id);
   }
 
   /// Settings that an answer names: these get a whole record, with pictures.
@@ -342,6 +435,8 @@ class DeviceTuner {
     for (const TuneRung& rung : result_.rungs) ids.insert(rung.setting);
     for (const SceneAnswer& answer : result_.scene_answers)
       if (answer.own) ids.insert(answer.own->setting);
+    if (result_.pick) ids.insert(result_.pick->setting);
+    if (result_.pick && !result_.pick->tie.empty()) ids.insert(result_.pick->tie);
     return ids;
   }
 
@@ -349,9 +444,7 @@ class DeviceTuner {
     for (const std::string& id : answering_settings())
       for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
         const Case c = case_of(scene, setting_of(id));
-        if (book_->times(c.id()).empty()) continue;
-        PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-        store_record(prepared.record);
+        if (!book_->times(c.id()).empty()) whole_record(c, config_.scenes[scene]);
       }
     result_.wall_s = elapsed_s();
     write_results(config_, load_run(options_.output));
@@ -388,6 +481,7 @@ class DeviceTuner {
   std::vector<Settings> settings_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunStore> store_;
+  std::unique_ptr<RecordBook> records_;
   std::unique_ptr<Preparer> preparer_;
   std::unique_ptr<SampleBook> book_;
   std::unique_ptr<DeviceTimes> times_;

@@ -155,6 +155,7 @@ json tune_json(const TuneResult& result) {
             {"audit_failures", search.audit_failures},
             {"stopped", result.is_stopped}}},
           {"pick", result.pick ? pick_json(*result.pick, result) : json()},
+          {"tie", result.pick ? result.pick->tie : ""},
           {"nearest", result.nearest},
           {"miss", result.miss},
           {"rungs", std::move(rungs)},

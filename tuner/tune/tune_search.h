@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -48,17 +49,23 @@ class BookSource final : public TimeSource {
 /// Timed first: of every technique its default if it is feasible, and its setting with the fewest features and steps.
 [[nodiscard]] std::vector<std::size_t> first_settings(const SearchSpace& space);
 
+/// Bytes of a candidate's map.
+using MemoryOf = std::function<std::int64_t(std::size_t candidate)>;
+
 /// Fills in search, pick and rungs of a result whose space and question are set.
 /// budget: of the front's metric, for the pick where the question has no budgets of its own; none: the most accurate
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
-                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget);
+                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
+                 const MemoryOf& memory_of);
 
 /// How far a search is: by its gap, or by its time if that is further.
 /// time: share of the time limit that is over
 void show(Progress& progress, const SearchProgress& now, const TuneQuestion& question, double time);
 
-/// The pick among answers; nothing where none will do.
+/// The pick: the search's answer, or what choose() prefers to it among the settings that are as accurate, whose
+/// interval overlaps the answer's and that are certified within epsilon as well. Nothing where no answer will do.
 [[nodiscard]] std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space,
-                                              const TuneQuestion& question, std::optional<double> budget);
+                                              const TuneQuestion& question, std::optional<double> budget,
+                                              const MemoryOf& memory_of);
 
 }  // namespace reliefbench

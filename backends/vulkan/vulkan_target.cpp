@@ -1,0 +1,131 @@
+#include "backends/vulkan/vulkan_target.h"
+
+#include <algorithm>
+
+#include "backends/vulkan/vulkan_texture.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;  // that every device can draw into
+
+/// An attachment of a render pass. The layout never changes between frames.
+VkAttachmentDescription attachment(VkFormat format, bool is_cleared, VkImageLayout layout) {
+  return {.format = format,
+          .samples = VK_SAMPLE_COUNT_1_BIT,
+          .loadOp = is_cleared ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_DONT_CARE,
+          .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
+          .stencilLoadOp = VK_ATTACHMENT_LOAD_OP_DONT_CARE,
+          .stencilStoreOp = VK_ATTACHMENT_STORE_OP_DONT_CARE,
+          .initialLayout = layout,
+          .finalLayout = layout};
+}
+
+VkRenderPass make_render_pass(const VulkanDevice& device, const Target& target) {
+  std::vector<VkAttachmentDescription> attachments;
+  std::vector<VkAttachmentReference> colors;
+  for (const Attachment& color : target.attachments) {
+    colors.push_back({.attachment = static_cast<std::uint32_t>(attachments.size()), .layout = kDrawn.layout});
+    attachments.push_back(attachment(vulkan_format(color.layout), target.has_depth, kDrawn.layout));
+  }
+  const VkAttachmentReference depth{.attachment = static_cast<std::uint32_t>(attachments.size()),
+                                    .layout = kDrawnDepth.layout};
+  if (target.has_depth) attachments.push_back(attachment(kDepthFormat, true, kDrawnDepth.layout));
+  const VkSubpassDescription subpass{.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS,
+                                     .colorAttachmentCount = static_cast<std::uint32_t>(colors.size()),
+                                     .pColorAttachments = colors.data(),
+                                     .pDepthStencilAttachment = target.has_depth ? &depth : nullptr};
+  // The barrier between frames: each waits until the one before has left the attachments.
+  const VkPipelineStageFlags stages = kDrawn.stage | (target.has_depth ? kDrawnDepth.stage : 0);
+  const VkAccessFlags accesses = kDrawn.access | (target.has_depth ? kDrawnDepth.access : 0);
+  const VkSubpassDependency frame_before{.srcSubpass = VK_SUBPASS_EXTERNAL,
+                                         .dstSubpass = 0,
+                                         .srcStageMask = stages,
+                                         .dstStageMask = stages,
+                                         .srcAccessMask = accesses,
+                                         .dstAccessMask = accesses};
+  const VkRenderPassCreateInfo info{.sType = VK_STRUCTURE_TYPE_RENDER_PASS_CREATE_INFO,
+                                    .attachmentCount = static_cast<std::uint32_t>(attachments.size()),
+                                    .pAttachments = attachments.data(),
+                                    .subpassCount = 1,
+                                    .pSubpasses = &subpass,
+                                    .dependencyCount = 1,
+                                    .pDependencies = &frame_before};
+  VkRenderPass pass = VK_NULL_HANDLE;
+  vk_check(device.calls().vkCreateRenderPass(device.handle(), &info, nullptr, &pass), "vkCreateRenderPass");
+  return pass;
+}
+
+DeviceImage make_color(const VulkanDevice& device, const TexelLayout& layout, VkExtent2D extent) {
+  const std::string format_id = fmt::format("{} x {}", layout.channels, texel_type_id(layout.type));
+  return make_device_image(device,
+                           {.extent = extent,
+                            .format = vulkan_format(layout),
+                            .format_id = format_id,
+                            .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+                            .features = VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT});
+}
+
+DeviceImage make_depth(const VulkanDevice& device, VkExtent2D extent) {
+  return make_device_image(
+      device, {.extent = extent,
+               .format = kDepthFormat,
+               .format_id = "depth",
+               .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+               .features = VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT,
+               .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
+}
+
+}  // namespace
+
+FrameTarget& FrameTargets::find(const Target& target) {
+  const auto found = std::ranges::find(targets_, target, &FrameTarget::target);
+  if (found != targets_.end()) return *found;
+  return targets_.emplace_back(
+      FrameTarget{.target = target, .pass = {device_.logical(), make_render_pass(device_, target)}});
+}
+
+const FrameTarget& FrameTargets::prepare(const Target& target, VkExtent2D extent) {
+  FrameTarget& frame = find(target);
+  targets_.splice(targets_.begin(), targets_, std::ranges::find(targets_, target, &FrameTarget::target));
+  if (!frame.images.empty() && frame.extent.width == extent.width && frame.extent.height == extent.height) return frame;
+
+  // The old images go first, so that both never take memory at once.
+  frame.framebuffer = {};
+  frame.images.clear();
+  std::vector<DeviceImage> images;
+  for (const Attachment& color : target.attachments) images.push_back(make_color(device_, color.layout, extent));
+  if (target.has_depth) images.push_back(make_depth(device_, extent));
+  std::vector<VkImageView> views;
+  for (const DeviceImage& image : images) views.push_back(image.view.get());
+  const VkFramebufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
+                                     .renderPass = frame.pass.get(),
+                                     .attachmentCount = static_cast<std::uint32_t>(views.size()),
+                                     .pAttachments = views.data(),
+                                     .width = extent.width,
+                                     .height = extent.height,
+                                     .layers = 1};
+  VkFramebuffer framebuffer = VK_NULL_HANDLE;
+  vk_check(device_.calls().vkCreateFramebuffer(device_.handle(), &info, nullptr, &framebuffer), "vkCreateFramebuffer");
+  frame.framebuffer = {device_.logical(), framebuffer};
+  run_once(device_, [&](VkCommandBuffer commands) {
+    for (const DeviceImage& image : images) transition(device_, commands, image, kUnused, drawn_as(image.aspect));
+  });
+  frame.images = std::move(images);
+  frame.extent = extent;
+  return frame;
+}
+
+std::optional<FrameTargets::Drawn> FrameTargets::drawn(std::string_view attachment) const {
+  for (const FrameTarget& frame : targets_) {
+    const std::vector<Attachment>& colors = frame.target.attachments;
+    for (std::size_t i = 0; i < frame.images.size(); ++i) {
+      const Attachment& here = i < colors.size() ? colors[i] : kDepth;
+      if (here.name == attachment)
+        return Drawn{.image = frame.images[i], .texel_bytes = static_cast<std::size_t>(here.layout.bytes())};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,166 @@
+#include "kernels/trace/shader_contract.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <span>
+
+#include "kernels/base/error.h"
+#include "kernels/judge/score_pixel.h"
+#include "kernels/maps/distance_map.h"
+#include "kernels/trace/technique.h"
+
+namespace reliefbench {
+namespace {
+
+struct Sampler {
+  const char* name;
+  int binding;
+  std::string_view holds;
+};
+// Binding 0 is the uniform block `Frame`.
+constexpr std::array kSamplers{
+    Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them"},
+    Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
+    Sampler{kReferenceMap, 3, "r = exact t of this pixel"},
+    Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid or volume"},
+};
+
+/// How a relief map lies in its textures.
+enum Layout { kTogether, kSplit, kWithNormal };
+/// How a point's cone is read.
+enum ConeFetch { kBilinear, kMin4 };
+
+struct Choice {
+  std::string_view id;
+  int value;
+  std::string_view meaning{};
+};
+
+std::string upper(std::string_view id) {
+  std::string out(id);
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return out;
+}
+
+std::string comment(std::string_view text) { return text.empty() ? "" : fmt::format("  // {}", text); }
+
+std::string int_line(std::string_view name, int value, std::string_view meaning = "") {
+  return fmt::format("const int {} = {};{}\n", name, value, comment(meaning));
+}
+
+/// value: to the bit in float
+std::string float_line(std::string_view name, float value, std::string_view meaning = "") {
+  return fmt::format("const float {} = {:#};{}\n", name, value, comment(meaning));
+}
+
+std::string choice_lines(std::string_view name, std::span<const Choice> choices) {
+  std::string text;
+  for (const Choice& choice : choices)
+    text += int_line(fmt::format("{}_{}", upper(name), upper(choice.id)), choice.value, choice.meaning);
+  return text;
+}
+
+/// `layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;`
+std::string constant_line(std::string_view name, int id, std::string_view fallback) {
+  return fmt::format("layout(constant_id = {}) const int {} = {};\n", id, upper(name), fallback);
+}
+
+/// A parameter's choices, then its constant.
+std::string param_lines(const Param& param) {
+  std::vector<Choice> choices;
+  for (std::size_t i = 0; i < param.choices.size(); ++i)
+    choices.push_back({.id = param.choices[i], .value = static_cast<int>(i)});
+  const std::string fallback = choices.empty()
+                                   ? fmt::format("{}", param.fallback)
+                                   : fmt::format("{}_{}", upper(param.id), upper(param.text(param.fallback)));
+  return choice_lines(param.id, choices) + constant_line(param.id, param.constant_id, fallback);
+}
+
+bool is_own(const Param& param) { return param.constant_id >= static_cast<int>(kFirstOwnConstant); }
+
+/// The parameters that techniques share, each once, by constant.
+std::vector<const Param*> shared_params() {
+  std::vector<const Param*> params;
+  for (const Technique& technique : techniques())
+    for (const Param& param : technique.params) {
+      const bool is_known = std::ranges::find(params, param.constant_id, &Param::constant_id) != params.end();
+      if (param.constant_id >= 0 && !is_own(param) && !is_known) params.push_back(&param);
+    }
+  std::ranges::sort(params, {}, &Param::constant_id);
+  return params;
+}
+
+/// A shared constant that no parameter sets: its choices, the first of them its default.
+std::string shared_lines(std::string_view name, int id, std::span<const Choice> choices) {
+  return choice_lines(name, choices) +
+         constant_line(name, id, fmt::format("{}_{}", upper(name), upper(choices.front().id)));
+}
+
+Layout layout_of(const Format& format) {
+  if (format.with_normal) return kWithNormal;
+  return format.extra_channels > 0 ? kSplit : kTogether;
+}
+
+}  // namespace
+
+int binding_of(std::string_view sampler) {
+  const auto* const found = std::ranges::find(kSamplers, sampler, &Sampler::name);
+  if (found == kSamplers.end()) fail_environment("no shader has a sampler `{}`", sampler);
+  return found->binding;
+}
+
+std::string shared_contract() {
+  constexpr std::array kWraps{Choice{.id = "repeat", .value = static_cast<int>(Wrap::repeat)},
+                              Choice{.id = "clamp", .value = static_cast<int>(Wrap::clamp)}};
+  constexpr std::array kLayouts{
+      Choice{.id = "together", .value = kTogether, .meaning = "height and ratio in one texture"},
+      Choice{.id = "split", .value = kSplit, .meaning = "ratios in extra_map"},
+      Choice{.id = "with_normal", .value = kWithNormal, .meaning = "height, ratio and normal in one texture"}};
+  constexpr std::array kConeFetches{
+      Choice{.id = "bilinear", .value = kBilinear},
+      Choice{.id = "min4", .value = kMin4, .meaning = "the narrowest cone of the four texels round the point"}};
+  constexpr std::array kStatuses{Choice{.id = "no_ray", .value = static_cast<int>(PixelStatus::no_ray)},
+                                 Choice{.id = "hit", .value = static_cast<int>(PixelStatus::hit)},
+                                 Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)}};
+  std::string text;
+  for (const Sampler& sampler : kSamplers)
+    text +=
+        fmt::format("layout(BINDING({})) uniform sampler2D {};  // {}\n", sampler.binding, sampler.name, sampler.holds);
+  text += "\n" + shared_lines("wrap", kWrapConstant, kWraps);
+  for (const Param* param : shared_params()) text += param_lines(*param);
+  text += shared_lines("layout", kLayoutConstant, kLayouts);
+  text += shared_lines("cone_fetch", kConeFetchConstant, kConeFetches);
+  text += "\n" + choice_lines("status", kStatuses) + "\n";
+  text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
+  text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
+  text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
+  return text;
+}
+
+std::string parameters_contract(const Technique& technique) {
+  std::string text;
+  for (const Param& param : technique.params)
+    if (is_own(param)) text += param_lines(param);
+  return text;
+}
+
+std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
+  std::vector<SpecConstant> constants = {{.id = kWrapConstant, .value = static_cast<int>(wrap)}};
+  if (settings == nullptr) return constants;
+  const Technique& technique = settings->technique();
+  for (const Param& param : technique.params)
+    if (param.constant_id >= 0)
+      constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
+  if (technique.reads_map()) {
+    const MapStorage storage = storage_of(*settings);
+    constants.push_back(
+        {.id = kConeFetchConstant, .value = storage.correction == Correction::min4 ? kMin4 : kBilinear});
+    constants.push_back({.id = kLayoutConstant, .value = layout_of(storage.format)});
+  }
+  return constants;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,2 @@
+// What the pages' scripts find beside their modules: Chart.js, put in before them.
+declare const Chart: any;

@@ -1,0 +1,209 @@
+// Devices that fail under a sweep or a tuning: which case that costs, and what a new start makes of it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+
+#include "tests/faulty_device.h"
+#include "tests/temp_folder.h"
+#include "tuner/measure/sweep.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/store.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+using Statuses = std::map<std::string, int>;
+
+class DeviceFault : public ::testing::Test {
+ protected:
+  DeviceFault() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
+
+  [[nodiscard]] static Config smoke() {
+    return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
+  }
+  Statuses sweep(const std::string& name, FaultyDevices& devices, const Config& config = smoke()) const {
+    return run_sweep(config, {.output = folder_ / name, .backends = {"null"}, .quiet = true, .open = devices.opener()})
+        .statuses;
+  }
+  Statuses sweep(const std::string& name) const {
+    FaultyDevices healthy;
+    return sweep(name, healthy);
+  }
+  /// Calls up to where the first case begins.
+  [[nodiscard]] static int calls_before_cases(FaultyDevices::Call call) {
+    FaultyDevices devices;
+    WallSplit split;
+    Session session(find_backend("null"), 0, split, true, devices.opener());
+    session.calibrate(smoke().measure.batch_ms, nullptr);
+    return devices.calls(call);
+  }
+  [[nodiscard]] std::map<std::string, double> errors(const std::string& name) const {
+    std::map<std::string, double> errors;
+    for (const Record& record : load_run(folder_ / name).records)
+      if (record.status == Status::ok) errors[record.case_id] = record.error->at("e_xy.p99");
+    return errors;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it_fails) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  ASSERT_EQ(whole.size(), 1U);
+  const int cases = whole.at("ok");
+  int with_a_case = 0;
+  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 5) {
+    SCOPED_TRACE(nth);
+    const std::string name = "lost" + std::to_string(nth);
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, nth, Fault::device_lost);
+    Statuses statuses = sweep(name, devices);
+    EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
+    // Where it was the control case that lost it, no case fails.
+    EXPECT_LE(statuses["device_lost"], 1);
+    EXPECT_EQ(statuses["ok"] + statuses["device_lost"], cases);
+    with_a_case += statuses["device_lost"];
+    for (const auto& [id, error] : errors(name)) EXPECT_EQ(error, errors("whole").at(id)) << id;
+
+    EXPECT_EQ(sweep(name), whole);  // the same command tries it again
+    EXPECT_EQ(errors(name), errors("whole"));
+  }
+  EXPECT_GT(with_a_case, 5);
+}
+
+TEST_F(DeviceFault, a_frame_that_does_not_end_costs_its_case_alone) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  int with_a_case = 0;
+  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 11) {
+    SCOPED_TRACE(nth);
+    const std::string name = "hung" + std::to_string(nth);
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, nth, Fault::timeout);
+    Statuses statuses = sweep(name, devices);
+    EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
+    EXPECT_EQ(statuses["ok"] + statuses["timeout"], whole.at("ok"));
+    with_a_case += statuses["timeout"];
+    EXPECT_EQ(sweep(name), whole);  // the same command tries it again
+  }
+  EXPECT_GT(with_a_case, 3);
+}
+
+TEST_F(DeviceFault, every_upload_and_compilation_may_lose_the_device) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  for (const FaultyDevices::Call call : {FaultyDevices::upload, FaultyDevices::compile})
+    for (int nth = calls_before_cases(call); nth < counted.calls(call); ++nth) {
+      SCOPED_TRACE(nth);
+      FaultyDevices devices;
+      devices.fail(call, nth, Fault::device_lost);
+      const std::string name = std::to_string(call) + "at" + std::to_string(nth);
+      const Statuses expected{{"device_lost", 1}, {"ok", whole.at("ok") - 1}};
+      EXPECT_EQ(sweep(name, devices), expected);
+      EXPECT_EQ(sweep(name), whole);
+    }
+}
+
+TEST_F(DeviceFault, a_device_that_does_not_come_back_ends_the_sweep_and_loses_nothing) {
+  FaultyDevices devices;
+  devices.fail(FaultyDevices::draw, calls_before_cases(FaultyDevices::draw) + 20, Fault::device_lost);
+  devices.fail(FaultyDevices::open, 1, Fault::other);
+  EXPECT_THAT([&] { sweep("run", devices); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("null was lost"), HasSubstr("opened again"))));
+  EXPECT_GT(load_run(folder_ / "run").records.size(), 0U);
+  EXPECT_EQ(sweep("run"), sweep("whole"));
+}
+
+TEST_F(DeviceFault, a_device_that_is_lost_without_end_ends_the_sweep) {
+  FaultyDevices devices;
+  for (int nth = calls_before_cases(FaultyDevices::draw) + 20; nth < 1000; ++nth)
+    devices.fail(FaultyDevices::draw, nth, Fault::device_lost);
+  EXPECT_THAT([&] { sweep("run", devices); }, ThrowsMessage<Error>(HasSubstr("was lost")));
+}
+
+TEST_F(DeviceFault, memory_that_runs_out_costs_one_case_whatever_wanted_it) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  for (const FaultyDevices::Call call : {FaultyDevices::upload, FaultyDevices::compile, FaultyDevices::draw})
+    for (int nth = calls_before_cases(call); nth < counted.calls(call); nth += 7) {
+      SCOPED_TRACE(nth);
+      FaultyDevices devices;
+      devices.fail(call, nth, Fault::out_of_memory);
+      const std::string name = std::to_string(call) + "at" + std::to_string(nth);
+      Statuses statuses;
+      try {
+        statuses = sweep(name, devices);
+      } catch (const Error& error) {  // the control case's batch
+        EXPECT_EQ(error.fault(), Fault::out_of_memory);
+        EXPECT_EQ(call, FaultyDevices::draw);
+      }
+      EXPECT_EQ(devices.calls(FaultyDevices::open), 1);
+      if (!statuses.empty()) {
+        EXPECT_EQ(statuses, (Statuses{{"ok", whole.at("ok") - 1}, {"out_of_memory", 1}}));
+      }
+      EXPECT_EQ(sweep(name), whole);
+    }
+}
+
+TEST_F(DeviceFault, other_failures_have_their_status_and_are_not_tried_again) {
+  const int cases = sweep("whole").at("ok");
+  struct Row {
+    FaultyDevices::Call call;
+    Fault fault;
+    std::string status;
+  };
+  for (const Row& row : {Row{FaultyDevices::upload, Fault::other, "unsupported"},
+                         Row{FaultyDevices::compile, Fault::other, "compile_error"}}) {
+    SCOPED_TRACE(row.status);
+    FaultyDevices devices;
+    devices.fail(row.call, calls_before_cases(row.call) + 4, row.fault);
+    const Statuses expected{{"ok", cases - 1}, {row.status, 1}};
+    EXPECT_EQ(sweep(row.status, devices), expected);
+    EXPECT_EQ(sweep(row.status), expected);
+  }
+}
+
+TEST_F(DeviceFault, a_time_of_zero_is_no_time) {
+  const int cases = sweep("whole").at("ok");
+  bool was_a_case = false;
+  for (int nth = 0; nth < 200 && !was_a_case; ++nth) {
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, calls_before_cases(FaultyDevices::draw) + nth, Fault::invalid_timer);
+    try {
+      Statuses statuses = sweep("zero" + std::to_string(nth), devices);
+      was_a_case = statuses["invalid_timer"] == 1;
+      if (was_a_case) {
+        EXPECT_EQ(statuses["ok"], cases - 1);
+      }
+    } catch (const Error& error) {  // the control case's
+      EXPECT_EQ(error.fault(), Fault::invalid_timer);
+    }
+  }
+  EXPECT_TRUE(was_a_case);
+}
+
+TEST_F(DeviceFault, a_frame_over_its_time_is_tried_again) {
+  FaultyDevices devices;
+  Config hasty = smoke();
+  hasty.measure.timeout_s = 1e-12;
+  const int cases = sweep("whole").at("ok");
+  EXPECT_EQ(sweep("run", devices, hasty), (Statuses{{"timeout", cases}}));
+  EXPECT_EQ(sweep("run"), (Statuses{{"ok", cases}}));
+}
+
+TEST_F(DeviceFault, a_device_at_a_small_part_of_its_speed_is_throttled) {
+  FaultyDevices devices;
+  devices.slow_down(calls_before_cases(FaultyDevices::draw), 10);
+  const int cases = sweep("whole").at("ok");
+  EXPECT_EQ(sweep("run", devices), (Statuses{{"throttled", cases}}));
+}
+
+}  // namespace
+}  // namespace reliefbench

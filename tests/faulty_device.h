@@ -1,0 +1,90 @@
+#pragma once
+#include <array>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "kernels/base/error.h"
+#include "tuner/measure/session.h"
+
+namespace reliefbench {
+
+/// Opens devices that fail at chosen calls, counted over all that it opened. A lost one fails whatever is asked of it.
+class FaultyDevices {
+ public:
+  enum Call { upload, compile, draw, open };
+
+  void fail(Call call, int nth, Fault fault) { faults_[{call, nth}] = fault; }  ///< nth: from 0
+  void slow_down(int from_draw, double factor) {
+    slow_from_ = from_draw;
+    factor_ = factor;
+  }
+  [[nodiscard]] int calls(Call call) const { return calls_.at(call); }
+  [[nodiscard]] OpenDevice opener() {
+    return [this](const BackendRow& row, int index) -> std::unique_ptr<Backend> {
+      count(open);
+      return std::make_unique<Device>(*this, row.open(index, {}));
+    };
+  }
+
+ private:
+  class Device final : public Backend {
+   public:
+    Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {}
+    const DeviceInfo& device() const override { return inner_->device(); }
+    bool is_left_behind() const override { return is_left_behind_; }
+    std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
+      enter(FaultyDevices::upload);
+      return inner_->upload(desc);
+    }
+    std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
+      enter(FaultyDevices::compile);
+      return inner_->compile(desc);
+    }
+    BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
+      const int nth = devices_.calls(draw);
+      if (enter(draw) == Fault::invalid_timer) return {.wall_ns = 0};
+      BatchTime time = inner_->render(frame, frames, timer);
+      if (nth >= devices_.slow_from_) time.wall_ns *= devices_.factor_;
+      return time;
+    }
+    std::vector<std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
+    std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
+      return inner_->compile_compute(desc);
+    }
+    std::vector<std::byte> compute(const ComputeJob& job) override { return inner_->compute(job); }
+    std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
+
+   private:
+    Fault enter(Call call) {
+      if (is_lost_) fail_device(Fault::device_lost, "still lost");
+      try {
+        return devices_.count(call);
+      } catch (const Error& error) {
+        is_lost_ = needs_reopening(error.fault());
+        is_left_behind_ = error.fault() == Fault::timeout;
+        throw;
+      }
+    }
+
+    FaultyDevices& devices_;
+    std::unique_ptr<Backend> inner_;
+    bool is_lost_ = false;
+    bool is_left_behind_ = false;
+  };
+
+  /// Throws the fault of this call, if it has one; one of timers is returned.
+  Fault count(Call call) {
+    const auto found = faults_.find({call, calls_.at(call)++});
+    if (found == faults_.end()) return Fault::other;
+    if (found->second != Fault::invalid_timer) fail_device(found->second, "injected");
+    return found->second;
+  }
+
+  std::map<std::pair<Call, int>, Fault> faults_;
+  std::array<int, 4> calls_{};
+  int slow_from_ = 1 << 30;
+  double factor_ = 1;
+};
+
+}  // namespace reliefbench
