@@ -89,6 +89,81 @@ FrameScore parse_score(const json& j) {
   return score;
 }
 
+json frame_time_json(const FrameTime& time) {
+  return {{"median", time.summary.median},
+          {"mad", time.summary.mad},
+          {"ci_low", time.summary.ci_low},
+          {"ci_high", time.summary.ci_high},
+          {"n", time.summary.n},
+          {"raw_median", time.raw_median},
+          {"timer", time.timer}};
+}
+
+/// A time, or another quantity that ratios are made of.
+double positive(const json& object, const char* key) {
+  const double value = number(object, key);
+  if (!(std::isfinite(value) && value > 0)) fail_input("'{}' is {}, expected a number above 0", key, value);
+  return value;
+}
+
+FrameTime parse_frame_time(const json& j) {
+  FrameTime time{.summary = {.median = positive(j, "median"),
+                             .mad = number(j, "mad"),
+                             .ci_low = positive(j, "ci_low"),
+                             .ci_high = positive(j, "ci_high"),
+                             .n = integer<int>(j, "n")},
+                 .raw_median = positive(j, "raw_median"),
+                 .timer = text(j, "timer")};
+  if (time.summary.n < 1) fail_input("'n' is {}, expected at least 1", time.summary.n);
+  if (time.summary.ci_low > time.summary.ci_high)
+    fail_input("'ci_low' is {}, above 'ci_high', {}", time.summary.ci_low, time.summary.ci_high);
+  return time;
+}
+
+/// The id has "backend=..." (Case::id()), and samples are found by both.
+void check_backend(const Record& record) {
+  constexpr std::string_view kKey = "backend=";
+  const std::size_t key = record.case_id.rfind(kKey);
+  if (key == std::string::npos) return;
+  std::string_view named = std::string_view(record.case_id).substr(key + kKey.size());
+  named = named.substr(0, named.find('&'));
+  if (named != record.backend) fail_input("'backend' is '{}', but the case's id says '{}'", record.backend, named);
+}
+
+/// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
+std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std::string_view case_id) {
+  if (!j.is_object()) fail_input("'params' is not an object");
+  std::vector<std::pair<std::string, std::string>> params;
+  for (const auto& item : j.items()) params.emplace_back(item.key(), text(j, item.key().c_str()));
+  const auto place = [case_id](const auto& param) {
+    return std::min(case_id.find("?" + param.first + "="), case_id.find("&" + param.first + "="));
+  };
+  std::ranges::stable_sort(params, {}, place);
+  return params;
+}
+
+}  // namespace
+
+bool may_pass(Status status) {
+  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
+}
+
+Status status_of(Fault fault, Status otherwise) {
+  switch (fault) {
+    case Fault::device_lost:
+      return Status::device_lost;
+    case Fault::timeout:
+      return Status::timeout;
+    case Fault::out_of_memory:
+      return Status::out_of_memory;
+    case Fault::invalid_timer:
+      return Status::invalid_timer;
+    case Fault::other:
+      break;
+  }
+  return otherwise;
+}
+
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }
 
 Status parse_status(std::string_view id) {

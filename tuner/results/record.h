@@ -80,9 +80,6 @@ struct Sample {
 
 void to_json(nlohmann::json& j, const Record& record);
 void from_json(const nlohmann::json& j, Record& record);  ///< throws: Error(bad_input)
-/// The error of a record, as its line holds it.
-[[nodiscard]] nlohmann::json score_json(const FrameScore& score);
-[[nodiscard]] FrameScore parse_score(const nlohmann::json& j);  ///< throws: Error(bad_input)
 
 void to_json(nlohmann::json& j, const Sample& sample);
 void from_json(const nlohmann::json& j, Sample& sample);
