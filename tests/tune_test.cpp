@@ -156,7 +156,7 @@ TEST_F(TuneTest, the_tables_medians_are_those_of_their_samples) {
 TEST_F(TuneTest, goes_on_where_it_was) {
   int calls = 0;
   TuneOptions stopped = options("run");
-  stopped.is_interrupted = [&] { return ++calls > 60; };
+  stopped.is_interrupted = [&] { return ++calls > 30; };
   const TuneResult first = run_tune(config(), stopped);
   EXPECT_TRUE(first.is_stopped);
   EXPECT_FALSE(first.is_certified());
