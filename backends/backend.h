@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -10,7 +11,7 @@
 #include <vector>
 
 #include "backends/spirv.h"
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 #include "kernels/maps/map_texture.h"
 #include "kernels/trace/shader_contract.h"
 #include "kernels/trace/view.h"
@@ -149,6 +150,11 @@ class Backend {
   Backend(const Backend&) = delete;
   Backend& operator=(const Backend&) = delete;
 
+  /// How long render() waits for the end of a batch. Then it throws an Error of Fault::timeout, and the device is left
+  /// behind: nothing can end what it draws, so that neither it nor anything that was made on it is ever freed.
+  void set_render_limit(double seconds) { render_limit_s_ = seconds; }
+  [[nodiscard]] virtual bool is_left_behind() const { return false; }
+
   [[nodiscard]] virtual const DeviceInfo& device() const = 0;
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
   /// throws: Error(environment): also where the fragment shader's outputs are not the target's attachments
@@ -172,6 +178,12 @@ class Backend {
   [[nodiscard]] std::vector<std::uint8_t> read_color();
   /// The last frame drawn into Target::score.
   [[nodiscard]] std::vector<ScorePixel> read_score();
+
+ protected:
+  [[nodiscard]] double render_limit_s() const { return render_limit_s_; }
+
+ private:
+  double render_limit_s_ = std::numeric_limits<double>::infinity();
 };
 
 // What both APIs ask of a draw, and say in the same words.
@@ -180,6 +192,15 @@ class Backend {
 /// throws: Error(environment): the outputs are not the target's attachments, in their order
 void check_outputs(const ShaderInterface& shader, const Target& target, std::string_view label);
 [[noreturn]] void fail_not_drawn(std::string_view backend, std::string_view attachment);
+/// Fault::timeout. From then on is_any_left_behind() says true.
+[[noreturn]] void fail_not_ended(std::string_view backend, double seconds);
+
+/// Whether a device of this process still draws what nothing can end: then the libraries' own clean-up at the end of
+/// the process may wait for ever.
+[[nodiscard]] bool is_any_left_behind();
+
+/// A limit as the APIs take it. ns; the greatest there is for an infinite one
+[[nodiscard]] std::uint64_t wait_ns(double seconds);
 
 struct BackendOptions {
   bool debug = false;  ///< Vulkan validation with synchronization checks, GL debug context

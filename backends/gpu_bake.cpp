@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "kernels/base/error.h"
+#include "kernels/maps/cone_map.h"
 #include "kernels/maps/cone_search.h"
 #include "kernels/maps/max_pyramid.h"
 
@@ -44,7 +45,7 @@ BakeHead head_of(const BakeRequest& request) {
           .slack = metric.slack,
           .widest_key = widest * widest,
           .size = {heights.width, heights.height},
-          .search_steps = request.search_steps,
+          .search_steps = request.value(kSearchSteps),
           .repeats = request.wrap == Wrap::repeat ? 1 : 0};
 }
 

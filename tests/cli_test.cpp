@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -120,6 +121,30 @@ TEST_F(CliTest, killed_at_any_moment_it_ends_with_the_same_cases) {
   EXPECT_EQ(case_ids(folder_ / "killed"), case_ids(folder_ / "whole"));
 }
 
+// A software rasteriser takes minutes for a frame of the second setting; nothing can end it, and the sweep goes on.
+TEST_F(CliTest, a_frame_that_does_not_end_in_time_ends_its_case) {
+  write("slow.json", R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 64, "height": 64}, "views": "oblique", "frame_px": [768, 768]}],
+    "measure": {"samples": 2, "batch_ms": 1, "warmup_batches_max": 1, "flicker_frames": 0, "timeout_s": 3},
+    "sweeps": [{"technique": "relief", "axes": {"linear_steps": [2, 4096], "refinement": "none", "loop": "fixed",
+                                                "filter": "manual"}}]})");
+  for (const std::string backend : {"vulkan", "opengl"}) {
+    const auto start = std::chrono::steady_clock::now();
+    const CommandResult result = run({"sweep", "slow.json", "-o", backend, "--backend", backend, "--quiet"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::minutes(3));
+    std::map<std::string, std::string> reasons;
+    std::istringstream in(file_text(folder_ / backend / "results.jsonl"));
+    for (std::string line; std::getline(in, line);) {
+      const nlohmann::json record = nlohmann::json::parse(line);
+      reasons[record.at("status")] = record.value("reason", "");
+    }
+    ASSERT_TRUE(reasons.contains("ok")) << result.out;
+    if (!reasons.contains("timeout")) GTEST_SKIP() << backend << " draws it in time";
+    EXPECT_THAT(reasons.at("timeout"), HasSubstr("did not end within 3 s"));
+  }
+}
+
 TEST_F(CliTest, recommend_answers_or_says_how_near_it_came) {
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "opengl"}).exit_code, 0);
   const CommandResult yes = run({"recommend", "out", "--max-error", "e_xy.p99<=0.5", "--json"});
@@ -139,6 +164,89 @@ TEST_F(CliTest, a_run_compares_with_itself_as_the_same) {
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "flat", "--backend", "null", "--filter", "flat@*"}).exit_code, 0);
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "cone", "--backend", "null", "--filter", "cone@*"}).exit_code, 0);
   EXPECT_EQ(run({"compare", "flat", "cone"}).exit_code, 5);
+}
+
+/// A run's line file with one text replaced in its first line.
+void spoil(const std::filesystem::path& file, const std::string& before, const std::string& after) {
+  std::string text = file_text(file);
+  const std::size_t at = text.find(before);
+  ASSERT_NE(at, std::string::npos) << before;
+  std::ofstream(file) << text.replace(at, before.size(), after);
+}
+
+// A zero time once made `compare` rank 0/0 for ever, and another backend than the id's made it die.
+TEST_F(CliTest, times_and_backends_that_cannot_be_are_refused_with_file_and_line) {
+  ASSERT_EQ(run({"sweep", kSmoke, "-o", "good", "--backend", "null"}).exit_code, 0);
+  const auto refused = [&](const std::string& file, const std::string& before, const std::string& after,
+                           const std::string& words) {
+    std::filesystem::remove_all(folder_ / "bad");
+    std::filesystem::copy(folder_ / "good", folder_ / "bad", std::filesystem::copy_options::recursive);
+    spoil(folder_ / "bad" / file, before, after);
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"compare", "good", "bad"}, {"recommend", "bad"}, {"presets", "bad", "-o", "p.json"}})
+      expect_refused(command, 2, "bad/" + file + ":1: " + words);
+  };
+  refused("samples.jsonl", R"("frame_time_ns":)", R"("frame_time_ns":0,"x":)", "'frame_time_ns' is 0");
+  refused("samples.jsonl", R"("frame_time_ns":)", R"("frame_time_ns":-3,"x":)", "'frame_time_ns' is -3");
+  refused("results.jsonl", R"("median":)", R"("median":0.0,"x":)", "'median' is 0");
+  refused("results.jsonl", R"("ci_high":)", R"("ci_high":-1,"x":)", "'ci_high' is -1");
+  refused("results.jsonl", R"("ci_low":)", R"("ci_low":1e300,"x":)", "'ci_low' is 1e+300, above 'ci_high'");
+  refused("results.jsonl", R"("backend":"null")", R"("backend":"vulkan")",
+          "'backend' is 'vulkan', but the case's id says 'null'");
+}
+
+TEST_F(CliTest, recommend_says_what_its_intervals_cover) {
+  ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "null"}).exit_code, 0);
+  const nlohmann::json smoke = nlohmann::json::parse(file_text(kSmoke), nullptr, true, true);
+  const int samples = smoke.at("measure").at("samples");
+  ASSERT_LT(samples, 6);  // too few for 95 %
+  const CommandResult text = run({"recommend", "out", "--max-error", "e_xy.p99<=100"});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_EQ(text.out.find("95 %"), std::string::npos) << text.out;
+  EXPECT_THAT(text.out, HasSubstr(samples == 3 ? "; 75 %]" : "; 93.8 %]"));
+  const CommandResult json = run({"recommend", "out", "--max-error", "e_xy.p99<=100", "--json"});
+  EXPECT_LT(nlohmann::json::parse(json.out).at("answers").at(0).at("pick").at("frame_time_ns").at("coverage"), 0.95);
+}
+
+TEST_F(CliTest, recommend_names_no_command_that_would_measure_something_else) {
+  write("config.json", file_text(kSmoke));
+  ASSERT_EQ(run({"sweep", "config.json", "-o", "out", "--backend", "null"}).exit_code, 0);
+  const std::vector<std::string> recommend = {"recommend", "out", "--max-error", "e_xy.p99<=100"};
+  EXPECT_THAT(run(recommend).out, HasSubstr("reliefbench sweep config.json"));
+  spoil(folder_ / "config.json", "\"smoke\"", "\"another\"");
+  EXPECT_EQ(run(recommend).out.find("reliefbench sweep"), std::string::npos);
+  std::filesystem::remove(folder_ / "config.json");
+  EXPECT_EQ(run(recommend).out.find("reliefbench sweep"), std::string::npos);
+}
+
+TEST_F(CliTest, the_folder_of_a_tune_is_taken_for_what_it_is) {
+  const std::vector<std::string> bound = {"--max-error", "e_xy.p99<=5"};
+  ASSERT_NE(
+      run({"tune", kSmoke, "-o", "tune", "--backend", "null", bound[0], bound[1], "--time-limit", "20s", "--quiet"})
+          .exit_code,
+      2);
+  const CommandResult answer = run({"recommend", "tune"});
+  EXPECT_EQ(answer.exit_code, 0) << answer.out << answer.err;
+  EXPECT_THAT(answer.out, HasSubstr("The fastest with e_xy.p99<=5"));  // what was asked of tune
+  EXPECT_THAT(answer.out, HasSubstr("the settings that tune answers with"));
+  EXPECT_EQ(answer.out.find("no technique simpler"), std::string::npos);
+  const CommandResult presets = run({"presets", "tune", "-o", "p.json"});
+  EXPECT_EQ(presets.exit_code, 0) << presets.err;
+  const nlohmann::json levels = nlohmann::json::parse(file_text(folder_ / "p.json")).at("devices").at(0).at("levels");
+  EXPECT_LT(levels.size(), 11U);  // no two of them equal
+  for (std::size_t i = 1; i < levels.size(); ++i)
+    EXPECT_TRUE(levels[i]["technique"] != levels[i - 1]["technique"] || levels[i]["params"] != levels[i - 1]["params"]);
+  if (levels.size() < 3) {
+    EXPECT_THAT(presets.err, HasSubstr("a tune's folder holds only the settings that it answers with"));
+  }
+}
+
+TEST_F(CliTest, presets_take_several_runs) {
+  for (const std::string technique : {"cone", "relief"})
+    ASSERT_EQ(run({"sweep", kSmoke, "-o", technique, "--backend", "null", "--filter", technique + "@*"}).exit_code, 0);
+  const CommandResult made = run({"presets", "cone", "relief", "-o", "p.json", "--constraint", "e_xy.p99<=100"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(nlohmann::json::parse(file_text(folder_ / "p.json")).at("runs").size(), 2U);
 }
 
 TEST_F(CliTest, presets_of_a_run_can_be_swept) {

@@ -6,19 +6,22 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <map>
 #include <string>
 #include <vector>
 
 namespace reliefbench {
 
 /// Drivers leak and unload before LeakSanitizer looks, so that it can't name them; our own leaks are looked for in the
-/// test binary itself (pinned_drivers.cpp).
-inline constexpr const char* kChildAsanOptions = "detect_odr_violation=0:detect_leaks=0";
+/// test binary itself (pinned_drivers.cpp). A library of ours may be preloaded before the sanitizer's.
+inline constexpr const char* kChildAsanOptions = "detect_odr_violation=0:detect_leaks=0:verify_asan_link_order=0";
 
 /// What a command printed and how it ended.
 struct CommandResult {
-  int exit_code = -1;
+  int exit_code = -1;  ///< -1: ended by a signal
+  int signal = 0;
   std::string out;
   std::string err;
 };
@@ -28,8 +31,17 @@ inline std::string file_text(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
+/// What a command finds where it starts.
+struct CommandSetting {
+  std::map<std::string, std::string> environment{};
+  std::string stdout_file = "stdout.txt";
+  std::string stderr_file = "stderr.txt";
+  std::function<void()> before_start = [] {};  ///< called in the child: resource limits and the like
+};
+
 /// Starts the built binary in `folder`; its output goes to stdout.txt and stderr.txt there.
-inline pid_t start_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+inline pid_t start_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                               const CommandSetting& setting = {}) {
   std::vector<std::string> words = {RELIEFBENCH_BINARY};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -41,24 +53,31 @@ inline pid_t start_reliefbench(const std::vector<std::string>& arguments, const 
     setenv("RELIEFBENCH_CACHE", "cache", 1);
     setenv("ASAN_OPTIONS", kChildAsanOptions, 1);
     setenv("RELIEFBENCH_HEIGHTMAPS", "heightmaps", 1);
-    dup2(open("stdout.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
-    dup2(open("stderr.txt", O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
+    for (const auto& [name, value] : setting.environment) setenv(name.c_str(), value.c_str(), 1);
+    dup2(open(setting.stdout_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
+    dup2(open(setting.stderr_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
+    setting.before_start();
     execv(argv[0], argv.data());
     _exit(127);
   }
   return child;
 }
 
-inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder) {
+inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder, const CommandSetting& setting = {}) {
   int status = 0;
   EXPECT_EQ(waitpid(child, &status, 0), child);
+  const auto text = [&](const std::string& name) {
+    return name.starts_with('/') ? std::string() : file_text(folder / name);
+  };
   return {.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1,
-          .out = file_text(folder / "stdout.txt"),
-          .err = file_text(folder / "stderr.txt")};
+          .signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0,
+          .out = text(setting.stdout_file),
+          .err = text(setting.stderr_file)};
 }
 
-inline CommandResult run_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
-  return wait_for(start_reliefbench(arguments, folder), folder);
+inline CommandResult run_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                                     const CommandSetting& setting = {}) {
+  return wait_for(start_reliefbench(arguments, folder, setting), folder, setting);
 }
 
 }  // namespace reliefbench

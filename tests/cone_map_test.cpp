@@ -44,7 +44,7 @@ TEST(ConeMap, EveryRowBakesEveryCorrectionItNames) {
   const Heightfield map = fbm_map(16, 16);
   for (const MapRow& row : map_kinds()) {
     for (const Correction correction : row.corrections) {
-      const auto ratios = row.bake({.heights = map, .correction = correction, .search_steps = 16, .threads = 1});
+      const auto ratios = row.bake({.heights = map, .correction = correction, .threads = 1});
       if (row.content == MapContent::ratios) {
         EXPECT_EQ(ratios.size(), 256U * static_cast<unsigned>(row.ratios)) << row.id;
       } else {
@@ -57,7 +57,8 @@ TEST(ConeMap, EveryRowBakesEveryCorrectionItNames) {
       EXPECT_THROW((void)row.bake({.heights = map, .correction = correction}), Error) << row.id;
     }
   }
-  EXPECT_THROW((void)bake_relaxed_po07({.heights = map, .search_steps = 0}), Error);
+  EXPECT_THROW((void)bake_relaxed_po07({.heights = map, .parameters = {{kSearchSteps.id, 0}}}), Error);
+  EXPECT_THROW((void)bake_quick({.heights = map, .parameters = {{kSearchSteps.id, 16}}}), Error);  // not its own
 }
 
 TEST(ConeMap, RefusesSidesUnderTwoTexels) {
@@ -114,7 +115,8 @@ TEST(ConeMap, EveryInstructionSetGivesTheSameBits) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     choose(target);
     EXPECT_EQ(bake_conservative({.heights = heights, .threads = 1}), slow) << hwy::TargetName(target);
-    EXPECT_EQ(bake_relaxed_po07({.heights = heights, .search_steps = 16, .threads = 1}), slow_relaxed)
+    EXPECT_EQ(bake_relaxed_po07({.heights = heights, .parameters = {{kSearchSteps.id, 16}}, .threads = 1}),
+              slow_relaxed)
         << hwy::TargetName(target);
   }
   choose(0);
@@ -133,8 +135,9 @@ RC_GTEST_PROP(ConeMapProperty, BakersHaveTheBitsOfAllPairs, ()) {
   RC_ASSERT(bake_conservative({.heights = heights, .wrap = wrap, .threads = 1}) ==
             slow_conservative(heights, wrap, Correction::none));
   const int steps = *rc::gen::inRange(1, 40);
-  RC_ASSERT(bake_relaxed_po07({.heights = heights, .wrap = wrap, .search_steps = steps, .threads = 1}) ==
-            slow_relaxed_po07(heights, wrap, steps));
+  RC_ASSERT(
+      bake_relaxed_po07({.heights = heights, .wrap = wrap, .parameters = {{kSearchSteps.id, steps}}, .threads = 1}) ==
+      slow_relaxed_po07(heights, wrap, steps));
 }
 
 TEST(ConeMap, RelaxedHasTheBitsOfAllPairs) {
@@ -144,11 +147,15 @@ TEST(ConeMap, RelaxedHasTheBitsOfAllPairs) {
       for (const Wrap wrap : kWraps) {
         SCOPED_TRACE(label(map.id, size, wrap));
         const auto slow = slow_relaxed_po07(heights, wrap, 24);
-        EXPECT_EQ(bake_relaxed_po07({.heights = heights, .wrap = wrap, .search_steps = 24, .threads = 1}), slow);
         EXPECT_EQ(
-            bake_relaxed_po07(
-                {.heights = heights, .wrap = wrap, .correction = Correction::min3x3, .search_steps = 24, .threads = 2}),
-            min3x3(slow, size.width, size.height, wrap));
+            bake_relaxed_po07({.heights = heights, .wrap = wrap, .parameters = {{kSearchSteps.id, 24}}, .threads = 1}),
+            slow);
+        EXPECT_EQ(bake_relaxed_po07({.heights = heights,
+                                     .wrap = wrap,
+                                     .correction = Correction::min3x3,
+                                     .parameters = {{kSearchSteps.id, 24}},
+                                     .threads = 2}),
+                  min3x3(slow, size.width, size.height, wrap));
       }
     }
   }
@@ -328,7 +335,8 @@ TEST(ConeMap, ARelaxedConeEndsBehindAWall) {
   // exit is over the back edge: the ray through (10, 1/2), out of the relief at once.
   const Heightfield map = make_map(32, 32, [](int x, int) { return x >= 8 && x <= 10 ? 0.5F : 0.0F; });
   const int steps = 4096;
-  const auto ratios = bake_relaxed_po07({.heights = map, .wrap = Wrap::clamp, .search_steps = steps, .threads = 1});
+  const auto ratios =
+      bake_relaxed_po07({.heights = map, .wrap = Wrap::clamp, .parameters = {{kSearchSteps.id, steps}}, .threads = 1});
   const auto conservative = bake_conservative({.heights = map, .wrap = Wrap::clamp, .threads = 1});
   const std::size_t texel = 16 * 32 + 4;
   EXPECT_FLOAT_EQ(conservative[texel], 4.0F / 32 / 0.5F);
@@ -340,7 +348,8 @@ TEST(ConeMap, RaysFromTheTopLeaveTheReliefOnlyOutsideTheRelaxedCone) {
   for (const auto make : {fbm_map, bricks_map, pyramids_map}) {
     const Heightfield map = make(18, 18);
     for (const Wrap wrap : kWraps) {
-      const auto ratios = bake_relaxed_po07({.heights = map, .wrap = wrap, .search_steps = steps, .threads = 1});
+      const auto ratios =
+          bake_relaxed_po07({.heights = map, .wrap = wrap, .parameters = {{kSearchSteps.id, steps}}, .threads = 1});
       for (int source = 0; source < 18 * 18; source += 5) {
         const int column = source % 18;
         const int row = source / 18;

@@ -47,7 +47,7 @@ class DeviceFault : public ::testing::Test {
   [[nodiscard]] std::map<std::string, double> errors(const std::string& name) const {
     std::map<std::string, double> errors;
     for (const Record& record : load_run(folder_ / name).records)
-      if (record.status == Status::ok) errors[record.case_id] = record.error->e_xy.p99;
+      if (record.status == Status::ok) errors[record.case_id] = record.error->at("e_xy.p99");
     return errors;
   }
 
@@ -75,6 +75,24 @@ TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it
 
     EXPECT_EQ(sweep(name), whole);  // the same command tries it again
     EXPECT_EQ(errors(name), errors("whole"));
+  }
+  EXPECT_GT(with_a_case, 3);
+}
+
+TEST_F(DeviceFault, a_frame_that_does_not_end_costs_its_case_alone) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  int with_a_case = 0;
+  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 11) {
+    SCOPED_TRACE(nth);
+    const std::string name = "hung" + std::to_string(nth);
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, nth, Fault::timeout);
+    Statuses statuses = sweep(name, devices);
+    EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
+    EXPECT_EQ(statuses["ok"] + statuses["timeout"], whole.at("ok"));
+    with_a_case += statuses["timeout"];
+    EXPECT_EQ(sweep(name), whole);  // the same command tries it again
   }
   EXPECT_GT(with_a_case, 3);
 }

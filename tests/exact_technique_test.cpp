@@ -108,7 +108,7 @@ TEST_P(ExactTechnique, maxima_of_texels_do_skip) {
                                              find_format("r32f"), find_encoding("ratio")),
                         .surface = heights};
     const auto pixels = trace_frame(rig, settings, map, small_scene(view_presets()[2], Wrap::repeat));
-    EXPECT_GT(judge_frame(pixels, reference_of(pixels, map, Wrap::repeat), 48, 48).score.missed_rate, 0);
+    EXPECT_GT(judge_frame(pixels, reference_of(pixels, map, Wrap::repeat), 48, 48).score.at("missed_rate"), 0);
   });
 }
 
@@ -173,9 +173,9 @@ TEST_P(ExactTechnique, refined_searches_are_near_on_a_smooth_relief) {
         for (const View& view : view_presets()) {
           const auto pixels = trace_frame(rig, *pipeline, map, small_scene(view, Wrap::repeat));
           const FrameScore score = judge_frame(pixels, reference_of(pixels, map, Wrap::repeat), 32, 32).score;
-          EXPECT_LT(score.e_xy.p95, 0.1) << settings.text() << " " << view.id;
-          EXPECT_LT(score.missed_rate, 0.01) << settings.text() << " " << view.id;
-          EXPECT_EQ(score.unconverged_rate, 0) << settings.text() << " " << view.id;
+          EXPECT_LT(score.at("e_xy.p95"), 0.1) << settings.text() << " " << view.id;
+          EXPECT_LT(score.at("missed_rate"), 0.01) << settings.text() << " " << view.id;
+          EXPECT_EQ(score.at("unconverged_rate"), 0) << settings.text() << " " << view.id;
         }
       }
     }

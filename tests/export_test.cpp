@@ -9,6 +9,7 @@
 #include <set>
 
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
 #include "reports/export/glsl_fold.h"
@@ -26,6 +27,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::ThrowsMessage;
 
 /// Every technique, and what changes which code or textures it needs.
 std::vector<std::string> shipped_settings() {
@@ -50,7 +52,7 @@ const Heightfield& heights() {
 
 std::string shader_of(const Settings& settings, const StoredMap& map, Wrap wrap) {
   ShippedShader shipped{.settings = settings, .heightmap = "fbm", .wrap = wrap};
-  if (settings.technique().find("format") != nullptr) shipped.textures = shipped_textures(settings, map.textures);
+  if (settings.technique().reads_map()) shipped.textures = shipped_textures(settings, map.textures);
   return shipped_shader(shipped);
 }
 
@@ -63,7 +65,7 @@ TEST(ShippedShader, compiles_in_both_dialects_with_no_more_than_it_needs) {
       const std::string shader = shader_of(settings, map, wrap);
       for (const char* word : {"#include", "constant_id", "frame.", "reference_map"})
         EXPECT_THAT(shader, Not(HasSubstr(word)));
-      const bool has_format = settings.technique().find("format") != nullptr;
+      const bool has_format = settings.technique().reads_map();
       EXPECT_EQ(shader.find("sampler2D relief_map") != std::string::npos, has_format);
       EXPECT_EQ(shader.find("sampler2D extra_map") != std::string::npos, map.textures.extra.has_value());
       const std::string fragment = "#version 450\n" + shader +
@@ -202,7 +204,7 @@ TEST_F(ExportTest, textures_are_those_that_the_technique_is_measured_with) {
     EXPECT_EQ(schema_errors(nlohmann::json::parse(exported.files.back().bytes), "export"), "");
     for (std::size_t i = 0; i + 1 < exported.files.size(); ++i)
       EXPECT_EQ(exported.settings["files"][i]["sha256"], sha256(exported.files[i].bytes));
-    if (shipped.settings.technique().find("format") == nullptr) {
+    if (!shipped.settings.technique().reads_map()) {
       EXPECT_EQ(exported.files.size(), 2U);
       continue;
     }
@@ -229,6 +231,33 @@ TEST_F(ExportTest, a_later_export_replaces_its_own_files_alone) {
   write_atomically(folder_ / "a/b/mine.txt", "mine");
   write_export(make_export(job("relief")), folder_ / "a/b");
   EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"mine.txt", "relief.ktx2", "relief.glsl", "settings.json"}));
+}
+
+TEST_F(ExportTest, files_of_somebody_else_stay) {
+  const Export exported = make_export(job("max_mip"));
+  for (const char* name : {"settings.json", "relief.ktx2", "relief.extra.ktx2", "relief.glsl"}) {
+    for (const char* text : {"mine", "{}", R"({"made_by": "me", "files": [{"file": "relief.glsl"}]})"}) {
+      write_atomically(folder_ / name, text);
+      EXPECT_THAT([&] { write_export(exported, folder_.path()); }, ThrowsMessage<Error>(HasSubstr(name)));
+      EXPECT_EQ(file_text(folder_ / name), text);
+      std::filesystem::remove(folder_ / name);
+    }
+  }
+  // An earlier export's settings.json says which files are its own.
+  write_export(make_export(job("relief")), folder_ / "out");
+  write_atomically(folder_ / "out/relief.extra.ktx2", "mine");
+  write_export(make_export(job("relief")), folder_ / "out");
+  EXPECT_EQ(file_text(folder_ / "out/relief.extra.ktx2"), "mine");
+  EXPECT_THROW(write_export(exported, folder_ / "out"), Error);
+  EXPECT_EQ(file_text(folder_ / "out/relief.extra.ktx2"), "mine");
+}
+
+TEST_F(ExportTest, a_link_is_not_followed) {
+  write_atomically(folder_ / "mine", "mine");
+  std::filesystem::create_directories(folder_ / "out");
+  std::filesystem::create_symlink(folder_ / "mine", folder_ / "out/relief.glsl");
+  EXPECT_THROW(write_export(make_export(job("relief")), folder_ / "out"), Error);
+  EXPECT_EQ(file_text(folder_ / "mine"), "mine");
 }
 
 TEST_F(ExportTest, nothing_is_half_written) {
@@ -276,7 +305,9 @@ TEST_F(ExportCommand, ships_a_level_with_its_evidence) {
   EXPECT_EQ(json.out, file_text(folder_ / "out/settings.json"));
   const nlohmann::json settings = nlohmann::json::parse(json.out);
   EXPECT_EQ(schema_errors(settings, "export"), "");
-  const nlohmann::json& level = presets_["devices"][0]["levels"][5];
+  nlohmann::json level;  // the best up to 50
+  for (const nlohmann::json& one : presets_["devices"][0]["levels"])
+    if (one["quality"] <= 50) level = one;
   EXPECT_EQ(settings["params"], level["params"]);
   nlohmann::json evidence = level["evidence"];
   for (nlohmann::json& one : evidence) one.erase("run");
@@ -302,7 +333,7 @@ TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
     rest.insert(rest.end(), {"-o", "out"});
     expect_refused(rest, words);
   };
-  with_presets({"--quality", "55"}, "presets.json: there is no level 55 (known: 0, 10, ");
+  with_presets({"--quality", "101"}, "presets.json: there is no level 101; it has 0, ");
   with_presets({"--quality", "50", "--backend", "metal"}, "no device '*' of backend 'metal' (it has null (");
   with_presets({"--quality", "50", "--device-name", "H200*"}, "no device 'H200*'");
   with_presets({}, "--quality");

@@ -83,7 +83,8 @@ TEST_P(GpuBakeTest, the_steps_of_the_exit_search_count) {
     const Heightfield heights = fbm_map(24, 24);
     const GpuBaker gpu = baker(rig, MapKind::relaxed_po07);
     for (const int steps : {1, 3, 64, 127})
-      expect_cpu_bits(gpu, MapKind::relaxed_po07, {.heights = heights, .search_steps = steps, .threads = 1});
+      expect_cpu_bits(gpu, MapKind::relaxed_po07,
+                      {.heights = heights, .parameters = {{kSearchSteps.id, steps}}, .threads = 1});
   });
 }
 
@@ -102,7 +103,7 @@ TEST_P(GpuBakeTest, what_the_cpu_refuses_is_refused) {
     const GpuBaker gpu = baker(rig, MapKind::relaxed_po07);
     EXPECT_THROW((void)gpu.bake({.heights = line}), Error);
     EXPECT_THROW((void)gpu.bake({.heights = heights, .correction = Correction::safe}), Error);
-    EXPECT_THROW((void)gpu.bake({.heights = heights, .search_steps = 0}), Error);
+    EXPECT_THROW((void)gpu.bake({.heights = heights, .parameters = {{kSearchSteps.id, 0}}}), Error);
   });
 }
 

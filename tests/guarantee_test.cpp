@@ -110,9 +110,9 @@ TEST_P(GuaranteeTest, relaxed_cones_with_solved_cells_arrive) {
     double solved_error = 0;
     for (const ProceduralRow& row : procedurals()) {
       const FrameScore solved = score_of(row, "cell_quad");
-      EXPECT_EQ(solved.unconverged_rate, 0) << row.id;
-      solved_error += solved.e_xy.mean;
-      plain_error += score_of(row, "plain").e_xy.mean;
+      EXPECT_EQ(solved.at("unconverged_rate"), 0) << row.id;
+      solved_error += solved.at("e_xy.mean");
+      plain_error += score_of(row, "plain").at("e_xy.mean");
     }
     EXPECT_LT(solved_error, plain_error);
   });
@@ -193,7 +193,7 @@ TEST_P(GuaranteeTest, linear_steps_do_skip_spikes) {
     const StoredMap map =
         store_map(settings, load_heightmap({.source = "spikes", .width = 64, .height = 64}), Wrap::repeat);
     const auto pixels = trace_frame(rig, settings, map, scene_of(view_presets()[2], Wrap::repeat));
-    EXPECT_GT(judge_frame(pixels, reference_of(pixels, map.surface, Wrap::repeat), 64, 64).score.missed_rate, 0);
+    EXPECT_GT(judge_frame(pixels, reference_of(pixels, map.surface, Wrap::repeat), 64, 64).score.at("missed_rate"), 0);
   });
 }
 

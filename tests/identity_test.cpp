@@ -12,10 +12,13 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tests/command.h"
+#include "tests/full_record.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
 #include "tuner/decide/compare.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/decide/recommend.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
@@ -102,6 +105,18 @@ TEST_F(IdentityTest, a_scene_under_another_name_is_the_same_scene) {
   both.records.insert(both.records.end(), renamed.records.begin(), renamed.records.end());
   both.samples.insert(both.samples.end(), renamed.samples.begin(), renamed.samples.end());
   EXPECT_EQ(compare_runs(both, both, {}).matched, both.records.size());
+}
+
+TEST(RecordGroups, of_one_name_and_two_keys_are_two) {
+  std::vector<Record> records = {full_record(), full_record(), full_record()};
+  records[1].scene_key = parse_scene_key(std::string(64, 'e'));
+  const std::vector<RecordGroup> groups = group_records(records);
+  ASSERT_EQ(groups.size(), 2U);
+  EXPECT_EQ(groups[0].records.size(), 2U);
+  EXPECT_EQ(groups[1].scene_key, records[1].scene_key);
+  EXPECT_NE(match_key(records[0]), match_key(records[1]));
+  EXPECT_EQ(recommend(records, {.budgets = {}}).size(), 2U);
+  EXPECT_EQ(fronts(records, "e_xy.p99", {}).size(), 2U);
 }
 
 TEST_F(IdentityTest, records_and_tables_have_the_key_and_one_name_has_one) {

@@ -59,6 +59,7 @@ void expect_same(const TableRow& a, const TableRow& b) {
   EXPECT_EQ(a.settings.text(), b.settings.text());
   EXPECT_EQ(a.map, b.map);
   EXPECT_EQ(a.backend + a.device + a.scene, b.backend + b.device + b.scene);
+  EXPECT_EQ(a.scene_key, b.scene_key);
   EXPECT_EQ(a.status, b.status);
   EXPECT_EQ(a.reason, b.reason);
   EXPECT_EQ(a.errors, b.errors);
@@ -171,9 +172,9 @@ TEST(RecordedRun, feasible_is_what_the_front_may_hold) {
   ASSERT_EQ(table.samples.size(), 50U);
   for (std::size_t i = 0; i < 50; ++i) {
     EXPECT_EQ(table.space.candidates[i].is_feasible, meets(run.records[i], constraints[0]));
-    EXPECT_EQ(table.space.candidates[i].error, run.records[i].error->e_xy.p99);
+    EXPECT_EQ(table.space.candidates[i].error, run.records[i].error->at("e_xy.p99"));
     EXPECT_EQ(table.space.candidates[i].work,
-              (std::vector{run.records[i].error->mean_taps, run.records[i].error->max_taps}));
+              (std::vector{run.records[i].error->at("taps.mean"), run.records[i].error->at("taps.max")}));
   }
 }
 
@@ -207,14 +208,15 @@ TEST(T4, is_valid_and_tells_how_a_case_ended) {
     counts[result["invalidity"]] += 1;
     EXPECT_EQ(result["times"]["runtimes"].size(), run.records[i].status == Status::ok ? 3U : 0U);
     EXPECT_EQ(result["configuration"]["technique"], run.records[i].technique);
-    EXPECT_EQ(result["configuration"].size(), run.records[i].params.size() + 3);
+    EXPECT_EQ(result["configuration"]["scene_key"], run.records[i].scene_key.hex);
+    EXPECT_EQ(result["configuration"].size(), run.records[i].params.size() + 4);
   }
   EXPECT_EQ(counts["correct"] + counts["correctness"], 40);
   EXPECT_GT(counts["correctness"], 0);
   EXPECT_EQ(counts["constraints"], 1);  // unsupported
   EXPECT_EQ(counts["compile"], 1);
   EXPECT_EQ(counts["timeout"], 1);
-  EXPECT_EQ(counts["runtime"], 4);  // device_lost, out_of_memory, invalid_timer, throttled
+  EXPECT_EQ(counts["runtime"], 5);  // device_lost, out_of_memory, invalid_timer, throttled, crashed
 
   nlohmann::json bad = t4;
   bad["results"][0]["invalidity"] = "fine";

@@ -132,6 +132,22 @@ TEST(Plan, AnEndlessSweepIsAnError) {
       ThrowsMessage<Error>(HasSubstr("over 1000000 combinations")));
 }
 
+// The limit is the plan's: neither many sweeps nor many scenes get round it.
+TEST(Plan, ManySweepsOrScenesAreNoWayRoundTheLimit) {
+  const std::string sweep = R"({"technique": "relief", "axes": {
+      "linear_steps": {"from": 1, "to": 500, "step": 1}, "binary_steps": {"from": 1, "to": 32, "step": 1},
+      "refinement": "binary"}})";
+  std::string sweeps = sweep;
+  for (int i = 1; i < 63; ++i) sweeps += ", " + sweep;  // of 16,000 combinations each
+  EXPECT_THAT([&] { return make_plan(config_of(sweeps), kOne, ""); },
+              ThrowsMessage<Error>(HasSubstr("the plan has over 1000000 combinations")));
+  std::string views;
+  for (int i = 0; i < 40; ++i)
+    views += fmt::format(R"({}{{"id": "view{}", "elevation_deg": {}}})", i == 0 ? "" : ", ", i, 20 + i);
+  EXPECT_THAT([&] { return make_plan(config_of(sweep, "[" + views + "]"), kBoth, ""); },
+              ThrowsMessage<Error>(HasSubstr("the plan has over 1000000 cases: 16000 settings on 40 scenes")));
+}
+
 TEST(Plan, FilterSelects) {
   const Config config = config_of(
       R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}}, {"technique": "flat"})", R"(["top", "oblique"])");

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -12,6 +14,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tests/finished_run.h"
+#include "tests/made_score.h"
 #include "tests/schema.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/plan.h"
@@ -36,6 +39,7 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
   Run run = synthetic_run({.cases = 1, .with_failed = false});
   run.records.clear();
   run.scenes.clear();
+  run.info["budgets"] = {"e_xy.p99<=10"};
   for (const auto& [scene, list] : scenes) {
     run.scenes.push_back(synthetic_scene(scene));
     for (const auto& [steps, time_ms, error] : list) {
@@ -55,8 +59,8 @@ Run run_of(const std::map<std::string, std::vector<Figures>>& scenes) {
           FrameTime{.summary = {.median = time_ns, .mad = 0, .ci_low = time_ns, .ci_high = time_ns, .n = 7},
                     .raw_median = time_ns,
                     .timer = "fenced_wall"};
-      record.error = FrameScore{};
-      record.error->e_xy.p99 = error;
+      record.error = made_score();
+      (*record.error)["e_xy.p99"] = error;
       run.records.push_back(record);
     }
   }
@@ -72,16 +76,21 @@ std::vector<std::string> steps_of(const DevicePresets& device) {
 TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
   const std::vector<reliefbench::Run> runs = {synthetic_run({.scenes = {"rocks/grazing"}, .cases = 150})};
   const Presets presets = make_presets(runs, {});
-  const std::vector<Front> all = fronts(runs[0].records, "e_xy.p99", std::vector<Budget>{{"missed_rate", 0.001}});
+  const std::vector<Budget> bounds = {{"missed_rate", 0.001}, {"e_xy.p99", 0.5}};
+  const std::vector<Front> all = fronts(runs[0].records, "e_xy.p99", bounds);
   ASSERT_EQ(presets.devices.size(), 2U);
   for (std::size_t d = 0; d < 2; ++d) {
     const DevicePresets& device = presets.devices[d];
-    ASSERT_EQ(device.levels.size(), 11U);
-    EXPECT_EQ(device.levels.front().evidence[0].record, all[d].points.front().record);
-    EXPECT_EQ(device.levels.back().evidence[0].record->error->e_xy.p99, all[d].points.back().error);
-    EXPECT_EQ(device.levels.front().relative_time, 1);
+    ASSERT_GE(device.levels.size(), 3U);
+    EXPECT_EQ(device.levels.front().quality, 0);
+    // Within the run's budget, however much faster what errs by 30 texels is.
+    EXPECT_LE(device.levels.front().error, 0.5);
+    EXPECT_LE(device.levels.back().error, std::max(all[d].points.back().error, 0.02 * all[d].points.front().error));
+    EXPECT_LT(device.levels.front().relative_time, 1.1);  // the fastest, or a simpler one that ties with it
     for (std::size_t i = 1; i < device.levels.size(); ++i) {
-      EXPECT_EQ(device.levels[i].quality, device.levels[i - 1].quality + 10);
+      EXPECT_GT(device.levels[i].quality, device.levels[i - 1].quality);
+      EXPECT_EQ(device.levels[i].quality % 10, 0);
+      EXPECT_NE(device.levels[i].evidence[0].record, device.levels[i - 1].evidence[0].record);
       EXPECT_GE(device.levels[i].relative_time, device.levels[i - 1].relative_time);
       EXPECT_LE(device.levels[i].error, device.levels[i - 1].error);
     }
@@ -92,14 +101,75 @@ TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
   EXPECT_NE(schema_errors(bad, "presets"), "");
 }
 
-TEST(Presets, levels_are_equal_steps_of_the_log_of_the_time) {
-  // Times 1, 2, 4, ..., 32: each step of 20 in quality doubles them.
+std::vector<int> qualities(const DevicePresets& device) {
+  std::vector<int> list;
+  for (const PresetLevel& level : device.levels) list.push_back(level.quality);
+  return list;
+}
+
+TEST(Presets, levels_are_equal_ratios_of_the_error_and_equal_ones_are_merged) {
+  // Of 1 down to .02, a step of 10 in quality divides the error by 1.48.
   const reliefbench::Run run =
-      run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 4, 0.09}, {4, 8, 0.08}, {5, 16, 1e-4}, {6, 32, 0}}}});
-  EXPECT_EQ(steps_of(make_presets({&run, 1}, {}).devices[0]),
-            (std::vector<std::string>{"1", "1", "2", "2", "3", "3", "4", "4", "5", "5", "6"}));
-  const reliefbench::Run one = run_of({{"s", {{1, 1, 0}}}});
-  EXPECT_EQ(steps_of(make_presets({&one, 1}, {}).devices[0]), std::vector<std::string>(11, "1"));
+      run_of({{"s", {{1, 1, 1}, {2, 2, 0.5}, {3, 4, 0.25}, {4, 8, 0.125}, {5, 16, 0.0625}, {6, 32, 0.02}}}});
+  const Presets presets = make_presets({&run, 1}, {});
+  EXPECT_EQ(presets.level_metric, "e_xy.p99");
+  EXPECT_EQ(steps_of(presets.devices[0]), (std::vector<std::string>{"1", "2", "3", "4", "5", "6"}));
+  EXPECT_EQ(qualities(presets.devices[0]), (std::vector<int>{0, 10, 20, 40, 60, 80}));
+  EXPECT_TRUE(presets.warnings.empty());
+}
+
+TEST(Presets, what_is_not_seen_is_not_paid_for) {
+  // A fiftieth of the loosest error is none: the last two cost more for nothing.
+  const reliefbench::Run run = run_of({{"s", {{1, 1, 1}, {2, 2, 0.1}, {3, 3, 0.015}, {4, 9, 0.0001}, {5, 99, 0}}}});
+  EXPECT_EQ(steps_of(make_presets({&run, 1}, {}).devices[0]), (std::vector<std::string>{"1", "2", "3"}));
+}
+
+TEST(Presets, levels_are_equal_steps_of_flip_where_pictures_were_compared) {
+  reliefbench::Run run = run_of({{"s", {{1, 1, 1}, {2, 2, 0.9}, {3, 4, 0.8}, {4, 8, 0.7}}}});
+  const std::vector<double> flips = {0.10, 0.06, 0.05, 0.0};
+  for (std::size_t i = 0; i < flips.size(); ++i) (*run.records[i].error)["flip"] = flips[i];
+  const Presets presets = make_presets({&run, 1}, {});
+  EXPECT_EQ(presets.level_metric, "flip");
+  EXPECT_EQ(presets.error_metric, "e_xy.p99");
+  EXPECT_EQ(steps_of(presets.devices[0]), (std::vector<std::string>{"1", "2", "3", "4"}));
+  EXPECT_EQ(qualities(presets.devices[0]), (std::vector<int>{0, 10, 50, 60}));
+  EXPECT_EQ(presets.devices[0].levels[1].level_error, 0.06);
+  EXPECT_EQ(presets.devices[0].levels[1].error, 0.9);
+  EXPECT_EQ(schema_errors(presets_json(presets), "presets"), "");
+  EXPECT_EQ(make_presets({&run, 1}, {.error_metric = "e_xy.p99"}).level_metric, "e_xy.p99");
+}
+
+TEST(Presets, levels_keep_to_the_budget_of_the_run) {
+  reliefbench::Run run = run_of({{"s", {{1, 1, 495}, {2, 2, 0.4}, {3, 4, 0.1}, {4, 8, 0.01}}}});
+  run.info["budgets"] = {"e_xy.p99<=0.5"};
+  EXPECT_EQ(make_presets({&run, 1}, {}).devices[0].levels.front().error, 0.4);
+  run.info["identity"]["tune"] = {{"max_error", {"e_xy.p99<=0.2"}}};  // what a tune was asked
+  EXPECT_EQ(make_presets({&run, 1}, {}).devices[0].levels.front().error, 0.1);
+  const Presets all = make_presets({&run, 1}, {.constraints = {{{"e_xy.p99", 1000}}}});
+  EXPECT_EQ(all.devices[0].levels.front().error, 495);
+}
+
+TEST(Presets, few_levels_are_warned_of) {
+  reliefbench::Run run = run_of({{"s", {{1, 1, 0}}}});
+  const Presets one = make_presets({&run, 1}, {});
+  EXPECT_EQ(qualities(one.devices[0]), std::vector<int>{0});
+  ASSERT_EQ(one.warnings.size(), 1U);
+  EXPECT_THAT(one.warnings[0], AllOf(HasSubstr("1 distinct level of 1 settings"), HasSubstr("sweep more settings")));
+  EXPECT_EQ(schema_errors(presets_json(one), "presets"), "");
+  run.info["identity"]["tune"] = {{"max_error", nlohmann::json::array()}};
+  EXPECT_THAT(make_presets({&run, 1}, {}).warnings.at(0), HasSubstr("tune"));
+}
+
+TEST(Presets, of_settings_that_tie_the_simplest_is_a_level) {
+  reliefbench::Run run = run_of({{"s", {{1, 1.0, 1}, {2, 1.1, 1}}}});
+  run.records[1].params = run.records[0].params;  // the same but without a feature
+  run.records[1].params[0].second = "2";
+  std::erase_if(run.records[1].params, [](const auto& p) { return p.first == "binary_steps"; });
+  for (auto& [id, value] : run.records[1].params)
+    if (id == "refinement") value = "none";
+  EXPECT_EQ(steps_of(make_presets({&run, 1}, {}).devices[0]).front(), "1");
+  run.records[0].frame_time->summary.ci_high = 1.15e6;  // which now overlaps
+  EXPECT_EQ(steps_of(make_presets({&run, 1}, {}).devices[0]).front(), "2");
 }
 
 TEST(Presets, a_setting_counts_as_in_its_worst_scene) {
@@ -123,7 +193,7 @@ TEST(Presets, of_two_runs_the_later_measurement_counts) {
   EXPECT_EQ(presets.devices[0].measured, 3);
   EXPECT_EQ(presets.devices[0].levels.back().relative_time, 9);
   for (const PresetLevel& level : presets.devices[0].levels) EXPECT_NE(level.relative_time, 2);
-  EXPECT_EQ(presets_json(presets)["devices"][0]["levels"][10]["evidence"][0]["run"], 1);
+  EXPECT_EQ(presets_json(presets)["devices"][0]["levels"].back()["evidence"][0]["run"], 1);
 }
 
 TEST(Presets, what_makes_no_table_is_refused) {
@@ -141,8 +211,12 @@ TEST(Presets, what_makes_no_table_is_refused) {
   fails({good, other}, HasSubstr("its driver is 'synthetic 1.0'"));
   other = good;
   other.info["front"]["error"] = "flip";
-  fails({good, other}, HasSubstr("its front's error is \"flip\""));
+  fails({good, other}, HasSubstr("its front's error is flip"));
   EXPECT_NO_THROW((void)make_presets(std::vector<reliefbench::Run>{good, other}, {.error_metric = "e_xy.p99"}));
+  other = good;
+  other.info["budgets"] = {"e_xy.p99<=0.25"};
+  fails({good, other}, HasSubstr("its budget is 'e_xy.p99<=0.25', that of"));
+  EXPECT_NO_THROW((void)make_presets(std::vector<reliefbench::Run>{good, other}, {.constraints = {{}}}));
   fails({good}, HasSubstr("higher is better"), {.error_metric = "psnr"});
   other = good;
   other.records[0].status = Status::throttled;
@@ -164,7 +238,9 @@ TEST(Presets, the_header_is_cpp_and_glsl) {
   const std::string header = presets_header(presets);
   EXPECT_EQ(header.find("__"), header.find("__GPU"));  // in a comment alone
   const std::string own = "RELIEF_OPENGL_HOSTILE_GPU_1_2_Q50_TECHNIQUE";
-  const std::string technique = presets.devices[0].levels[5].evidence[0].record->technique;
+  const std::vector<PresetLevel>& levels = presets.devices[0].levels;
+  const auto above = std::ranges::find_if(levels, [](const PresetLevel& level) { return level.quality > 50; });
+  const std::string technique = std::prev(above)->evidence[0].record->technique;
   std::size_t index = 0;
   while (techniques()[index].id != technique) ++index;
 
@@ -206,14 +282,14 @@ class PresetsInConfig : public ::testing::Test {
 TEST_F(PresetsInConfig, every_level_becomes_a_case) {
   const std::vector<std::string> backends = {"null"};
   const Config all = config(R"({"presets": "presets.json"})");
-  EXPECT_EQ(all.sweeps.size(), 11U);
+  EXPECT_EQ(all.sweeps.size(), presets_["devices"][0]["levels"].size());
   EXPECT_EQ(all.included.size(), 1U);
-  EXPECT_LE(make_plan(all, backends, "").cases.size(), 11U);
+  EXPECT_LE(make_plan(all, backends, "").cases.size(), all.sweeps.size());
   const Config some =
       config(R"({"presets": "presets.json", "quality": [0, 100], "device": "null"}, {"technique": "flat"})");
   ASSERT_EQ(some.sweeps.size(), 3U);
   const Plan plan = make_plan(some, backends, "");
-  const nlohmann::json& level = presets_["devices"][0]["levels"][10];
+  const nlohmann::json& level = presets_["devices"][0]["levels"].back();
   std::set<std::string> texts;
   for (const Case& c : plan.cases) texts.insert(std::string(c.settings.technique().id) + "?" + c.settings.text());
   std::vector<std::pair<std::string, std::string>> params;
@@ -222,9 +298,26 @@ TEST_F(PresetsInConfig, every_level_becomes_a_case) {
                              settings_of(level["technique"].get<std::string>(), params).text()));
 }
 
+TEST_F(PresetsInConfig, a_quality_between_two_levels_is_the_lower) {
+  const nlohmann::json& levels = presets_["devices"][0]["levels"];
+  ASSERT_GE(levels.size(), 3U);
+  const int second = levels[1]["quality"];
+  const auto sweeps = [&](int quality) {
+    return config(fmt::format(R"({{"presets": "presets.json", "quality": {}}})", quality)).sweeps;
+  };
+  ASSERT_EQ(sweeps(second + 5).size(), 1U);
+  EXPECT_EQ(sweeps(second + 5)[0].axes.size(), sweeps(second)[0].axes.size());
+  EXPECT_EQ(sweeps(second - 1)[0].technique, sweeps(0)[0].technique);
+  const std::vector<LoadedPreset> loaded = parse_presets(presets_.dump(1), "p.json");
+  EXPECT_EQ(choose_preset(loaded, {.quality = second + 5}, "p.json").quality, second);
+  EXPECT_EQ(choose_preset(loaded, {.quality = second - 1}, "p.json").quality, 0);
+  EXPECT_EQ(choose_preset(loaded, {.quality = 100}, "p.json").quality, levels.back()["quality"]);
+  EXPECT_THROW((void)choose_preset(loaded, {.quality = 101}, "p.json"), Error);
+  EXPECT_THROW((void)choose_preset(loaded, {.quality = -1}, "p.json"), Error);
+}
+
 TEST_F(PresetsInConfig, what_is_unknown_is_named_with_file_and_key) {
   refused(R"({"presets": "none.json"})", "config.json:1: key 'sweeps[0].presets'");
-  refused(R"({"presets": "presets.json", "quality": 55})", "key 'sweeps[0].quality': there is no level 55");
   refused(R"({"presets": "presets.json", "device": "nul"})", "did you mean 'null'?");
   const nlohmann::json good = presets_;
   const auto broken = [&](const char* pointer, const nlohmann::json& value, const std::string& words) {
@@ -232,8 +325,8 @@ TEST_F(PresetsInConfig, what_is_unknown_is_named_with_file_and_key) {
     presets_[nlohmann::json::json_pointer(pointer)] = value;
     refused(R"({"presets": "presets.json"})", words);
   };
-  broken("/devices/0/levels/3/technique", "cane", "key 'devices[0].levels[3].technique': unknown technique 'cane'");
-  broken("/devices/0/levels/3/params/colour", "red", "key 'devices[0].levels[3].params.colour'");
+  broken("/devices/0/levels/1/technique", "cane", "key 'devices[0].levels[1].technique': unknown technique 'cane'");
+  broken("/devices/0/levels/1/params/colour", "red", "key 'devices[0].levels[1].params.colour'");
   broken("/devices/0/levels/0/params", nlohmann::json::object({{"format", "r9"}}), "presets.json:");
   broken("/devices/0/levels/0/quality", 101, "key 'devices[0].levels[0].quality'");
   broken("/schema", 1, "key 'schema': is 1, this reliefbench reads 2; make the presets anew");

@@ -119,7 +119,7 @@ RC_GTEST_PROP(Distance, equals_the_slow_version_and_is_never_above_it, ()) {
   const Wrap wrap = any_wrap();
   const int slices = *rc::gen::inRange(4, 9);
   const std::vector<float> values =
-      bake_distance({.heights = map, .wrap = wrap, .distance_slices = slices, .threads = 1});
+      bake_distance({.heights = map, .wrap = wrap, .parameters = {{kDistanceSlices.id, slices}}, .threads = 1});
   const std::vector<double> slow = slow_distance(map, wrap, slices);
   RC_ASSERT(values.size() == slow.size());
   for (std::size_t i = 0; i < slow.size(); ++i) {
@@ -132,7 +132,8 @@ TEST(Distance, equals_the_slow_version_on_maps_of_all_kinds) {
   for (const ConeTestMap& row : kConeTestMaps) {
     const Heightfield map = row.make(24, 15);
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
-      const std::vector<float> values = bake_distance({.heights = map, .wrap = wrap, .distance_slices = 8});
+      const std::vector<float> values =
+          bake_distance({.heights = map, .wrap = wrap, .parameters = {{kDistanceSlices.id, 8}}});
       const std::vector<double> slow = slow_distance(map, wrap, 8);
       for (std::size_t i = 0; i < slow.size(); ++i) {
         ASSERT_LE(static_cast<double>(values[i]), slow[i]) << row.id;
@@ -148,7 +149,7 @@ RC_GTEST_PROP(Distance, no_point_of_the_solid_is_nearer_than_the_value, ()) {
   const Wrap wrap = any_wrap();
   const int slices = *rc::gen::inRange(4, 9);
   const std::vector<float> values =
-      bake_distance({.heights = map, .wrap = wrap, .distance_slices = slices, .threads = 1});
+      bake_distance({.heights = map, .wrap = wrap, .parameters = {{kDistanceSlices.id, slices}}, .threads = 1});
   for (int i = 0; i < 64; ++i) {
     const double u = any_fraction() * 3 - 1;
     const double v = any_fraction() * 3 - 1;
@@ -169,7 +170,7 @@ RC_GTEST_PROP(Distance, no_point_of_the_solid_is_nearer_than_the_value, ()) {
 
 TEST(Distance, grows_by_the_height_over_a_plane) {
   const Heightfield map = constant_map(6, 4);  // at 1/2
-  const std::vector<float> values = bake_distance({.heights = map, .distance_slices = 8});
+  const std::vector<float> values = bake_distance({.heights = map, .parameters = {{kDistanceSlices.id, 8}}});
   for (std::size_t slice = 0; slice < 8; ++slice) {
     const double expected = std::max(static_cast<double>(slice) / 8 - 0.5, 0.0);
     for (std::size_t i = 0; i < 24; ++i) EXPECT_NEAR(values[slice * 24 + i], expected, 1e-6);
@@ -183,7 +184,8 @@ TEST(Distance, is_the_same_on_any_number_of_threads) {
 
 RC_GTEST_PROP(Distance, the_texture_rounds_down_by_less_than_one_code, ()) {
   const Heightfield map = any_map(6);
-  const std::vector<float> values = bake_distance({.heights = map, .distance_slices = 4, .threads = 1});
+  const std::vector<float> values =
+      bake_distance({.heights = map, .parameters = {{kDistanceSlices.id, 4}}, .threads = 1});
   for (const std::string_view id : {"r8", "r16", "r16f", "r32f"}) {
     const Format& format = find_format(id);
     const MapTextures textures = pack_map({.map = find_map(MapKind::distance), .heights = map, .values = values},
@@ -210,12 +212,14 @@ std::string refusal(const BakeRequest& request, MapKind kind) {
 
 TEST(Distance, volumes_that_no_texture_holds_are_refused) {
   const Heightfield map = constant_map(2, 4097);
-  EXPECT_THAT(refusal({.heights = map, .distance_slices = 4}, MapKind::distance),
+  EXPECT_THAT(refusal({.heights = map, .parameters = {{kDistanceSlices.id, 4}}}, MapKind::distance),
               HasSubstr("4 slices of 4097 rows lie below one another in one texture, expected at most 16384"));
-  EXPECT_THAT(refusal({.heights = map, .distance_slices = 3}, MapKind::distance), HasSubstr("expected 4 to 256"));
-  EXPECT_THAT(refusal({.heights = map, .distance_slices = 257}, MapKind::distance), HasSubstr("expected 4 to 256"));
+  EXPECT_THAT(refusal({.heights = map, .parameters = {{kDistanceSlices.id, 3}}}, MapKind::distance),
+              HasSubstr("expected 4 to 256"));
+  EXPECT_THAT(refusal({.heights = map, .parameters = {{kDistanceSlices.id, 257}}}, MapKind::distance),
+              HasSubstr("expected 4 to 256"));
   const Heightfield fits = constant_map(2, 4096);
-  EXPECT_EQ(bake_distance({.heights = fits, .distance_slices = 4}).size(), 2U * 16384);
+  EXPECT_EQ(bake_distance({.heights = fits, .parameters = {{kDistanceSlices.id, 4}}}).size(), 2U * 16384);
 }
 
 TEST(MaxMip, maps_under_two_texels_are_refused) {

@@ -45,6 +45,43 @@ TEST(Recommend, picks_the_most_accurate_within_a_time) {
   EXPECT_EQ(id(answer.simplest), "flat");
 }
 
+// No relief takes the least time: of a question about time it once was "the simplest", whatever its error.
+TEST(Recommend, the_simplest_within_a_time_keeps_to_the_budgets_of_the_run) {
+  const std::vector<Record> records = some_records();
+  Question question{.budgets = {}, .max_time_ms = 0.00042, .simplest_budgets = {{"e_xy.p99", 0.5}}};
+  EXPECT_EQ(id(only_answer(records, question).simplest), "parallax");
+  EXPECT_EQ(id(only_answer(records, question).pick), "relief 16");
+  question.simplest_budgets = {{"e_xy.p99", 0.1}};
+  EXPECT_EQ(id(only_answer(records, question).simplest), "none");
+  EXPECT_TRUE(answers_json(recommend(records, question), question).at("answers").at(0).at("simplest").is_null());
+}
+
+TEST(Recommend, of_times_that_overlap_the_simpler_and_smaller_is_the_pick_and_the_tie_is_named) {
+  std::vector<Record> records = {
+      make_record({.case_id = "rg32f", .time_ns = 3010, .params = {{"refinement", "none"}}, .memory_bytes = 256 << 10}),
+      make_record({.case_id = "rg8", .time_ns = 2680, .params = {{"refinement", "none"}}, .memory_bytes = 64 << 10})};
+  records[1].frame_time->summary.ci_high = 3300;  // a sample that was held up
+  const Answer answer = only_answer(records, {});
+  EXPECT_EQ(id(answer.pick), "rg8");
+  EXPECT_EQ(id(answer.tie), "rg32f");
+  EXPECT_EQ(id(answer.runner_up), "rg32f");
+  EXPECT_EQ(answer.ties, 1U);
+  records[1].memory_bytes = records[0].memory_bytes;
+  records[1].params = make_record({.case_id = "", .params = {{"refinement", "binary"}}}).params;
+  EXPECT_EQ(id(only_answer(records, {}).pick), "rg32f");  // fewer features
+  records[0].frame_time->summary.ci_low = 3000;
+  records[1].frame_time->summary.ci_high = 2700;
+  EXPECT_EQ(id(only_answer(records, {}).pick), "rg8");
+  EXPECT_EQ(id(only_answer(records, {}).tie), "none");
+}
+
+TEST(Recommend, counts_the_simpler_settings_that_were_measured) {
+  std::vector<Record> records = some_records();
+  EXPECT_EQ(only_answer(records, {.budgets = {{"e_xy.p99", 0.35}}}).simpler, 2U);  // flat and parallax
+  records.erase(records.begin(), records.begin() + 2);
+  EXPECT_EQ(only_answer(records, {.budgets = {{"e_xy.p99", 0.35}}}).simpler, 0U);
+}
+
 TEST(Recommend, lets_flat_win_a_loose_budget) {
   const std::vector<Record> records = some_records();
   const Answer answer = only_answer(records, {.budgets = {{"e_xy.p99", 100}}});
@@ -112,8 +149,8 @@ TEST(Recommend, answers_each_device_and_scene) {
 TEST(Recommend, takes_a_metric_where_higher_is_better) {
   std::vector<Record> records = {make_record({.case_id = "identical"}), make_record({.case_id = "good"}),
                                  make_record({.case_id = "poor"})};
-  records[1].error->psnr = 50;
-  records[2].error->psnr = 20;
+  (*records[1].error)["psnr"] = 50;
+  (*records[2].error)["psnr"] = 20;
   const Answer answer = only_answer(records, {.budgets = {{"psnr", 30}}, .max_time_ms = 1, .error_metric = "psnr"});
   EXPECT_EQ(id(answer.pick), "identical");
   EXPECT_EQ(id(answer.runner_up), "good");
@@ -132,6 +169,9 @@ TEST(Recommend, is_written_with_the_question_and_whole_records) {
   EXPECT_TRUE(json.at("question").at("max_time_ms").is_null());
   EXPECT_EQ(json.at("answers").at(0).at("pick").at("case"), "relief 16");
   EXPECT_TRUE(json.at("answers").at(0).at("nearest").is_null());
+  EXPECT_TRUE(json.at("answers").at(0).at("tie").is_null());
+  EXPECT_NEAR(json.at("answers").at(0).at("pick").at("frame_time_ns").at("coverage").get<double>(), 1 - 2.0 / 128,
+              1e-12);
 }
 
 }  // namespace

@@ -41,6 +41,7 @@ TEST_F(ReportInBrowser, DrawsAndAnswersToMouseAndKeyboard) {
     head.querySelector('button').click();  // rising at first
     result.sorted = head.getAttribute('aria-sort');
     result.reversed = String(before.reverse().join() === [...times()].map((cell) => cell.textContent).join());
+    result.titles = [...document.querySelectorAll('#front-tables th')].map((head) => head.textContent).join('|');
     change('psnr');
     result.axis = single.chart.options.scales.y.title.text;
     change('missed_rate');
@@ -61,6 +62,7 @@ TEST_F(ReportInBrowser, DrawsAndAnswersToMouseAndKeyboard) {
   EXPECT_THAT(body, Not(HasSubstr("data-exact=\"0\"")));
   EXPECT_THAT(body, HasSubstr("data-sorted=\"descending\""));
   EXPECT_THAT(body, HasSubstr("data-reversed=\"true\""));
+  EXPECT_THAT(body, HasSubstr("|e_xy.p99 (texels)|missed_rate (share)|psnr (dB)|taps.mean (taps)|Map|"));
   EXPECT_THAT(body, HasSubstr("data-axis=\"psnr (dB), better downwards\""));
   EXPECT_THAT(body, HasSubstr("data-hidden-left=\"0\""));
 }

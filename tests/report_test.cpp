@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "kernels/base/append_file.h"
+#include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "reports/pages/assets.h"
 #include "reports/pages/data_uri.h"
@@ -89,8 +90,9 @@ TEST(Report, AssetsCanStandInsideAPage) {
 TEST(Report, KeepsExactPointsAndIdenticalPictures) {
   const auto run = synthetic_run({});
   const json data = data_of(run);
-  const auto exact = std::count_if(run.records.begin(), run.records.end(),
-                                   [](const Record& record) { return record.error && record.error->e_xy.p99 == 0; });
+  const auto exact = std::count_if(run.records.begin(), run.records.end(), [](const Record& record) {
+    return record.error && record.error->at("e_xy.p99") == 0;
+  });
   ASSERT_GT(exact, 0);
   const auto count = [&](std::size_t metric, const json& value) {
     return std::count_if(data["points"].begin(), data["points"].end(),
@@ -113,6 +115,17 @@ TEST(Report, EveryMetricHasItsFront) {
     for (std::size_t k = 0; k < expected[i].points.size(); ++k)
       EXPECT_EQ(data["points"][drawn[i]["points"][k]["point"].get<std::size_t>()]["id"],
                 expected[i].points[k].record->case_id);
+  }
+}
+
+// Their ids come with the data: one that a script quotes is one that nobody keeps in step.
+TEST(Report, ScriptsQuoteNoMetric) {
+  for (const auto& file : std::filesystem::directory_iterator(RELIEFBENCH_SOURCE_DIR "/reports/assets")) {
+    if (file.path().extension() != ".js") continue;
+    const std::string script = read_file(file.path());
+    for (const Metric& metric : kMetrics)
+      for (const std::string& quoted : {fmt::format("'{}'", metric.id), fmt::format("'{}.", metric.id)})
+        EXPECT_EQ(script.find(quoted), std::string::npos) << file.path() << " quotes " << metric.id;
   }
 }
 
@@ -142,8 +155,8 @@ TEST(Report, CountsEveryStatusOnce) {
     seen.push_back(row["status"]);
   }
   EXPECT_EQ(sum, run.records.size());
-  for (const char* id :
-       {"ok", "unsupported", "compile_error", "timeout", "device_lost", "out_of_memory", "invalid_timer", "throttled"})
+  for (const char* id : {"ok", "unsupported", "compile_error", "timeout", "device_lost", "out_of_memory",
+                         "invalid_timer", "throttled", "crashed"})
     EXPECT_THAT(seen, testing::Contains(id));
 }
 
@@ -222,6 +235,25 @@ TEST(Report, HoldsTheMatrixOfStress) {
   EXPECT_EQ(data["stress"], load_stress(stress));
   EXPECT_THAT(data["stress"]["pictures"]["cone"].get<std::string>(), testing::StartsWith("data:image/png;base64,"));
   EXPECT_FALSE(page_data(page_of(run)).contains("stress"));
+}
+
+// A folder from elsewhere may name what it likes: no picture from outside of it gets into a page.
+TEST(Report, TakesNoPictureFromOutsideOfItsFolder) {
+  const std::filesystem::path root = fresh_folder("confined");
+  const std::filesystem::path stress = write_hand_made_stress(root / "stress");
+  std::filesystem::copy(stress / "images/cone.png", root / "mine.png");
+  const std::string text = read_file(stress / kStressFile);
+  const auto pictures_with = [&](const std::string& technique) {
+    json doctored = json::parse(text);
+    for (json& worst : doctored["worst"]) worst["technique"] = technique;
+    write_atomically(stress / kStressFile, doctored.dump());
+    return load_stress(stress)["pictures"][technique];
+  };
+  EXPECT_TRUE(pictures_with("cone").is_string());
+  EXPECT_TRUE(pictures_with("../../mine").is_null());
+  EXPECT_TRUE(pictures_with((root / "mine").string()).is_null());
+  std::filesystem::create_symlink(root / "mine.png", stress / "images/link.png");
+  EXPECT_TRUE(pictures_with("link").is_null());
 }
 
 std::string stress_refusal(const std::filesystem::path& folder) {

@@ -117,7 +117,7 @@ TEST_F(SceneChoice, a_case_of_a_run_ships_with_its_own_evidence) {
   EXPECT_EQ(shipped["relief_depth"], 0.25);
   EXPECT_EQ(shipped["evidence"]["run"], "run");
   EXPECT_EQ(shipped["evidence"]["scenes"][0]["case"], record.case_id);
-  EXPECT_EQ(shipped["evidence"]["scenes"][0]["error"], record.error->e_xy.p99);
+  EXPECT_EQ(shipped["evidence"]["scenes"][0]["error"], record.error->at("e_xy.p99"));
   std::filesystem::remove_all(folder_ / "out");
   expect_refused(command({"export", "--run", "run", "--case", "relief@rocks/mine?linear_steps=5", "-o", "out"}),
                  {"--run run: has no case 'relief@rocks/mine?linear_steps=5'"});
@@ -164,7 +164,7 @@ TEST_F(SceneChoice, view_draws_the_measured_scene) {
     const CommandResult result = view({"--run", "run", "--case", record.case_id});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(picture_size(), (std::pair{48, 32}));
-    EXPECT_THAT(result.out, HasSubstr(fmt::format("e_xy.p99 {:.4g}", record.error->e_xy.p99)));
+    EXPECT_THAT(result.out, HasSubstr(fmt::format("e_xy.p99 {:.4g}", record.error->at("e_xy.p99"))));
   }
   ASSERT_EQ(view({"--presets", "presets.json", "--quality", "0"}).exit_code, 0);
   EXPECT_EQ(picture_size(), (std::pair{48, 32}));

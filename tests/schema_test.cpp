@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <set>
 
@@ -121,6 +122,44 @@ TEST(Schema, RefusesBrokenConfigs) {
   refused("/budgets", {"e_xy.p99"});
 }
 
+json number_schema(const Metric& metric) {
+  const bool may_be_null = metric.no_value != NoValue::never;
+  json schema = {{"type", may_be_null ? json({"number", "null"}) : json("number")}};
+  if (metric.low) schema["minimum"] = *metric.low;
+  if (metric.high) schema["maximum"] = *metric.high;
+  return schema;
+}
+
+/// What the registry makes of results.jsonl's "error".
+json error_schema() {
+  constexpr std::array kNulls{"", "; null: the pictures are identical", "; null or absent: not measured"};
+  json properties = {{"pixels", {{"type", "integer"}, {"minimum", 0}, {"description", "with a ray"}}}};
+  json required = {"pixels"};
+  for (const Metric& metric : kMetrics) {
+    const std::string id(metric.id);
+    json schema = number_schema(metric);
+    if (metric.aggregates.size() > 1) {
+      schema = {{"type", "object"}, {"additionalProperties", false}, {"required", json::array()}};
+      for (const Aggregate aggregate : metric.aggregates) {
+        const std::string part(kAggregates.at(static_cast<std::size_t>(aggregate)).id);
+        schema["required"].push_back(part);
+        schema["properties"][part] = number_schema(metric);
+      }
+    }
+    schema["description"] =
+        fmt::format("{}: {}{}", metric.unit, metric.description, kNulls.at(static_cast<std::size_t>(metric.no_value)));
+    properties[id] = schema;
+    if (metric.no_value != NoValue::unmeasured) required.push_back(id);
+  }
+  return {{"type", "object"}, {"additionalProperties", false}, {"required", required}, {"properties", properties}};
+}
+
+TEST(Schema, ErrorsAreTheRegistrysMetrics) {
+  EXPECT_EQ(load_schema("results")["definitions"]["error"], error_schema())
+      << "the registry has changed: `definitions.error` of configs/schema/results.schema.json becomes\n"
+      << error_schema().dump(2);
+}
+
 TEST(Schema, RecordsAndSamplesAreValidLines) {
   const json whole = full_record();
   EXPECT_EQ(schema_errors(whole, "results"), "");
@@ -134,7 +173,7 @@ TEST(Schema, RecordsAndSamplesAreValidLines) {
   failed.error.reset();
   EXPECT_EQ(schema_errors(json(failed), "results"), "");
   Record identical = full_record();
-  identical.error->psnr.reset();
+  (*identical.error)["psnr"].reset();
   EXPECT_EQ(schema_errors(json(identical), "results"), "");
 
   json timeless = whole;

@@ -100,20 +100,21 @@ TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
   const JudgedFrame frame = judge_frame(pixels, reference, kSide, kSide);
   EXPECT_EQ(frame.pixels.size(), 5U);
   EXPECT_EQ(frame.score.pixels, 4);
-  EXPECT_EQ(frame.score.missed_rate, 0.25);
-  EXPECT_EQ(frame.score.inside_rate, 0.25);
-  EXPECT_EQ(frame.score.unconverged_rate, 0.25);
-  EXPECT_EQ(frame.score.mean_taps, 5);
-  EXPECT_EQ(frame.score.max_taps, 8);
-  EXPECT_FALSE(frame.score.psnr.has_value());
+  EXPECT_EQ(frame.score["missed_rate"], 0.25);
+  EXPECT_EQ(frame.score["inside_rate"], 0.25);
+  EXPECT_EQ(frame.score["unconverged_rate"], 0.25);
+  EXPECT_EQ(frame.score["taps.mean"], 5);
+  EXPECT_EQ(frame.score["taps.max"], 8);
+  for (const MetricRow& row : metrics())
+    EXPECT_EQ(row.value(frame.score).has_value(), !row.compares_pictures) << row.id;
 }
 
 TEST(Score, FrameWithoutRaysIsZero) {
   const std::vector<ScorePixel> pixels(3);
   const JudgedFrame frame = judge_frame(pixels, std::vector<ReferenceHit>(3), kSide, kSide);
   EXPECT_EQ(frame.score.pixels, 0);
-  EXPECT_EQ(frame.score.e_xy.max, 0);
-  EXPECT_EQ(frame.score.missed_rate, 0);
+  for (const MetricRow& row : metrics())
+    EXPECT_EQ(row.value(frame.score), row.compares_pictures ? std::nullopt : std::optional(0.0)) << row.id;
 }
 
 TEST(Score, PercentilesAreByNearestRank) {
@@ -122,19 +123,24 @@ TEST(Score, PercentilesAreByNearestRank) {
   pixels.reserve(200);
   for (int i = 0; i < 200; ++i) pixels.push_back(pixel(static_cast<float>((i * 7) % 200 + 1) / 1024));
   const std::vector<ReferenceHit> reference(pixels.size(), ReferenceHit{.t_enter = 0, .t_exit = kNever});
-  const Distribution e_z = judge_frame(pixels, reference, kSide, kSide).score.e_z;
-  EXPECT_EQ(e_z.mean, 100.5 / 1024);
-  EXPECT_EQ(e_z.p50, 100.0 / 1024);
-  EXPECT_EQ(e_z.p95, 190.0 / 1024);
-  EXPECT_EQ(e_z.p99, 198.0 / 1024);
-  EXPECT_EQ(e_z.max, 200.0 / 1024);
+  const FrameScore score = judge_frame(pixels, reference, kSide, kSide).score;
+  EXPECT_EQ(score["e_z.mean"], 100.5 / 1024);
+  EXPECT_EQ(score["e_z.p50"], 100.0 / 1024);
+  EXPECT_EQ(score["e_z.p95"], 190.0 / 1024);
+  EXPECT_EQ(score["e_z.p99"], 198.0 / 1024);
+  EXPECT_EQ(score["e_z.max"], 200.0 / 1024);
 }
 
 TEST(Score, PercentilesOfOnePixelAreIt) {
   const ScorePixel one = pixel(0.375F);
-  const Distribution e_z = judge_frame({&one, 1}, {&kSolid, 1}, kSide, kSide).score.e_z;
-  EXPECT_EQ(e_z.p50, 0.125);
-  EXPECT_EQ(e_z.p99, 0.125);
+  const FrameScore score = judge_frame({&one, 1}, {&kSolid, 1}, kSide, kSide).score;
+  EXPECT_EQ(score["e_z.p50"], 0.125);
+  EXPECT_EQ(score["e_z.p99"], 0.125);
+}
+
+std::optional<double> psnr_of(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
+                              std::span<const PixelScore> mask) {
+  return psnr({.reference = a, .test = b, .width = static_cast<int>(mask.size()), .height = 1}, mask);
 }
 
 TEST(Psnr, MatchesHandValues) {
@@ -143,9 +149,9 @@ TEST(Psnr, MatchesHandValues) {
   const std::vector<std::uint8_t> white{255, 255, 255, 9, 255, 255, 255, 9};
   const std::vector<std::uint8_t> off_by_one{1, 1, 1, 0, 1, 1, 1, 0};
   const std::vector<std::uint8_t> other_alpha{0, 0, 0, 255, 0, 0, 0, 77};
-  EXPECT_DOUBLE_EQ(psnr_rgba8(black, white, mask).value(), 0);
-  EXPECT_NEAR(psnr_rgba8(black, off_by_one, mask).value(), 48.1308, 1e-4);
-  EXPECT_FALSE(psnr_rgba8(black, other_alpha, mask).has_value());
+  EXPECT_DOUBLE_EQ(psnr_of(black, white, mask).value(), 0);
+  EXPECT_NEAR(psnr_of(black, off_by_one, mask).value(), 48.1308, 1e-4);
+  EXPECT_FALSE(psnr_of(black, other_alpha, mask).has_value());
 }
 
 TEST(Psnr, LeavesOutPixelsWithoutARay) {
@@ -153,9 +159,9 @@ TEST(Psnr, LeavesOutPixelsWithoutARay) {
   mask[0].verdict = Verdict::no_ray;
   const std::vector<std::uint8_t> a{10, 20, 30, 0, 10, 20, 30, 0};
   const std::vector<std::uint8_t> b{90, 90, 90, 0, 11, 21, 31, 0};
-  EXPECT_NEAR(psnr_rgba8(a, b, mask).value(), 48.1308, 1e-4);
+  EXPECT_NEAR(psnr_of(a, b, mask).value(), 48.1308, 1e-4);
   mask[1].verdict = Verdict::no_ray;
-  EXPECT_FALSE(psnr_rgba8(a, b, mask).has_value());
+  EXPECT_FALSE(psnr_of(a, b, mask).has_value());
 }
 
 TEST(Metrics, AreTheListThatReportsKnow) {
@@ -167,23 +173,60 @@ TEST(Metrics, AreTheListThatReportsKnow) {
                                    "psnr", "flip", "ssim", "flicker", "taps.mean", "taps.max"));
 }
 
-TEST(Metrics, ReadTheirOwnField) {
-  FrameScore score{.pixels = 1,
-                   .e_xy = {.mean = 1, .p50 = 2, .p95 = 3, .p99 = 4, .max = 5},
-                   .e_z = {.mean = 6, .p50 = 7, .p95 = 8, .p99 = 9, .max = 10},
-                   .missed_rate = 11,
-                   .inside_rate = 12,
-                   .unconverged_rate = 13,
-                   .mean_taps = 18,
-                   .max_taps = 19,
-                   .psnr = 14,
-                   .flip = 15,
-                   .ssim = 16,
-                   .flicker = 17};
+TEST(Metrics, ReadTheirOwnPlace) {
+  FrameScore score;
   double expected = 0;
+  for (std::optional<double>& value : score.values) value = ++expected;
+  expected = 0;
   for (const MetricRow& row : metrics()) EXPECT_EQ(row.value(score), ++expected) << row.id;
-  score.psnr.reset();
+  EXPECT_EQ(score["e_xy.p99"], 4);
+  EXPECT_EQ(score["e_z.mean"], 6);
+  EXPECT_EQ(score["psnr"], 14);
+  EXPECT_EQ(score.at("taps.max"), 19);
+  score["psnr"].reset();
   EXPECT_FALSE(find_metric("psnr").value(score).has_value());
+  EXPECT_TRUE(find_metric("psnr").none_is_best());
+  EXPECT_FALSE(find_metric("flicker").none_is_best());
+}
+
+TEST(Metrics, AreKnownByTheirIdsWhenCompiling) {
+  for (const MetricRow& row : metrics()) EXPECT_EQ(metric_place(row.id), row.place) << row.id;
+  static_assert(metric_place("e_xy.p99") == 3 && metric_place("missed_rate") == 10);
+  for (const std::string_view id : {"", "e_xy", "e_xy.", "e_xy.p98", "e_xyp99", "missed_rate.mean", "taps.p50", "taps"})
+    EXPECT_FALSE(metric_place(id).has_value()) << id;
+}
+
+TEST(Metrics, ThatCompareOrMoveAreFilledInByTheirFunctions) {
+  const std::vector<PixelScore> mask(2, PixelScore{.verdict = Verdict::good});
+  const std::vector<std::uint8_t> black{0, 0, 0, 0, 0, 0, 0, 0};
+  const std::vector<std::uint8_t> white{255, 255, 255, 0, 255, 255, 255, 0};
+  FrameScore score;
+  judge_pictures({.reference = black, .test = white, .width = 2, .height = 1}, mask, score);
+  EXPECT_EQ(score["psnr"], 0);
+  EXPECT_GT(score.at("flip"), 0.5);
+  EXPECT_LT(score.at("ssim"), 0.1);
+  EXPECT_FALSE(score["flicker"].has_value());
+
+  MotionJudge motion;
+  motion.fill_in(score);
+  EXPECT_FALSE(score["flicker"].has_value());  // nothing moved
+  const auto frame = [&](const std::vector<std::uint8_t>& picture) {
+    return FlickerFrame{.picture = picture, .reference = black, .mask = mask};
+  };
+  motion.add(frame(black), frame(white));
+  motion.add(frame(white), frame(white));
+  motion.fill_in(score);
+  EXPECT_EQ(score["flicker"], 0.5);
+  EXPECT_FALSE(score["e_xy.p99"].has_value());
+}
+
+TEST(Metrics, TablesShowSomeOfThem) {
+  std::vector<std::string_view> columns;
+  for (const MetricRow& row : metrics())
+    if (row.is_column()) columns.push_back(row.id);
+  EXPECT_THAT(columns, testing::ElementsAre("e_xy.p99", "missed_rate", "psnr", "taps.mean"));
+  for (const Metric& metric : kMetrics)
+    EXPECT_TRUE(metric.column.empty() || metric_place(metric.column).has_value()) << metric.id;
 }
 
 TEST(Metrics, DescribeThemselves) {

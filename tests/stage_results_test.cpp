@@ -8,6 +8,7 @@
 
 #include "kernels/base/sha256.h"
 #include "kernels/judge/score.h"
+#include "kernels/maps/distance_map.h"
 #include "kernels/maps/map_texture.h"
 #include "tuner/results/stages.h"
 
@@ -45,7 +46,9 @@ std::map<std::string, std::string> results() {
   for (const MapRow& map : map_kinds()) {
     const BakeRequest request{.heights = heights,
                               .correction = map.corrections.empty() ? Correction::none : map.corrections.front(),
-                              .distance_slices = 8};
+                              .parameters = map.kind == MapKind::distance
+                                                ? std::vector<MapValue>{{.param = kDistanceSlices.id, .value = 8}}
+                                                : std::vector<MapValue>{}};
     if (map.content != MapContent::heights) all[bake_stage(map.id)] = digest(map.bake(request));
   }
   std::string codes;
@@ -77,9 +80,10 @@ std::map<std::string, std::string> results() {
                         .taps = static_cast<float>(i % 7)});
     }
     const FrameScore score = judge_frame(pixels, exact, heights.width, heights.height).score;
-    errors += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {}\n", score.e_xy.mean, score.e_xy.p99,
-                          score.e_z.mean, score.e_z.max, score.missed_rate, score.inside_rate, score.unconverged_rate,
-                          score.pixels);
+    for (const char* id :
+         {"e_xy.mean", "e_xy.p99", "e_z.mean", "e_z.max", "missed_rate", "inside_rate", "unconverged_rate"})
+      errors += fmt::format("{:.6g} ", score.at(id));
+    errors += fmt::format("{}\n", score.pixels);
   }
   all["reference"] = digest(hits);
   all["judge"] = digest(errors);

@@ -3,14 +3,22 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <fstream>
+#include <functional>
 
 #include "kernels/base/atomic_file.h"
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
+#include "reports/pages/report_data.h"
 #include "tests/full_record.h"
+#include "tests/synthetic_run.h"
+#include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/t4.h"
 
 namespace reliefbench {
 namespace {
@@ -108,7 +116,7 @@ TEST_F(Store, AnyOtherBrokenLineIsNamed) {
   write(folder_ / kResultsFile, "{\"case\n" + whole);
   EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(StartsWith(file + ":1: not JSON")));
   write(folder_ / kResultsFile, whole + "{}\n");
-  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(StartsWith(file + ":3: 'case' is missing")));
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(StartsWith(file + ":3: 'schema' is missing")));
   write(folder_ / kResultsFile, whole + "\n");
   EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(StartsWith(file + ":3:")));
 }
@@ -171,13 +179,139 @@ TEST_F(Store, AFolderThatCannotBeWrittenLeavesNothingBehind) {
   write(root_ / "file", "");
   EXPECT_THAT([&] { (void)RunStore(root_ / "file" / "run", kIdentity); }, ThrowsMessage<Error>(HasSubstr("file/run")));
   EXPECT_THROW((void)RunStore("/proc/no/such/run", kIdentity), Error);
-  // The folders can be made, run.json can't: its temporary file's name is taken by a folder.
+  // The folder is good, but run.json cannot be written.
   fs::create_directories(root_ / "c");
-  fs::create_directories(root_ / "c" / fmt::format("{}.tmp{}", kRunFile, ::getpid()));
-  EXPECT_THROW((void)RunStore(root_ / "c", kIdentity), Error);
-  EXPECT_FALSE(fs::exists(root_ / "c" / kResultsFile));
-  EXPECT_TRUE(fs::exists(root_ / "c")) << "it was there before";
-  EXPECT_EQ(std::distance(fs::directory_iterator(root_), fs::directory_iterator()), 2);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit full{.rlim_cur = 16, .rlim_max = before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &full);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const char* name : {"c", "new/run"}) EXPECT_THROW((void)RunStore(root_ / name, kIdentity), FileError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_TRUE(fs::is_empty(root_ / "c")) << "it was there before";
+  EXPECT_FALSE(fs::exists(root_ / "new"));
+}
+
+// A start that is killed before its run.json leaves files without a line.
+TEST_F(Store, AStartThatWasKilledAtOnceGoesOn) {
+  for (const auto& left : {std::vector{kResultsFile}, {kResultsFile, kSamplesFile}, {kSamplesFile}, {kMarkFile}}) {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    for (const std::string_view name : left) write(folder_ / name, "");
+    RunStore(folder_, kIdentity).append(record("a"));
+    EXPECT_EQ(load_run(folder_).records.size(), 1U);
+  }
+}
+
+TEST_F(Store, FilesOfSomethingElseAreLeftAlone) {
+  for (const std::string_view name : {kResultsFile, kSamplesFile, kFrontFile, kBenchmarkFile, kTableFile, kT4File}) {
+    fs::create_directories(folder_);
+    write(folder_ / name, "precious");
+    EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(HasSubstr("choose another folder")));
+    EXPECT_EQ(text_of(folder_ / name), "precious");
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1) << name;
+    fs::remove_all(folder_);
+  }
+}
+
+TEST_F(Store, PicturesDoNotGoThroughALink) {
+  fs::create_directories(folder_);
+  fs::create_directories(root_ / "album");
+  fs::create_directory_symlink(root_ / "album", folder_ / kImagesFolder);
+  EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(HasSubstr("is a symbolic link")));
+  fs::remove(folder_ / kImagesFolder);
+  { const RunStore store(folder_, kIdentity); }
+  fs::create_directory_symlink(root_ / "album", folder_ / kImagesFolder);
+  EXPECT_THAT([&] { (void)RunStore(folder_, kIdentity); }, ThrowsMessage<Error>(HasSubstr("is a symbolic link")));
+}
+
+TEST_F(Store, AnEndlessLineIsNoRecord) {
+  write_run(folder_);
+  write(folder_ / kResultsFile, std::string(2 << 20, '[') + "\n");
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("results.jsonl:1: a line of 2097152")));
+  write(folder_ / kRunFile, std::string(1 << 20, '['));
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("run.json: over 64 levels deep")));
+}
+
+// Whatever a key of run.json holds, the message names file and key.
+TEST_F(Store, AKeyOfAnotherTypeIsNamed) {
+  write_run(folder_);
+  const json good = synthetic_run({}).info;
+  const json whole = good.flatten();
+  for (const auto& [key, value] : whole.items())
+    for (const json& wrong : {json(nullptr), json(7), json("x"), json::array({1}), json::object({{"a", 1}})}) {
+      json info = good;
+      info["identity"]["schema"] = kSchemaVersion;
+      info[json::json_pointer(key)] = wrong;
+      write(folder_ / kRunFile, info.dump());
+      try {
+        const Run run = load_run(folder_);
+        (void)case_table(run);
+        (void)t4_json(run, {}, {});
+        (void)report_data(std::span(&run, 1));
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), testing::Not(HasSubstr("json.exception"))) << key;
+      } catch (const std::exception& error) {
+        ADD_FAILURE() << key << " as " << wrong << ": " << error.what();
+      }
+    }
+}
+
+TEST_F(Store, LinesSayOfWhichSchemaTheyAre) {
+  write_run(folder_);
+  const json line = json::parse(text_of(folder_ / kResultsFile).substr(0, text_of(folder_ / kResultsFile).find('\n')));
+  EXPECT_EQ(line.at("schema"), kSchemaVersion);
+  json older = line;
+  older["schema"] = kSchemaVersion - 1;
+  write(folder_ / kResultsFile, older.dump() + "\n");
+  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("results.jsonl:1: 'schema' is")));
+}
+
+/// How the mark says that a process ended which did this with it. The one who asks ends like kill -9, so that the file
+/// stays for the next.
+std::string death_after(const fs::path& path, const std::function<void(CaseMark&)>& act) {
+  std::string told;
+  const pid_t child = fork();
+  if (child == 0) {
+    CaseMark mark(path);
+    act(mark);
+    raise(SIGKILL);
+  }
+  waitpid(child, nullptr, 0);
+  const std::string text = read_file(path);
+  {
+    const CaseMark mark(path);
+    if (mark.death())
+      told = fmt::format("{} signal {} times {}", mark.death()->case_id, mark.death()->signal, mark.death()->times);
+  }
+  EXPECT_FALSE(fs::exists(path)) << "an orderly end leaves no mark";
+  std::ofstream(path) << text;
+  return told;
+}
+
+TEST_F(Store, TheCaseInHandIsKnownAfterADeath) {
+  const fs::path path = root_ / "mark";
+  const auto crash_in = [](const char* id) {
+    return [id](CaseMark& mark) {
+      { const auto hold = mark.hold("a case with a longer name"); }
+      const auto hold = mark.hold(id);
+      raise(SIGSEGV);
+    };
+  };
+  const auto kill_in = [](const char* id) {
+    return [id](CaseMark& mark) {
+      const auto hold = mark.hold(id);
+      raise(SIGKILL);
+    };
+  };
+  EXPECT_EQ(death_after(path, crash_in("a")), fmt::format("a signal {} times 0", SIGSEGV));
+  EXPECT_EQ(death_after(path, [](CaseMark& mark) { const auto hold = mark.hold("a"); }), "") << "between cases";
+  EXPECT_EQ(death_after(path, kill_in("a")), "a signal 0 times 1");
+  EXPECT_EQ(death_after(path, kill_in("a")), "a signal 0 times 2");
+  EXPECT_EQ(death_after(path, kill_in("b")), "b signal 0 times 1");
+  EXPECT_EQ(death_after(path, crash_in("b")), fmt::format("b signal {} times 0", SIGSEGV));
+  write(path, "no mark at all");
+  EXPECT_EQ(death_after(path, [](CaseMark&) {}), "");
 }
 
 TEST_F(Store, NestedFoldersAreMade) {

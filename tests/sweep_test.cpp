@@ -191,9 +191,30 @@ TEST_F(SweepTest, keeps_the_pictures_of_the_front_alone) {
     EXPECT_TRUE(pictures.contains(image_path(point.at("case").get<std::string>(), "error").filename()));
   EXPECT_TRUE(pictures.contains(image_path(reference_image_key("fbm_32x32/oblique", "null"), "frame").filename()));
 
-  std::ofstream((folder_ / "run") / "images/of_a_dominated_case.png") << "x";
+  const std::filesystem::path dominated = (folder_ / "run") / image_path("a dominated case", "error");
+  std::ofstream(dominated) << "x";
   static_cast<void>(sweep("run"));
-  EXPECT_FALSE(std::filesystem::exists((folder_ / "run") / "images/of_a_dominated_case.png"));
+  EXPECT_FALSE(std::filesystem::exists(dominated));
+}
+
+TEST_F(SweepTest, removes_no_picture_that_is_not_its_own) {
+  const std::filesystem::path images = (folder_ / "run") / kImagesFolder;
+  std::filesystem::create_directories(images / "2026");
+  for (const char* name : {"holiday.png", "0123456789abcdef.png", "0123456789abcdef-error.jpg", "2026/a.png"})
+    std::ofstream(images / name) << "mine";
+  static_cast<void>(sweep("run"));
+  for (const char* name : {"holiday.png", "0123456789abcdef.png", "0123456789abcdef-error.jpg", "2026/a.png"})
+    EXPECT_TRUE(std::filesystem::exists(images / name)) << name;
+}
+
+TEST_F(SweepTest, pictures_behind_a_link_are_safe) {
+  std::filesystem::create_directories(folder_ / "album");
+  const std::filesystem::path picture = (folder_ / "album") / image_path("a", "frame").filename();
+  std::ofstream(picture) << "mine";
+  std::filesystem::create_directories(folder_ / "run");
+  std::filesystem::create_directory_symlink(folder_ / "album", (folder_ / "run") / kImagesFolder);
+  EXPECT_THROW(static_cast<void>(sweep("run")), Error);
+  EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "kernels/base/sha256.h"
 #include "kernels/trace/technique.h"
+#include "tests/made_score.h"
 
 namespace reliefbench {
 namespace {
@@ -39,16 +40,24 @@ Record base_record(const Settings& settings, const std::string& scene, const std
 }
 
 FrameScore score_of(double error, double missed) {
-  FrameScore score;
+  FrameScore score = made_score();
   score.pixels = 65536;
-  score.e_xy = {.mean = error / 9, .p50 = error / 20, .p95 = error / 2, .p99 = error, .max = error * 12};
-  score.e_z = {.mean = error / 900, .p50 = error / 2000, .p95 = error / 200, .p99 = error / 100, .max = error / 8};
-  score.missed_rate = missed;
-  score.inside_rate = missed / 3;
-  score.unconverged_rate = error > 4 ? 0.01 : 0;
-  score.mean_taps = 12;
-  score.max_taps = 40;
-  if (error > 0) score.psnr = 38 - 12 * std::log10(error);
+  score["e_xy.mean"] = error / 9;
+  score["e_xy.p50"] = error / 20;
+  score["e_xy.p95"] = error / 2;
+  score["e_xy.p99"] = error;
+  score["e_xy.max"] = error * 12;
+  score["e_z.mean"] = error / 900;
+  score["e_z.p50"] = error / 2000;
+  score["e_z.p95"] = error / 200;
+  score["e_z.p99"] = error / 100;
+  score["e_z.max"] = error / 8;
+  score["missed_rate"] = missed;
+  score["inside_rate"] = missed / 3;
+  score["unconverged_rate"] = error > 4 ? 0.01 : 0;
+  score["taps.mean"] = 12;
+  score["taps.max"] = 40;
+  if (error > 0) score["psnr"] = 38 - 12 * std::log10(error);
   return score;
 }
 
@@ -79,7 +88,7 @@ void add_failed(Run& run, const std::string& scene, const std::string& backend, 
   using enum Status;
   Settings settings(techniques().back());
   for (const Status status :
-       {unsupported, compile_error, timeout, device_lost, out_of_memory, invalid_timer, throttled}) {
+       {unsupported, compile_error, timeout, device_lost, out_of_memory, invalid_timer, throttled, crashed}) {
     Record record = base_record(settings, scene, backend, options.device);
     record.case_id += fmt::format("&failed={}{}", static_cast<int>(status), kHostileText);
     record.status = status;
@@ -149,9 +158,8 @@ nlohmann::json run_info(const SyntheticRunOptions& options) {
 }  // namespace
 
 MeasuredScene synthetic_scene(const std::string& id) {
-  MeasuredScene scene{.spec = {.id = id, .heightmap = {.source = "fbm"}, .scene = {}},
-                      .heights_sha256 = sha256(id),
-                      .key = {}};
+  MeasuredScene scene{
+      .spec = {.id = id, .heightmap = {.source = "fbm"}, .scene = {}}, .heights_sha256 = sha256(id), .key = {}};
   scene.spec.scene.view.id = view_part(id);
   scene.key = scene_key(scene.heights_sha256, scene.spec.scene);
   return scene;

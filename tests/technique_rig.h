@@ -18,9 +18,9 @@ struct StoredMap {
 };
 
 inline StoredMap store_map(const Settings& settings, const Heightfield& heights, Wrap wrap) {
-  if (settings.technique().find("format") == nullptr)  // flat reads no map: any will do
+  if (!settings.technique().reads_map())  // flat reads no map: any will do
     return {.textures = pack_heights(heights, find_format("r32f")), .surface = heights};
-  BakedMap map{.heights = quantise_heights(heights, find_format(settings.choice("format")).type)};
+  BakedMap map{.heights = quantise_heights(heights, storage_of(settings).format.type)};
   map.values = map_of(settings).bake(bake_request(settings, map.heights, wrap));
   MapTextures textures = map_textures(settings, map, wrap, Scene{}.relief_depth);
   return {.textures = std::move(textures), .surface = std::move(map.heights)};

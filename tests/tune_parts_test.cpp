@@ -5,6 +5,7 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "tests/made_score.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/plan/features.h"
@@ -21,8 +22,8 @@ Settings settings_of(std::string_view technique, const std::vector<std::pair<std
 }
 
 FrameScore score_of(double error) {
-  FrameScore score;
-  score.e_xy.p99 = error;
+  FrameScore score = made_score();
+  score["e_xy.p99"] = error;
   return score;
 }
 
@@ -73,7 +74,7 @@ RC_GTEST_PROP(ErrorPass, bisection_finds_what_a_full_pass_finds_where_error_fall
     ++frames;
     return score_of(count - settings[i].get("linear_steps") / 4);
   };
-  const auto meets = [&](const FrameScore& score) { return score.e_xy.p99 <= limit; };
+  const auto meets = [&](const FrameScore& score) { return score.at("e_xy.p99") <= limit; };
   const auto full = score_all(settings.size(), 1, judge, never);
   const std::size_t full_frames = frames;
   frames = 0;
@@ -126,26 +127,42 @@ TEST(Features, a_ladder_rises_in_features_and_falls_in_time) {
   EXPECT_TRUE(ladder({}).empty());
 }
 
-TEST(SampleBook, brings_samples_to_the_control_and_finds_them_again) {
+TEST(SampleBook, brings_samples_to_the_control_round_them_and_finds_them_again) {
   const TempFolder folder;
   const nlohmann::json identity = {{"schema", kSchemaVersion}};
-  const auto sample = [](const std::string& id, double time_ns) {
-    return Sample{.case_id = id, .frames = 1, .frame_time_ns = time_ns};
+  const SampleBook::Control control{.id = "control", .reference_ns = 100};
+  double now_ns = 0;
+  const auto sample = [&](const std::string& id, double time_ns) {
+    return Sample{.case_id = id, .frames = 1, .frame_time_ns = time_ns, .at_ns = ++now_ns};
   };
   std::vector<double> times;
   {
     RunStore store(folder / "run", identity);
-    SampleBook book(store, "control", 100);
-    book.append(sample("a", 7));  // before any control: as measured
-    for (const double control_ns : {100.0, 200.0, 200.0, 200.0}) book.append(sample("control", control_ns));
+    SampleBook book(store, control);
+    for (const double control_ns : {100.0, 200.0}) book.append(sample("control", control_ns));
     book.append(sample("a", 8));
+    EXPECT_TRUE(book.times("a").empty());  // until the control case was drawn after it
+    EXPECT_EQ(book.samples("a").size(), 1U);
+    for (const double control_ns : {400.0, 500.0}) book.append(sample("control", control_ns));
     times = book.times("a");
-    EXPECT_EQ(times, (std::vector<double>{7, 4}));
+    EXPECT_EQ(times, std::vector<double>{4});
+    book.append(sample("a", 9));
     EXPECT_EQ(book.size(), 2U);
     EXPECT_TRUE(book.times("b").empty());
   }
   RunStore store(folder / "run", identity);
-  EXPECT_EQ(SampleBook(store, "control", 100).times("a"), times);
+  SampleBook again(store, control);
+  EXPECT_EQ(again.times("a"), times);
+  again.append(sample("control", 450));
+  EXPECT_EQ(again.times("a"), (std::vector<double>{4, 2}));
+}
+
+TEST(SampleBook, without_a_control_case_keeps_times_as_they_are) {
+  const TempFolder folder;
+  RunStore store(folder / "run", {{"schema", kSchemaVersion}});
+  SampleBook book(store, std::nullopt);
+  book.append({.case_id = "a", .frames = 1, .frame_time_ns = 8});
+  EXPECT_EQ(book.times("a"), std::vector<double>{8});
 }
 
 }  // namespace

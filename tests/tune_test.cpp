@@ -1,6 +1,7 @@
 // Tuning as a whole: on the null backend, which measures in no time, and against the recorded sweep.
 #include "tuner/tune/tune.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -16,6 +17,9 @@
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/case_table.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/statistics.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -104,6 +108,50 @@ TEST_F(TuneTest, where_nothing_does_the_nearest_is_named) {
   EXPECT_EQ(schema_errors(tune_json(result), "tune"), "");
 }
 
+// Cut off while it scores, the search may still answer for what was scored: the rest may hold better ones.
+TEST_F(TuneTest, what_was_not_scored_is_in_no_certificate) {
+  int calls = 0;
+  TuneOptions asked = options("run");
+  asked.is_interrupted = [&] { return ++calls == 8; };  // once, in the midst of scoring
+  const TuneResult result = run_tune(config(), asked);
+  ASSERT_GT(result.counts.unscored, 0);
+  ASSERT_GT(result.counts.scored, 1);
+  ASSERT_TRUE(result.search.is_certified);  // among the scored
+  ASSERT_TRUE(result.pick);
+  EXPECT_FALSE(result.is_certified());
+  EXPECT_EQ(
+      result.claim(),
+      fmt::format("not certified: {} of the 21 settings were not scored: no statement about the whole space. Of the "
+                  "{} that were, every answer is within {:.2f} % of the best, with 95 % confidence",
+                  result.counts.unscored, result.counts.scored, 100 * result.search.worst_gap));
+  const nlohmann::json json = tune_json(result);
+  EXPECT_EQ(schema_errors(json, "tune"), "");
+  EXPECT_FALSE(json["certificate"]["held"]);
+  EXPECT_TRUE(json["certificate"]["worst_gap"].is_null());
+  EXPECT_FALSE(json["certificate"]["scored_gap"].is_null());
+  EXPECT_TRUE(json["pick"]["gap"].is_null());
+  for (const nlohmann::json& answer : json["answers"]) EXPECT_TRUE(answer["gap"].is_null());
+}
+
+TEST_F(TuneTest, without_an_answer_nothing_is_claimed) {
+  TuneOptions asked = options("run");
+  asked.is_interrupted = [] { return true; };
+  const TuneResult none = run_tune(config(), asked);
+  EXPECT_THAT(none.claim(), HasSubstr("no statement about the whole space"));
+  EXPECT_THAT(none.claim(), ::testing::Not(HasSubstr("within")));
+}
+
+// Times are corrected once, by one rule, for the search, the records and the tables.
+TEST_F(TuneTest, the_tables_medians_are_those_of_their_samples) {
+  (void)run_tune(config(), options("run"));
+  const std::vector<TableRow> rows = case_table(load_run(folder_ / "run"));
+  ASSERT_FALSE(rows.empty());
+  for (const TableRow& row : rows) {
+    ASSERT_TRUE(row.frame_time) << row.case_id;
+    EXPECT_NEAR(row.frame_time->median, median(row.samples_ns), 1e-9 * row.frame_time->median) << row.case_id;
+  }
+}
+
 // Nothing is measured twice: a finished search, asked again, draws no batch and ends the same.
 TEST_F(TuneTest, goes_on_where_it_was) {
   int calls = 0;
@@ -124,6 +172,19 @@ TEST_F(TuneTest, goes_on_where_it_was) {
   const TuneResult again = run_tune(config(), options("run"));
   EXPECT_EQ(load_run(folder_ / "run").samples.size(), after.size());
   EXPECT_EQ(tune_json(again), tune_json(whole));
+}
+
+// Nor is a record entered again, also where there are hold-outs, whose errors come from it.
+TEST_F(TuneTest, a_finished_search_asked_again_leaves_its_files_as_they_are) {
+  TuneOptions asked = options("run");
+  asked.holdout = parse_config(std::string(kConfig), "x.json").scenes;
+  for (SceneSpec& scene : asked.holdout) scene.id = "other" + scene.id.substr(scene.id.find('/'));
+  const TuneResult first = run_tune(config(), asked);
+  const std::string records = file_text(folder_ / "run" / kResultsFile);
+  const std::string samples = file_text(folder_ / "run" / kSamplesFile);
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(tune_json(run_tune(config(), asked)), tune_json(first));
+  EXPECT_EQ(file_text(folder_ / "run" / kResultsFile), records);
+  EXPECT_EQ(file_text(folder_ / "run" / kSamplesFile), samples);
 }
 
 // Whether errors are bisected depends on how fast they are: decided once, so that a search goes on among the same

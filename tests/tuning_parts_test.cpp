@@ -12,6 +12,7 @@
 #include "kernels/base/error.h"
 #include "tuner/search/gaps.h"
 #include "tuner/search/improvement.h"
+#include "tuner/search/likelihood.h"
 #include "tuner/search/observations.h"
 #include "tuner/search/random.h"
 #include "tuner/search/recorded_table.h"
@@ -44,6 +45,42 @@ TEST(TrueLogTime, is_the_mean_over_all_draws) {
       for (const double c : samples) sum += std::log(median_of_three(a, b, c));
   EXPECT_NEAR(true_log_time(samples), sum / 125, 1e-12);
   EXPECT_THROW((void)true_log_time({}), Error);
+}
+
+RecordedTable one_setting() {
+  RecordedTable table;
+  table.space.candidates.push_back({.id = "a", .categories = {}, .steps = {}});
+  table.samples = {{100, 101, 99, 100, 102, 98, 100, 103, 170, 97}};
+  return table;
+}
+
+// Block means are (1 + 2 rho) / 3 as variable as frames.
+TEST(ReplaySource, frames_of_a_block_are_correlated_and_each_is_distributed_as_recorded) {
+  const RecordedTable table = one_setting();
+  for (const double correlation : {0.0, 0.31, 0.65, 1.0}) {
+    ReplaySource times(table, 7, correlation);
+    constexpr int kBlocks = 20000;
+    double sum = 0;
+    double squares = 0;
+    double block_squares = 0;
+    int slow = 0;
+    for (int block = 0; block < kBlocks; ++block) {
+      double mean = 0;
+      for (int i = 0; i < kBlock; ++i) {
+        const double frame = times.frame_ns(0, block * kBlock + i);
+        sum += frame;
+        squares += frame * frame;
+        mean += frame / kBlock;
+        slow += frame > 150 ? 1 : 0;
+      }
+      block_squares += mean * mean;
+    }
+    const double mean = sum / (kBlocks * kBlock);
+    const double variance = squares / (kBlocks * kBlock) - mean * mean;
+    const double of_means = block_squares / kBlocks - mean * mean;
+    EXPECT_NEAR(of_means / variance, (1 + 2 * correlation) / 3, 0.02) << correlation;
+    EXPECT_NEAR(slow / static_cast<double>(kBlocks * kBlock), 0.1, 0.006) << correlation;
+  }
 }
 
 struct Point {
@@ -149,6 +186,13 @@ TEST(Gaps, agree_with_brute_force) {
       widest = std::max(widest, brute_gap(space, lower, upper, space.candidates[i].error));
     }
     EXPECT_EQ(gaps.widest().log_gap, widest);
+    const std::vector<WideGap> wide = gaps.wider_than(widest / 2, 3);
+    EXPECT_EQ(wide.empty(), widest == 0);
+    if (!wide.empty()) EXPECT_EQ(wide.front().log_gap, widest);
+    for (const WideGap& gap : wide) {
+      EXPECT_GT(gap.log_gap, widest / 2);
+      EXPECT_EQ(gap.log_gap, brute_gap(space, lower, upper, gap.budget));
+    }
     for (const Gaps::Answer& answer : gaps.answers())
       EXPECT_GE(answer.log_gap, brute_gap(space, lower, upper, space.candidates[answer.pick].error));
   }
@@ -175,6 +219,27 @@ TEST(NonDominatedSort, agrees_with_peeling_by_definition) {
       EXPECT_EQ(ranked[i].front, front);
     }
   }
+}
+
+// A move keeps what it leaves alone; afterwards all is as if it had been worked out anew.
+TEST(Likelihood, a_moved_weight_ends_as_a_fresh_one) {
+  Random random(8);
+  constexpr Eigen::Index kPoints = 12;
+  Likelihood::Points points{.squared = Eigen::ArrayXXd(kPoints * (kPoints - 1) / 2, 3),
+                            .values = Eigen::VectorXd(kPoints),
+                            .noise = Eigen::VectorXd::Constant(kPoints, 0.01)};
+  for (Eigen::Index i = 0; i < points.squared.size(); ++i) points.squared.data()[i] = random.uniform();
+  for (Eigen::Index i = 0; i < kPoints; ++i) points.values[i] = random.uniform();
+  Likelihood likelihood(points, Eigen::VectorXd::Zero(4));
+  int moves = 0;
+  for (Eigen::Index weight = 0; weight < 4; ++weight)
+    for (const double step : {2.0, -2.0, 1.0, -1.0})
+      moves += likelihood.improve(weight, likelihood.log_weights()[weight] + step) ? 1 : 0;
+  EXPECT_GT(moves, 0);
+  Likelihood fresh(points, likelihood.log_weights());
+  EXPECT_NEAR(fresh.variance(), likelihood.variance(), 1e-9 * fresh.variance());
+  for (Eigen::Index weight = 0; weight < 4; ++weight)
+    EXPECT_FALSE(fresh.improve(weight, likelihood.log_weights()[weight])) << "no more likely than itself";
 }
 
 TEST(Surrogate, interpolates_and_is_sure_of_what_was_measured) {

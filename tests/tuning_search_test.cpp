@@ -130,23 +130,35 @@ TEST(TuningSearch, times_the_callers_first_settings_first) {
   const RecordedTable table = additive_table();
   Journal journal(table, 1);
   const SearchResult result = search(table.space, journal, {.first = {50, 20, 50}, .max_samples = 12});
-  EXPECT_LE(result.samples, 12);
-  EXPECT_EQ(journal.calls.front().first, 50U);
-  EXPECT_EQ(journal.calls.back().first, 20U);
+  EXPECT_EQ(result.samples, 12);
+  EXPECT_EQ(journal.calls[0].first, 50U);
+  EXPECT_EQ(journal.calls[1].first, 20U);
+}
+
+// What slows the machine for a moment must not hit all frames that a setting has.
+TEST(TuningSearch, hardly_ever_draws_a_setting_twice_in_a_row) {
+  const RecordedTable table = additive_table();
+  Journal journal(table, 1);
+  (void)search(table.space, journal, {});
+  std::size_t in_a_row = 0;
+  for (std::size_t i = 1; i < journal.calls.size(); ++i)
+    in_a_row += journal.calls[i].first == journal.calls[i - 1].first ? 1U : 0U;
+  EXPECT_LT(static_cast<double>(in_a_row), 0.05 * static_cast<double>(journal.calls.size()));
 }
 
 TEST(TuningSearch, interrupted_has_the_same_prefix_and_a_gap_for_every_answer) {
   const RecordedTable table = additive_table();
   Journal whole(table, 2);
   (void)search(table.space, whole, {});
-  for (const int blocks : {0, 1, 7, 60, 300}) {
+  for (const int rounds : {0, 1, 2, 7, 30}) {
     Journal part(table, 2);
     int asked = 0;
-    const SearchResult result = search(table.space, part, {.should_stop = [&] { return asked++ == blocks; }});
-    ASSERT_EQ(part.calls.size(), static_cast<std::size_t>(blocks) * kBlock);
+    const SearchResult result = search(table.space, part, {.should_stop = [&] { return asked++ == rounds; }});
+    ASSERT_LT(part.calls.size(), whole.calls.size());
+    EXPECT_GE(part.calls.size(), static_cast<std::size_t>(rounds) * kBlock);
     EXPECT_TRUE(std::equal(part.calls.begin(), part.calls.end(), whole.calls.begin()));
     EXPECT_FALSE(result.is_certified);
-    EXPECT_EQ(result.answers.empty(), blocks == 0);
+    EXPECT_EQ(result.answers.empty(), rounds < 2);  // one block says nothing of how far it may be off
     for (const BudgetAnswer& answer : result.answers) EXPECT_GE(answer.gap, 0);
   }
 }

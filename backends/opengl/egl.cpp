@@ -111,7 +111,14 @@ EglContext::EglContext(EGLDisplay display, bool debug) : display_(display), cont
   }
 }
 
-EglContext::~EglContext() { destroy(display_, context_); }
+EglContext::~EglContext() {
+  if (!is_abandoned_) destroy(display_, context_);
+}
+
+bool EglContext::can_free() const {
+  if (!is_abandoned_) make_current();
+  return !is_abandoned_;
+}
 
 void EglContext::make_current() const {
   if (!eglBindAPI(EGL_OPENGL_API)) fail_egl("eglBindAPI");

@@ -28,7 +28,14 @@ class EglContext {
   /// Every public call of the backend starts with this, so several contexts can take turns in one thread.
   void make_current() const;
 
+  /// It still draws, so that neither it nor anything that was made in it may be freed: all is left behind.
+  void abandon() const { is_abandoned_ = true; }
+  [[nodiscard]] bool is_abandoned() const { return is_abandoned_; }
+  /// Makes the context current to free an object of it. False: it is left behind.
+  [[nodiscard]] bool can_free() const;
+
  private:
+  mutable bool is_abandoned_ = false;
   EGLDisplay display_;
   EGLContext context_;
 };

@@ -24,8 +24,7 @@ class StorageBuffer {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(binding), id_);
   }
   ~StorageBuffer() {
-    context_.make_current();
-    glDeleteBuffers(1, &id_);
+    if (context_.can_free()) glDeleteBuffers(1, &id_);
   }
   StorageBuffer(const StorageBuffer&) = delete;
   StorageBuffer& operator=(const StorageBuffer&) = delete;

@@ -117,8 +117,7 @@ OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc)
 }
 
 OpenglTexture::~OpenglTexture() {
-  context_.make_current();
-  glDeleteTextures(1, &id_);
+  if (context_.can_free()) glDeleteTextures(1, &id_);
 }
 
 OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
@@ -140,8 +139,7 @@ OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label
 }
 
 OpenglProgram::~OpenglProgram() {
-  context_.make_current();
-  glDeleteProgram(id_);
+  if (context_.can_free()) glDeleteProgram(id_);
 }
 
 void OpenglProgram::attach(const Stage& stage, const std::string& label,

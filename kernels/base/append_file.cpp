@@ -5,59 +5,102 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
-#include <fstream>
-#include <iterator>
-#include <system_error>
 #include <utility>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 
 namespace reliefbench {
 namespace {
 
-std::string errno_text(int number) { return std::generic_category().message(number); }
+/// Whether the path still leads to the open file: the one who held the lock before may have removed it.
+bool leads_to(const std::filesystem::path& path, int fd) {
+  struct stat open_file {};
+  struct stat named {};
+  return ::fstat(fd, &open_file) == 0 && ::lstat(path.c_str(), &named) == 0 && open_file.st_dev == named.st_dev &&
+         open_file.st_ino == named.st_ino;
+}
 
 }  // namespace
 
 AppendFile::AppendFile(std::filesystem::path path) : path_(std::move(path)) {
-  const auto give_up = [&](std::string_view why) {
+  try {
+    do open();
+    while (!leads_to(path_, fd_));
+  } catch (...) {
     if (fd_ >= 0) ::close(fd_);
-    fail_input("{}: {}", path_.string(), why);
-  };
-  fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (fd_ < 0) give_up("cannot be written: " + errno_text(errno));
-  if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) give_up("another process is writing to it");
-  const std::string text = read_file(path_);
-  const std::size_t whole = text.rfind('\n') + 1;  // npos + 1 = 0: no line at all
-  if (whole != text.size() && ::ftruncate(fd_, static_cast<off_t>(whole)) != 0)
-    give_up("its torn last line cannot be cut off: " + errno_text(errno));
+    throw;
+  }
+}
+
+void AppendFile::open() {
+  if (fd_ >= 0) ::close(fd_);
+  constexpr int kFlags = O_RDWR | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  fd_ = ::open(path_.c_str(), kFlags | O_CREAT | O_EXCL, 0666);
+  is_made_ = fd_ >= 0;
+  if (!is_made_ && errno == EEXIST) fd_ = ::open(path_.c_str(), kFlags);
+  if (fd_ < 0 && errno == ELOOP) fail_input("{}: is a symbolic link", path_.string());
+  if (fd_ < 0) fail_file(path_, "cannot be written", errno);
+  if (::flock(fd_, LOCK_EX | LOCK_NB) == 0) return;
+  if (errno == EWOULDBLOCK) fail_input("{}: another process is writing to it", path_.string());
+  fail_file(path_, "cannot be locked", errno);
 }
 
 AppendFile::~AppendFile() { ::close(fd_); }
 
+bool AppendFile::is_empty() const {
+  struct stat status {};
+  return ::fstat(fd_, &status) == 0 && status.st_size == 0;
+}
+
+void AppendFile::cut_torn_line() {
+  const std::string text = read_file(path_);
+  const std::size_t whole = text.rfind('\n') + 1;  // npos + 1 = 0: no line at all
+  if (whole != text.size() && ::ftruncate(fd_, static_cast<off_t>(whole)) != 0)
+    fail_file(path_, "its torn last line cannot be cut off", errno);
+}
+
 void AppendFile::append(std::string_view line) {
-  std::string bytes(line);
-  bytes += '\n';
+  const std::string bytes = std::string(line) + '\n';
   struct stat before {};
-  if (::fstat(fd_, &before) != 0) fail_environment("{}: {}", path_.string(), errno_text(errno));
-  ssize_t written = 0;
-  do written = ::write(fd_, bytes.data(), bytes.size());
-  while (written < 0 && errno == EINTR);
-  if (written == static_cast<ssize_t>(bytes.size())) return;
-  const std::string why = written < 0 ? errno_text(errno) : "the disk is full";
-  // Half a line must not stand in front of later ones.
-  const bool restored = ::ftruncate(fd_, before.st_size) == 0;
-  fail_environment("{}: cannot be written{}: {}", path_.string(), restored ? "" : " and holds a torn line", why);
+  if (::fstat(fd_, &before) != 0) fail_file(path_, "cannot be written", errno);
+  for (std::string_view rest = bytes; !rest.empty();) {
+    const ssize_t written = ::write(fd_, rest.data(), rest.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written > 0) {
+      rest.remove_prefix(static_cast<std::size_t>(written));
+      continue;
+    }
+    const int why = written < 0 ? errno : ENOSPC;
+    // Half a line must not stand in front of later ones.
+    const bool is_restored = ::ftruncate(fd_, before.st_size) == 0;
+    fail_file(path_, is_restored ? "cannot be written" : "cannot be written and holds a torn line", why);
+  }
+}
+
+void AppendFile::remove_if_made() {
+  if (is_made_) ::unlink(path_.c_str());
 }
 
 std::string read_file(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) fail_input("{}: is a folder, expected a file", path.string());
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail_input("{}: cannot be read: {}", path.string(), errno_text(errno));
-  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (file.bad()) fail_input("{}: reading stopped half-way", path.string());
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) fail_file(path, "cannot be read", errno);
+  std::string text;
+  int failure = 0;
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) failure = errno;
+  const bool is_file = S_ISREG(status.st_mode) || S_ISFIFO(status.st_mode);  // devices may never end
+  std::array<char, 1 << 16> chunk{};
+  for (ssize_t count = 1; is_file && failure == 0 && count != 0;) {
+    count = ::read(fd, chunk.data(), chunk.size());
+    if (count > 0) text.append(chunk.data(), static_cast<std::size_t>(count));
+    if (count < 0 && errno != EINTR) failure = errno;
+  }
+  ::close(fd);
+  if (failure != 0) fail_file(path, "cannot be read", failure);
+  if (!is_file)
+    fail_input("{}: is a {}, expected a file", path.string(), S_ISDIR(status.st_mode) ? "folder" : "device");
   return text;
 }
 

@@ -5,25 +5,34 @@
 
 namespace reliefbench {
 
-/// A text file that only grows, by whole lines. One process at a time holds it (flock). Opening cuts off a torn last
-/// line: the rest of a write that a crash interrupted.
+/// A text file that only grows, by whole lines. One process at a time holds it (flock).
 class AppendFile {
  public:
-  explicit AppendFile(std::filesystem::path path);  ///< throws: Error(bad_input): unwritable, held by another process
+  /// Opens or makes the file and locks it; what it holds is left as it is.
+  /// throws: FileError, Error(bad_input): unwritable, a link, held by another process
+  explicit AppendFile(std::filesystem::path path);
   ~AppendFile();
   AppendFile(const AppendFile&) = delete;
   AppendFile& operator=(const AppendFile&) = delete;
 
-  /// Writes the line and its newline in one write(2); on failure the file is as it was.
-  /// line: without newlines. throws: Error(environment): disk full and the like
+  [[nodiscard]] bool is_empty() const;
+  /// Cuts off a torn last line: the rest of a write that a crash interrupted.
+  void cut_torn_line();
+  /// Writes the line and its newline, in one write(2) unless the system takes less; on failure the file is as it was.
+  /// line: without newlines. throws: FileError
   void append(std::string_view line);
+  /// Removes the file, if this object made it.
+  void remove_if_made();
 
  private:
+  void open();
+
   std::filesystem::path path_;
   int fd_ = -1;
+  bool is_made_ = false;
 };
 
-/// The whole of a file. throws: Error(bad_input): missing or unreadable
+/// The whole of a file, or of a pipe. throws: FileError, Error(bad_input): missing, unreadable, a folder or a device
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
 }  // namespace reliefbench

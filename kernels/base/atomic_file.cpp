@@ -1,49 +1,118 @@
 #include "kernels/base/atomic_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <random>
 #include <string>
 #include <system_error>
+#include <utility>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 
 namespace reliefbench {
+namespace {
 
 namespace fs = std::filesystem;
 
-namespace {
+// A temporary file is <prefix><16 hexadecimal digits><suffix>, whatever it will be called.
+constexpr std::string_view kPrefix = ".reliefbench-";
+constexpr std::string_view kSuffix = ".tmp";
+constexpr std::size_t kDigits = 16;
 
-std::string errno_text(int number) { return std::generic_category().message(number); }
+fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+std::string temporary_name() {
+  std::random_device random;
+  return fmt::format("{}{:08x}{:08x}{}", kPrefix, random(), random(), kSuffix);
+}
+
+bool is_temporary_name(std::string_view name) {
+  return name.size() == kPrefix.size() + kDigits + kSuffix.size() && name.starts_with(kPrefix) &&
+         name.ends_with(kSuffix) &&
+         name.substr(kPrefix.size(), kDigits).find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+/// Removes a temporary file unless its writer, who holds its lock, still lives.
+void remove_if_stale(const fs::path& path) {
+  const int fd = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return;
+  if (::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  ::close(fd);
+}
 
 }  // namespace
 
-void write_atomically(const fs::path& path, std::string_view bytes) {
-  const fs::path temporary = path.string() + fmt::format(".tmp{}", ::getpid());
-  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (fd < 0) fail_input("{}: cannot be written: {}", path.string(), errno_text(errno));
-  int failure = 0;
-  for (std::string_view rest = bytes; !rest.empty() && failure == 0;) {
-    const ssize_t written = ::write(fd, rest.data(), rest.size());
-    if (written >= 0)
-      rest.remove_prefix(static_cast<std::size_t>(written));
-    else if (errno != EINTR)
-      failure = errno;
+PendingFile::PendingFile(fs::path path, std::string_view bytes) : path_(std::move(path)) {
+  try {
+    open();
+    write(bytes);
+  } catch (...) {
+    discard();
+    throw;
   }
-  if (failure == 0 && ::fsync(fd) != 0) failure = errno;
-  if (::close(fd) != 0 && failure == 0) failure = errno;
-  if (failure == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) failure = errno;
-  if (failure != 0) {
-    ::unlink(temporary.c_str());
-    fail_input("{}: cannot be written: {}", path.string(), errno_text(failure));
+}
+
+PendingFile::~PendingFile() { discard(); }
+
+PendingFile::PendingFile(PendingFile&& other) noexcept
+    : path_(std::move(other.path_)), temporary_(std::move(other.temporary_)), fd_(std::exchange(other.fd_, -1)) {}
+
+void PendingFile::open() {
+  for (;;) {
+    temporary_ = folder_of(path_) / temporary_name();
+    fd_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (fd_ < 0 && (errno == EEXIST || errno == EINTR)) continue;
+    if (fd_ < 0) fail_file(path_, "cannot be written", errno);
+    // Between the two calls another process may take the unlocked file for a stale one and remove it.
+    const bool is_taken = ::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    struct stat status {};
+    if (!is_taken && ::fstat(fd_, &status) == 0 && status.st_nlink > 0) return;
+    ::close(std::exchange(fd_, -1));
   }
+}
+
+void PendingFile::write(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail_file(path_, "cannot be written", written < 0 ? errno : ENOSPC);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  while (::fsync(fd_) != 0)
+    if (errno != EINTR) fail_file(path_, "cannot be written", errno);
+}
+
+void PendingFile::discard() {
+  if (fd_ < 0) return;
+  ::unlink(temporary_.c_str());
+  ::close(std::exchange(fd_, -1));
+}
+
+void PendingFile::commit() {
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail_file(path_, "cannot be written", errno);
+  ::close(std::exchange(fd_, -1));
   // The rename itself lasts only once the folder is on disk; file systems that cannot sync a folder need no such call.
-  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;
   ::fsync(folder);
   ::close(folder);
+}
+
+void write_atomically(const fs::path& path, std::string_view bytes) { PendingFile(path, bytes).commit(); }
+
+void write_output(const fs::path& path, std::string_view bytes) {
+  remove_stale_temporaries(folder_of(path));
+  write_atomically(path, bytes);
+}
+
+void remove_stale_temporaries(const fs::path& folder) {
+  std::error_code unreadable;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, unreadable))
+    if (is_temporary_name(entry.path().filename().string())) remove_if_stale(entry.path());
 }
 
 }  // namespace reliefbench

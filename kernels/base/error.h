@@ -20,10 +20,16 @@ enum class Exit {
 /// What failed, as far as a caller acts on it; the words of an error are for people only.
 enum class Fault {
   other,
-  device_lost,    ///< nothing works until the device is opened again
+  device_lost,
+  timeout,        ///< the device did not come to the end of what it drew
   out_of_memory,  ///< the device's or the host's
   invalid_timer,  ///< a timer gave a time that is not finite and above zero
 };
+
+/// Whether nothing works on a device any more, until it is opened again.
+[[nodiscard]] inline bool needs_reopening(Fault fault) {
+  return fault == Fault::device_lost || fault == Fault::timeout;
+}
 
 /// The one exception type. `what()` is the one line that a user reads: file, line or key, what was expected.
 class Error : public std::runtime_error {

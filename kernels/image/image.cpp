@@ -38,13 +38,13 @@ bool is_tga2(FileBytes bytes) {
   return bytes.size() > kFooter.size() && has(bytes, bytes.size() - kFooter.size(), kFooter);
 }
 
-struct FormatRow {
+struct FileFormat {
   bool (*is_it)(FileBytes bytes);
   Image (*decode)(FileBytes bytes, const std::string& name);
 };
-constexpr std::array kFormats{FormatRow{is_png, decode_png},       FormatRow{is_tiff, decode_tiff},
-                              FormatRow{is_exr, decode_exr},       FormatRow{is_webp, decode_webp},
-                              FormatRow{is_netpbm, decode_netpbm}, FormatRow{is_tga2, decode_tga}};
+constexpr std::array kFileFormats{FileFormat{is_png, decode_png},       FileFormat{is_tiff, decode_tiff},
+                                  FileFormat{is_exr, decode_exr},       FileFormat{is_webp, decode_webp},
+                                  FileFormat{is_netpbm, decode_netpbm}, FileFormat{is_tga2, decode_tga}};
 
 bool is_called_tga(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -99,8 +99,8 @@ Image blank_image(int width, int height, int channels, int alpha, std::string sa
 
 Image load_image(const fs::path& path) {
   const std::vector<std::uint8_t> bytes = read_image_file(path);
-  const auto format = std::ranges::find_if(kFormats, [&](const FormatRow& row) { return row.is_it(bytes); });
-  if (format != kFormats.end()) return format->decode(bytes, path.string());
+  const auto format = std::ranges::find_if(kFileFormats, [&](const FileFormat& row) { return row.is_it(bytes); });
+  if (format != kFileFormats.end()) return format->decode(bytes, path.string());
   if (is_called_tga(path)) return decode_tga(bytes, path.string());
   fail_input("{}: not a readable image: PNG, TIFF, EXR, WebP, TGA, PGM and PPM are read", path.string());
 }

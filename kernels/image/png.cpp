@@ -17,27 +17,27 @@ namespace reliefbench {
 namespace {
 
 /// What libpng reads from or writes to, and what it had to say.
-struct Stream {
+struct PngStream {
   FileBytes rest{};
   std::string written{};
   std::array<char, 128> message{};
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp text) {
-  auto& message = static_cast<Stream*>(png_get_error_ptr(png))->message;
+  auto& message = static_cast<PngStream*>(png_get_error_ptr(png))->message;
   fmt::format_to_n(message.data(), message.size() - 1, "{}", text);
   std::longjmp(png_jmpbuf(png), 1);
 }
 void on_warning(png_structp /*png*/, png_const_charp /*text*/) {}
 
 void read_bytes(png_structp png, png_bytep out, std::size_t count) {
-  auto& rest = static_cast<Stream*>(png_get_io_ptr(png))->rest;
+  auto& rest = static_cast<PngStream*>(png_get_io_ptr(png))->rest;
   if (rest.size() < count) png_error(png, "the data end too early");
   std::copy_n(rest.begin(), count, out);
   rest = rest.subspan(count);
 }
 void write_bytes(png_structp png, png_bytep bytes, std::size_t count) {
-  static_cast<Stream*>(png_get_io_ptr(png))->written.append(reinterpret_cast<const char*>(bytes), count);
+  static_cast<PngStream*>(png_get_io_ptr(png))->written.append(reinterpret_cast<const char*>(bytes), count);
 }
 
 /// libpng's structures, freed at the end.
@@ -69,12 +69,12 @@ class Png {
     return true;
   }
 
-  Stream& stream() { return stream_; }
+  PngStream& stream() { return stream_; }
   [[nodiscard]] const char* message() const { return stream_.message.data(); }
 
  private:
   Mode mode_;
-  Stream stream_;
+  PngStream stream_;
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
 };

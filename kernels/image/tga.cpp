@@ -13,7 +13,7 @@ constexpr std::size_t kLongestRun = 128;  // texels in a packet
 
 enum class Content { indices = 1, colours = 2, greys = 3 };
 
-struct Header {
+struct TgaHeader {
   Content content = Content::colours;
   bool is_packed = false;  ///< run-length packets
   int width = 0;
@@ -32,23 +32,23 @@ struct Header {
 /// Texels of 15 bits lie in two bytes.
 std::size_t bytes_of(int bits) { return static_cast<std::size_t>(bits + 1) / 8; }
 
-Header read_header(FileBytes bytes, const std::string& name) {
+TgaHeader read_header(FileBytes bytes, const std::string& name) {
   if (bytes.size() < kHeaderBytes) fail_input("{}: the TGA is truncated", name);
   const auto word = [&](std::size_t at) { return bytes[at] | bytes[at + 1] << 8; };
   const int type = bytes[2];
-  Header header{.content = static_cast<Content>(type & 7),
-                .is_packed = (type & 8) != 0,
-                .width = word(12),
-                .height = word(14),
-                .bits = bytes[16],
-                .alpha_bits = bytes[17] & 15,
-                .is_top_down = (bytes[17] & 0x20) != 0,
-                .is_right_to_left = (bytes[17] & 0x10) != 0,
-                .has_palette = bytes[1] == 1,
-                .palette_first = word(3),
-                .palette_size = word(5),
-                .palette_bits = bytes[7],
-                .id_bytes = bytes[0]};
+  TgaHeader header{.content = static_cast<Content>(type & 7),
+                   .is_packed = (type & 8) != 0,
+                   .width = word(12),
+                   .height = word(14),
+                   .bits = bytes[16],
+                   .alpha_bits = bytes[17] & 15,
+                   .is_top_down = (bytes[17] & 0x20) != 0,
+                   .is_right_to_left = (bytes[17] & 0x10) != 0,
+                   .has_palette = bytes[1] == 1,
+                   .palette_first = word(3),
+                   .palette_size = word(5),
+                   .palette_bits = bytes[7],
+                   .id_bytes = bytes[0]};
   const auto is_one_of = [](int value, std::initializer_list<int> choices) {
     return std::ranges::count(choices, value) > 0;
   };
@@ -111,7 +111,7 @@ class TexelReader {
   std::size_t left_in_packet_ = 0;
 };
 
-std::vector<Texel> read_palette(const Header& header, FileBytes stored) {
+std::vector<Texel> read_palette(const TgaHeader& header, FileBytes stored) {
   const std::size_t entry_bytes = bytes_of(header.palette_bits);
   std::vector<Texel> palette(static_cast<std::size_t>(header.palette_size));
   for (std::size_t i = 0; i < palette.size(); ++i) palette[i] = colour(stored.subspan(i * entry_bytes, entry_bytes));
@@ -121,7 +121,7 @@ std::vector<Texel> read_palette(const Header& header, FileBytes stored) {
 }  // namespace
 
 Image decode_tga(FileBytes bytes, const std::string& name) {
-  const Header header = read_header(bytes, name);
+  const TgaHeader header = read_header(bytes, name);
   const bool is_grey = header.content == Content::greys;
   const bool has_alpha = is_grey ? header.bits == 16 && header.alpha_bits != 0 : header.bits == 32;
   const int channels = (is_grey ? 1 : 3) + (has_alpha ? 1 : 0);

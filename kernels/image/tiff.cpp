@@ -15,16 +15,16 @@ namespace reliefbench {
 namespace {
 
 /// What libtiff reads from, and its first complaint.
-struct Stream {
+struct TiffStream {
   FileBytes bytes;
   std::size_t at = 0;
   std::string message{};
 };
 
-Stream& stream_of(thandle_t handle) { return *static_cast<Stream*>(handle); }
+TiffStream& stream_of(thandle_t handle) { return *static_cast<TiffStream*>(handle); }
 
 tmsize_t read_some(thandle_t handle, void* out, tmsize_t count) {
-  Stream& stream = stream_of(handle);
+  TiffStream& stream = stream_of(handle);
   const std::size_t left = stream.bytes.size() - std::min(stream.at, stream.bytes.size());
   const std::size_t taken = std::min(left, static_cast<std::size_t>(count));
   if (taken > 0) std::memcpy(out, stream.bytes.data() + stream.at, taken);
@@ -33,7 +33,7 @@ tmsize_t read_some(thandle_t handle, void* out, tmsize_t count) {
 }
 tmsize_t write_none(thandle_t /*handle*/, void* /*bytes*/, tmsize_t /*count*/) { return -1; }
 toff_t seek_to(thandle_t handle, toff_t offset, int whence) {
-  Stream& stream = stream_of(handle);
+  TiffStream& stream = stream_of(handle);
   const std::size_t base = whence == SEEK_CUR ? stream.at : whence == SEEK_END ? stream.bytes.size() : 0;
   return stream.at = base + offset;
 }
@@ -41,7 +41,7 @@ int close_none(thandle_t /*handle*/) { return 0; }
 toff_t size_of(thandle_t handle) { return stream_of(handle).bytes.size(); }
 
 int on_error(TIFF* /*tiff*/, void* stream, const char* /*module*/, const char* format, va_list arguments) {
-  std::string& message = static_cast<Stream*>(stream)->message;
+  std::string& message = static_cast<TiffStream*>(stream)->message;
   std::array<char, 256> text{};
   std::vsnprintf(text.data(), text.size(), format, arguments);
   if (message.empty()) message = text.data();
@@ -54,7 +54,7 @@ int on_warning(TIFF* /*tiff*/, void* /*data*/, const char* /*module*/, const cha
 
 using File = std::unique_ptr<TIFF, decltype(&TIFFClose)>;
 
-File open(Stream& stream, const std::string& name) {
+File open(TiffStream& stream, const std::string& name) {
   const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> options(TIFFOpenOptionsAlloc(),
                                                                                  TIFFOpenOptionsFree);
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &stream);
@@ -161,7 +161,8 @@ bool read_rows(TIFF* file, std::uint16_t plane, int width, int height, std::size
 }
 
 /// libtiff's own way to 8-bit colours, for all that is no plain grey or RGB: palettes, few bits, YCbCr, CMYK.
-Image read_converted(TIFF* file, int width, int height, bool is_grey, const Stream& stream, const std::string& name) {
+Image read_converted(TIFF* file, int width, int height, bool is_grey, const TiffStream& stream,
+                     const std::string& name) {
   std::array<char, 1024> reason{};
   if (TIFFRGBAImageOK(file, reason.data()) == 0)
     fail_input("{}: a TIFF of a kind that is not read: {}", name, reason.data());
@@ -182,7 +183,7 @@ Image read_converted(TIFF* file, int width, int height, bool is_grey, const Stre
 }  // namespace
 
 Image decode_tiff(FileBytes bytes, const std::string& name) {
-  Stream stream{.bytes = bytes};
+  TiffStream stream{.bytes = bytes};
   const File opened = open(stream, name);
   TIFF* const file = opened.get();
   const std::int64_t width = field<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH, 0);

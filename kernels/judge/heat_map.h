@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 
 namespace reliefbench {
 

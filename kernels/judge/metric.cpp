@@ -1,96 +1,105 @@
-#include <array>
-#include <cstddef>
+#include "kernels/judge/metric.h"
+
+#include <cassert>
+#include <cmath>
 #include <string>
-#include <utility>
 
 #include "kernels/base/error.h"
-#include "kernels/judge/score.h"
 
 namespace reliefbench {
 namespace {
 
-struct ErrorRow {
-  std::string_view id;
-  std::string_view unit;
-  std::string_view description;
-  Distribution FrameScore::*distribution;
-};
-constexpr std::array kErrors{
-    ErrorRow{"e_xy", "texels", "error of the hit along the ray's horizontal travel", &FrameScore::e_xy},
-    ErrorRow{"e_z", "height", "error of the hit's height", &FrameScore::e_z},
-};
-
-struct StatisticRow {
-  std::string_view id;
-  std::string_view description;
-  double Distribution::*value;
-};
-constexpr std::array kStatistics{
-    StatisticRow{"mean", "mean", &Distribution::mean},
-    StatisticRow{"p50", "median", &Distribution::p50},
-    StatisticRow{"p95", "95th percentile", &Distribution::p95},
-    StatisticRow{"p99", "99th percentile", &Distribution::p99},
-    StatisticRow{"max", "maximum", &Distribution::max},
-};
-
-constexpr std::array kOthers{
-    MetricRow{"missed_rate", "share", true, "pixels whose first hit was stepped over",
-              [](const FrameScore& score) { return std::optional(score.missed_rate); }},
-    MetricRow{"inside_rate", "share", true,
-              "pixels that ended inside the first solid, over half a texel from its surface",
-              [](const FrameScore& score) { return std::optional(score.inside_rate); }},
-    MetricRow{"unconverged_rate", "share", true,
-              "pixels that stopped over half a texel before the surface, or as far from it at the step cap",
-              [](const FrameScore& score) { return std::optional(score.unconverged_rate); }},
-    MetricRow{"psnr", "dB", false, "peak signal-to-noise ratio of the shaded frame",
-              [](const FrameScore& score) { return score.psnr; }, true},
-    MetricRow{"flip", "1", true, "LDR-FLIP of the shaded frame, mean: how much of a difference is seen, 0 to 1",
-              [](const FrameScore& score) { return std::optional(score.flip); }, true},
-    MetricRow{"ssim", "1", false, "structural similarity of the shaded frame, mean, up to 1",
-              [](const FrameScore& score) { return std::optional(score.ssim); }, true},
-    MetricRow{"flicker", "share", true, "change of the shaded frame's error while the camera moves 1/4 texel a frame",
-              [](const FrameScore& score) { return score.flicker; }, true},
-    MetricRow{"taps.mean", "taps", true, "texture instructions of a pixel, mean",
-              [](const FrameScore& score) { return std::optional(score.mean_taps); }, false, true},
-    MetricRow{"taps.max", "taps", true, "texture instructions of a pixel, maximum",
-              [](const FrameScore& score) { return std::optional(score.max_taps); }, false, true},
-};
-
-constexpr std::size_t kDistributionRows = kErrors.size() * kStatistics.size();
-
-template <std::size_t kRow>
-std::optional<double> distribution_value(const FrameScore& score) {
-  return score.*kErrors[kRow / kStatistics.size()].distribution.*kStatistics[kRow % kStatistics.size()].value;
+template <typename Value>
+void append(const JudgedPixels& pixels, std::vector<float>& values, const Value& value) {
+  for (std::size_t i = 0; i < pixels.scores.size(); ++i)
+    if (pixels.scores[i].verdict != Verdict::no_ray) values.push_back(value(pixels.traced[i], pixels.scores[i]));
 }
 
-/// The rows of errors x statistics with the texts that they point to, then the others.
+void append_if(const JudgedPixels& pixels, std::vector<float>& values, Verdict verdict) {
+  append(pixels, values, [&](const ScorePixel&, const PixelScore& s) { return s.verdict == verdict ? 1.0F : 0.0F; });
+}
+
+/// The rows with the texts that they point to.
 class Registry {
  public:
-  Registry() : Registry(std::make_index_sequence<kDistributionRows>()) {}
+  Registry() {
+    std::size_t place = 0;
+    for (const Metric& metric : kMetrics)
+      for (const Aggregate aggregate : metric.aggregates) {
+        rows_.at(place) = row(metric, kAggregates.at(static_cast<std::size_t>(aggregate)), place);
+        ++place;
+      }
+  }
   [[nodiscard]] std::span<const MetricRow> rows() const { return rows_; }
 
  private:
-  template <std::size_t... kRows>
-  explicit Registry(std::index_sequence<kRows...>) {
-    (add<kRows>(), ...);
-    rows_.insert(rows_.end(), kOthers.begin(), kOthers.end());
+  MetricRow row(const Metric& metric, const AggregateRow& aggregate, std::size_t place) {
+    MetricRow row{.id = metric.id,
+                  .unit = metric.unit,
+                  .lower_is_better = metric.lower_is_better,
+                  .description = metric.description,
+                  .metric = &metric,
+                  .part = {},
+                  .place = place,
+                  .compares_pictures = !std::holds_alternative<OfPixels>(metric.function),
+                  .counts_work = metric.counts_work};
+    if (metric.aggregates.size() == 1) return row;
+    row.id = ids_.at(place) = fmt::format("{}.{}", metric.id, aggregate.id);
+    row.description = descriptions_.at(place) = fmt::format("{}, {}", metric.description, aggregate.description);
+    row.part = aggregate.id;
+    return row;
   }
 
-  template <std::size_t kRow>
-  void add() {
-    const ErrorRow& error = kErrors[kRow / kStatistics.size()];
-    const StatisticRow& statistic = kStatistics[kRow % kStatistics.size()];
-    ids_[kRow] = fmt::format("{}.{}", error.id, statistic.id);
-    descriptions_[kRow] = fmt::format("{}, {}", error.description, statistic.description);
-    rows_.push_back({ids_[kRow], error.unit, true, descriptions_[kRow], distribution_value<kRow>});
-  }
-
-  std::array<std::string, kDistributionRows> ids_;
-  std::array<std::string, kDistributionRows> descriptions_;
-  std::vector<MetricRow> rows_;
+  std::array<std::string, kMetricNumbers> ids_;
+  std::array<std::string, kMetricNumbers> descriptions_;
+  std::array<MetricRow, kMetricNumbers> rows_{};
 };
 
 }  // namespace
+
+void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append(pixels, values, [](const ScorePixel&, const PixelScore& score) { return score.e_xy; });
+}
+void e_z_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append(pixels, values, [](const ScorePixel&, const PixelScore& score) { return score.e_z; });
+}
+void missed_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append_if(pixels, values, Verdict::missed);
+}
+void inside_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append_if(pixels, values, Verdict::inside);
+}
+void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append_if(pixels, values, Verdict::unconverged);
+}
+void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append(pixels, values, [](const ScorePixel& traced, const PixelScore&) { return traced.taps; });
+}
+
+std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask) {
+  const auto [reference, test, width, height] = pictures;
+  assert(reference.size() == 4 * mask.size() && test.size() == 4 * mask.size());
+  std::int64_t squares = 0;
+  std::int64_t values = 0;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i].verdict == Verdict::no_ray) continue;
+    for (std::size_t channel = 4 * i; channel < 4 * i + 3; ++channel) {
+      const std::int64_t difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
+      squares += difference * difference;
+      ++values;
+    }
+  }
+  if (squares == 0) return std::nullopt;
+  const double mean_square = static_cast<double>(squares) / static_cast<double>(values);
+  return 10 * std::log10(255.0 * 255.0 / mean_square);
+}
+
+std::optional<double> mean_flip(const PicturePair& pictures, std::span<const PixelScore> mask) {
+  return masked_mean(flip_map(pictures), mask).value_or(0);
+}
+std::optional<double> mean_ssim(const PicturePair& pictures, std::span<const PixelScore> mask) {
+  return masked_mean(ssim_map(pictures), mask).value_or(1);
+}
 
 std::span<const MetricRow> metrics() {
   static const Registry registry;
@@ -98,12 +107,9 @@ std::span<const MetricRow> metrics() {
 }
 
 const MetricRow& find_metric(std::string_view id) {
+  if (const auto place = metric_place(id)) return metrics()[*place];
   std::string choices;
-  for (const MetricRow& row : metrics()) {
-    if (row.id == id) return row;
-    choices += choices.empty() ? "" : ", ";
-    choices += row.id;
-  }
+  for (const MetricRow& row : metrics()) choices += fmt::format("{}{}", choices.empty() ? "" : ", ", row.id);
   fail_input("no metric '{}'; expected one of {}", id, choices);
 }
 

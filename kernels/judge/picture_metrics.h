@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 
 namespace reliefbench {
 

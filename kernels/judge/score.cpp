@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 
 namespace reliefbench {
 namespace {
@@ -41,22 +42,45 @@ PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, i
   return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = judge(pixel, reference, e_xy)};
 }
 
-/// Percentiles by nearest rank: the smallest value that at least p of all values do not exceed.
-Distribution distribution(std::vector<float> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
+/// Fills in a metric's numbers. values: of the pixels with a ray; sorted here where a percentile is asked for
+void fill_in(const Metric& metric, std::vector<float>& values, std::span<std::optional<double>> numbers) {
+  const auto is_percentile = [](Aggregate a) { return a != Aggregate::mean && a != Aggregate::max; };
+  if (std::ranges::any_of(metric.aggregates, is_percentile)) std::ranges::sort(values);
   const auto count = static_cast<double>(values.size());
+  // By nearest rank: the smallest value that at least `percent` of all do not exceed.
   const auto percentile = [&](double percent) {
-    const auto rank = static_cast<std::size_t>(std::ceil(percent * count / 100));
-    return static_cast<double>(values[rank - 1]);
+    return static_cast<double>(values[static_cast<std::size_t>(std::ceil(percent * count / 100)) - 1]);
   };
-  double sum = 0;
-  for (const float value : values) sum += static_cast<double>(value);
-  return {.mean = sum / count,
-          .p50 = percentile(50),
-          .p95 = percentile(95),
-          .p99 = percentile(99),
-          .max = static_cast<double>(values.back())};
+  for (std::size_t i = 0; i < metric.aggregates.size(); ++i) {
+    switch (metric.aggregates[i]) {
+      case Aggregate::mean:
+        numbers[i] = std::accumulate(values.begin(), values.end(), 0.0) / count;
+        break;
+      case Aggregate::p50:
+        numbers[i] = percentile(50);
+        break;
+      case Aggregate::p95:
+        numbers[i] = percentile(95);
+        break;
+      case Aggregate::p99:
+        numbers[i] = percentile(99);
+        break;
+      case Aggregate::max:
+        numbers[i] = static_cast<double>(*std::ranges::max_element(values));
+        break;
+    }
+  }
+}
+
+/// Calls use(function, numbers) for the metrics whose function is of one kind.
+template <typename Function, typename Use>
+void each_metric(FrameScore& score, const Use& use) {
+  std::size_t place = 0;
+  for (const Metric& metric : kMetrics) {
+    const std::span numbers = std::span(score.values).subspan(place, metric.aggregates.size());
+    place += metric.aggregates.size();
+    if (const auto* function = std::get_if<Function>(&metric.function)) use(metric, *function, numbers);
+  }
 }
 
 }  // namespace
@@ -73,52 +97,43 @@ JudgedFrame judge_frame(std::span<const ScorePixel> pixels, std::span<const Refe
   assert(pixels.size() == reference.size());
   JudgedFrame frame;
   frame.pixels.reserve(pixels.size());
-  std::vector<float> e_xy;
-  std::vector<float> e_z;
-  std::int64_t missed = 0;
-  std::int64_t inside = 0;
-  std::int64_t unconverged = 0;
-  double taps = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const PixelScore& score = frame.pixels.emplace_back(score_pixel(pixels[i], reference[i], map_width, map_height));
-    if (score.verdict == Verdict::no_ray) continue;
-    e_xy.push_back(score.e_xy);
-    e_z.push_back(score.e_z);
-    missed += score.verdict == Verdict::missed ? 1 : 0;
-    inside += score.verdict == Verdict::inside ? 1 : 0;
-    unconverged += score.verdict == Verdict::unconverged ? 1 : 0;
-    taps += static_cast<double>(pixels[i].taps);
-    frame.score.max_taps = std::max(frame.score.max_taps, static_cast<double>(pixels[i].taps));
+    frame.score.pixels += score.verdict != Verdict::no_ray ? 1 : 0;
   }
-  if (e_xy.empty()) return frame;
-  FrameScore& score = frame.score;
-  score.pixels = static_cast<std::int64_t>(e_xy.size());
-  const auto count = static_cast<double>(e_xy.size());
-  score.e_xy = distribution(std::move(e_xy));
-  score.e_z = distribution(std::move(e_z));
-  score.missed_rate = static_cast<double>(missed) / count;
-  score.inside_rate = static_cast<double>(inside) / count;
-  score.unconverged_rate = static_cast<double>(unconverged) / count;
-  score.mean_taps = taps / count;
+  std::vector<float> values;
+  values.reserve(pixels.size());
+  each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
+    std::ranges::fill(numbers, 0);
+    if (frame.score.pixels == 0) return;
+    values.clear();
+    function({.traced = pixels, .scores = frame.pixels}, values);
+    fill_in(metric, values, numbers);
+  });
   return frame;
 }
 
-std::optional<double> psnr_rgba8(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
-                                 std::span<const PixelScore> mask) {
-  assert(a.size() == 4 * mask.size() && b.size() == 4 * mask.size());
-  std::int64_t squares = 0;
-  std::int64_t values = 0;
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    if (mask[i].verdict == Verdict::no_ray) continue;
-    for (std::size_t channel = 4 * i; channel < 4 * i + 3; ++channel) {
-      const std::int64_t difference = static_cast<int>(a[channel]) - static_cast<int>(b[channel]);
-      squares += difference * difference;
-      ++values;
-    }
+void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> mask, FrameScore& score) {
+  each_metric<OfPictures>(score, [&](const Metric&, OfPictures function, const auto& numbers) {
+    numbers.front() = function(pictures, mask);
+  });
+}
+
+void MotionJudge::add(const FlickerFrame& before, const FlickerFrame& now) {
+  for (std::size_t i = 0; i < kMetrics.size(); ++i) {
+    const auto* function = std::get_if<OfMotion>(&kMetrics.at(i).function);
+    if (function == nullptr) continue;
+    const std::optional<double> value = (*function)(before, now);
+    sums_.at(i).sum += value.value_or(0);
+    sums_.at(i).count += value ? 1 : 0;
   }
-  if (squares == 0) return std::nullopt;
-  const double mean_square = static_cast<double>(squares) / static_cast<double>(values);
-  return 10 * std::log10(255.0 * 255.0 / mean_square);
+}
+
+void MotionJudge::fill_in(FrameScore& score) const {
+  each_metric<OfMotion>(score, [&](const Metric& metric, OfMotion, const auto& numbers) {
+    const Sum& total = sums_.at(static_cast<std::size_t>(&metric - kMetrics.data()));
+    if (total.count > 0) numbers.front() = total.sum / total.count;
+  });
 }
 
 }  // namespace reliefbench

@@ -11,16 +11,12 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kMinSlices = 4;
-constexpr int kMaxSlices = 256;
 constexpr double kSquareGuard = 1e-14;
 constexpr double kShaderGuard = 1 - 0x1p-20;
 
 void check_volume(const BakeRequest& request) {
-  check_bakeable(request.heights);
-  const int slices = request.distance_slices;
-  if (slices < kMinSlices || slices > kMaxSlices)
-    fail_input("distance_slices: {}, expected {} to {}", slices, kMinSlices, kMaxSlices);
+  check_request(request, MapKind::distance);
+  const int slices = request.value(kDistanceSlices);
   if (request.heights.height > kMaxSide / slices)
     fail_input("distance map: {} slices of {} rows lie below one another in one texture, expected at most {} rows",
                slices, request.heights.height, kMaxSide);
@@ -104,6 +100,7 @@ std::vector<float> bake_distance(const BakeRequest& request) {
   check_volume(request);
   const int width = request.heights.width;
   const int height = request.heights.height;
+  const int slices = request.value(kDistanceSlices);
   const auto columns = static_cast<std::size_t>(width);
   std::vector<double> highest(request.heights.texels.size());
   parallel_for(height, request.threads, [&](int y) {
@@ -112,9 +109,9 @@ std::vector<float> bake_distance(const BakeRequest& request) {
           highest_over(request.heights, x, y, request.wrap);
   });
 
-  std::vector<float> values(highest.size() * static_cast<std::size_t>(request.distance_slices));
-  parallel_for(request.distance_slices, request.threads, [&](int slice) {
-    const double bottom = static_cast<double>(slice) / request.distance_slices;
+  std::vector<float> values(highest.size() * static_cast<std::size_t>(slices));
+  parallel_for(slices, request.threads, [&](int slice) {
+    const double bottom = static_cast<double>(slice) / slices;
     std::vector<double> squared(highest.size());
     for (std::size_t i = 0; i < squared.size(); ++i) {
       const double gap = std::max(bottom - highest[i], 0.0);

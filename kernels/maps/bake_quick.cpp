@@ -10,7 +10,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr float kNone = std::numeric_limits<float>::infinity();
+constexpr float kUnreached = std::numeric_limits<float>::infinity();
 constexpr float kMargin = 1 + 4e-6F;  // over the rounding of a bound in float
 
 /// Which point of a neighbour node stands for its highest texel.
@@ -22,8 +22,8 @@ enum class Footpoint {
 
 /// A node's distances from a texel along one axis, in texels.
 struct Side {
-  float near = kNone;  ///< to the node; +inf: there is no such neighbour
-  float far = kNone;   ///< to the part of it that finer levels have not visited; +inf: they have visited it all
+  float near = kUnreached;  ///< to the node; +inf: there is no such neighbour
+  float far = kUnreached;   ///< to the part of it that finer levels have not visited; +inf: they have visited it all
   int node = 0;
 };
 
@@ -90,7 +90,7 @@ class Axis {
     const int new_from = std::max(from, visited.low + 1);
     const int new_to = std::min(to, ring - visited.high - 1);
     const bool is_visited = new_from > new_to;
-    if (is_visited) return {.near = near, .far = kNone, .node = node};
+    if (is_visited) return {.near = near, .far = kUnreached, .node = node};
     return {.near = near, .far = std::min(around(new_from), around(new_to)), .node = node};
   }
 
@@ -137,11 +137,11 @@ struct PublishedArm {
   static Number distance2(const Squares<Number>& column, const Squares<Number>& row) {
     const Number beyond_columns = column.far + row.near;
     const Number beyond_rows = column.near + row.far;
-    auto published = static_cast<Number>(kNone);
+    auto published = static_cast<Number>(kUnreached);
     if constexpr (kCorner == Corner::low_low) published = std::max(beyond_columns, beyond_rows);
     if constexpr (kCorner == Corner::low_high) published = beyond_columns;
     // Its maps have powers of two for sides, where both parts exist.
-    return published < static_cast<Number>(kNone) ? published : std::min(beyond_columns, beyond_rows);
+    return published < static_cast<Number>(kUnreached) ? published : std::min(beyond_columns, beyond_rows);
   }
 };
 

@@ -41,7 +41,7 @@ double bilinear(const Heightfield& heights, Wrap wrap, double x, double y) {
 class ExitKey final : public PairKey {
  public:
   explicit ExitKey(const BakeRequest& request)
-      : heights_(request.heights), wrap_(request.wrap), steps_(request.search_steps) {}
+      : heights_(request.heights), wrap_(request.wrap), steps_(request.value(kSearchSteps)) {}
 
   double operator()(const ConePair& pair) const override {
     // At the top plate itself the ray runs level and enters nothing: the cone ends at the target.

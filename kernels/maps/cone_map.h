@@ -20,12 +20,17 @@ namespace reliefbench {
 /// Error(bad_input) if either side is under 2 texels
 [[nodiscard]] std::vector<float> certified_cones(const BakeRequest& request);
 
+inline constexpr MapParam kSearchSteps{.id = "search_steps",
+                                       .description = "forward steps of the bake's search for a ray's exit",
+                                       .min = 1,
+                                       .max = 4096,
+                                       .fallback = 128};
 /// The relaxed cone map of [PO07] listings 18-1 and 18-2 (18-2's denominator), all pairs by branch and bound.
 /// A ray leaves the top plate over one texel and passes through another's surface point, under repeat its nearest
 /// image; it goes down to z = 0 in `search_steps` steps from there, and bounds the cone where it is first above the
 /// bilinear surface again. It may end outside a clamped map. Through a point of the top plate itself the ray is level
 /// (the listing divides by zero), and the point bounds the cone. Features thinner than a step may go unseen.
-/// throws: Error(bad_input) if either side is under 2 texels, search_steps is under 1, or the row has no such
+/// throws: Error(bad_input) if either side is under 2 texels, search_steps are out of range, or the row has no such
 /// correction
 [[nodiscard]] std::vector<float> bake_relaxed_po07(const BakeRequest& request);
 

@@ -9,6 +9,11 @@ namespace reliefbench {
 /// distance.glsl. Of 1, 4 and 10 it takes the fewest steps over the view presets together (rocks, 0.1 deep).
 inline constexpr double kTileSide = 4;
 
+inline constexpr MapParam kDistanceSlices{.id = "distance_slices",
+                                          .description = "voxels from the bottom plate to the top",
+                                          .min = 4,
+                                          .max = 256,
+                                          .fallback = 32};
 /// Distances to the relief [DON05], made conservative: width x height x distance_slices voxels, the bottom slice first.
 /// Voxel (i, j, k) is texel (i, j) times heights k to k + 1 of distance_slices. Its value is at most the distance from
 /// any of its points to the solid under the bilinear surface, so that a nearest fetch never steps too far; 0 where the
@@ -17,7 +22,7 @@ inline constexpr double kTileSide = 4;
 /// The solid over a texel is taken as a box up to the surface's exact maximum over it. Exact for such boxes, but for a
 /// guard: 1e-14 off the square (the transform's rounding, 2e-15 at worst), then 2^-20 off the distance (a shader's
 /// arithmetic, of a few ulp), rounded down. A shader's position is as exact as its coordinates, 2^-24 of them.
-/// throws: Error(bad_input) if either side is under 2 texels, distance_slices is not in [4, 256], or the slices below
+/// throws: Error(bad_input) if either side is under 2 texels, distance_slices are out of range, or the slices below
 ///         one another are over kMaxSide (image.h) rows
 [[nodiscard]] std::vector<float> bake_distance(const BakeRequest& request);
 

@@ -68,11 +68,11 @@ std::vector<fs::path> write_map(const fs::path& path, const MapStorage& storage,
                                 const Metadata& metadata) {
   if (const std::string reason = file_conflict(path, storage); !reason.empty()) fail_input("{}", reason);
   if (path.extension() == ".exr") {
-    write_atomically(path, exr(storage, textures, metadata));
+    write_output(path, exr(storage, textures, metadata));
     return {path};
   }
   const auto write = [&](const fs::path& file, const TextureImage& image) {
-    write_atomically(
+    write_output(
         file, path.extension() == ".png" ? png(image, metadata) : encode_ktx2({.image = image, .metadata = metadata}));
   };
   std::vector<fs::path> files{path};

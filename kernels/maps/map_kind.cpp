@@ -101,7 +101,7 @@ constexpr std::array kMaps{
            .content = MapContent::ratios,
            .ratios = 1,
            .corrections = kRelaxed,
-           .parameter = "search_steps",
+           .parameters = {&kSearchSteps, 1},
            .is_relaxed = true,
            .sees_pairs = true,
            .bake = bake_relaxed_po07,
@@ -184,7 +184,7 @@ constexpr std::array kMaps{
            .guarantee = "no point of the surface is nearer to any point of a voxel than its value",
            .content = MapContent::volume,
            .corrections = kNone,
-           .parameter = "distance_slices",
+           .parameters = {&kDistanceSlices, 1},
            .bake = bake_distance,
            .version = 1},
 };
@@ -239,6 +239,18 @@ Correction find_correction(std::string_view id) {
   fail_input("unknown correction '{}'; the choices are {}", id, choices);
 }
 
+int BakeRequest::value(const MapParam& param) const {
+  const auto given = std::ranges::find(parameters, param.id, &MapValue::param);
+  return given == parameters.end() ? param.fallback : given->value;
+}
+
+std::string parameters_text(const BakeRequest& request, const MapRow& map) {
+  std::string text;
+  for (const MapParam& param : map.parameters)
+    text += fmt::format("{}{}={}", text.empty() ? "" : "&", param.id, request.value(param));
+  return text;
+}
+
 void check_bakeable(const Heightfield& heights) {
   const int width = heights.width;
   const int height = heights.height;
@@ -251,8 +263,11 @@ void check_bakeable(const Heightfield& heights) {
 void check_request(const BakeRequest& request, MapKind kind) {
   check_bakeable(request.heights);
   const MapRow& row = find_map(kind);
-  if (row.parameter == "search_steps" && request.search_steps < 1) {
-    fail_input("search_steps: {}, expected at least 1", request.search_steps);
+  for (const MapValue& given : request.parameters) {
+    const auto param = std::ranges::find(row.parameters, given.param, &MapParam::id);
+    if (param == row.parameters.end()) fail_input("a {} map has no parameter '{}'", row.id, given.param);
+    if (given.value < param->min || given.value > param->max)
+      fail_input("{}: {}, expected {} to {}", param->id, given.value, param->min, param->max);
   }
   if (std::ranges::find(row.corrections, request.correction) != row.corrections.end()) return;
   std::string choices;

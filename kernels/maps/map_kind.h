@@ -1,5 +1,6 @@
 #pragma once
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -62,15 +63,32 @@ enum class Correction {
 /// The widest ratio that a half float still holds: what an unbounded ratio is bounded by.
 inline constexpr float kUnboundedRatio = 65504;
 
+/// A parameter that one map kind's baker has for itself: an integer, or one of named choices (then the value is its
+/// place). Settings of techniques on that map, `bake` and the cache's keys have it from the row.
+struct MapParam {
+  std::string_view id;
+  std::string_view description;
+  int min = 0;
+  int max = 0;
+  int fallback = 0;                             ///< the default
+  std::span<const std::string_view> choices{};  ///< empty for a range
+};
+/// A value for a MapParam of that id.
+struct MapValue {
+  std::string_view param;
+  int value = 0;
+};
+
 /// What a bake is made from. Cone ratio: tangent of the half aperture, uv per unit of height, in [0, max_ratio].
 struct BakeRequest {
   const Heightfield& heights;  ///< already quantised to the texture's format
   Wrap wrap = Wrap::repeat;
   Correction correction = Correction::none;
-  float max_ratio = 1;       ///< 1 or kUnboundedRatio
-  int search_steps = 128;    ///< relaxed_po07 only: forward steps of the exit search, [PO07] listing 18-2
-  int distance_slices = 32;  ///< distance only: voxels from bottom to top, 4 to 256
-  int threads = 0;           ///< 0: as many as the machine has
+  float max_ratio = 1;                 ///< 1 or kUnboundedRatio
+  std::vector<MapValue> parameters{};  ///< of the map's own, in any order; one that is absent has its default
+  int threads = 0;                     ///< 0: as many as the machine has
+
+  [[nodiscard]] int value(const MapParam& param) const;
 };
 
 /// A map kind: one row, one bake_*.cpp.
@@ -83,7 +101,7 @@ struct MapRow {
   MapContent content;
   int ratios = 0;                           ///< cone ratios a texel
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
-  std::string_view parameter{};             ///< bake parameter of its own, "" for none
+  std::span<const MapParam> parameters{};   ///< of its own
   MapPromise promise = MapPromise::none;
   bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
   bool sees_pairs = false;  ///< its baker looks at nearly every pair of texels: days for large maps
@@ -96,7 +114,10 @@ struct MapRow {
 
 /// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
 void check_bakeable(const Heightfield& heights);
-/// throws: Error(bad_input) also if the map kind has no such correction, or its search_steps are under 1
+/// throws: Error(bad_input) also if the map kind has no such correction or parameter, or a value is out of range
 void check_request(const BakeRequest& request, MapKind kind);
+
+/// "search_steps=128": every parameter of the map's own, joined by '&'; "" for none. Part of a bake's key.
+[[nodiscard]] std::string parameters_text(const BakeRequest& request, const MapRow& map);
 
 }  // namespace reliefbench

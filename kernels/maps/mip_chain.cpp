@@ -9,14 +9,14 @@ namespace reliefbench {
 namespace {
 
 /// Texels [first, last] of an axis, not yet wrapped.
-struct Support {
+struct Footprint {
   int first, last;
 };
 
 /// Of n texels, those that any point over the coarse texel i of m is interpolated from. The coarse texel reaches over
 /// uv ((i - 1/2) / m, (i + 3/2) / m), texel j over ((j - 1/2) / n, (j + 3/2) / n): both open, since weights vanish at
 /// their ends, so that they meet where n (2i - 1) - 3m < 2m j < n (2i + 3) + m.
-Support support(int i, int n, int m) {
+Footprint footprint(int i, int n, int m) {
   const auto floor_div = [](int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); };
   return {.first = floor_div(n * (2 * i - 1) - 3 * m, 2 * m) + 1, .last = floor_div(n * (2 * i + 3) + m - 1, 2 * m)};
 }
@@ -40,7 +40,7 @@ Plane halved_rows(const Plane& fine, Wrap wrap, const Before& before) {
   for (int y = 0; y < coarse.height; ++y)
     for (int x = 0; x < coarse.width; ++x)
       for (int channel = 0; channel < coarse.channels; ++channel) {
-        const auto [first, last] = support(x, fine.width, coarse.width);
+        const auto [first, last] = footprint(x, fine.width, coarse.width);
         float value = fine.values[fine.index(wrapped(first, fine.width, wrap), y, channel)];
         for (int j = first + 1; j <= last; ++j)
           value = std::min(value, fine.values[fine.index(wrapped(j, fine.width, wrap), y, channel)], before);

@@ -1,6 +1,6 @@
 #pragma once
 #include "kernels/image/heightfield.h"
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {

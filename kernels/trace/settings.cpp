@@ -1,101 +1,120 @@
-// Values for a technique's parameters, and what follows from them.
+// Values for the parameters that a technique spans, and what follows from them.
 #include <algorithm>
-#include <charconv>
 
 #include "kernels/base/error.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {
-namespace {
-
-bool is_on(const Settings& settings, std::string_view param_id) {
-  const Param* const param = settings.technique().find(param_id);
-  return param != nullptr && settings.is_active(*param);
-}
-
-}  // namespace
 
 Settings::Settings(const Technique& technique) : technique_(&technique) {
   for (const Param& param : technique.params) values_.push_back(param.fallback);
 }
 
-void Settings::set(std::string_view param_id, int value) {
-  const Param* param = technique_->find(param_id);
+std::size_t Settings::place_of(std::string_view param_id) const {
+  const Param* const param = technique_->find(param_id);
   if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
-  if (value < param->min || value > param->max)
-    fail_input("{}={} is out of range (expected {} to {})", param_id, value, param->min, param->max);
-  values_[static_cast<std::size_t>(param - technique_->params.data())] = value;
+  return static_cast<std::size_t>(param - technique_->params.data());
+}
+
+void Settings::set(std::string_view param_id, int value) {
+  const std::size_t place = place_of(param_id);
+  technique_->params[place].check(value);
+  values_[place] = value;
 }
 
 void Settings::set(std::string_view param_id, std::string_view text) {
-  const Param* param = technique_->find(param_id);
-  if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
-  if (param->choices.empty()) {
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size())
-      fail_input("{}='{}' is not an integer", param_id, text);
-    set(param_id, value);
-    return;
-  }
-  const auto found = std::find(param->choices.begin(), param->choices.end(), text);
-  if (found == param->choices.end())
-    fail_input("{}='{}' is unknown (expected one of {})", param_id, text, fmt::join(param->choices, ", "));
-  set(param_id, static_cast<int>(found - param->choices.begin()));
+  const std::size_t place = place_of(param_id);
+  values_[place] = technique_->params[place].parse(text);
 }
 
 int Settings::get(std::string_view param_id) const {
-  const Param* param = technique_->find(param_id);
-  if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
-  return is_active(*param) ? values_[static_cast<std::size_t>(param - technique_->params.data())] : param->fallback;
+  const std::size_t place = place_of(param_id);
+  const Param& param = technique_->params[place];
+  return is_active(param) ? values_[place] : param.fallback;
 }
 
 std::string_view Settings::choice(std::string_view param_id) const {
-  const int value = get(param_id);
-  return technique_->find(param_id)->choices.at(static_cast<std::size_t>(value));
+  const std::size_t place = place_of(param_id);
+  return technique_->params[place].choices.at(static_cast<std::size_t>(get(param_id)));
 }
 
 bool Settings::is_active(const Param& param) const {
   if (param.active_if.empty()) return true;
-  const std::size_t split = param.active_if.find('=');
-  const std::string_view condition = param.active_if.substr(0, split);
-  return is_active(*technique_->find(condition)) && choice(condition) == param.active_if.substr(split + 1);
+  const std::string_view condition = param.active_if;
+  const std::size_t split = condition.find('=');
+  return is(condition.substr(0, split), condition.substr(split + 1));
+}
+
+const Param* Settings::active(std::string_view param_id) const {
+  const Param* const param = technique_->find(param_id);
+  return param != nullptr && is_active(*param) ? param : nullptr;
+}
+
+bool Settings::is(std::string_view param_id, std::string_view choice_id) const {
+  return active(param_id) != nullptr && choice(param_id) == choice_id;
+}
+
+std::vector<SettingValue> Settings::values() const {
+  std::vector<SettingValue> list;
+  for (std::size_t i = 0; i < values_.size(); ++i)
+    if (is_active(technique_->params[i])) list.push_back({.param = technique_->params[i], .value = values_[i]});
+  return list;
+}
+
+std::vector<SettingValue> Settings::written() const {
+  std::vector<SettingValue> list;
+  for (const SettingValue& given : values())
+    if (given.param.is_spelt_out || given.value != given.param.fallback) list.push_back(given);
+  return list;
 }
 
 std::string Settings::text() const {
   std::string out;
-  for (std::size_t i = 0; i < values_.size(); ++i) {
-    const Param& param = technique_->params[i];
-    if (is_active(param)) out += fmt::format("{}{}={}", out.empty() ? "" : "&", param.id, param.text(values_[i]));
-  }
+  for (const SettingValue& given : written())
+    out += fmt::format("{}{}={}", out.empty() ? "" : "&", given.param.id, given.text());
   return out;
 }
 
 const MapRow& map_of(const Settings& settings) {
-  const Technique& technique = settings.technique();
-  const Param* const param = technique.find("map");
-  if (param == nullptr || !settings.is_active(*param)) return find_map(technique.maps.front());
-  return find_map(settings.choice("map"));
+  return settings.active("map") != nullptr ? find_map(settings.choice("map"))
+                                           : find_map(settings.technique().maps.front());
 }
 
-Guarantee guarantee_of(const Settings& settings) {
-  const auto guarantee = settings.technique().guarantee_when;
-  return guarantee == nullptr ? Guarantee::none : guarantee(settings);
+std::vector<MapValue> map_values(const Settings& settings) {
+  std::vector<MapValue> values;
+  for (const MapParam& param : map_of(settings).parameters)
+    values.push_back({.param = param.id, .value = settings.get(param.id)});
+  return values;
 }
 
 MapStorage storage_of(const Settings& settings) {
   const auto choice_or = [&](std::string_view id, std::string_view otherwise) {
-    return is_on(settings, id) ? settings.choice(id) : otherwise;
+    return settings.active(id) != nullptr ? settings.choice(id) : otherwise;
   };
   return {.map = map_of(settings),
-          .format = find_format(settings.choice("format")),
+          .format = find_format(choice_or("format", formats().front().id)),
           .encoding = find_encoding(choice_or("encoding", "ratio")),
           .correction = find_correction(choice_or("correction", "none")),
-          .max_ratio = choice_or("max_ratio", "1") == "unbounded" ? kUnboundedRatio : 1};
+          .max_ratio = settings.is("max_ratio", "unbounded") ? kUnboundedRatio : 1};
+}
+
+bool reads_levels(const Settings& settings) { return settings.is("lod", "footprint"); }
+
+int step_cap(const Settings& settings) {
+  int cap = 0;
+  for (const SettingValue& given : settings.values()) cap += given.param.counts_steps() ? given.value : 0;
+  return cap;
+}
+
+Guarantee guarantee_of(const Settings& settings, Query query) {
+  const Technique& technique = settings.technique();
+  const auto guarantee = query == Query::primary ? technique.guarantee_when : technique.shadow_guarantee_when;
+  return guarantee == nullptr ? Guarantee::none : guarantee(settings);
 }
 
 std::string conflict(const Settings& settings) {
-  return is_on(settings, "format") ? conflict(storage_of(settings)) : "";
+  std::string reason = settings.technique().reads_map() ? conflict(storage_of(settings)) : "";
+  return reason.empty() ? lacking(rows_of(settings), settings) : reason;
 }
 
 }  // namespace reliefbench

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "kernels/base/error.h"
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/trace/technique.h"
 
@@ -154,13 +154,12 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
   for (const Param& param : technique.params)
     if (param.constant_id >= 0)
       constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
-  const Param* const correction = technique.find("correction");
-  if (correction != nullptr && settings->is_active(*correction)) {
-    const bool is_min4 = find_correction(settings->choice("correction")) == Correction::min4;
-    constants.push_back({.id = kConeFetchConstant, .value = is_min4 ? kMin4 : kBilinear});
+  if (technique.reads_map()) {
+    const MapStorage storage = storage_of(*settings);
+    constants.push_back(
+        {.id = kConeFetchConstant, .value = storage.correction == Correction::min4 ? kMin4 : kBilinear});
+    constants.push_back({.id = kLayoutConstant, .value = layout_of(storage.format)});
   }
-  if (technique.find("format") != nullptr)
-    constants.push_back({.id = kLayoutConstant, .value = layout_of(find_format(settings->choice("format")))});
   return constants;
 }
 

@@ -1,117 +1,35 @@
 #include "kernels/trace/technique.h"
 
 #include <algorithm>
+#include <initializer_list>
 
 #include "kernels/base/error.h"
+#include "kernels/trace/storage_params.h"
 
 namespace reliefbench {
 namespace {
 
-Param range(std::string_view id, std::string_view description, int min, int max, int fallback,
-            std::string_view active_if = {}) {
-  return {.id = id, .description = description, .min = min, .max = max, .fallback = fallback, .active_if = active_if};
-}
-
-Param choice(std::string_view id, std::string_view description, std::vector<std::string_view> choices,
-             std::string_view fallback) {
-  const auto found = std::find(choices.begin(), choices.end(), fallback);
-  const int last = static_cast<int>(choices.size()) - 1;
-  const int fallback_index = static_cast<int>(found - choices.begin());
-  return {.id = id, .description = description, .max = last, .fallback = fallback_index, .choices = std::move(choices)};
-}
-
 Param linear_steps() {
-  return range("linear_steps", "equal steps down the ray until it is under the relief", 1, 4096, 16);
+  return range_param("linear_steps", "equal steps down the ray until it is under the relief", 1, 4096, 16);
 }
-Param cone_steps(int fallback) { return range("cone_steps", "most cone steps a ray", 0, 4096, fallback); }
-Param node_steps() { return range("node_steps", "most nodes of the pyramid that a ray visits", 1, 4096, 256); }
-Param binary_steps(int fallback) {
-  return range("binary_steps", "halvings of the bracket", 0, 32, fallback, "refinement=binary");
-}
+Param cone_steps(int fallback) { return range_param("cone_steps", "most cone steps a ray", 0, 4096, fallback); }
+Param node_steps() { return range_param("node_steps", "most nodes of the pyramid that a ray visits", 1, 4096, 256); }
 Param step(std::string_view fallback) {
-  return choice("step",
-                "the cone alone, or at least to the cell's border: untested (cell_max), or with the cell's surface "
-                "solved (cell_quad)",
-                {"plain", "cell_max", "cell_quad"}, fallback);
-}
-Param secant_steps(int fallback = 1) {
-  return range("secant_steps", "probes of the secant search before its last interpolation", 0, 32, fallback,
-               "refinement=secant");
-}
-Param refinement(std::vector<std::string_view> choices, std::string_view fallback) {
-  return choice("refinement", "how the bracket round the hit is narrowed", std::move(choices), fallback);
+  return choice_param("step",
+                      "the cone alone, or at least to the cell's border: untested (cell_max), or with the cell's "
+                      "surface solved (cell_quad)",
+                      {"plain", "cell_max", "cell_quad"}, fallback);
 }
 Param lod() {
-  return choice("lod",
-                "level of the map that a ray reads: the base, or of a conservative mip chain the one whose texels are "
-                "up to a pixel large; the hit then lies on or before the base's",
-                {"base", "footprint"}, "base");
-}
-
-Param shared(Param param, int constant_id) {
-  param.constant_id = constant_id;
-  return param;
+  return choice_param("lod",
+                      "level of the map that a ray reads: the base, or of a conservative mip chain the one whose "
+                      "texels are up to a pixel large; the hit then lies on or before the base's",
+                      {"base", "footprint"}, "base");
 }
 Param loop() {
-  return shared(
-      choice("loop", "run all steps, or leave when the ray has arrived", {"fixed", "early_exit"}, "early_exit"),
-      kLoopConstant);
-}
-Param filter() {
-  return shared(choice("filter", "the sampler's bilinear filter, or four fetches with full-precision weights",
-                       {"hardware", "manual"}, "hardware"),
-                kFilterConstant);
-}
-Param encoding() {
-  std::vector<std::string_view> ids;
-  for (const Encoding& row : encodings()) ids.push_back(row.id);
-  return shared(choice("encoding", "how the cone ratio is stored", std::move(ids), "sqrt"), kEncodingConstant);
-}
-Param format(std::string_view fallback) {
-  std::vector<std::string_view> ids;
-  for (const Format& row : formats()) ids.push_back(row.id);
-  Param param = choice("format", "texture format of the relief map", std::move(ids), fallback);
-  param.stage = Stage::bake;  // cones are built from the heights as this format rounds them
-  return param;
-}
-/// The corrections that any of the maps has; conflict() refuses the others.
-Param correction(const std::vector<MapKind>& maps, std::string_view fallback) {
-  std::vector<std::string_view> ids;
-  for (const Correction value : corrections()) {
-    const bool is_known = std::any_of(maps.begin(), maps.end(), [&](MapKind map) {
-      const auto list = find_map(map).corrections;
-      return std::find(list.begin(), list.end(), value) != list.end();
-    });
-    if (is_known) ids.push_back(correction_id(value));
-  }
-  Param param = choice("correction", "what makes interpolated cones safe", std::move(ids), fallback);
-  param.stage = Stage::bake;
-  return param;
-}
-Param map(const std::vector<MapKind>& maps) {
-  std::vector<std::string_view> ids;
-  ids.reserve(maps.size());
-  for (const MapKind kind : maps) ids.push_back(find_map(kind).id);
-  const std::string_view fallback = ids.front();
-  Param param = choice("map", "which map is baked", std::move(ids), fallback);
-  param.stage = Stage::bake;
-  return param;
-}
-Param max_ratio() {
   Param param =
-      choice("max_ratio", "widest cone that is baked; beyond 1 for floats and h_tan only", {"1", "unbounded"}, "1");
-  param.stage = Stage::bake;
-  return param;
-}
-Param search_steps() {
-  Param param =
-      range("search_steps", "forward steps of the bake's search for a ray's exit", 1, 4096, 128, "map=relaxed_po07");
-  param.stage = Stage::bake;
-  return param;
-}
-Param distance_slices() {
-  Param param = range("distance_slices", "voxels from the bottom plate to the top", 4, 256, 32);
-  param.stage = Stage::bake;
+      choice_param("loop", "run all steps, or leave when the ray has arrived", {"fixed", "early_exit"}, "early_exit");
+  param.constant_id = kLoopConstant;
   return param;
 }
 Param only_if(std::string_view condition, Param param) {
@@ -119,8 +37,36 @@ Param only_if(std::string_view condition, Param param) {
   return param;
 }
 
-/// Gives a technique's own run-time parameters their specialization constants.
-Technique numbered(Technique technique) {
+/// The refinement of a technique's bracket. binary_steps, secant_steps: their defaults
+std::vector<Param> refinement(std::string_view fallback, int binary_steps = 6, int secant_steps = 1,
+                              std::string_view condition = {}) {
+  return params_of({.feature = "refinement",
+                    .fallback = fallback,
+                    .active_if = condition,
+                    .fallbacks = {{"binary_steps", binary_steps}, {"secant_steps", secant_steps}}});
+}
+
+std::vector<Param> joined(std::initializer_list<std::vector<Param>> lists) {
+  std::vector<Param> all;
+  for (const std::vector<Param>& list : lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
+/// Appends what the technique spans beside its own, and gives its run-time parameters their specialization constants.
+Technique assembled(Technique technique) {
+  std::vector<Param>& params = technique.params;
+  if (technique.storage) {
+    const std::vector<Param> storage = storage_params(technique.maps, *technique.storage);
+    params.insert(params.end(), storage.begin(), storage.end());
+  }
+  for (const Feature& feature : all_features()) {
+    if (!feature.is_of_all || !technique.reads_map()) continue;
+    const auto own = std::ranges::find(technique.features, feature.id, &FeatureUse::feature);
+    const FeatureUse use = own == technique.features.end() ? FeatureUse{.feature = feature.id} : *own;
+    if (use.is_absent) continue;
+    const std::vector<Param> more = params_of(use);
+    params.insert(params.end(), more.begin(), more.end());
+  }
   auto next = static_cast<int>(kFirstOwnConstant);
   for (Param& param : technique.params)
     if (param.stage == Stage::run && param.constant_id < 0) param.constant_id = next++;
@@ -129,52 +75,50 @@ Technique numbered(Technique technique) {
 
 /// Of cones that no interpolation opens too far: exact where their cells are solved on the surface that is judged.
 Guarantee cone_guarantee(const Settings& settings) {
-  const std::string_view correction = settings.choice("correction");
-  const std::string_view step = settings.choice("step");
-  const bool is_safe = correction == "safe" || correction == "certified" || correction == "min4";
-  const MapKind map = map_of(settings).kind;
+  const MapStorage storage = storage_of(settings);
+  const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
+                       storage.correction == Correction::min4;
+  const MapKind map = storage.map.kind;
   const bool is_conservative = map != MapKind::quick_published && map != MapKind::quick_centre;
-  if (!is_safe || !is_conservative || step == "cell_max") return Guarantee::none;
-  const bool is_coarse = settings.technique().find("lod") != nullptr && settings.choice("lod") != "base";
-  return step == "cell_quad" && !is_coarse ? Guarantee::exact : Guarantee::never_skips;
+  if (!is_safe || !is_conservative || settings.is("step", "cell_max")) return Guarantee::none;
+  return settings.is("step", "cell_quad") && !reads_levels(settings) ? Guarantee::exact : Guarantee::never_skips;
 }
 
 std::vector<Technique> rows() {
   const std::vector<MapKind> cone_maps{MapKind::conservative, MapKind::quick, MapKind::quick_naive,
                                        MapKind::quick_published, MapKind::quick_centre};
   const std::vector<MapKind> relaxed_maps{MapKind::relaxed_po07, MapKind::relaxed, MapKind::hybrid};
-  const std::vector<MapKind> interval_maps{MapKind::relaxed_po07, MapKind::relaxed, MapKind::conservative,
-                                           MapKind::quick};
   return {
       {.id = "flat",
        .description = "no relief: the floor of frame time",
        .maps = {MapKind::height},
        .params = {},
+       .storage = {},
        .guarantee = Guarantee::none,
        .guarantee_note = "",
        .source = "-"},
       {.id = "parallax",
        .description = "one lookup, shifted by its height",
        .maps = {MapKind::height},
-       .params = {choice("variant", "full shift, or limited by the view's angle", {"plain", "offset_limited"},
-                         "offset_limited"),
-                  format("r8"), filter()},
+       .params = {choice_param("variant", "full shift, or limited by the view's angle", {"plain", "offset_limited"},
+                               "offset_limited")},
+       .storage = StorageUse{.format = "r8"},
        .guarantee = Guarantee::none,
        .guarantee_note = "right only where the relief is flat",
        .source = "[KAN01]; offset limit: Welsh 2004"},
       {.id = "relief",
        .description = "linear search, then refinement",
        .maps = {MapKind::height},
-       .params = {linear_steps(), refinement({"none", "secant", "binary"}, "binary"), binary_steps(5), secant_steps(),
-                  loop(), format("r8"), filter()},
+       .params = joined({{linear_steps()}, refinement("binary", 5), {loop()}}),
+       .storage = StorageUse{.format = "r8"},
        .guarantee = Guarantee::none,
        .guarantee_note = "may step over features thinner than one linear step",
        .source = "[RTM] listing 5.3"},
       {.id = "depth_slices",
        .description = "planes of equal distance, the highest at or under the surface; the passes as one loop",
        .maps = {MapKind::height},
-       .params = {range("slices", "planes; the lowest is the bottom plate", 1, 4096, 16), loop(), format("r8"),
-                  filter()},
+       .params = {range_param("slices", "planes; the lowest is the bottom plate", 1, 4096, 16), loop()},
+       .storage = StorageUse{.format = "r8"},
        .guarantee = Guarantee::none,
        .guarantee_note = "hits lie on planes: e_z is up to 1 / slices, and beyond where a thinner feature is skipped",
        .source = "[RTM] listing 5.2"},
@@ -182,12 +126,11 @@ std::vector<Technique> rows() {
        .description = "linear or cone search, then chords of the surface between the bracket's ends; n chords are "
                       "refinement=secant with n - 1 probes",
        .maps = {MapKind::height, MapKind::relaxed_po07, MapKind::relaxed, MapKind::conservative, MapKind::quick},
-       .params = {choice("search", "what finds the bracket", {"linear", "cone"}, "linear"),
+       .params = {choice_param("search", "what finds the bracket", {"linear", "cone"}, "linear"),
                   only_if("search=linear", linear_steps()), only_if("search=cone", cone_steps(15)),
-                  range("interval_steps", "chords that are intersected; the last one is the hit", 0, 32, 2), loop(),
-                  only_if("search=cone", map(interval_maps)), only_if("map=relaxed_po07", search_steps()),
-                  only_if("search=cone", correction(interval_maps, "none")), only_if("search=cone", max_ratio()),
-                  format("rg16"), only_if("search=cone", encoding()), filter()},
+                  range_param("interval_steps", "chords that are intersected; the last one is the hit", 0, 32, 2),
+                  loop()},
+       .storage = StorageUse{.format = "rg16", .active_if = "search=cone"},
        .guarantee = Guarantee::none,
        .guarantee_note = "as the search: linear steps and relaxed cones may skip; an ulp decides whether a step has "
                          "pierced thin relief",
@@ -196,9 +139,8 @@ std::vector<Technique> rows() {
       {.id = "cone",
        .description = "conservative cone stepping",
        .maps = cone_maps,
-       .params = {cone_steps(32), step("cell_quad"), refinement({"none", "secant", "binary"}, "none"), binary_steps(6),
-                  secant_steps(), lod(), loop(), map(cone_maps), correction(cone_maps, "safe"), max_ratio(),
-                  format("rg16"), encoding(), filter()},
+       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {lod(), loop()}}),
+       .storage = StorageUse{.format = "rg16", .correction = "safe"},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe, certified or min4 on the heights as stored: exact with cell_quad, "
                          "never_skips with plain; cell_max skips the rest of a cell untested; quick_published and "
@@ -209,9 +151,8 @@ std::vector<Technique> rows() {
       {.id = "relaxed_cone",
        .description = "relaxed cone stepping, then refinement",
        .maps = relaxed_maps,
-       .params = {cone_steps(15), step("plain"), refinement({"none", "secant", "binary"}, "binary"), binary_steps(6),
-                  secant_steps(), loop(), map(relaxed_maps), search_steps(), correction(relaxed_maps, "none"),
-                  max_ratio(), format("rg16"), encoding(), filter()},
+       .params = joined({{cone_steps(15), step("plain")}, refinement("binary"), {loop()}}),
+       .storage = StorageUse{.format = "rg16"},
        .guarantee = Guarantee::none,
        .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]; "
                          "an ulp decides whether a step has pierced thin relief",
@@ -220,9 +161,8 @@ std::vector<Technique> rows() {
       {.id = "quad_cone",
        .description = "conservative cone stepping with a cone for each quarter of the directions",
        .maps = {MapKind::quad},
-       .params = {cone_steps(32), step("cell_quad"), refinement({"none", "secant", "binary"}, "none"), binary_steps(6),
-                  secant_steps(), loop(), correction({MapKind::quad}, "safe"), format("r16+rgba16"), encoding(),
-                  filter()},
+       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {loop()}}),
+       .storage = StorageUse{.format = "r16+rgba16", .correction = "safe", .has_max_ratio = false},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain",
        .source = "QDCSM; cell steps [BVBV24]",
@@ -230,9 +170,8 @@ std::vector<Technique> rows() {
       {.id = "safety_shape",
        .description = "relaxed cone stepping, or by the cylinder's radius where that is farther; then refinement",
        .maps = {MapKind::safety_shape},
-       .params = {cone_steps(15), step("plain"), refinement({"none", "secant", "binary"}, "binary"), binary_steps(6),
-                  secant_steps(), loop(), correction({MapKind::safety_shape}, "none"), max_ratio(),
-                  format("r16+rgba16"), encoding(), filter()},
+       .params = joined({{cone_steps(15), step("plain")}, refinement("binary"), {loop()}}),
+       .storage = StorageUse{.format = "r16+rgba16"},
        .guarantee = Guarantee::none,
        .guarantee_note =
            "interpolated shapes may be wider than those of the texels, and a ray within them may then skip",
@@ -241,7 +180,9 @@ std::vector<Technique> rows() {
       {.id = "max_mip",
        .description = "down a pyramid of the bilinear cells' maxima, the cells solved",
        .maps = {MapKind::max_mip},
-       .params = {node_steps(), format("r16")},
+       .params = {node_steps()},
+       .storage = StorageUse{.format = "r16"},
+       .features = {{.feature = "filter", .is_absent = true}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "on the heights as stored, wherever node_steps are enough",
        .source = "[TIS08]",
@@ -249,37 +190,34 @@ std::vector<Technique> rows() {
       {.id = "qdm",
        .description = "down a quadtree of the texels' maxima, then refinement",
        .maps = {MapKind::quadtree},
-       .params = {node_steps(), refinement({"none", "secant", "binary"}, "secant"), binary_steps(6), secant_steps(0),
-                  format("r16"), filter()},
+       .params = joined({{node_steps()}, refinement("secant", 6, 0)}),
+       .storage = StorageUse{.format = "r16"},
        .guarantee = Guarantee::none,
        .guarantee_note = "texels' blocks do not bound the bilinear surface between them",
        .source = "[DRO18]; secant_steps=0 is its linear refinement"},
       {.id = "distance",
        .description = "sphere tracing through a volume of distances",
        .maps = {MapKind::distance},
-       .params = {range("sphere_steps", "most spheres a ray", 0, 4096, 64),
-                  choice("step",
-                         "beside the relief: on by a voxel, then refinement (published), or at least to the cell's "
-                         "border, with the cell's surface solved (cell_quad)",
-                         {"published", "cell_quad"}, "cell_quad"),
-                  only_if("step=published", refinement({"none", "secant", "binary"}, "binary")), binary_steps(6),
-                  secant_steps(), distance_slices(), format("r16"), only_if("step=published", filter())},
+       .params = joined({{range_param("sphere_steps", "most spheres a ray", 0, 4096, 64),
+                          choice_param("step",
+                                       "beside the relief: on by a voxel, then refinement (published), or at least to "
+                                       "the cell's border, with the cell's surface solved (cell_quad)",
+                                       {"published", "cell_quad"}, "cell_quad")},
+                         refinement("binary", 6, 1, "step=published")}),
+       .storage = StorageUse{.format = "r16"},
+       .features = {{.feature = "filter", .active_if = "step=published"}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with step=cell_quad, on the heights as stored, wherever sphere_steps are enough; published "
                          "steps can pass features thinner than a voxel",
        .source = "[DON05]; distances as bounds, cell_quad ours",
        .guarantee_when =
            [](const Settings& settings) {
-             return settings.choice("step") == "cell_quad" ? Guarantee::exact : Guarantee::none;
+             return settings.is("step", "cell_quad") ? Guarantee::exact : Guarantee::none;
            }},
   };
 }
 
 }  // namespace
-
-std::string Param::text(int value) const {
-  return choices.empty() ? fmt::format("{}", value) : std::string(choices.at(static_cast<std::size_t>(value)));
-}
 
 const Param* Technique::find(std::string_view param_id) const {
   const auto found = std::find_if(params.begin(), params.end(), [&](const Param& p) { return p.id == param_id; });
@@ -289,7 +227,7 @@ const Param* Technique::find(std::string_view param_id) const {
 const std::vector<Technique>& techniques() {
   static const std::vector<Technique> table = [] {
     std::vector<Technique> list = rows();
-    std::transform(list.begin(), list.end(), list.begin(), numbered);
+    std::transform(list.begin(), list.end(), list.begin(), assembled);
     return list;
   }();
   return table;

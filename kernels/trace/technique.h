@@ -1,31 +1,15 @@
 #pragma once
 #include <cstdint>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "kernels/maps/map_storage.h"
+#include "kernels/trace/feature.h"
+#include "kernels/trace/param.h"
 
 namespace reliefbench {
-
-/// When a parameter takes effect. A map is baked once for all run-time values.
-enum class Stage { bake, run };
-
-/// One axis of the space: an integer range, or a list of named choices (its value is then the index).
-struct Param {
-  std::string_view id;
-  std::string_view description;
-  Stage stage = Stage::run;
-  int min = 0;
-  int max = 0;
-  int fallback = 0;                         ///< the default
-  std::vector<std::string_view> choices{};  ///< empty for a range
-  std::string_view active_if{};  ///< "" or "param=choice": otherwise the parameter means nothing and is left out
-  int constant_id = -1;          ///< specialization constant; -1: none (bake parameters, format)
-
-  [[nodiscard]] std::string text(int value) const;
-};
 
 /// Specialization constants of common.glsl. A technique's own begin at kFirstOwnConstant, in the order of its row.
 enum SharedConstant : int {
@@ -38,6 +22,9 @@ enum SharedConstant : int {
 };
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
+/// What a ray is traced for.
+enum class Query { primary, shadow };
+
 /// A claim that the tests and the stability suite hold a technique to.
 enum class Guarantee {
   none,
@@ -46,28 +33,48 @@ enum class Guarantee {
 };
 [[nodiscard]] std::string_view guarantee_id(Guarantee guarantee);
 
+/// How a technique has the storage of its map: `map` where it runs on several kinds with more than heights, the kinds'
+/// own parameters, `correction`, `max_ratio`, `format`, `encoding`, each where one of its maps has a use for it.
+struct StorageUse {
+  std::string_view format;               ///< the default
+  std::string_view correction = "none";  ///< the default
+  std::string_view active_if{};          ///< of all but the format, as in Param
+  bool has_max_ratio = true;             ///< false: no cone is wider than 1
+};
+
 /// A technique: one row, and one shader file `kernels/shaders/<id>.glsl` that defines `Hit trace(Ray)`.
 struct Technique {
   std::string_view id;
   std::string_view description;
-  std::vector<MapKind> maps;  ///< that it can run on; the first is the default, the parameter `map` chooses
-  std::vector<Param>
-      params;           ///< every axis of this technique, those it shares with others included, in id order of use
-  Guarantee guarantee;  ///< the most that any of its settings keep
-  std::string_view guarantee_note;  ///< when it holds, or what may go wrong
+  std::vector<MapKind> maps;           ///< that it can run on; the first is the default, the parameter `map` chooses
+  std::vector<Param> params;           ///< of its own; in techniques() followed by those of storage and features
+  std::optional<StorageUse> storage;   ///< none: it reads no map
+  std::vector<FeatureUse> features{};  ///< of those of all, the ones that it has in another way
+  Guarantee guarantee;                 ///< the most that any of its settings keep of primary rays
+  std::string_view guarantee_note;     ///< when it holds, or what may go wrong
   std::string_view source;
-  /// What these settings guarantee, with the manual filter, on the heights as stored; null: nothing.
-  Guarantee (*guarantee_when)(const class Settings& settings) = nullptr;
+  /// What these settings guarantee of primary rays, with the manual filter, on the heights as stored; null: nothing.
+  Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
+  /// The same of shadow rays. A cone that is right only for rays from the top plate loses its premise there.
+  Guarantee (*shadow_guarantee_when)(const Settings& settings) = nullptr;
   /// Share of pixels in which two devices may differ by more than rounding: where an ulp decides what a ray meets.
   double disagreement = 0.01;
 
   [[nodiscard]] const Param* find(std::string_view param_id) const;
+  [[nodiscard]] bool reads_map() const { return storage.has_value(); }
 };
 [[nodiscard]] const std::vector<Technique>& techniques();
 [[nodiscard]] const Technique& find_technique(std::string_view id);  ///< throws: Error(bad_input) listing the choices
 
-/// A value for every active parameter of one technique. Inactive parameters are absent, so equal work has equal
-/// settings: there are no duplicates in the space.
+/// A parameter that means something in a setting, with its value there.
+struct SettingValue {
+  const Param& param;
+  int value;
+  [[nodiscard]] std::string text() const { return param.text(value); }
+};
+
+/// A value for every active parameter of a technique's row and of those that it spans: storage of the map, features.
+/// Inactive parameters are absent, so equal work has equal settings: there are no duplicates in the space.
 class Settings {
  public:
   explicit Settings(const Technique& technique);   ///< the defaults
@@ -76,25 +83,41 @@ class Settings {
   [[nodiscard]] int get(std::string_view param_id) const;      ///< value, the default where inactive
   [[nodiscard]] std::string_view choice(std::string_view param_id) const;
   [[nodiscard]] bool is_active(const Param& param) const;
-  /// "linear_steps=16&refinement=binary&..." over the active parameters, in the row's order.
+  /// The parameter of that id, where the technique has it and it is active; else null.
+  [[nodiscard]] const Param* active(std::string_view param_id) const;
+  /// Whether that parameter is active and has that choice.
+  [[nodiscard]] bool is(std::string_view param_id, std::string_view choice_id) const;
+  /// The active parameters, in the row's order.
+  [[nodiscard]] std::vector<SettingValue> values() const;
+  /// Those that ids have: the active ones, but for defaults that are not spelt out.
+  [[nodiscard]] std::vector<SettingValue> written() const;
+  /// "linear_steps=16&refinement=binary&..." of what is written.
   [[nodiscard]] std::string text() const;
   [[nodiscard]] const Technique& technique() const { return *technique_; }
-  bool operator==(const Settings& other) const { return text() == other.text(); }
+  bool operator==(const Settings& other) const { return technique_ == other.technique_ && text() == other.text(); }
 
  private:
+  [[nodiscard]] std::size_t place_of(std::string_view param_id) const;  ///< throws: Error(bad_input)
+
   const Technique* technique_;
   std::vector<int> values_;  ///< parallel to technique_->params
 };
 
 /// The map kind of these settings.
 [[nodiscard]] const MapRow& map_of(const Settings& settings);
-[[nodiscard]] Guarantee guarantee_of(const Settings& settings);
-
-/// How these settings' map is stored. The technique must have a `format`.
+/// The values of the map's own parameters.
+[[nodiscard]] std::vector<MapValue> map_values(const Settings& settings);
+/// How these settings' map is stored; of a technique that reads none, any way that heights can be.
 [[nodiscard]] MapStorage storage_of(const Settings& settings);
+/// Whether a ray may read coarser levels of the map than its base.
+[[nodiscard]] bool reads_levels(const Settings& settings);
+/// The most steps that a ray may take: the sum of all counts of steps.
+[[nodiscard]] int step_cap(const Settings& settings);
+/// What they guarantee of a ray that is traced for this.
+[[nodiscard]] Guarantee guarantee_of(const Settings& settings, Query query = Query::primary);
 
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
-/// that the map kind does not have).
+/// that the map kind does not have, a feature whose row lacks what it needs).
 [[nodiscard]] std::string conflict(const Settings& settings);
 
 }  // namespace reliefbench

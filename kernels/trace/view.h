@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "kernels/image/heightfield.h"
-#include "kernels/judge/score.h"
+#include "kernels/judge/score_pixel.h"
 
 namespace reliefbench {
 

@@ -1,7 +1,7 @@
 // The headline: what to ship, by device and scene.
 
 import {byId, data, formatNumber, make} from './page.js';
-import {commandOf, comparison, copyButton, errorOf, formatInterval, formatTime, groupLabel, metricIndex, settingsElement} from './points.js';
+import {commandOf, comparison, copyButton, errorOf, formatTime, groupLabel, intervalText, metricIndex, settingsElement} from './points.js';
 
 export function budgetText(budget) {
   const {unit} = data.metrics[metricIndex.get(budget.metric)];
@@ -28,14 +28,18 @@ function answerCard(answer) {
   const scene = data.scenes[answer.scene];
   const head =
       make('div', {class: 'card-head'}, make('h3', {}, scene), make('p', {class: 'muted'}, groupLabel(answer.group)));
+  const runnerUp = answer.runner_up === answer.tie ? null : answer.runner_up;
   const rows = [
-    answer.runner_up === answer.simplest ?
-        answerRow('Runner-up and simplest', answer.runner_up) :
+    answer.tie === null ?
+        null :
+        answerRow('Tie', answer.tie, 'as fast as far as the intervals tell; the pick has fewer features or a smaller map'),
+    runnerUp === answer.simplest ?
+        answerRow('Runner-up and simplest', runnerUp) :
         [
-          answerRow('Runner-up', answer.runner_up, 'next best of other settings'),
+          answerRow('Runner-up', runnerUp, 'next best of other settings'),
           answer.simplest === answer.pick ?
               null :
-              answerRow('Simplest', answer.simplest, 'the simplest technique that meets the budget')
+              answerRow('Simplest', answer.simplest, 'the setting with the fewest features that meets the budget')
         ],
     answerRow('Flat floor', answer.flat, 'the same frame without relief'),
   ].flat();
@@ -51,10 +55,10 @@ function answerCard(answer) {
       make('span', {class: 'muted'}, ` ${formatNumber(pick.time_ns[0] / data.points[answer.flat].time_ns[0])} × flat`);
   return make(
       'article', {class: 'card'}, head, make('p', {class: 'headline'}, formatTime(pick.time_ns[0]), floor),
-      make('p', {class: 'muted'}, `95 % interval ${formatInterval(pick.time_ns)} · ${frontMetricText(pick)}`),
+      make('p', {class: 'muted'}, `${intervalText(pick)} · ${frontMetricText(pick)}`),
       make('p', {}, settingsElement(pick)),
       answer.simplest === answer.pick ?
-          make('p', {class: 'muted'}, 'Also the simplest technique that meets the budget.') :
+          make('p', {class: 'muted'}, 'Also the simplest setting that meets the budget.') :
           null,
       make('dl', {}, ...rows), copyButton(commandOf(pick)));
 }

@@ -141,10 +141,8 @@ function tooltipLines({point}) {
   const settings = point.params.map(([name, value]) => `${name}=${value}`);
   const lines = [];
   for (let i = 0; i < settings.length; i += 3) lines.push(settings.slice(i, i + 3).join('  '));
-  const others = ['e_xy.p99', 'e_xy.max', 'missed_rate']
-                     .map((id) => metricIndex.get(id))
-                     .filter((index) => index !== undefined && index !== state.metric);
-  lines.push(`${formatTime(point.time_ns[0])}  (${formatInterval(point.time_ns)}, 95 %)`);
+  const others = [...data.metrics.keys()].filter((index) => data.metrics[index].is_column && index !== state.metric);
+  lines.push(`${formatTime(point.time_ns[0])}  (${formatInterval(point.time_ns)}, ${point.coverage})`);
   for (const index of [state.metric, ...others]) lines.push(`${data.metrics[index].id}  ${errorOf(point, index)}`);
   for (const broken of point.breaks) lines.push(`breaks ${comparison(broken)}`);
   return lines;

@@ -3,7 +3,7 @@
 import {chartConfig, charts} from './charts.js';
 import {seriesSwatch} from './marks.js';
 import {byId, data, make} from './page.js';
-import {command, comparison, errorOf, formatBytes, formatInterval, formatTime, groupLabel, settingsElement} from './points.js';
+import {command, comparison, errorOf, formatBytes, formatTime, groupLabel, intervalText, settingsElement} from './points.js';
 
 function detailsElement(point) {
   const metricRows = data.metrics.map(
@@ -11,7 +11,7 @@ function detailsElement(point) {
           'tr', {}, make('th', {scope: 'row', title: metric.description}, metric.id),
           make('td', {}, errorOf(point, index))));
   const facts = [
-    ['Frame time', `${formatTime(point.time_ns[0])}, 95 % interval ${formatInterval(point.time_ns)}`],
+    ['Frame time', `${formatTime(point.time_ns[0])}, ${intervalText(point)}`],
     ['Measured', `${point.samples} samples by ${point.timer}`],
     ['Relief map', `${formatBytes(point.memory_bytes)}, baked in ${formatTime(point.bake_ns)}`],
     ['First draw', `${formatTime(point.first_draw_ns)} with compilation`],

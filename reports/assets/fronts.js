@@ -19,7 +19,7 @@ const metricCell = (id) => {
 
 function frontColumns() {
   const shown = data.metrics[state.metric].id;
-  const more = ['e_xy.p99', 'missed_rate', 'mean_taps', 'psnr'].filter((id) => id !== shown && metricIndex.has(id));
+  const more = data.metrics.filter((metric) => metric.is_column && metric.id !== shown).map((metric) => metric.id);
   return [
     {title: 'Settings', value: (row) => row.point.id, element: (row) => settingsElement(row.point)},
     {
@@ -30,10 +30,11 @@ function frontColumns() {
       text: (row) => formatNumber(row.point.time_ns[0] / 1e6)
     },
     {
-      title: '95 % interval',
+      title: 'Interval',
+      hint: 'of the median; what it covers depends on the number of samples',
       numeric: true,
       value: (row) => row.point.time_ns[1],
-      text: (row) => row.point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')
+      text: (row) => `${row.point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')} (${row.point.coverage})`
     },
     metricCell(shown),
     ...more.map(metricCell),

@@ -26,6 +26,12 @@ export function drawTechniqueLegend(onChange) {
   }));
 }
 
+/** "97.9 %", or "75 % to 97.9 %" where cases have different numbers of samples. */
+function coverages() {
+  const all = [...data.points].sort((a, b) => a.samples - b.samples).map((point) => point.coverage);
+  return [...new Set([all[0], all[all.length - 1]])].join(' to ') || 'none';
+}
+
 export function drawMarkLegend() {
   const ink = 'var(--ink)';
   const constraints = [...new Set(data.runs.flatMap((run) => run.constraints.map(budgetText)))].join(', ');
@@ -33,7 +39,7 @@ export function drawMarkLegend() {
   const line = 'M1 4H9V12H15';
   byId('mark-legend')
       .replaceChildren(
-          entry(swatch(line, {fill: 'none', stroke: ink, 'stroke-width': 1.5}), 'front, with 95 % time intervals'),
+          entry(swatch(line, {fill: 'none', stroke: ink, 'stroke-width': 1.5}), `front, with intervals of time (${coverages()})`),
           entry(swatch('circle', {fill: ink, opacity: 0.35}), 'dominated'),
           entry(
               swatch('circle', {fill: 'none', stroke: ink, 'stroke-width': 1.5}),

@@ -16,9 +16,14 @@ export function formatInterval([median, low, high]) {
   return `${formatNumber(low / unit.ns)} to ${formatNumber(high / unit.ns)} ${unit.name}`;
 }
 
+/** With what the interval covers: fewer than six samples give no 95 %. */
+export function intervalText(point) {
+  return `${point.coverage} interval ${formatInterval(point.time_ns)}`;
+}
+
 export function formatMetric(index, value) {
   const metric = data.metrics[index];
-  if (value === null) return metric.lower_is_better ? 'none' : 'identical';
+  if (value === null) return metric.none_is_best ? 'identical' : 'none';
   return metric.unit ? `${formatNumber(value)} ${metric.unit}` : formatNumber(value);
 }
 export const errorOf = (point, metric = state.metric) => formatMetric(metric, point.errors[metric]);

@@ -17,9 +17,7 @@ function fillTable(id, heads, rows) {
 }
 
 function showPick() {
-  const {certificate: c, question: q, pick} = data;
-  const claim =
-      `every answer is within ${gapText(c.worst_gap)} of the best, with ${percent(q.confidence, 4)} confidence`;
+  const {certificate: c, pick} = data;
   const none = data.nearest ? `Nothing meets the budgets: ${data.miss}` :
       c.stopped             ? 'No pick yet: stopped too early.' :
                               'No pick.';
@@ -37,10 +35,10 @@ function showPick() {
       ];
   byId('pick').append(
       ...answer.filter(Boolean),
-      make('p', {class: c.held ? 'certified' : 'open'},
-           c.held ? `Certified: ${claim}.` : `Not certified to ${gapText(q.epsilon)}: ${claim}.`),
+      make('p', {class: c.held ? 'certified' : 'open'}, `${c.claim[0].toUpperCase()}${c.claim.slice(1)}.`),
       make('p', {class: 'muted'},
-           `${c.measured} settings timed with ${c.samples} samples; slack of the monotone assumption ` +
+           `${c.measured} settings timed with ${c.samples} samples, those of a round correlated by at most ` +
+               `${number(c.correlation)}; slack of the monotone assumption ` +
                `${gapText(c.slack)}, ${c.audits} audits, ${c.audit_failures} wrong.`));
 }
 

@@ -100,7 +100,7 @@ function certificateText({epsilon, confidence, seeds, certified, held, frames_pe
   const regretText = (value) => (value === null ? 'a budget without an answer' : percent(value));
   return `"Every answer is within ${percent(epsilon)} of the best, with ${percent(confidence)} confidence": given in ` +
       `${certified} of ${seeds} seeds, true in ${held} of these. Frames a setting: ${frames.mean.toFixed(2)}, at most ` +
-      `${frames.worst.toFixed(2)}. Worst regret: ${regretText(regret.mean)}, at most ${regretText(regret.worst)}.`;
+      `${frames.worst.toFixed(2)}; those of a round correlated by ${data.correlation}. Worst regret: ${regretText(regret.mean)}, at most ${regretText(regret.worst)}.`;
 }
 
 byId('certificate').textContent = certificateText(data.certificate);

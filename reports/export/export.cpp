@@ -1,23 +1,25 @@
 #include "reports/export/export.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <system_error>
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
 #include "reports/export/shipped_shader.h"
 #include "tuner/measure/bake.h"
 #include "tuner/measure/map_library.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/host.h"
-#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -25,8 +27,29 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
+constexpr std::string_view kSettingsFile = "settings.json";
 constexpr std::array<std::string_view, 4> kFileNames = {"relief.ktx2", "relief.extra.ktx2", "relief.glsl",
-                                                        "settings.json"};
+                                                        kSettingsFile};
+constexpr std::string_view kMadeBy = "reliefbench ";
+
+/// The files that an earlier export into the folder wrote, by its settings.json. Whatever else has such a name is
+/// somebody's own.
+std::set<std::string> earlier_files(const fs::path& folder) {
+  std::set<std::string> names;
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(folder / kSettingsFile, error))) return names;
+  const auto settings = nlohmann::json::parse(read_file(folder / kSettingsFile), nullptr, false);
+  const auto text = [](const nlohmann::json& object, const char* key) {
+    const auto found = object.is_object() ? object.find(key) : object.end();
+    return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+  };
+  if (!text(settings, "made_by").starts_with(kMadeBy) || !settings.contains("files")) return names;
+  names.emplace(kSettingsFile);
+  for (const nlohmann::json& file : settings.at("files"))
+    if (const std::string name = text(file, "file"); std::ranges::find(kFileNames, name) != kFileNames.end())
+      names.insert(name);
+  return names;
+}
 
 struct Baked {
   int width = 0;
@@ -47,7 +70,7 @@ Baked bake(const ExportJob& job, Heightmaps heightmaps) {
   const LoadedHeights& heights = library.loaded(scene);
   Baked baked{.width = heights.field.width, .height = heights.field.height, .heights_sha256 = heights.sha256};
   if (job.scene) baked.scene = measured_scene(*job.scene, heights);
-  if (job.settings.technique().find("format") != nullptr)
+  if (job.settings.technique().reads_map())
     baked.textures = map_textures(job.settings, library.map(c, scene), job.wrap, job.relief_depth);
   return baked;
 }
@@ -79,10 +102,9 @@ ordered_json shipped_heightmap_json(const ExportJob& job, const Baked& baked) {
 ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::vector<ShippedTexture>& textures) {
   const Technique& technique = job.settings.technique();
   ordered_json params = ordered_json::object();
-  for (const Param& param : technique.params)
-    if (job.settings.is_active(param)) params[std::string(param.id)] = param.text(job.settings.get(param.id));
+  for (const SettingValue& given : job.settings.written()) params[std::string(given.param.id)] = given.text();
   ordered_json json = {{"schema", kExportSchema},
-                       {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
+                       {"made_by", fmt::format("{}{} ({})", kMadeBy, version(), git_sha())},
                        {"setting", setting_id(job.settings)},
                        {"technique", technique.id},
                        {"params", std::move(params)},
@@ -124,7 +146,7 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   for (const ExportedFile& file : result.files)
     result.settings["files"].push_back(
         {{"file", file.name}, {"bytes", file.bytes.size()}, {"sha256", sha256(file.bytes)}});
-  result.files.push_back({.name = "settings.json",
+  result.files.push_back({.name = std::string(kSettingsFile),
                           .what = "the setting, its map, what the choice rests on",
                           .bytes = result.settings.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n"});
   return result;
@@ -133,26 +155,26 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
 void write_export(const Export& exported, const fs::path& folder) {
   std::error_code error;
   const bool is_new = fs::create_directories(folder, error);
-  if (error) fail_input("{}: cannot be made: {}", folder.string(), error.message());
-  for (const std::string_view name : kFileNames)
-    if (fs::is_directory(folder / name, error)) fail_input("{}: is a folder", (folder / name).string());
-  const fs::path stage = folder / fmt::format(".export.tmp{}", ::getpid());
+  if (error) fail_file(folder, "cannot be made", error.value());
   try {
-    fs::create_directory(stage, error);
-    if (error) fail_input("{}: cannot be written: {}", folder.string(), error.message());
-    for (const ExportedFile& file : exported.files) write_atomically(stage / file.name, file.bytes);
-    for (const std::string_view name : kFileNames) {
-      if (fs::exists(stage / name))
-        fs::rename(stage / name, folder / name, error);
-      else
+    const std::set<std::string> earlier = earlier_files(folder);
+    for (const ExportedFile& file : exported.files)
+      if (const fs::file_status there = fs::symlink_status(folder / file.name, error);
+          fs::is_directory(there) || (fs::exists(there) && !earlier.contains(file.name)))
+        fail_input("{}: is not of an export; choose another folder", (folder / file.name).string());
+    remove_stale_temporaries(folder);
+    // All bytes are on disk before the first file is replaced. settings.json, which lists them, is the first, so that
+    // an export that was killed half-way can be done again over what it left.
+    std::vector<PendingFile> pending;
+    for (const ExportedFile& file : exported.files) pending.emplace_back(folder / file.name, file.bytes);
+    for (const std::string& name : earlier)
+      if (std::ranges::find(exported.files, name, &ExportedFile::name) == exported.files.end())
         fs::remove(folder / name, error);
-      if (error) fail_input("{}: cannot be written: {}", (folder / name).string(), error.message());
-    }
+    for (auto file = pending.rbegin(); file != pending.rend(); ++file) file->commit();
   } catch (...) {
-    fs::remove_all(is_new ? folder : stage, error);
+    if (is_new) fs::remove(folder, error);  // unless something is in it
     throw;
   }
-  fs::remove(stage, error);
 }
 
 }  // namespace reliefbench

@@ -80,16 +80,11 @@ std::string texture_lines(const ShippedShader& shipped) {
 std::string guarantee_lines(const Settings& settings) {
   const Technique& technique = settings.technique();
   const Guarantee guarantee = guarantee_of(settings);
-  const Param* const filter = technique.find("filter");
-  const bool is_sampled = filter != nullptr && settings.is_active(*filter) && settings.choice("filter") == "hardware";
   std::string text = fmt::format("Guarantee: {}", guarantee_id(guarantee));
-  if (guarantee != Guarantee::none && is_sampled) text += ", to within the sampler's precision";
+  for (const FeatureRow* row : rows_of(settings))
+    if (guarantee != Guarantee::none && !row->caveat.empty()) text += fmt::format(", {}", row->caveat);
   if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
   return comment(text + ".");
-}
-
-bool has_levels(const Settings& settings) {
-  return settings.technique().find("lod") != nullptr && settings.choice("lod") != "base";
 }
 
 std::string use_lines(const ShippedShader& shipped) {
@@ -97,7 +92,7 @@ std::string use_lines(const ShippedShader& shipped) {
   if (shipped.wrap == Wrap::clamp)
     text += "//   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) discard;\n";
   text += fmt::format("//   Ray ray = view_ray(uv, view, {:#});\n", shipped.relief_depth);
-  if (has_levels(shipped.settings)) text += "//   ray.footprint = pixel_footprint(uv);\n";
+  if (reads_levels(shipped.settings)) text += "//   ray.footprint = pixel_footprint(uv);\n";
   text +=
       "//   Hit hit = trace(ray);\n"
       "//   vec2 hit_uv = ray.uv + ray.slope * hit.t;  // for other maps, by textureGrad(map, hit_uv, dFdx(uv), "
@@ -149,10 +144,13 @@ std::vector<ShippedTexture> shipped_textures(const Settings& settings, const Map
 
 std::string shipped_shader(const ShippedShader& shipped) {
   const Technique& technique = shipped.settings.technique();
-  GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id), "ship.glsl"},
+  GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
               .roots = {"trace", "view_ray"},
               .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
-  if (has_levels(shipped.settings)) cut.roots.insert("pixel_footprint");
+  for (const FeatureRow* row : rows_of(shipped.settings))
+    if (!row->shader.empty()) cut.files.emplace_back(row->shader);
+  cut.files.emplace_back("ship.glsl");
+  if (reads_levels(shipped.settings)) cut.roots.insert("pixel_footprint");
   for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap))
     cut.constants[static_cast<int>(constant.id)] = constant.value;
   return header(shipped) + "\n" + cut_glsl(cut);

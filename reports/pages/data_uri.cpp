@@ -1,8 +1,10 @@
 #include "reports/pages/data_uri.h"
 
+#include <algorithm>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
+#include <system_error>
+
+#include "kernels/base/append_file.h"
 
 namespace reliefbench {
 
@@ -20,11 +22,14 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-std::optional<std::string> png_data_uri(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  return "data:image/png;base64," + base64(bytes);
+std::optional<std::string> png_data_uri(const std::filesystem::path& folder, const std::filesystem::path& picture) {
+  std::error_code error;
+  const std::filesystem::path root = std::filesystem::canonical(folder, error);
+  const std::filesystem::path path = std::filesystem::canonical(folder / picture, error);
+  if (error || !std::filesystem::is_regular_file(path, error)) return std::nullopt;
+  const auto [root_end, differs_at] = std::ranges::mismatch(root, path);
+  if (root_end != root.end()) return std::nullopt;
+  return "data:image/png;base64," + base64(read_file(path));
 }
 
 }  // namespace reliefbench

@@ -8,7 +8,10 @@ namespace reliefbench {
 
 [[nodiscard]] std::string base64(std::string_view bytes);  ///< RFC 4648, padded
 
-/// A PNG file as a data URI; none where there is no such file.
-[[nodiscard]] std::optional<std::string> png_data_uri(const std::filesystem::path& path);
+/// A PNG file of a folder as a data URI; none where there is no such file, or it lies outside of the folder: what a run
+/// folder from elsewhere names, "../../mine.png" or a link, is not to get into a page.
+/// picture: relative to the folder
+[[nodiscard]] std::optional<std::string> png_data_uri(const std::filesystem::path& folder,
+                                                      const std::filesystem::path& picture);
 
 }  // namespace reliefbench

@@ -21,7 +21,7 @@ void write_report(std::span<const std::filesystem::path> folders, const std::fil
   std::vector<Run> runs;
   runs.reserve(folders.size());
   for (const std::filesystem::path& folder : folders) runs.push_back(load_run(folder));
-  write_atomically(output, make_report(runs, stress));
+  write_output(output, make_report(runs, stress));
 }
 
 }  // namespace reliefbench

@@ -15,6 +15,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
@@ -42,12 +43,6 @@ struct Group {
   std::string device;
 };
 
-std::vector<Budget> parse_budgets(const json& texts) {
-  std::vector<Budget> budgets;
-  for (const json& text : texts) budgets.push_back(parse_budget(text.get<std::string>()));
-  return budgets;
-}
-
 json budgets_json(std::span<const Budget> budgets) {
   json texts = json::array();
   for (const Budget& budget : budgets) texts.push_back({{"metric", budget.metric}, {"text", budget.text()}});
@@ -60,6 +55,8 @@ json metrics_json() {
     rows.push_back({{"id", row.id},
                     {"unit", row.unit},
                     {"lower_is_better", row.lower_is_better},
+                    {"none_is_best", row.none_is_best()},
+                    {"is_column", row.is_column()},
                     {"description", row.description}});
   return rows;
 }
@@ -88,7 +85,7 @@ json statuses_json(std::span<const Record> records) {
   return rows;
 }
 
-// fronts() is of errors. A quality is an error with its sign turned; identical pictures have none: the best there is.
+// fronts() is of errors. A quality is an error with its sign turned.
 std::vector<Front> quality_fronts(std::span<const Record> records, const MetricRow& metric,
                                   std::span<const Budget> constraints) {
   std::vector<Front> result;
@@ -106,7 +103,8 @@ std::vector<Front> quality_fronts(std::span<const Record> records, const MetricR
     for (const Record* record : group.records) {
       const auto met = [&](const Budget& budget) { return meets(*record, budget); };
       if (!record->frame_time || !record->error || !std::all_of(constraints.begin(), constraints.end(), met)) continue;
-      const double quality = metric_value(*record, metric.id).value_or(std::numeric_limits<double>::infinity());
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      const double quality = metric_value(*record, metric.id).value_or(metric.none_is_best() ? kInfinity : -kInfinity);
       times.push_back(record->frame_time->summary.median);
       errors.push_back(-quality);
       eligible.push_back({.record = record, .time_ns = times.back(), .error = errors.back(), .equivalents = {}});
@@ -149,13 +147,7 @@ class DataBuilder {
 
  private:
   void add_run(std::size_t index, const Run& run) {
-    const Config defaults;
-    const json front = run.info.value("front", json::object());
-    const std::string metric = front.value("error", defaults.front_error);
-    const std::vector<Budget> constraints =
-        front.contains("constraints") ? parse_budgets(front["constraints"]) : defaults.front_constraints;
-    const std::vector<Budget> budgets =
-        run.info.contains("budgets") ? parse_budgets(run.info["budgets"]) : defaults.budgets;
+    const auto [metric, constraints, budgets] = question_of(run);
     if (index == 0) front_metric_ = find_metric(metric).id;
 
     for (const Record& record : run.records)
@@ -207,6 +199,7 @@ class DataBuilder {
                        {"params", record.params},
                        {"time_ns", {time.median, time.ci_low, time.ci_high}},
                        {"samples", time.n},
+                       {"coverage", coverage_text(time.n)},
                        {"timer", record.frame_time->timer},
                        {"errors", std::move(errors)},
                        {"breaks", std::move(breaks)},
@@ -236,12 +229,13 @@ class DataBuilder {
     json pictures;
     if (answer.pick != nullptr)
       pictures = {
-          {"frame", image_index(folder / image_path(answer.pick->case_id, "frame"))},
-          {"reference", image_index(folder / image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
-          {"error", image_index(folder / image_path(answer.pick->case_id, "error"))}};
+          {"frame", image_index(folder, image_path(answer.pick->case_id, "frame"))},
+          {"reference", image_index(folder, image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
+          {"error", image_index(folder, image_path(answer.pick->case_id, "error"))}};
     return {{"group", group_index(run, answer.backend, answer.device)},
             {"scene", scenes_.index(answer.scene, answer.scene_key)},
             {"pick", point_json(answer.pick)},
+            {"tie", point_json(answer.tie)},
             {"runner_up", point_json(answer.runner_up)},
             {"simplest", point_json(answer.simplest)},
             {"flat", point_json(answer.flat)},
@@ -250,10 +244,11 @@ class DataBuilder {
             {"pictures", pictures}};
   }
 
-  json image_index(const std::filesystem::path& path) {
+  json image_index(const std::filesystem::path& folder, const std::filesystem::path& picture) {
+    const std::filesystem::path path = folder / picture;
     const auto known = image_of_.find(path);
     if (known != image_of_.end()) return known->second;
-    const std::optional<std::string> uri = png_data_uri(path);
+    const std::optional<std::string> uri = png_data_uri(folder, picture);
     if (!uri) return image_of_[path] = json();
     images_.push_back(*uri);
     return image_of_[path] = images_.size() - 1;

@@ -11,6 +11,7 @@
 #include "reports/pages/report_data.h"
 #include "reports/pages/template.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
 
 namespace reliefbench {
 namespace {
@@ -18,9 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-fs::path picture_path(const fs::path& folder, const std::string& technique) {
-  return folder / "images" / (technique + ".png");
-}
+/// Relative to the folder.
+fs::path picture_path(const std::string& technique) { return kImagesFolder / fs::path(technique + ".png"); }
 
 json parse_stress(const fs::path& path) {
   const std::string text = read_file(path);
@@ -37,7 +37,7 @@ json pictures_of(const json& stress, const fs::path& folder) {
   json pictures = json::object();
   for (const json& worst : stress.at("worst")) {
     const auto technique = worst.at("technique").get<std::string>();
-    const auto picture = png_data_uri(picture_path(folder, technique));
+    const auto picture = png_data_uri(folder, picture_path(technique));
     pictures[technique] = picture ? json(*picture) : json();
   }
   return pictures;
@@ -46,16 +46,15 @@ json pictures_of(const json& stress, const fs::path& folder) {
 }  // namespace
 
 void prepare_stress_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder / "images", error);
-  if (error) fail_input("{}: cannot be made: {}", folder.string(), error.message());
+  make_images_folder(folder);
+  remove_stale_run_files(folder);
 }
 
 void write_stress(const StressReport& report, const fs::path& folder) {
   write_atomically(folder / kStressFile,
                    stress_json(report).dump(1, ' ', false, json::error_handler_t::replace) + "\n");
   for (const StressPicture& picture : report.pictures)
-    write_png(picture_path(folder, picture.technique), picture.width, picture.height, picture.rgba8);
+    write_png(folder / picture_path(picture.technique), picture.width, picture.height, picture.rgba8);
   write_stress_page(folder, folder / kStressPage);
 }
 
@@ -78,7 +77,7 @@ json load_stress(const fs::path& folder) {
 void write_stress_page(const fs::path& folder, const fs::path& output) {
   json data = load_stress(folder);
   data["heat_map"] = heat_map_json();
-  write_atomically(output, fill_page(kStressPage, data));
+  write_output(output, fill_page(kStressPage, data));
 }
 
 }  // namespace reliefbench

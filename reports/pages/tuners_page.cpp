@@ -6,7 +6,7 @@
 namespace reliefbench {
 
 void write_tuners_page(const TunerComparison& comparison, const std::filesystem::path& path) {
-  write_atomically(path, fill_page("tuners.html", tuners_json(comparison)));
+  write_output(path, fill_page("tuners.html", tuners_json(comparison)));
 }
 
 }  // namespace reliefbench

@@ -49,7 +49,9 @@ void decision(benchmark::State& state) {
     const std::size_t i = random.below(kSettings);
     if (observed[i].is_measured()) continue;
     const double time = log_time(settings.candidates[i]);
-    observed[i] = {.frames = {time, time, time}, .order = order++, .mean = time, .clipped = time};
+    observed[i].add({time, time, time});
+    observed[i].order = order++;
+    observed[i].mean = observed[i].clipped = time;
   }
   Explorer explorer(settings);
   (void)explorer.propose(observed, scales);  // learns what was timed; afterwards a batch is added at a time

@@ -4,12 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "kernels/base/error.h"
+#include "kernels/trace/storage_params.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -29,8 +31,7 @@ struct Arguments {
   std::string max_ratio = "1";
   std::string size;
   std::uint32_t seed = 1;
-  std::optional<int> search_steps;
-  std::optional<int> distance_slices;
+  std::map<std::string_view, std::optional<std::string>> parameters;  ///< of map kinds, by id
   int threads = 0;
   std::string device = "cpu";
   std::string output;
@@ -42,6 +43,13 @@ std::size_t choose(std::string_view option, std::string_view value, const std::v
   const auto found = std::find(choices.begin(), choices.end(), value);
   if (found == choices.end()) fail_input("{} {}: expected one of {}", option, value, fmt::join(choices, ", "));
   return static_cast<std::size_t>(found - choices.begin());
+}
+
+/// "--search-steps" for search_steps.
+std::string option_of(std::string_view param_id) {
+  std::string option = fmt::format("--{}", param_id);
+  std::ranges::replace(option, '_', '-');
+  return option;
 }
 
 BakeJob job_of(const Arguments& arguments) {
@@ -62,13 +70,12 @@ BakeJob job_of(const Arguments& arguments) {
       .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
   if (!arguments.size.empty()) set_size(job.heightmap, arguments.size);
-  const auto parameter = [&](std::string_view option, std::string_view id, const std::optional<int>& value) {
-    if (!value) return;
-    if (map.parameter != id) fail_input("{}: a {} map has no such parameter", option, map.id);
-    job.parameter = value;
-  };
-  parameter("--search-steps", "search_steps", arguments.search_steps);
-  parameter("--distance-slices", "distance_slices", arguments.distance_slices);
+  for (const auto& [id, text] : arguments.parameters) {
+    if (!text) continue;
+    const auto param = std::ranges::find(map.parameters, id, &MapParam::id);
+    if (param == map.parameters.end()) fail_input("{}: a {} map has no such parameter", option_of(id), map.id);
+    job.parameters.push_back({.param = param->id, .value = map_param(*param).parse(*text)});
+  }
   return job;
 }
 
@@ -193,8 +200,10 @@ void add_bake_command(CLI::App& app, int& exit_code) {
                       "see `reliefbench list formats`; default: the smallest of 16 bits a channel that fits");
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->capture_default_str();
   command->add_option("--max-ratio", arguments->max_ratio, "widest cone: 1 | unbounded")->capture_default_str();
-  command->add_option("--search-steps", arguments->search_steps, "relaxed_po07 only: steps of the search for the exit");
-  command->add_option("--distance-slices", arguments->distance_slices, "distance only: voxels from bottom to top");
+  for (const MapRow& map : map_kinds())
+    for (const MapParam& param : map.parameters)
+      command->add_option(option_of(param.id), arguments->parameters[param.id],
+                          fmt::format("{} only: {}", map.id, param.description));
   command->add_option("--size", arguments->size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
   command->add_option("--seed", arguments->seed, "of a procedural heightmap")->capture_default_str();
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();

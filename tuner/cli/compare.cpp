@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -29,44 +30,74 @@ std::string painted(Change change, const Paint& paint) {
   return change == Change::faster ? paint.good(id) : paint.dim(id);
 }
 
-void print_times(const Comparison& comparison, bool all, const Paint& paint) {
-  std::vector<std::vector<std::string>> rows = {{"change", "ratio", "95 % interval", "p", "case"}};
-  for (const CaseChange& c : comparison.cases) {
-    if (!all && c.change != Change::slower && c.change != Change::faster) continue;
+/// What changed or is unclear of it; with `all`, everything.
+template <typename T, typename Name>
+void print_changes(std::span<const T> changes, std::string_view column, const Name& name, bool with_unclear, bool all,
+                   const Paint& paint) {
+  std::vector<std::vector<std::string>> rows = {{"change", "ratio", "95 % interval", "p", std::string(column)}};
+  for (const T& c : changes) {
+    const bool is_told =
+        c.change == Change::slower || c.change == Change::faster || (with_unclear && c.change == Change::unclear);
+    if (!all && !is_told) continue;
     rows.push_back({painted(c.change, paint), fmt::format("{:.3f}", c.ratio.ratio),
-                    fmt::format("[{:.3f}, {:.3f}]", c.ratio.low, c.ratio.high), fmt::format("{:.2g}", c.p), c.case_id});
+                    fmt::format("[{:.3f}, {:.3f}]", c.ratio.low, c.ratio.high), fmt::format("{:.2g}", c.p), name(c)});
   }
   if (rows.size() > 1) fmt::print("{}\n", columns(rows));
-  const auto count = [&](Change change) {
-    return std::count_if(comparison.cases.begin(), comparison.cases.end(),
-                         [&](const CaseChange& c) { return c.change == change; });
-  };
-  fmt::print("{}: {} slower, {} faster, {} same, {} unclear of {} cases; geometric mean of the ratios {:.4f}\n",
-             comparison.metric, count(Change::slower), count(Change::faster), count(Change::same),
-             count(Change::unclear), comparison.matched, comparison.geometric_mean);
+}
+
+std::string group_text(const GroupChange& group) {
+  return fmt::format("{}, geometric mean of {}", group.group, group.cases);
+}
+
+void print_times(const Comparison& comparison, bool all, const Paint& paint) {
+  print_changes(
+      std::span<const CaseChange>(comparison.cases), "case", [](const CaseChange& c) { return c.case_id; },
+      /*with_unclear=*/false, all, paint);
+  print_changes(std::span(comparison.groups).subspan(1), "cases that may move together", group_text,
+                /*with_unclear=*/true, all, paint);
+  const auto count = [&](Change change) { return std::ranges::count(comparison.cases, change, &CaseChange::change); };
+  const GroupChange& whole = comparison.groups.front();
+  fmt::print("{}: {} slower, {} faster, {} same, {} unclear of {} cases\n", comparison.metric, count(Change::slower),
+             count(Change::faster), count(Change::same), count(Change::unclear), comparison.matched);
+  fmt::print("geometric mean of the ratios {:.4f} [{:.4f}, {:.4f}]: {}\n", whole.ratio.ratio, whole.ratio.low,
+             whole.ratio.high, painted(whole.change, paint));
   for (const auto& [backend, ratio] : comparison.control_ratio) {
     fmt::print("control case on {}: {:.4f}, raw: what changed for the whole device\n", backend, ratio);
   }
+  for (const auto& [backend, deviation] : comparison.between_runs)
+    fmt::print("{}\n", paint.dim(fmt::format("a case on {} shifts by {:.2g} % from run to run without a cause", backend,
+                                             100 * deviation)));
+  for (const std::string& assumed : comparison.assumed) fmt::print("{}\n", paint.dim("assumed: " + assumed));
+  if (is_inconclusive(comparison))
+    fmt::print("{}\n", paint.bad("inconclusive: the intervals are too wide to exclude a change that matters; measure "
+                                 "with more samples, or on a quieter machine"));
 }
 
 std::string value_text(std::optional<double> value) { return value ? format_number(*value) : "(identical)"; }
 
-void print_errors(const Comparison& comparison, bool all, const Paint& paint) {
-  if (comparison.errors.empty()) {
-    fmt::print("errors: none changed\n");
-    return;
-  }
-  std::vector<ErrorChange> errors = comparison.errors;
-  std::stable_partition(errors.begin(), errors.end(), [](const ErrorChange& e) { return e.worse; });
-  const std::size_t shown = all ? errors.size() : std::min(errors.size(), kMostErrorRows);
+void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool all, const Paint& paint) {
+  if (changes.empty()) return;
+  std::ranges::stable_partition(changes, [](const ErrorChange& e) { return e.worse; });
+  const std::size_t shown = all ? changes.size() : std::min(changes.size(), kMostErrorRows);
   std::vector<std::vector<std::string>> rows = {{"change", "metric", "base", "new", "case"}};
   for (std::size_t i = 0; i < shown; ++i) {
-    const ErrorChange& e = errors[i];
-    rows.push_back({e.worse ? paint.bad("worse") : paint.good("better"), e.metric, value_text(e.base),
-                    value_text(e.now), e.case_id});
+    const ErrorChange& e = changes[i];
+    const std::string_view id = error_change_id(e);
+    rows.push_back({e.worse ? paint.bad(id) : (e.counts_work ? std::string(id) : paint.good(id)), e.metric,
+                    value_text(e.base), value_text(e.now), e.case_id});
   }
-  fmt::print("\n{}", columns(rows));
-  if (shown < errors.size()) fmt::print("... and {} more (--all)\n", errors.size() - shown);
+  fmt::print("\n{}:\n{}", what, columns(rows));
+  if (shown < changes.size()) fmt::print("... and {} more (--all)\n", changes.size() - shown);
+}
+
+void print_errors(const Comparison& comparison, bool all, const Paint& paint) {
+  std::vector<ErrorChange> errors = comparison.errors;
+  const auto work = std::ranges::stable_partition(errors, [](const ErrorChange& e) { return !e.counts_work; });
+  std::vector<ErrorChange> counts(work.begin(), work.end());
+  errors.erase(work.begin(), work.end());
+  if (errors.empty()) fmt::print("errors: none changed\n");
+  print_metrics("errors", std::move(errors), all, paint);
+  print_metrics("work, which is no error", std::move(counts), all, paint);
 }
 
 void print_unmatched(std::string_view what, const std::vector<std::string>& ids, bool all) {
@@ -82,7 +113,7 @@ Exit run(const Arguments& arguments) {
   }
   const Comparison comparison = compare_runs(load_run(arguments.base), load_run(arguments.now), arguments.options);
   const Exit result = exit_of(comparison);
-  for (const std::string& warning : comparison.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : comparison.warnings) print_error("warning: " + warning);
   if (arguments.json) {
     fmt::print("{}\n", comparison_json(comparison).dump(2));
     return result;
@@ -93,8 +124,7 @@ Exit run(const Arguments& arguments) {
   for (const std::string& lost : comparison.lost) fmt::print("{} {}\n", paint.bad("lost"), lost);
   print_unmatched("only in base", comparison.only_base, arguments.all);
   print_unmatched("only in new", comparison.only_new, arguments.all);
-  if (comparison.matched == 0)
-    fmt::print(stderr, "reliefbench: no case was measured in both runs: nothing is compared\n");
+  if (comparison.matched == 0) print_error("no case was measured in both runs: nothing is compared");
   return result;
 }
 
@@ -113,8 +143,13 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
-      "Exit code 1 where a case is slower or lost, or an error is worse; 4 where there are too few samples to tell;\n"
-      "5 where no case matches.\n"
+      "Besides each case, those of a technique, a map, a format and all are compared as one, by the geometric mean of\n"
+      "their ratios, which shows smaller changes. `same`: the interval lies within the threshold; `slower`, `faster`: "
+      "it\n"
+      "does not, and chance is no explanation at 5 % for all that was looked at together.\n"
+      "Exit code 1 where a case or a group is slower, a case is lost or an error is worse; 4 where the evidence is "
+      "too\n"
+      "little: a group or most cases are unclear; 5 where no case matches.\n"
       "Example:\n  reliefbench compare out/yesterday out/today");
   command->callback([=, &exit_code] {
     CompareOptions options;

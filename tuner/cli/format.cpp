@@ -61,8 +61,8 @@ std::string format_time_ns(double time_ns) {
 
 std::string format_interval_ns(const Summary& summary) {
   const Unit& unit = unit_of(summary.median);
-  return fmt::format("{} {} [{}, {}]", in_unit(summary.median, unit), unit.id, in_unit(summary.ci_low, unit),
-                     in_unit(summary.ci_high, unit));
+  return fmt::format("{} {} [{}, {}; {}]", in_unit(summary.median, unit), unit.id, in_unit(summary.ci_low, unit),
+                     in_unit(summary.ci_high, unit), coverage_text(summary.n));
 }
 
 std::string format_bytes(std::int64_t bytes) {

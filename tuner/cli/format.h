@@ -26,7 +26,7 @@ class Paint {
 [[nodiscard]] Paint paint_for_stdout();
 
 [[nodiscard]] std::string format_time_ns(double time_ns);              ///< "1.234 ms", four digits, ns to s
-[[nodiscard]] std::string format_interval_ns(const Summary& summary);  ///< "1.234 ms [1.200, 1.301]"
+[[nodiscard]] std::string format_interval_ns(const Summary& summary);  ///< "1.234 ms [1.200, 1.301; 97.9 %]"
 [[nodiscard]] std::string format_bytes(std::int64_t bytes);            ///< "64.0 KiB"
 [[nodiscard]] std::string format_number(double value);                 ///< four digits, no needless zeros
 

@@ -35,6 +35,21 @@ Json parameter_row(const Param& param) {
           {"description", param.description}};
 }
 
+Json feature_rows() {
+  Json rows = Json::array();
+  for (const Feature& feature : all_features())
+    for (const FeatureRow& row : feature.rows) {
+      std::vector<std::string_view> parameters;
+      for (const Param& param : row.params) parameters.push_back(param.id);
+      rows.push_back({{"id", fmt::format("{}={}", feature.id, row.id)},
+                      {"parameters", fmt::format("{}", fmt::join(parameters, " | "))},
+                      {"caveat", row.caveat},
+                      {"source", row.source},
+                      {"description", row.description}});
+    }
+  return rows;
+}
+
 std::vector<std::string_view> map_ids(const Technique& technique) {
   std::vector<std::string_view> ids;
   for (const MapKind map : technique.maps) ids.push_back(find_map(map).id);
@@ -62,9 +77,12 @@ Json map_rows() {
   for (const MapRow& map : map_kinds()) {
     std::vector<std::string_view> corrections;
     for (const Correction correction : map.corrections) corrections.push_back(correction_id(correction));
+    std::vector<std::string_view> parameters;
+    for (const MapParam& param : map.parameters) parameters.push_back(param.id);
     rows.push_back({{"id", map.id},
                     {"ratios", map.ratios},
                     {"corrections", fmt::format("{}", fmt::join(corrections, " | "))},
+                    {"parameters", fmt::format("{}", fmt::join(parameters, " | "))},
                     {"guarantee", map.guarantee},
                     {"source", map.source},
                     {"description", map.description}});
@@ -136,9 +154,9 @@ struct ListRow {
   Json (*rows)();
 };
 constexpr std::array kLists = {
-    ListRow{"techniques", technique_rows}, ListRow{"maps", map_rows},           ListRow{"metrics", metric_rows},
-    ListRow{"formats", format_rows},       ListRow{"encodings", encoding_rows}, ListRow{"heightmaps", heightmap_rows},
-    ListRow{"views", view_rows},           ListRow{"backends", backend_rows},
+    ListRow{"techniques", technique_rows}, ListRow{"features", feature_rows}, ListRow{"maps", map_rows},
+    ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},   ListRow{"encodings", encoding_rows},
+    ListRow{"heightmaps", heightmap_rows}, ListRow{"views", view_rows},       ListRow{"backends", backend_rows},
 };
 
 std::string cell(const Json& value) {
@@ -195,7 +213,9 @@ void run(const std::string& what, bool json) {
 void add_list_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("list", "techniques, maps, metrics and whatever else a config can name");
   const CLI::Option* what =
-      command->add_option("WHAT", "techniques | maps | metrics | formats | encodings | heightmaps | views | backends")
+      command
+          ->add_option("WHAT",
+                       "techniques | features | maps | metrics | formats | encodings | heightmaps | views | backends")
           ->required();
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer("Example:\n  reliefbench list techniques");

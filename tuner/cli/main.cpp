@@ -1,14 +1,35 @@
-#include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
+#include <sys/resource.h>
 
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
+#include <system_error>
+
+#include "backends/backend.h"
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/results/host.h"
 
-// NOLINTNEXTLINE(bugprone-exception-escape): a message that stderr does not take ends the process all the same
-int main(int argc, char** argv) {
-  using namespace reliefbench;
+namespace reliefbench {
+namespace {
+
+// Libraries and drivers end the process in their own ways where a file cannot be opened.
+constexpr rlim_t kLeastDescriptors = 64;
+
+void check_descriptors() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < kLeastDescriptors)
+    fail_environment("{} files may be open at a time (ulimit -n): at least {} are needed", limit.rlim_cur,
+                     kLeastDescriptors);
+}
+
+int run(int argc, char** argv) {
+  check_descriptors();
   CLI::App app{"reliefbench: measure and tune per-pixel displacement mapping"};
   app.footer(
       "Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
@@ -39,13 +60,43 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "reliefbench: {} (see --help)\n", error.what());
+    print_error(fmt::format("{} (see --help)", error.what()));
     return static_cast<int>(Exit::bad_input);
-  } catch (const Error& error) {
-    fmt::print(stderr, "reliefbench: {}\n", error.what());
-    return static_cast<int>(error.code());
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "reliefbench: {}\n", error.what());
-    return static_cast<int>(Exit::environment);
   }
+}
+
+/// What no part of the program answers for. A library's words come without its marks:
+/// "[json.exception.type_error.302]".
+std::string unforeseen(const std::exception& error) {
+  const std::string_view what = error.what();
+  const std::size_t mark = what.starts_with('[') ? what.find("] ") : std::string_view::npos;
+  return std::string(mark == std::string_view::npos ? what : what.substr(mark + 2));
+}
+
+int run_and_tell(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const Error& error) {
+    print_error(error.what());
+    return static_cast<int>(error.code());
+  } catch (const std::bad_alloc&) {
+    print_error("out of memory");
+  } catch (const std::exception& error) {
+    print_error(unforeseen(error));
+  }
+  return static_cast<int>(Exit::environment);
+}
+
+}  // namespace
+}  // namespace reliefbench
+
+int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file over its size limit then fails as one on a full disk
+  int exit_code = reliefbench::run_and_tell(argc, argv);
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    reliefbench::print_error("standard output cannot be written: " + std::generic_category().message(errno));
+    exit_code = static_cast<int>(reliefbench::Exit::environment);
+  }
+  if (reliefbench::is_any_left_behind()) std::_Exit(exit_code);
+  return exit_code;
 }

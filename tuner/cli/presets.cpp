@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/atomic_file.h"
@@ -28,12 +29,17 @@ void print_device(const DevicePresets& device, const Presets& presets, const Pai
                                                        : fmt::format("{} scenes", device.scenes.size());
   fmt::print("  of {} settings {} were measured in {}, {} of them within the constraints, {} on the front\n",
              device.measured, device.shared, scenes, device.feasible, device.on_front);
-  std::vector<std::vector<std::string>> rows = {{"quality", "x fastest", presets.error_metric, "setting"}};
+  const bool has_two = presets.level_metric != presets.error_metric;
+  std::vector<std::vector<std::string>> rows = {{"quality", "x fastest", presets.level_metric}};
+  if (has_two) rows[0].push_back(presets.error_metric);
+  rows[0].emplace_back("setting");
   for (const PresetLevel& level : device.levels) {
     const Record& record = *level.evidence.front().record;
-    rows.push_back({fmt::format("{}", level.quality), fmt::format("{:.2f}", level.relative_time),
-                    format_number(level.error),
-                    fmt::format("{} {}", record.technique, settings_of(record.technique, record.params).text())});
+    std::vector<std::string>& row = rows.emplace_back();
+    row = {fmt::format("{}", level.quality), fmt::format("{:.2f}", level.relative_time),
+           format_number(level.level_error)};
+    if (has_two) row.push_back(format_number(level.error));
+    row.push_back(fmt::format("{} {}", record.technique, settings_of(record.technique, record.params).text()));
   }
   fmt::print("{}", columns(rows, "  "));
 }
@@ -43,8 +49,9 @@ void run(const Arguments& arguments) {
   for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
   const Presets presets = make_presets(runs, arguments.query);
   const std::string text = presets_json(presets).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-  write_atomically(arguments.output, text);
-  if (!arguments.header.empty()) write_atomically(arguments.header, presets_header(presets));
+  write_output(arguments.output, text);
+  if (!arguments.header.empty()) write_output(arguments.header, presets_header(presets));
+  for (const std::string& warning : presets.warnings) fmt::print(stderr, "warning: {}\n", warning);
   if (arguments.json) {
     fmt::print("{}", text);
     return;
@@ -58,30 +65,37 @@ void run(const Arguments& arguments) {
 
 void add_presets_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("presets", "a table of quality levels for each device, from finished runs");
-  const CLI::Option* folders = command->add_option("RUN", "folders of runs")->required()->expected(1, -1);
+  const auto folders = std::make_shared<std::vector<std::string>>();
+  command->add_option("RUN", *folders, "folders of runs: of two measurements of a setting the later folder's counts")
+      ->required();
   const CLI::Option* output = command->add_option("-o,--output", "file to write, e.g. presets.json")->required();
   const CLI::Option* header = command->add_option("--header", "also as `#define`s for C++ and GLSL, e.g. presets.h");
   const CLI::Option* error =
-      command->add_option("--error", "metric of the error; default: the runs'")->type_name("METRIC");
+      command->add_option("--error", "metric of the error, and of the levels' spacing; default: the runs', and FLIP's")
+          ->type_name("METRIC");
   const CLI::Option* constraints =
       command
           ->add_option("--constraint",
-                       "bound that every setting keeps, e.g. 'missed_rate<=0.001'; may be repeated; "
-                       "default: the runs'")
+                       "bound that every level keeps, e.g. 'e_xy.p99<=2'; may be repeated; default: the constraints "
+                       "and the budgets of the runs")
           ->type_name("BOUND")
           ->expected(1)
           ->take_all();
   const CLI::Option* json = add_switch(*command, "--json", "print it as JSON");
   command->footer(
-      "Level 0 is the cheapest setting of the front, level 100 the most accurate; between them each level may take\n"
-      "so many times longer than the one before. With several scenes a setting counts as in its worst one.\n"
+      "Level 0 is the cheapest setting within the runs' budgets, level 100 the most accurate as far as is seen; "
+      "between\n"
+      "them are equal steps of visible error, FLIP or the logarithm of --error. Levels that would be the same are "
+      "left\n"
+      "out: whoever asks for one gets the next lower. With several scenes a setting counts as in its worst one.\n"
       "A config can sweep the levels:\n"
       "  {\"presets\": \"presets.json\", \"quality\": [0, 50, 100]}\n"
       "Exit code 1 where no setting meets the constraints in all scenes.\n"
       "Example:\n"
-      "  reliefbench presets out/quickstart -o presets.json --header presets.h");
+      "  reliefbench presets out/quickstart -o presets.json --header presets.h\n"
+      "  reliefbench presets out/rocks out/bricks -o presets.json");
   command->callback([=, &exit_code] {
-    Arguments arguments{.folders = folders->as<std::vector<std::string>>(),
+    Arguments arguments{.folders = *folders,
                         .output = output->as<std::string>(),
                         .header = value_or(header, std::string()),
                         .query = {},

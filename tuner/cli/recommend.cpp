@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
-#include "tuner/results/store.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
@@ -26,17 +29,13 @@ struct Arguments {
 
 constexpr std::string_view kIndent = "              ";
 
-Question question_of(const Arguments& arguments, const nlohmann::json& info) {
-  Question question;
-  std::vector<std::string> bounds = arguments.max_error;
-  if (bounds.empty() && !arguments.max_time_ms) bounds = info.value("budgets", std::vector<std::string>{});
-  for (const std::string& bound : bounds) question.budgets.push_back(parse_budget(bound));
-  if (question.budgets.empty() && !arguments.max_time_ms) question.budgets = Config{}.budgets;
+Question question_of(const Arguments& arguments, const RunQuestion& own) {
+  Question question{.budgets = parse_budgets(arguments.max_error), .error_metric = own.error_metric};
   if (arguments.max_time_ms && !(std::isfinite(*arguments.max_time_ms) && *arguments.max_time_ms > 0)) {
     fail_input("--max-time-ms {}: expected a time above 0", *arguments.max_time_ms);
   }
   question.max_time_ms = arguments.max_time_ms;
-  question.error_metric = info.value(nlohmann::json::json_pointer("/front/error"), question.error_metric);
+  if (question.budgets.empty()) (question.max_time_ms ? question.simplest_budgets : question.budgets) = own.budgets;
   return question;
 }
 
@@ -48,17 +47,23 @@ void keep_scene(std::vector<Record>& records, const std::string& scene) {
   std::erase_if(records, [&](const Record& record) { return record.scene != scene; });
 }
 
-std::string question_text(const Question& question) {
+std::string bounds_text(const std::vector<Budget>& budgets) {
   std::vector<std::string> bounds;
-  for (const Budget& budget : question.budgets) bounds.push_back(budget.text());
-  if (!question.max_time_ms) return fmt::format("The fastest with {}", fmt::join(bounds, " and "));
-  bounds.insert(bounds.begin(), fmt::format("a frame time up to {} ms", format_number(*question.max_time_ms)));
-  return fmt::format("The most accurate ({}) with {}", question.error_metric, fmt::join(bounds, " and "));
+  for (const Budget& budget : budgets) bounds.push_back(budget.text());
+  return fmt::format("{}", fmt::join(bounds, " and "));
+}
+
+std::string question_text(const Question& question) {
+  if (!question.max_time_ms) return fmt::format("The fastest with {}", bounds_text(question.budgets));
+  const std::string also = question.budgets.empty() ? "" : " and " + bounds_text(question.budgets);
+  return fmt::format("The most accurate ({}) with a frame time up to {} ms{}", question.error_metric,
+                     format_number(*question.max_time_ms), also);
 }
 
 std::string metric_text(const Record& record, const std::string& metric_id) {
   const std::optional<double> value = metric_value(record, metric_id);
-  return fmt::format("{} {}", metric_id, value ? format_number(*value) : "(identical)");
+  const std::string_view none = find_metric(metric_id).none_is_best() ? "(identical)" : "(not measured)";
+  return fmt::format("{} {}", metric_id, value ? format_number(*value) : none);
 }
 
 /// Frame time with its interval, every metric that was asked for, and what the case costs otherwise.
@@ -71,8 +76,8 @@ std::string numbers(const Record& record, const Question& question) {
     if (std::find(metric_ids.begin(), here, *here) != here) continue;
     parts.push_back(metric_text(record, *here));
   }
-  parts.push_back(
-      fmt::format("taps {} (most {})", format_number(record.error->mean_taps), format_number(record.error->max_taps)));
+  parts.push_back(fmt::format("taps {} (most {})", format_number(record.error->at("taps.mean")),
+                              format_number(record.error->at("taps.max"))));
   parts.push_back(fmt::format("memory {}", format_bytes(record.memory_bytes)));
   if (record.bake_time_ns > 0) parts.push_back(fmt::format("bake {}", format_time_ns(record.bake_time_ns)));
   return fmt::format("{}", fmt::join(parts, "   "));
@@ -92,18 +97,30 @@ std::string floor_text(const Record& flat, const Record& pick) {
                      pick_ns / flat_ns, format_time_ns(pick_ns - flat_ns));
 }
 
-/// The sweep that measures just this case again.
-std::string again(const Record& record, const nlohmann::json& info) {
+/// The sweep that measures just this case again; nothing where its config is no file, or not as it was.
+std::string again(const Record& record, const Run& run) {
+  const std::string path = run.info.value("config_path", "");
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return "";
+  const nlohmann::json now = nlohmann::json::parse(read_file(path), nullptr, false, /*ignore_comments=*/true);
+  if (now != run.info.value("config", nlohmann::json())) return "";
   int index = 0;
-  for (const nlohmann::json& device : info.value("devices", nlohmann::json::array())) {
+  for (const nlohmann::json& device : run.info.value("devices", nlohmann::json::array())) {
     if (device.value("backend", "") == record.backend) index = device.value("index", 0);
   }
-  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} -o again",
-                     shell_quoted(info.value("config_path", "CONFIG")), record.backend, index,
-                     shell_quoted(record.case_id));
+  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} -o again", shell_quoted(path),
+                     record.backend, index, shell_quoted(record.case_id));
 }
 
-void print_answer(const Answer& answer, const Question& question, const nlohmann::json& info, const Paint& paint) {
+/// Where there is no simpler setting to show: why not.
+std::string no_simpler_text(const Answer& answer, const Question& question) {
+  if (answer.simplest == nullptr)
+    return fmt::format("none within the time meets {}", bounds_text(question.simplest_budgets));
+  if (answer.simpler == 0) return "no simpler setting was measured";
+  return fmt::format("none of the {} simpler settings does it", answer.simpler);
+}
+
+void print_answer(const Answer& answer, const Question& question, const Run& run, const Paint& paint) {
   fmt::print("\n{}\n", paint.bold(fmt::format("{}, {}, {}", answer.scene, answer.backend, answer.device)));
   const auto line = [](std::string_view label, std::string_view text) { fmt::print("  {:<12}{}\n", label, text); };
   if (answer.pick == nullptr) {
@@ -116,23 +133,28 @@ void print_answer(const Answer& answer, const Question& question, const nlohmann
   const Record& pick = *answer.pick;
   line("pick", paint.good(pick.case_id));
   fmt::print("{}{}\n", kIndent, numbers(pick, question));
-  if (answer.runner_up != nullptr) {
-    line("runner-up", answer.runner_up->case_id);
-    fmt::print("{}{}\n", kIndent, against_pick(*answer.runner_up, pick, question));
+  const auto other = [&](std::string_view label, const Record& record) {
+    line(label, record.case_id);
+    fmt::print("{}{}\n", kIndent, against_pick(record, pick, question));
+  };
+  if (answer.tie != nullptr) {
+    other("tie", *answer.tie);
+    fmt::print("{}{}\n", kIndent,
+               paint.dim(fmt::format("{} as fast as far as the intervals tell; the pick is the simplest and smallest",
+                                     answer.ties == 1 ? "it is" : fmt::format("with it {} are", answer.ties))));
   }
-  if (answer.simplest->technique == pick.technique) {
-    line("simplest", fmt::format("no technique simpler than {} does it", pick.technique));
-  } else {
-    line("simplest", answer.simplest->case_id);
-    fmt::print("{}{}\n", kIndent, against_pick(*answer.simplest, pick, question));
-  }
+  if (answer.runner_up != nullptr && answer.runner_up != answer.tie) other("runner-up", *answer.runner_up);
+  if (answer.simplest == nullptr || !(simplicity(*answer.simplest) < simplicity(pick)))
+    line("simplest", no_simpler_text(answer, question));
+  else
+    other("simplest", *answer.simplest);
   if (answer.flat != nullptr) line("flat floor", floor_text(*answer.flat, pick));
-  line("again", paint.dim(again(pick, info)));
+  if (const std::string command = again(pick, run); !command.empty()) line("again", paint.dim(command));
 }
 
 Exit run(const Arguments& arguments) {
   Run stored = load_run(arguments.folder);
-  const Question question = question_of(arguments, stored.info);
+  const Question question = question_of(arguments, question_of(stored));
   if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
   const std::vector<Answer> answers = recommend(stored.records, question);
   if (arguments.json) {
@@ -140,12 +162,15 @@ Exit run(const Arguments& arguments) {
     return exit_of(answers);
   }
   const Paint paint = paint_for_stdout();
-  fmt::print("{}, of the {} cases in {}.\n", question_text(question), stored.records.size(), arguments.folder);
-  fmt::print("{}\n", paint.dim("Times: median [95 % interval]; judged by the interval's upper end."));
-  for (const Answer& answer : answers) print_answer(answer, question, stored.info, paint);
+  const std::size_t cases = stored.records.size();
+  fmt::print("{}, of the {} case{} in {}.\n", question_text(question), cases, cases == 1 ? "" : "s", arguments.folder);
+  if (is_of_tune(stored))
+    fmt::print("{}\n",
+               paint.dim("These are the settings that tune answers with; how sure it is of them is in tune.json."));
+  fmt::print("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
+  for (const Answer& answer : answers) print_answer(answer, question, stored, paint);
   const Exit result = exit_of(answers);
-  if (result == Exit::nothing_measured)
-    fmt::print(stderr, "reliefbench: no case of {} was measured\n", arguments.folder);
+  if (result == Exit::nothing_measured) print_error(fmt::format("no case of {} was measured", arguments.folder));
   return result;
 }
 
@@ -164,7 +189,9 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
   const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing")->type_name("ID");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
-      "Without a bound: the budgets of the run's config. Exit code 1 where nothing meets the bounds.\n"
+      "Without a bound: the budgets of the run's config, or what tune was asked. Where intervals of time overlap, the\n"
+      "pick is the setting with the fewest features and the smallest map, and what it ties with is named.\n"
+      "Exit code 1 where nothing meets the bounds.\n"
       "Examples:\n"
       "  reliefbench recommend out/quickstart --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001'\n"
       "  reliefbench recommend out/quickstart --max-time-ms 2");

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/plan/plan.h"
@@ -20,6 +21,7 @@ struct Arguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
+  bool retry_failed = false;
   bool dry_run = false;
   bool quiet = false;
   bool json = false;
@@ -100,6 +102,7 @@ void run(const Arguments& arguments, int& exit_code) {
                                                   .backends = backend_ids,
                                                   .device = arguments.device,
                                                   .filter = arguments.filter,
+                                                  .retry_failed = arguments.retry_failed,
                                                   .quiet = arguments.quiet});
   if (arguments.json) {
     fmt::print("{}\n", load_run(summary.folder).info.dump(1));
@@ -122,6 +125,8 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   command->add_option("--device", arguments->device, "index on the backend, see `reliefbench devices`")
       ->capture_default_str();
   command->add_option("--filter", arguments->filter, "only cases whose id matches this glob, e.g. 'cone@*/grazing*'");
+  command->add_flag("--retry-failed", arguments->retry_failed,
+                    "draw again what failed in an earlier start, also what it died of twice");
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");

@@ -35,6 +35,7 @@ struct Arguments {
   std::string time_limit;
   std::uint64_t seed = 1;
   std::string replay;
+  bool retry_failed = false;
   bool quiet = false;
   bool json = false;
 };
@@ -121,6 +122,7 @@ TuneOptions options_of(const Arguments& arguments) {
   options.backend = arguments.backend;
   options.device = arguments.device;
   options.quiet = arguments.quiet;
+  options.retry_failed = arguments.retry_failed;
   TuneQuestion& question = options.question;
   for (const std::string& text : arguments.max_error) question.max_error.push_back(parse_budget(text));
   if (!arguments.max_time_ms.empty()) question.max_time_ms = parse_positive("--max-time-ms", arguments.max_time_ms);
@@ -156,21 +158,17 @@ void print_space(const TuneResult& result) {
         "the budgets as more steps do\n",
         counts.scored, counts.assumed, counts.hopeless);
   if (counts.failed > 0) fmt::print("  {} could not be drawn\n", counts.failed);
-  if (counts.unscored > 0) fmt::print("  {} were not scored in time: no certificate covers them\n", counts.unscored);
 }
 
 void print_certificate(const TuneResult& result, const Paint& paint) {
   const SearchResult& search = result.search;
   const auto assumed = std::ranges::count(search.states, Evidence::assumed, &CandidateState::evidence);
-  fmt::print("  {} of {} settings timed, {} ruled out by fewer steps of the same chain (slack {}), {} samples\n",
-             search.measured, result.space.candidates.size(), assumed, percent(search.slack), search.samples);
+  fmt::print("  {} of {} settings timed, {} ruled out by fewer steps of the same chain (slack {})\n", search.measured,
+             result.space.candidates.size(), assumed, percent(search.slack));
+  if (search.samples > 0)
+    fmt::print("  {} samples, those of a round correlated by at most {:.2f}\n", search.samples, search.correlation);
   fmt::print("  {} audits of what was ruled out, {} wrong\n", search.audits, search.audit_failures);
-  const std::string claim = fmt::format("every answer is within {} of the best, with {:.4g} % confidence",
-                                        percent(search.worst_gap), 100 * result.question.confidence);
-  if (result.is_certified())
-    fmt::print("  {}\n", paint.good("certified: " + claim));
-  else
-    fmt::print("  {}\n", paint.bad(fmt::format("not certified to {}: {}", percent(result.question.epsilon), claim)));
+  fmt::print("  {}\n", result.is_certified() ? paint.good(result.claim()) : paint.bad(result.claim()));
 }
 
 void print_answers(const TuneResult& result, const Paint& paint) {
@@ -222,8 +220,12 @@ void print_result(const TuneResult& result) {
   print_space(result);
   if (result.pick) {
     fmt::print("\n{} {}\n", paint.bold("pick"), paint.good(result.pick->setting));
-    fmt::print("  {}   {} {}   within {} of the best\n", interval(result.pick->time_ns, result.pick->high_ns),
-               result.error_metric, format_number(result.pick->error), percent(result.pick->gap));
+    fmt::print("  {}   {} {}   within {} of the best{}\n", interval(result.pick->time_ns, result.pick->high_ns),
+               result.error_metric, format_number(result.pick->error), percent(result.pick->gap),
+               result.counts.unscored > 0 ? " of those scored" : "");
+    if (!result.pick->tie.empty())
+      fmt::print("  tie with {}: the pick is the simpler or smaller of settings that time does not tell apart\n",
+                 result.pick->tie);
   } else if (!result.search.is_feasible && !result.is_stopped) {
     fmt::print("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
     if (!result.nearest.empty()) fmt::print("  nearest: {}\n", result.nearest);
@@ -250,7 +252,7 @@ std::string chosen_backend(const std::string& name) {
 
 void run(const Arguments& arguments, int& exit_code) {
   TuneOptions options = options_of(arguments);
-  std::signal(SIGINT, on_interrupt);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_interrupt);
   TuneResult result;
   if (!arguments.replay.empty()) {
     if (arguments.scenes.size() > 1) fail_input("--replay takes one --scene");
@@ -309,10 +311,13 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of the audits, and of replay's noise")->capture_default_str();
   command->add_option("--replay", arguments->replay, "a recorded sweep (run folder or table.csv) instead of a device")
       ->type_name("RUN");
+  command->add_flag("--retry-failed", arguments->retry_failed,
+                    "draw again what failed in an earlier start, also what it died of twice");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "tune.json on standard output");
   command->footer(
-      "Exit code 1 where nothing meets the bounds, 4 where the precision was not reached.\n"
+      "Exit code 1 where nothing meets the bounds, 4 where the precision was not reached. Ctrl-C and SIGTERM end the\n"
+      "search with the answer so far.\n"
       "Example:\n"
       "  reliefbench tune rocks --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001' --time-limit 3m -o "
       "out/tune");

@@ -21,6 +21,7 @@ struct Arguments {
   RecordedQuery query;
   int seeds = 20;
   int certificates = 20;
+  double correlation = 0;
   std::vector<double> shares;
   std::string output;
   bool quiet = false;
@@ -50,13 +51,13 @@ void print_line(const TunerLine& line, const Paint& paint) {
   fmt::print("{}", columns(rows, "  "));
 }
 
-void print_certificate(const CertificateCheck& check) {
+void print_certificate(const CertificateCheck& check, double correlation) {
   if (check.seeds == 0) return;
   const auto frames = [](double value) { return fmt::format("{:.2f}", value); };
   fmt::print("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
              percent(check.epsilon), percent(check.confidence), check.held, check.seeds, check.certified);
-  fmt::print("  frames a setting {}, worst regret {}\n", both(check.frames_per_setting, frames),
-             both(check.worst_regret, percent));
+  fmt::print("  frames a setting {}, worst regret {}, frames of a round correlated by {}\n",
+             both(check.frames_per_setting, frames), both(check.worst_regret, percent), format_number(correlation));
 }
 
 void print_comparison(const TunerComparison& comparison) {
@@ -71,13 +72,14 @@ void print_comparison(const TunerComparison& comparison) {
                                    "budget is left without an answer.",
                                    comparison.seeds)));
   for (const TunerLine& line : comparison.lines) print_line(line, paint);
-  print_certificate(comparison.certificate);
+  print_certificate(comparison.certificate, comparison.correlation);
 }
 
 void run(const Arguments& arguments) {
   const RecordedTable table = load_recorded(arguments.path, arguments.query);
   Progress progress(arguments.quiet);
-  TunersOptions options{.seeds = arguments.seeds, .certificates = arguments.certificates};
+  TunersOptions options{
+      .seeds = arguments.seeds, .certificates = arguments.certificates, .correlation = arguments.correlation};
   if (!arguments.shares.empty()) options.shares = arguments.shares;
   options.on_progress = [&](double fraction) {
     progress.update(fraction, fmt::format("{} seeds on {} settings", arguments.seeds, table.samples.size()));
@@ -112,6 +114,9 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
   const CLI::Option* certificates =
       command->add_option("--certificates", "seeds on which `tune` runs to its certificate; default: as many")
           ->check(CLI::Range(0, 10000));
+  const CLI::Option* correlation =
+      command->add_option("--correlation", "of the frames of a round while `tune` runs to its certificate; default 0")
+          ->check(CLI::Range(0.0, 1.0));
   const CLI::Option* shares =
       command->add_option("--share", "of the settings that may be timed, 1: until it ends; may be repeated")
           ->check(CLI::Range(1e-9, 1.0))
@@ -129,6 +134,7 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
                         .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
                         .seeds = value_or(seeds, 20),
                         .certificates = value_or(certificates, value_or(seeds, 20)),
+                        .correlation = value_or(correlation, 0.0),
                         .shares = value_or(shares, std::vector<double>{}),
                         .output = value_or(output, std::string()),
                         .quiet = is_set(quiet),

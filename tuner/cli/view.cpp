@@ -7,6 +7,7 @@
 #include <string>
 
 #include "backends/window.h"
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
@@ -32,10 +33,9 @@ struct Arguments {
 /// The technique, its numbers, and which choices differ from the defaults.
 std::string short_text(const Settings& settings) {
   std::string text(settings.technique().id);
-  for (const Param& param : settings.technique().params)
-    if (const int value = settings.get(param.id);
-        settings.is_active(param) && (param.choices.empty() || value != param.fallback))
-      text += fmt::format(" {}={}", param.id, param.text(value));
+  for (const SettingValue& given : settings.values())
+    if (given.param.choices.empty() || given.value != given.param.fallback)
+      text += fmt::format(" {}={}", given.param.id, given.text());
   return text;
 }
 
@@ -80,7 +80,7 @@ class ViewCommand {
     write_png(arguments_.png, scene_.width_px, scene_.height_px, frame.rgba8);
     const FrameScore& score = frame.judged.score;
     fmt::print("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", setting_id(chosen_.settings),
-               format_number(score.e_xy.p99), format_number(score.missed_rate), arguments_.png);
+               format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
   }
 
   /// Draws when something changed; to count frames, without waiting for that.
@@ -124,7 +124,7 @@ class ViewCommand {
     if (!chosen_.levels.empty())
       text += fmt::format(" | level {}", chosen_.levels.at(static_cast<std::size_t>(state_.level)).quality);
     text += fmt::format(" | {} a frame | e_xy.p99 {} texels", format_time_ns(frame.wall_ns),
-                        format_number(frame.judged.score.e_xy.p99));
+                        format_number(frame.judged.score.at("e_xy.p99")));
     return state_.shows_error ? text + " | error map" : text;
   }
 
@@ -135,7 +135,7 @@ class ViewCommand {
       write_png(name, scene_.width_px, scene_.height_px, picture_);
       fmt::print("written: {}\n", name.string());
     } catch (const Error& error) {
-      fmt::print(stderr, "reliefbench: {}\n", error.what());
+      print_error(error.what());
     }
   }
 

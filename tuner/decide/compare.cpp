@@ -1,12 +1,11 @@
 #include "tuner/decide/compare.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "tuner/decide/pareto.h"
-#include "tuner/results/relative_time.h"
 #include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
@@ -15,11 +14,6 @@ namespace {
 /// By what is matched between runs. A run that measured one scene under two names has each case twice: then by their
 /// order, too.
 using RecordsByKey = std::map<std::pair<std::string, int>, const Record*>;
-
-struct Match {
-  const Record* base;
-  const Record* now;
-};
 
 RecordsByKey by_key(const Run& run) {
   RecordsByKey result;
@@ -78,10 +72,10 @@ void warn_of_scenes(const Run& base, const Run& now, Comparison& comparison) {
                                                   before.spec.id, difference_text(before, after)));
 }
 
-std::vector<Match> match_cases(const Run& base, const Run& now, Comparison& comparison) {
+std::vector<CaseMatch> match_cases(const Run& base, const Run& now, Comparison& comparison) {
   const RecordsByKey before = by_key(base);
   const RecordsByKey after = by_key(now);
-  std::vector<Match> matches;
+  std::vector<CaseMatch> matches;
   for (const auto& [key, old] : before) {
     const auto other = after.find(key);
     if (other == after.end()) {
@@ -102,124 +96,45 @@ std::vector<Match> match_cases(const Run& base, const Run& now, Comparison& comp
 }
 
 bool is_worse(const MetricRow& metric, std::optional<double> base, std::optional<double> now) {
-  if (!base || !now) return metric.lower_is_better != now.has_value();  // no psnr: identical pictures
+  if (!base || !now) return now.has_value();  // where none is best
   return metric.lower_is_better ? *now > *base : *now < *base;
 }
 
-void compare_errors(std::span<const Match> matches, std::string_view only_metric, Comparison& comparison) {
+void compare_errors(std::span<const CaseMatch> matches, std::string_view only_metric, Comparison& comparison) {
   for (const MetricRow& metric : metrics()) {
     if (!only_metric.empty() && metric.id != only_metric) continue;
-    for (const Match& match : matches) {
+    for (const CaseMatch& match : matches) {
       const std::optional<double> base = metric_value(*match.base, metric.id);
       const std::optional<double> now = metric_value(*match.now, metric.id);
       if (base == now) continue;
-      if (metric.lower_is_better && (!base || !now)) continue;  // one run did not measure it
+      if (!metric.none_is_best() && (!base || !now)) continue;  // one run did not measure it
       comparison.errors.push_back({.case_id = match.base->case_id,
                                    .metric = std::string(metric.id),
                                    .base = base,
                                    .now = now,
-                                   .worse = is_worse(metric, base, now)});
+                                   .worse = !metric.counts_work && is_worse(metric, base, now),
+                                   .counts_work = metric.counts_work});
     }
   }
-}
-
-/// The samples of one run, ready to be asked for a case's times.
-class CaseTimes {
- public:
-  explicit CaseTimes(const Run& run) : folder_(run.folder), samples_(group_samples(run.samples)) {}
-
-  [[nodiscard]] const std::vector<Sample>* find(std::string_view case_id) const {
-    const auto found = samples_.find(case_id);
-    return found == samples_.end() ? nullptr : &found->second;
-  }
-
-  /// ns, or with a control case a plain ratio.
-  [[nodiscard]] std::vector<double> of(const Record& record, bool relative) const {
-    const std::vector<Sample>* samples = find(record.case_id);
-    if (samples == nullptr) {
-      fail_input("{}: no samples of case {}", (folder_ / "samples.jsonl").string(), record.case_id);
-    }
-    return relative ? relative_times(*samples, *find(control_case_id(record.backend))) : raw_times(*samples);
-  }
-
- private:
-  std::filesystem::path folder_;
-  SamplesByCase samples_;
-};
-
-/// The least two-sided p that Mann-Whitney can reach: 2 / (a + b choose a), when every a is under every b.
-double least_p(std::size_t a, std::size_t b) {
-  double p = 2;
-  for (std::size_t i = 1; i <= a; ++i) p *= static_cast<double>(i) / static_cast<double>(b + i);
-  return p;
-}
-
-Change judge(const CaseChange& c, const CompareOptions& options) {
-  const double upper = 1 + options.threshold;
-  const double lower = 1 / upper;
-  if (c.ratio.low >= lower && c.ratio.high <= upper) return Change::same;
-  if (c.p > 1 - options.confidence) return Change::unclear;
-  if (c.ratio.ratio > upper) return Change::slower;
-  return c.ratio.ratio < lower ? Change::faster : Change::unclear;
-}
-
-void check_power(std::size_t most_samples, const CompareOptions& options, Comparison& comparison) {
-  const double least_alpha = (1 - options.confidence) / static_cast<double>(comparison.matched);
-  comparison.has_power = least_p(most_samples, most_samples) <= least_alpha;
-  if (comparison.has_power) return;
-  std::size_t needed = most_samples;
-  while (least_p(needed, needed) > least_alpha) ++needed;
-  comparison.warnings.push_back(
-      fmt::format("{} samples a case are too few for any of {} cases to be faster or slower beyond doubt; {} would do",
-                  most_samples, comparison.matched, needed));
-}
-
-void compare_times(const Run& base, const Run& now, std::span<const Match> matches, const CompareOptions& options,
-                   Comparison& comparison) {
-  const CaseTimes before(base);
-  const CaseTimes after(now);
-  std::set<std::string> backends;
-  for (const Match& match : matches) backends.insert(match.base->backend);
-  std::set<std::string> with_control;
-  for (const std::string& backend : backends) {
-    const std::vector<Sample>* old_control = before.find(control_case_id(backend));
-    const std::vector<Sample>* new_control = after.find(control_case_id(backend));
-    if (old_control != nullptr && new_control != nullptr) {
-      with_control.insert(backend);
-      comparison.control_ratio.emplace_back(backend, median(raw_times(*new_control)) / median(raw_times(*old_control)));
-    } else if (options.metric == "frame_time") {
-      comparison.warnings.push_back(
-          fmt::format("no control samples of {} in both runs: its times are compared raw, drift included", backend));
-    }
-  }
-
-  std::vector<double> p_values;
-  std::vector<double> ratios;
-  std::size_t most_samples = 0;
-  for (const Match& match : matches) {
-    const bool relative = options.metric == "frame_time" && with_control.contains(match.base->backend);
-    const std::vector<double> old_times = before.of(*match.base, relative);
-    const std::vector<double> new_times = after.of(*match.now, relative);
-    comparison.cases.push_back(
-        {.case_id = match.base->case_id, .ratio = ratio_interval(old_times, new_times, options.confidence)});
-    p_values.push_back(mann_whitney_p(old_times, new_times));
-    ratios.push_back(comparison.cases.back().ratio.ratio);
-    most_samples = std::max(most_samples, std::min(old_times.size(), new_times.size()));
-  }
-  const std::vector<double> corrected = holm(p_values);
-  for (std::size_t i = 0; i < corrected.size(); ++i) {
-    comparison.cases[i].p = corrected[i];
-    comparison.cases[i].change = judge(comparison.cases[i], options);
-  }
-  std::stable_sort(comparison.cases.begin(), comparison.cases.end(),
-                   [](const CaseChange& a, const CaseChange& b) { return a.ratio.ratio > b.ratio.ratio; });
-  comparison.geometric_mean = geometric_mean(ratios);
-  check_power(most_samples, options, comparison);
 }
 
 nlohmann::json or_null(std::optional<double> value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
 
+/// JSON has no infinity: an unbounded end is null.
+nlohmann::json time_change_json(const TimeChange& change) {
+  const auto end = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+  return {{"ratio", change.ratio.ratio},
+          {"ci", {end(change.ratio.low), end(change.ratio.high)}},
+          {"p", change.p},
+          {"change", change_id(change.change)}};
+}
+
 }  // namespace
+
+std::string_view error_change_id(const ErrorChange& change) {
+  if (change.counts_work) return change.now > change.base ? "more" : "fewer";
+  return change.worse ? "worse" : "better";
+}
 
 std::string_view change_id(Change change) {
   switch (change) {
@@ -242,32 +157,38 @@ Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& o
   comparison.metric = options.metric;
   check_devices(base, now);
   warn_of_host(base, now, comparison);
-  const std::vector<Match> matches = match_cases(base, now, comparison);
+  const std::vector<CaseMatch> matches = match_cases(base, now, comparison);
   compare_errors(matches, of_time ? "" : options.metric, comparison);
   if (of_time && !matches.empty()) compare_times(base, now, matches, options, comparison);
   return comparison;
 }
 
+bool is_inconclusive(const Comparison& comparison) {
+  const auto is_unclear = [](const TimeChange& change) { return change.change == Change::unclear; };
+  const auto unclear = std::ranges::count_if(comparison.cases, is_unclear);
+  return std::ranges::any_of(comparison.groups, is_unclear) ||
+         2 * static_cast<std::size_t>(unclear) > comparison.cases.size();
+}
+
 Exit exit_of(const Comparison& comparison) {
-  const auto has = [&](Change change) {
-    return std::any_of(comparison.cases.begin(), comparison.cases.end(),
-                       [&](const CaseChange& c) { return c.change == change; });
-  };
-  const bool worse_error = std::any_of(comparison.errors.begin(), comparison.errors.end(),
-                                       [](const ErrorChange& error) { return error.worse; });
-  if (has(Change::slower) || worse_error || !comparison.lost.empty()) return Exit::answer_is_no;
+  const auto is_slower = [](const TimeChange& change) { return change.change == Change::slower; };
+  if (std::ranges::any_of(comparison.cases, is_slower) || std::ranges::any_of(comparison.groups, is_slower) ||
+      std::ranges::any_of(comparison.errors, &ErrorChange::worse) || !comparison.lost.empty())
+    return Exit::answer_is_no;
   if (comparison.matched == 0) return Exit::nothing_measured;
-  return has(Change::unclear) && !comparison.has_power ? Exit::inconclusive : Exit::done;
+  return is_inconclusive(comparison) ? Exit::inconclusive : Exit::done;
 }
 
 nlohmann::json comparison_json(const Comparison& comparison) {
   nlohmann::json cases = nlohmann::json::array();
   for (const CaseChange& c : comparison.cases) {
-    cases.push_back({{"case", c.case_id},
-                     {"ratio", c.ratio.ratio},
-                     {"ci", {c.ratio.low, c.ratio.high}},
-                     {"p", c.p},
-                     {"change", change_id(c.change)}});
+    cases.push_back(time_change_json(c));
+    cases.back()["case"] = c.case_id;
+  }
+  nlohmann::json groups = nlohmann::json::array();
+  for (const GroupChange& group : comparison.groups) {
+    groups.push_back(time_change_json(group));
+    groups.back().update({{"group", group.group}, {"cases", group.cases}});
   }
   nlohmann::json errors = nlohmann::json::array();
   for (const ErrorChange& e : comparison.errors) {
@@ -275,16 +196,21 @@ nlohmann::json comparison_json(const Comparison& comparison) {
                       {"metric", e.metric},
                       {"base", or_null(e.base)},
                       {"new", or_null(e.now)},
-                      {"change", e.worse ? "worse" : "better"}});
+                      {"change", error_change_id(e)}});
   }
   nlohmann::json control = nlohmann::json::object();
   for (const auto& [backend, ratio] : comparison.control_ratio) control[backend] = ratio;
+  nlohmann::json between_runs = nlohmann::json::object();
+  for (const auto& [backend, deviation] : comparison.between_runs) between_runs[backend] = deviation;
   return {{"schema", kSchemaVersion},
           {"metric", comparison.metric},
           {"matched", comparison.matched},
-          {"geometric_mean", comparison.geometric_mean},
+          {"geometric_mean", comparison.groups.empty() ? 1.0 : comparison.groups.front().ratio.ratio},
+          {"inconclusive", is_inconclusive(comparison)},
           {"control_ratio", std::move(control)},
-          {"has_power", comparison.has_power},
+          {"between_runs", std::move(between_runs)},
+          {"assumed", comparison.assumed},
+          {"groups", std::move(groups)},
           {"cases", std::move(cases)},
           {"errors", std::move(errors)},
           {"lost", comparison.lost},

@@ -106,6 +106,7 @@ nlohmann::json fronts_json(std::span<const Front> fronts) {
       points.push_back({{"case", point.record->case_id},
                         {"time_ns", point.time_ns},
                         {"ci", {summary.ci_low, summary.ci_high}},
+                        {"coverage", interval_coverage(summary.n)},
                         {"error", point.error},
                         {"equivalents", std::move(equivalents)}});
     }

@@ -10,14 +10,19 @@
 #include <tuple>
 
 #include "kernels/base/error.h"
+#include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
 
 using nlohmann::json;
 
-constexpr double kSlack = 1e-9;  // of a log of a time, for rounding
+constexpr std::string_view kSeen = "flip";  // the metric that is linear in what is seen
+constexpr double kUnseen = 0.02;            // of the cheapest setting's error: what is less counts as none
+constexpr double kSlack = 1e-9;             // of a level's error, for rounding
+constexpr std::size_t kFewLevels = 3;
 
 /// The newest measurement of each setting, by scene.
 using SceneCases = std::map<std::string, PresetEvidence, std::less<>>;  ///< by settings
@@ -36,15 +41,40 @@ std::string settings_text(const Record& record) {
   return text;
 }
 
-/// A value that all runs must have in common.
-json common_front(std::span<const Run> runs, const char* key, const json& fallback) {
-  const auto value_of = [&](const Run& run) { return run.info.value("front", json::object()).value(key, fallback); };
-  json first = value_of(runs.front());
-  for (const Run& run : runs)
-    if (value_of(run) != first)
-      fail_input("{}: its front's {} is {}, that of {} is {}; say which by --error and --constraint",
-                 run.folder.string(), key, value_of(run).dump(), runs.front().folder.string(), first.dump());
+std::vector<std::string> texts(const std::vector<Budget>& budgets) {
+  std::vector<std::string> list;
+  for (const Budget& budget : budgets) list.push_back(budget.text());
+  return list;
+}
+
+/// What all runs must have in common, unless the query says it.
+RunQuestion common_question(std::span<const Run> runs, const PresetQuery& query) {
+  const RunQuestion first = question_of(runs.front());
+  const auto check = [&](const Run& run, std::string_view what, const std::string& own, const std::string& firsts) {
+    if (own != firsts)
+      fail_input("{}: its {} is {}, that of {} is {}; say which by --error and --constraint", run.folder.string(), what,
+                 own, runs.front().folder.string(), firsts);
+  };
+  const auto joined = [](const std::vector<Budget>& budgets) {
+    return fmt::format("'{}'", fmt::join(texts(budgets), " and "));
+  };
+  for (const Run& run : runs) {
+    const RunQuestion own = question_of(run);
+    if (!query.error_metric) check(run, "front's error", own.error_metric, first.error_metric);
+    if (query.constraints) continue;
+    check(run, "front's constraints", joined(own.constraints), joined(first.constraints));
+    check(run, "budget", joined(own.budgets), joined(first.budgets));
+  }
   return first;
+}
+
+/// Whether the shaded frames of a device were compared.
+bool has_seen_errors(std::span<const Run> runs) {
+  return std::ranges::any_of(runs, [](const Run& run) {
+    return std::ranges::any_of(run.records, [](const Record& record) {
+      return record.status == Status::ok && metric_value(record, kSeen).value_or(0) > 0;
+    });
+  });
 }
 
 std::string driver_of(const Run& run, const std::string& backend) {
@@ -87,78 +117,111 @@ std::map<DeviceKey, DeviceCases> gather(std::span<const Run> runs) {
 }
 
 /// A setting that counts.
-struct Choice {
-  std::vector<PresetEvidence> evidence;  ///< parallel to the device's scenes
+struct Candidate {
+  std::vector<PresetEvidence> evidence{};  ///< parallel to the device's scenes
   double relative_time = 0;
   double error = 0;
+  double level_error = 0;
+  Contender contender{};  ///< its times are relative ones
 };
 
-/// The settings of all scenes, with the error of the worst one.
-std::vector<Choice> shared_choices(const DeviceCases& device, const std::string& error_metric) {
-  std::vector<Choice> choices;
+const Summary& time_of(const PresetEvidence& evidence) { return evidence.record->frame_time->summary; }
+
+/// The settings of all scenes, with the errors of the worst one.
+std::vector<Candidate> shared_settings(const DeviceCases& device, const Presets& presets) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<Candidate> candidates;
   for (const auto& [text, ignored] : device.scenes.begin()->second) {
-    Choice choice;
+    Candidate candidate;
     for (const auto& [scene, cases] : device.scenes) {
       const auto found = cases.find(text);
       if (found == cases.end()) break;
-      choice.evidence.push_back(found->second);
-      choice.evidence.back().error =
-          metric_value(*found->second.record, error_metric).value_or(std::numeric_limits<double>::infinity());
-      choice.error = std::max(choice.error, choice.evidence.back().error);
+      const Record& record = *found->second.record;
+      candidate.evidence.push_back(found->second);
+      candidate.evidence.back().error = metric_value(record, presets.error_metric).value_or(kInfinity);
+      candidate.error = std::max(candidate.error, candidate.evidence.back().error);
+      candidate.level_error =
+          std::max(candidate.level_error, metric_value(record, presets.level_metric).value_or(kInfinity));
+      candidate.contender.memory_bytes = std::max(candidate.contender.memory_bytes, record.memory_bytes);
     }
-    if (choice.evidence.size() == device.scenes.size()) choices.push_back(std::move(choice));
+    if (candidate.evidence.size() == device.scenes.size()) candidates.push_back(std::move(candidate));
   }
-  return choices;
+  return candidates;
 }
 
-double time_ns(const PresetEvidence& evidence) { return evidence.record->frame_time->summary.median; }
-
-/// Finds the fastest of each scene, and every choice's time relative to it.
-std::vector<SceneFloor> set_relative_times(std::vector<Choice>& choices) {
+/// Finds the fastest of each scene, and every setting's time relative to it.
+std::vector<SceneFloor> set_relative_times(std::vector<Candidate>& candidates) {
   std::vector<SceneFloor> floors;
-  for (std::size_t s = 0; s < choices.front().evidence.size(); ++s) {
-    const Choice& fastest =
-        *std::ranges::min_element(choices, {}, [s](const Choice& choice) { return time_ns(choice.evidence[s]); });
+  for (std::size_t s = 0; s < candidates.front().evidence.size(); ++s) {
+    const Candidate& fastest = *std::ranges::min_element(
+        candidates, {}, [s](const Candidate& candidate) { return time_of(candidate.evidence[s]).median; });
     floors.push_back({.scene = fastest.evidence[s].record->scene, .fastest = fastest.evidence[s].record});
-    for (Choice& choice : choices)
-      choice.relative_time =
-          std::max(choice.relative_time, time_ns(choice.evidence[s]) / floors[s].fastest->frame_time->summary.median);
+    const double fastest_ns = floors[s].fastest->frame_time->summary.median;
+    for (Candidate& candidate : candidates) {
+      const Summary& time = time_of(candidate.evidence[s]);
+      candidate.relative_time = std::max(candidate.relative_time, time.median / fastest_ns);
+      candidate.contender.low_ns = std::max(candidate.contender.low_ns, time.ci_low / fastest_ns);
+      candidate.contender.high_ns = std::max(candidate.contender.high_ns, time.ci_high / fastest_ns);
+    }
   }
+  for (Candidate& candidate : candidates)
+    candidate.contender.simplicity = simplicity(*candidate.evidence.front().record);
   return floors;
 }
 
-/// By rising time and falling error.
-std::vector<Choice> front_of(const std::vector<Choice>& choices) {
+/// By rising time and falling error, in what levels are spaced by.
+std::vector<Candidate> front_of(const std::vector<Candidate>& candidates) {
   std::vector<double> times;
   std::vector<double> errors;
-  for (const Choice& choice : choices) {
-    times.push_back(choice.relative_time);
-    errors.push_back(choice.error);
+  for (const Candidate& candidate : candidates) {
+    times.push_back(candidate.relative_time);
+    errors.push_back(candidate.level_error);
   }
-  std::vector<Choice> front;
-  for (const std::size_t i : pareto_front(times, errors)) front.push_back(choices[i]);
+  std::vector<Candidate> front;
+  for (const std::size_t i : pareto_front(times, errors)) front.push_back(candidates[i]);
   return front;
 }
 
-/// front: not empty
-std::vector<PresetLevel> levels_of(const std::vector<Choice>& front) {
-  const double cheapest = std::log(front.front().relative_time);
-  const double dearest = std::log(front.back().relative_time);
-  std::vector<PresetLevel> levels;
-  for (int quality = 0; quality <= 100; quality += kPresetStep) {
-    const double limit = std::lerp(cheapest, dearest, quality / 100.0) + kSlack;
-    const auto beyond =
-        std::ranges::find_if(front, [&](const Choice& choice) { return std::log(choice.relative_time) > limit; });
-    const Choice& choice = *std::prev(beyond);  // the cheapest one is never beyond
+/// The largest error that a level allows.
+double level_limit(double loosest, double least, int quality, bool is_linear) {
+  const double share = static_cast<double>(quality) / kBestPreset;
+  const double seen = std::max(least, kUnseen * loosest);
+  if (is_linear) return std::lerp(loosest, seen, share);
+  return loosest > 0 ? std::exp(std::lerp(std::log(loosest), std::log(seen), share)) : 0;
+}
+
+/// candidates, front: not empty
+std::vector<PresetLevel> levels_of(const std::vector<Candidate>& candidates, const std::vector<Candidate>& front,
+                                   bool is_linear) {
+  std::vector<PresetLevel> levels;  // from the best down
+  const Candidate* above = nullptr;
+  for (int quality = kBestPreset; quality >= 0; quality -= kPresetStep) {
+    const double limit =
+        level_limit(front.front().level_error, front.back().level_error, quality, is_linear) * (1 + kSlack);
+    std::vector<const Candidate*> as_good;
+    std::vector<Contender> contenders;
+    for (const Candidate& candidate : candidates) {
+      const bool keeps_order =
+          above == nullptr || &candidate == above ||
+          (candidate.relative_time <= above->relative_time && candidate.level_error >= above->level_error);
+      if (candidate.level_error > limit || !keeps_order) continue;
+      as_good.push_back(&candidate);
+      contenders.push_back(candidate.contender);
+    }
+    const Candidate& picked = *as_good[choose(contenders).pick];
+    if (above == &picked) levels.pop_back();  // the lower of two equal levels stays
+    above = &picked;
     levels.push_back({.quality = quality,
-                      .relative_time = choice.relative_time,
-                      .error = choice.error,
-                      .evidence = choice.evidence});
+                      .relative_time = picked.relative_time,
+                      .error = picked.error,
+                      .level_error = picked.level_error,
+                      .evidence = picked.evidence});
   }
+  std::ranges::reverse(levels);
   return levels;
 }
 
-DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, const Presets& presets) {
+DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Presets& presets) {
   DevicePresets result{.backend = key.first, .device = key.second, .driver = device.driver, .scenes = {}, .levels = {}};
   std::set<std::string> measured;
   std::vector<std::string> counts;
@@ -167,51 +230,57 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, co
     counts.push_back(fmt::format("{}: {}", scene, cases.size()));
   }
   result.measured = static_cast<int>(measured.size());
-  std::vector<Choice> choices = shared_choices(device, presets.error_metric);
-  result.shared = static_cast<int>(choices.size());
-  if (choices.empty())
+  std::vector<Candidate> candidates = shared_settings(device, presets);
+  result.shared = static_cast<int>(candidates.size());
+  if (candidates.empty())
     fail_input("{}, {}: no setting was measured in all of its {} scenes ({}); sweep them with the same settings",
                key.first, key.second, device.scenes.size(), fmt::join(counts, ", "));
-  const auto is_feasible = [&](const Choice& choice) {
-    return std::isfinite(choice.error) && std::ranges::all_of(choice.evidence, [&](const PresetEvidence& evidence) {
+  const auto is_feasible = [&](const Candidate& candidate) {
+    return std::isfinite(candidate.error) &&
+           std::ranges::all_of(candidate.evidence, [&](const PresetEvidence& evidence) {
              return std::ranges::all_of(presets.constraints,
                                         [&](const Budget& budget) { return meets(*evidence.record, budget); });
            });
   };
-  std::erase_if(choices, [&](const Choice& choice) { return !is_feasible(choice); });
-  result.feasible = static_cast<int>(choices.size());
-  if (choices.empty()) {
-    std::vector<std::string> bounds;
-    for (const Budget& budget : presets.constraints) bounds.push_back(budget.text());
+  std::erase_if(candidates, [&](const Candidate& candidate) { return !is_feasible(candidate); });
+  result.feasible = static_cast<int>(candidates.size());
+  if (candidates.empty()) {
     throw Error(
         Exit::answer_is_no,
-        fmt::format("{}, {}: of the {} settings that its {} scenes share none has a value of {} and meets {} in all",
+        fmt::format("{}, {}: of the {} settings that its {} scenes share none has a value of {} and meets {} in all; "
+                    "other bounds by --constraint",
                     key.first, key.second, result.shared, device.scenes.size(), presets.error_metric,
-                    fmt::join(bounds, ", ")));
+                    fmt::join(texts(presets.constraints), ", ")));
   }
-  result.scenes = set_relative_times(choices);
-  const std::vector<Choice> front = front_of(choices);
+  result.scenes = set_relative_times(candidates);
+  const std::vector<Candidate> front = front_of(candidates);
   result.on_front = static_cast<int>(front.size());
-  result.levels = levels_of(front);
+  result.levels = levels_of(candidates, front, presets.level_metric == kSeen);
+  if (result.levels.size() < kFewLevels)
+    presets.warnings.push_back(fmt::format(
+        "{}, {}: {} distinct level{} of {} settings within {}{}", key.first, key.second, result.levels.size(),
+        result.levels.size() == 1 ? "" : "s", result.feasible, fmt::join(texts(presets.constraints), ", "),
+        std::ranges::any_of(presets.runs, [](const Run* run) { return is_of_tune(*run); })
+            ? "; a tune's folder holds only the settings that it answers with: sweep for more"
+            : "; sweep more settings, or allow more error by --constraint"));
   return result;
 }
 
 }  // namespace
 
 Presets make_presets(std::span<const Run> runs, const PresetQuery& query) {
-  const Config defaults;
-  std::vector<std::string> default_constraints;
-  for (const Budget& budget : defaults.front_constraints) default_constraints.push_back(budget.text());
-
+  const RunQuestion common = common_question(runs, query);
   Presets presets;
-  presets.error_metric =
-      query.error_metric ? *query.error_metric : common_front(runs, "error", defaults.front_error).get<std::string>();
+  presets.error_metric = query.error_metric.value_or(common.error_metric);
   if (!find_metric(presets.error_metric).lower_is_better)
     fail_input("'{}' is no error: higher is better", presets.error_metric);
-  presets.constraints =
-      query.constraints
-          ? *query.constraints
-          : parse_budgets(common_front(runs, "constraints", default_constraints).get<std::vector<std::string>>());
+  presets.level_metric = !query.error_metric && has_seen_errors(runs) ? std::string(kSeen) : presets.error_metric;
+  presets.constraints = query.constraints.value_or(common.constraints);
+  if (!query.constraints)
+    for (const Budget& budget : common.budgets) {
+      const auto is_it = [&](const Budget& other) { return other.text() == budget.text(); };
+      if (std::ranges::none_of(presets.constraints, is_it)) presets.constraints.push_back(budget);
+    }
   for (const Run& run : runs) presets.runs.push_back(&run);
   for (const auto& [key, device] : gather(runs)) presets.devices.push_back(device_presets(key, device, presets));
   if (presets.devices.empty()) throw Error(Exit::nothing_measured, "the runs hold no case that was measured");

@@ -13,12 +13,12 @@
 
 namespace reliefbench {
 
-inline constexpr int kPresetStep = 10;  ///< levels are 0, 10, ..., 100
+inline constexpr int kPresetStep = 10;  ///< levels are among 0, 10, ..., kBestPreset
 
-/// What presets are to be made by. Where nothing is said: as the runs' configs have it, which must then agree.
+/// What presets are to be made by. Where nothing is said: as the runs have it, which must then agree.
 struct PresetQuery {
-  std::optional<std::string> error_metric{};
-  std::optional<std::vector<Budget>> constraints{};
+  std::optional<std::string> error_metric{};         ///< also that by which levels are spaced
+  std::optional<std::vector<Budget>> constraints{};  ///< of every level; else the front's and the runs' budgets
 };
 
 /// One measurement behind a level. Pointers go into the runs that were asked.
@@ -32,6 +32,7 @@ struct PresetLevel {
   int quality = 0;                       ///< 0 = cheapest, 100 = most accurate
   double relative_time = 1;              ///< median to the scene's fastest; of the worst scene
   double error = 0;                      ///< of the worst scene
+  double level_error = 0;                ///< Presets::level_metric, of the worst scene
   std::vector<PresetEvidence> evidence;  ///< one a scene, by scene; all of the same settings
 };
 
@@ -44,12 +45,13 @@ struct SceneFloor {
 /// The levels of one device.
 ///
 /// Only settings count that were measured in every scene and meet the constraints in each. A setting's error and its
-/// time relative to the scene's fastest are those of its worst scene; the settings that no other beats in both are the
-/// front. Level 0 is its cheapest setting, level 100 its most accurate one, and level q the most accurate whose time is
-/// within
-///   exp((1 - q/100) log(time of 0) + q/100 log(time of 100)):
-/// equal steps of quality cost equal ratios of time. So along the levels error never rises and time never falls;
-/// neighbours may share a setting.
+/// time relative to the scene's fastest are those of its worst scene. Levels are equal steps of the error that is seen,
+/// between that of the cheapest setting and the least there is, where less than a fiftieth of the former (.01 texel
+/// where .5 is allowed) counts as none: equal differences of FLIP, which is made to be linear in what is seen, and
+/// equal ratios of other errors. Of the settings that are as accurate as a level asks, choose() takes one, but none
+/// that is slower than the next better level or more accurate: so along the levels error never rises and time never
+/// falls. Levels that would be the same setting as the one below are left out: fewer than eleven where the settings are
+/// few.
 struct DevicePresets {
   std::string backend;
   std::string device;
@@ -64,20 +66,24 @@ struct DevicePresets {
 
 struct Presets {
   std::string error_metric;
+  std::string level_metric;  ///< by which levels are spaced: flip where pictures were compared, else error_metric
   std::vector<Budget> constraints;
   std::vector<const Run*> runs;
   std::vector<DevicePresets> devices;  ///< by backend and device
+  std::vector<std::string> warnings;
 };
 
 /// Of two measurements of one setting in one scene, that of the later run in `runs` counts.
-/// throws: Error(bad_input): runs that differ in metric, constraints, a device's driver or what a scene is; no setting
+/// throws: Error(bad_input): runs that differ in metric, constraints, budgets, a device's driver or what a scene is; no
+/// setting
 ///         that all scenes of a device share; Error(answer_is_no): none meets the constraints in all of them;
 ///         Error(nothing_measured)
 [[nodiscard]] Presets make_presets(std::span<const Run> runs, const PresetQuery& query);
 
 [[nodiscard]] nlohmann::json presets_json(const Presets& presets);  ///< presets.json
 
-/// The levels as `#define`s alone, the same text for C++ and GLSL:
+/// The levels 0, 10, ..., 100 as `#define`s alone, the same text for C++ and GLSL; one that was left out is the one
+/// below it:
 ///   #if RELIEF_VULKAN_LLVMPIPE_Q50_TECHNIQUE == RELIEF_TECHNIQUE_CONE ... RELIEF_VULKAN_LLVMPIPE_Q50_CONE_STEPS
 [[nodiscard]] std::string presets_header(const Presets& presets);
 

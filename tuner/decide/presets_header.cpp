@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "tuner/decide/presets.h"
@@ -53,18 +54,17 @@ std::string constants(const std::set<std::string_view>& used) {
   return text;
 }
 
-std::string level_text(const std::string& prefix, const PresetLevel& level, const Presets& presets) {
+std::string level_text(const std::string& prefix, int quality, const PresetLevel& level, const Presets& presets) {
   const Record& record = *level.evidence.front().record;
   const Settings settings = settings_of(record.technique, record.params);
-  std::string text = comment(fmt::format("{} of quality: {:.3g} times the fastest, {} {:.3g}; {}", level.quality,
+  std::string text = comment(fmt::format("{} of quality: {:.3g} times the fastest, {} {:.3g}; {}", quality,
                                          level.relative_time, presets.error_metric, level.error, record.case_id));
-  const std::string own = fmt::format("{}_Q{}", prefix, level.quality);
+  const std::string own = fmt::format("{}_Q{}", prefix, quality);
   text += define(own + "_TECHNIQUE", value_name("technique", record.technique));
-  for (const Param& param : settings.technique().params) {
-    if (!settings.is_active(param)) continue;
-    const std::string value = param.text(settings.get(param.id));
+  for (const SettingValue& given : settings.values()) {
+    const Param& param = given.param;
     text += define(fmt::format("{}_{}", own, macro_name(param.id)),
-                   param.choices.empty() ? value : value_name(param.id, value));
+                   param.choices.empty() ? given.text() : value_name(param.id, given.text()));
   }
   return text;
 }
@@ -87,7 +87,11 @@ std::string presets_header(const Presets& presets) {
     for (int i = 2; !prefixes.insert(prefix).second; ++i) prefix = fmt::format("{}_{}", name, i);
     text += "\n";
     text += comment(fmt::format("{}, {}, driver {}", device.backend, device.device, device.driver));
-    for (const PresetLevel& level : device.levels) text += level_text(prefix, level, presets);
+    auto level = device.levels.begin();
+    for (int quality = 0; quality <= kBestPreset; quality += kPresetStep) {
+      if (std::next(level) != device.levels.end() && std::next(level)->quality <= quality) ++level;
+      text += level_text(prefix, quality, *level, presets);
+    }
   }
   return text + "\n#endif\n";
 }

@@ -41,9 +41,10 @@ json level_json(const PresetLevel& level, const Presets& presets) {
   for (const auto& [id, text] : record.params) params[id] = text;
   json evidence = json::array();
   for (const PresetEvidence& one : level.evidence) evidence.push_back(evidence_json(one, presets));
-  return {{"quality", level.quality},    {"technique", record.technique},
-          {"params", std::move(params)}, {"relative_time", level.relative_time},
-          {"error", level.error},        {"evidence", std::move(evidence)}};
+  return {{"quality", level.quality},       {"technique", record.technique},
+          {"params", std::move(params)},    {"relative_time", level.relative_time},
+          {"error", level.error},           {"level_error", level.level_error},
+          {"evidence", std::move(evidence)}};
 }
 
 json device_json(const DevicePresets& device, const Presets& presets) {
@@ -95,10 +96,12 @@ json presets_json(const Presets& presets) {
   return {{"schema", kPresetsSchema},
           {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
           {"error_metric", presets.error_metric},
+          {"level_metric", presets.level_metric},
           {"constraints", constraints},
           {"runs", std::move(runs)},
           {"scenes", scenes_of(presets)},
-          {"devices", std::move(devices)}};
+          {"devices", std::move(devices)},
+          {"warnings", presets.warnings}};
 }
 
 }  // namespace reliefbench

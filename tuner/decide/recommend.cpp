@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
 
 namespace reliefbench {
@@ -15,14 +16,13 @@ constexpr double kNsPerMs = 1e6;
 
 bool measured(const Record& record) { return record.status == Status::ok && record.frame_time && record.error; }
 
-/// Lower is better, whatever the metric's direction. No psnr is that of identical pictures: perfect; no flicker was not
-/// measured.
+/// Lower is better, whatever the metric's direction.
 double badness(const Record& record, const std::string& metric_id) {
   const std::optional<double> value = metric_value(record, metric_id);
-  const bool lower_is_better = find_metric(metric_id).lower_is_better;
+  const MetricRow& metric = find_metric(metric_id);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  if (!value) return lower_is_better ? kInfinity : -kInfinity;
-  return lower_is_better ? *value : -*value;
+  if (!value) return metric.none_is_best() ? -kInfinity : kInfinity;
+  return metric.lower_is_better ? *value : -*value;
 }
 
 bool answers_question(const Record& record, const Question& question) {
@@ -40,11 +40,39 @@ bool is_better(const Record& a, const Record& b, const Question& question) {
   return std::tie(time_a, error_a, a.case_id) < std::tie(time_b, error_b, b.case_id);
 }
 
-/// Place in the registry, which goes from simple to involved.
-std::size_t simplicity(const Record& record) {
-  const std::vector<Technique>& rows = techniques();
-  const auto row = std::find_if(rows.begin(), rows.end(), [&](const Technique& t) { return t.id == record.technique; });
-  return static_cast<std::size_t>(row - rows.begin());
+Choice choose_of(std::span<const Record* const> records) {
+  std::vector<Contender> contenders;
+  for (const Record* record : records)
+    contenders.push_back({.simplicity = simplicity(*record),
+                          .memory_bytes = record->memory_bytes,
+                          .low_ns = record->frame_time->summary.ci_low,
+                          .high_ns = judged_time_ns(*record)});
+  return choose(contenders);
+}
+
+/// meeting: sorted best first, not empty
+void set_picks(Answer& answer, std::span<const Record* const> meeting, const Question& question) {
+  const auto is_as_good = [&](const Record* record) {  // errors are exact: only times can tie
+    return !question.max_time_ms ||
+           badness(*record, question.error_metric) == badness(*meeting.front(), question.error_metric);
+  };
+  const auto end = std::ranges::find_if_not(meeting, is_as_good);
+  const std::span<const Record* const> best = meeting.first(static_cast<std::size_t>(end - meeting.begin()));
+  const Choice choice = choose_of(best);
+  answer.pick = best[choice.pick];
+  if (choice.tie) answer.tie = best[*choice.tie];
+  answer.ties = choice.ties;
+  for (const Record* record : meeting)
+    if (record != answer.pick && answer.runner_up == nullptr) answer.runner_up = record;
+  Simplicity least;
+  for (const Record* record : meeting) {
+    const auto met = [&](const Budget& budget) { return meets(*record, budget); };
+    if (!std::ranges::all_of(question.simplest_budgets, met)) continue;
+    const Simplicity own = simplicity(*record);
+    if (answer.simplest != nullptr && !(own < least)) continue;
+    answer.simplest = record;
+    least = own;
+  }
 }
 
 double worst_miss(const Record& record, const Question& question) {
@@ -93,15 +121,17 @@ Answer answer_of(const RecordGroup& group, const Question& question) {
     answer.miss = miss_text(*answer.nearest, question);
     return answer;
   }
-  answer.pick = meeting.front();
-  if (meeting.size() > 1) answer.runner_up = meeting[1];
-  answer.simplest = *std::min_element(meeting.begin(), meeting.end(),
-                                      [](const Record* a, const Record* b) { return simplicity(*a) < simplicity(*b); });
+  set_picks(answer, meeting, question);
+  answer.simpler = static_cast<std::size_t>(std::ranges::count_if(
+      all, [own = simplicity(*answer.pick)](const Record* record) { return simplicity(*record) < own; }));
   return answer;
 }
 
 nlohmann::json record_or_null(const Record* record) {
-  return record == nullptr ? nlohmann::json() : nlohmann::json(*record);
+  if (record == nullptr) return {};
+  nlohmann::json json = *record;
+  json["frame_time_ns"]["coverage"] = interval_coverage(record->frame_time->summary.n);
+  return json;
 }
 
 }  // namespace
@@ -128,9 +158,14 @@ Exit exit_of(std::span<const Answer> answers) {
 }
 
 nlohmann::json answers_json(std::span<const Answer> answers, const Question& question) {
-  nlohmann::json budgets = nlohmann::json::array();
-  for (const Budget& budget : question.budgets) budgets.push_back(budget.text());
-  nlohmann::json asked = {{"budgets", std::move(budgets)}, {"error_metric", question.error_metric}};
+  const auto texts = [](const std::vector<Budget>& budgets) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const Budget& budget : budgets) list.push_back(budget.text());
+    return list;
+  };
+  nlohmann::json asked = {{"budgets", texts(question.budgets)},
+                          {"error_metric", question.error_metric},
+                          {"simplest_budgets", texts(question.simplest_budgets)}};
   asked["max_time_ms"] = question.max_time_ms ? nlohmann::json(*question.max_time_ms) : nlohmann::json();
 
   nlohmann::json list = nlohmann::json::array();
@@ -140,8 +175,11 @@ nlohmann::json answers_json(std::span<const Answer> answers, const Question& que
                     {"scene", answer.scene},
                     {"scene_key", answer.scene_key.hex},
                     {"pick", record_or_null(answer.pick)},
+                    {"tie", record_or_null(answer.tie)},
+                    {"ties", answer.ties},
                     {"runner_up", record_or_null(answer.runner_up)},
                     {"simplest", record_or_null(answer.simplest)},
+                    {"simpler_measured", answer.simpler},
                     {"flat", record_or_null(answer.flat)},
                     {"nearest", record_or_null(answer.nearest)},
                     {"miss", answer.miss}});

@@ -17,6 +17,9 @@ struct Question {
   std::vector<Budget> budgets;            ///< all must hold
   std::optional<double> max_time_ms{};    ///< then: the most accurate within it; else: the fastest within the budgets
   std::string error_metric = "e_xy.p99";  ///< what "most accurate" means, and what decides between equal times
+  /// What the simplest must meet besides: of a question about time alone the run's own budgets, or the simplest would
+  /// be no relief at all, which takes the least time however wrong it is.
+  std::vector<Budget> simplest_budgets{};
 };
 
 /// The answer for one device and scene. Pointers go into the records that were asked.
@@ -26,21 +29,23 @@ struct Answer {
   std::string scene;
   SceneKey scene_key{};
   const Record* pick = nullptr;       ///< null: nothing meets the question
-  const Record* runner_up = nullptr;  ///< next best
-  const Record* simplest =
-      nullptr;                   ///< best of the simplest technique (registry order: flat, parallax, ...) that meets it
-  const Record* flat = nullptr;  ///< the floor of frame time, whatever its error
-  const Record* nearest = nullptr;  ///< where pick is null: the one that comes nearest; null: nothing was measured
-  std::string miss{};               ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
+  const Record* tie = nullptr;        ///< Choice::tie: as fast as the pick as far as can be told, or faster
+  std::size_t ties = 0;               ///< how many are
+  const Record* runner_up = nullptr;  ///< the best of the others by time (with max_time_ms: by error)
+  const Record* simplest = nullptr;   ///< simplest of all that meet the question and simplest_budgets; null: none does
+  std::size_t simpler = 0;            ///< measured settings that are simpler than the pick, whatever their error
+  const Record* flat = nullptr;       ///< the floor of frame time, whatever its error
+  const Record* nearest = nullptr;    ///< where pick is null: the one that comes nearest; null: nothing was measured
+  std::string miss{};                 ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
 };
 
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);
 
 /// One answer a (backend, device, scene), also where nothing of it was measured. Order of cases: judged time (with
-/// max_time_ms: error), then error (judged time), then case id. The nearest is the one whose worst miss, relative to
-/// the limit (to 1 where the limit is 0), is the smallest.
-/// throws: Error(bad_input): no such metric
+/// max_time_ms: error), then error (judged time), then case id. The pick is choose()'s among all that meet the question
+/// (with max_time_ms: among those of them that have the least error). The nearest is the one whose worst miss, relative
+/// to the limit (to 1 where the limit is 0), is the smallest. throws: Error(bad_input): no such metric
 [[nodiscard]] std::vector<Answer> recommend(std::span<const Record> records, const Question& question);
 
 /// 0, 1 where some answer has no pick, 5 where nothing at all was measured.

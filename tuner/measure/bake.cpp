@@ -39,11 +39,6 @@ Baked bake_on_device(std::string_view device, const MapRow& map, const BakeReque
   return timed([&] { return baker.bake(request); });
 }
 
-void set_parameter(BakeRequest& request, const MapRow& map, int value) {
-  if (map.parameter == "search_steps") request.search_steps = value;
-  if (map.parameter == "distance_slices") request.distance_slices = value;
-}
-
 void check(const BakeJob& job) {
   if (const std::string reason = conflict(job.storage); !reason.empty()) fail_input("{}", reason);
   if (job.verify && job.storage.map.content != MapContent::ratios)
@@ -85,8 +80,7 @@ void write(const BakeJob& job, const MapTextures& textures, BakeResult& result) 
 
 Correction default_correction(const MapRow& map) {
   for (const Technique& technique : techniques())
-    if (technique.maps.front() == map.kind && technique.find("correction") != nullptr)
-      return find_correction(Settings(technique).choice("correction"));
+    if (technique.maps.front() == map.kind && technique.reads_map()) return storage_of(Settings(technique)).correction;
   return map.corrections.front();
 }
 
@@ -118,12 +112,12 @@ BakeResult run_bake(const BakeJob& job) {
   check(job);
   const MapStorage& storage = job.storage;
   const Heightfield heights = quantise_heights(load_heightmap(job.heightmap), storage.format.type);
-  BakeRequest request{.heights = heights,
-                      .wrap = job.wrap,
-                      .correction = storage.correction,
-                      .max_ratio = storage.max_ratio,
-                      .threads = job.threads};
-  if (job.parameter) set_parameter(request, storage.map, *job.parameter);
+  const BakeRequest request{.heights = heights,
+                            .wrap = job.wrap,
+                            .correction = storage.correction,
+                            .max_ratio = storage.max_ratio,
+                            .parameters = job.parameters,
+                            .threads = job.threads};
   BakeResult result{.width = heights.width, .height = heights.height, .verdict = {}, .files = {}};
   const Baked baked = bake_on_device(job.device, storage.map, request);
   result.bake_time_ns = baked.time_ns;

@@ -18,7 +18,7 @@ struct BakeJob {
   HeightmapSpec heightmap;
   MapStorage storage;
   Wrap wrap = Wrap::repeat;
-  std::optional<int> parameter{};  ///< MapRow::parameter; its default where there is none
+  std::vector<MapValue> parameters{};  ///< of the map's own
   int threads = 0;
   std::string device = "cpu";  ///< cpu | opengl | vulkan
   bool verify = false;

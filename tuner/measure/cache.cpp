@@ -45,6 +45,7 @@ std::filesystem::path Cache::default_folder() {
 
 Cache Cache::open() {
   Cache cache(default_folder());
+  remove_stale_temporaries(cache.folder_);
   cache.trim(kMostBytes);
   return cache;
 }

@@ -9,7 +9,8 @@
 #include <string_view>
 
 #include "kernels/base/error.h"
-#include "tuner/results/record.h"
+#include "kernels/judge/metric.h"
+#include "kernels/maps/distance_map.h"
 
 namespace reliefbench {
 namespace {
@@ -19,7 +20,8 @@ static_assert(std::endian::native == std::endian::little);
 // The layouts' versions; what stands in them is versioned by the key (tuner/results/stages.h).
 constexpr std::string_view kBake = "bake 1";
 constexpr std::string_view kHits = "hits 1";
-constexpr std::string_view kScore = "score 1";
+constexpr std::string_view kScore = "score 2";
+constexpr const char* kPixels = "pixels";
 
 template <typename Number>
 std::vector<std::byte> bytes_of(const std::string& head, std::span<const Number> numbers) {
@@ -72,7 +74,7 @@ std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
     case MapContent::ratios:
       return texels * static_cast<std::size_t>(map.ratios);
     case MapContent::volume:
-      return texels * static_cast<std::size_t>(request.distance_slices);
+      return texels * static_cast<std::size_t>(request.value(kDistanceSlices));
     case MapContent::pyramid:
       break;
   }
@@ -99,7 +101,10 @@ std::optional<std::vector<ReferenceHit>> read_hits(std::span<const std::byte> by
 }
 
 std::vector<std::byte> score_bytes(const FrameScore& score) {
-  const std::string text = score_json(score).dump();
+  nlohmann::json values = {{kPixels, score.pixels}};  // what was not judged is absent
+  for (const MetricRow& row : metrics())
+    if (const std::optional<double> value = row.value(score)) values[std::string(row.id)] = *value;
+  const std::string text = values.dump();
   return bytes_of(head_of(kScore, text.size()), std::span<const char>(text));
 }
 
@@ -110,7 +115,12 @@ std::optional<FrameScore> read_score(std::span<const std::byte> bytes) {
   const auto text = numbers_of<char>(bytes, kScore, length);
   if (!text) return std::nullopt;
   try {
-    return parse_score(nlohmann::json::parse(*text));
+    const nlohmann::json values = nlohmann::json::parse(*text);
+    FrameScore score{.pixels = values.at(kPixels).get<std::int64_t>()};
+    for (const MetricRow& row : metrics())
+      if (const auto value = values.find(row.id); value != values.end())
+        score.values.at(row.place) = value->get<double>();
+    return score;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
   } catch (const Error&) {

@@ -10,6 +10,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/picture_metrics.h"
+#include "kernels/judge/score.h"
 #include "kernels/maps/cone_map.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/trace_device.h"

@@ -10,13 +10,13 @@
 
 namespace reliefbench {
 
-/// A case that cannot be drawn, found out when it was to be timed. Where its status is device_lost, the device is to be
-/// opened again.
+/// A case that cannot be drawn, found out when it was to be timed. Where Session::is_lost() says so, the device is
+/// to be opened again.
 struct CaseFailed {
   Record record;
 };
 
-/// Draws batches of cases into a book, one at a time, with the control case between them.
+/// Draws batches of cases into a book, in rounds, with the control case before, after and between them.
 class DeviceTimes {
  public:
   struct Context {
@@ -24,13 +24,19 @@ class DeviceTimes {
     Preparer& preparer;
     SampleBook& book;
     WallSplit& split;
+    CaseMark& mark;
     const MeasureSpec& measure;
     double started_ns;  ///< of the run, ns since 1970: Sample::at_ns is 0 there
   };
   explicit DeviceTimes(Context context) : context_(context) {}
 
-  /// One more sample of a case; the first time it is compiled, uploaded and warmed up. throws: CaseFailed
-  void draw(const Case& c, const SceneSpec& scene);
+  struct Wanted {
+    Case spec;
+    const SceneSpec* scene;
+  };
+  /// One more sample of each case, in this order; a case may be there more than once. The first time it is compiled,
+  /// uploaded and warmed up, before the round. throws: CaseFailed
+  void draw(std::span<const Wanted> round);
   /// Frees what it has on the device, which is made again when it is needed.
   void release() { ready_.clear(); }
 
@@ -40,12 +46,10 @@ class DeviceTimes {
     PreparedCase prepared;
     int frames;  ///< of a batch
   };
-  [[nodiscard]] Ready& ready(const Case& c, const SceneSpec& scene, const std::string& id);
-  void draw_batch(const std::string& case_id, int frames, const std::function<double()>& run_ns);
+  [[nodiscard]] Ready& ready(const Wanted& wanted, const std::string& id);
 
   Context context_;
   std::map<std::string, std::unique_ptr<Ready>> ready_;  // by case id
-  int until_control_ = 0;
 };
 
 }  // namespace reliefbench

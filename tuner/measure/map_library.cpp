@@ -9,35 +9,30 @@
 
 namespace reliefbench {
 BakeRequest bake_request(const Settings& settings, const Heightfield& heights, Wrap wrap) {
-  const auto is_on = [&](std::string_view id) {
-    const Param* const param = settings.technique().find(id);
-    return param != nullptr && settings.is_active(*param);
-  };
   const MapStorage storage = storage_of(settings);
-  BakeRequest request{
-      .heights = heights, .wrap = wrap, .correction = storage.correction, .max_ratio = storage.max_ratio};
-  if (is_on("search_steps")) request.search_steps = settings.get("search_steps");
-  if (is_on("distance_slices")) request.distance_slices = settings.get("distance_slices");
-  return request;
+  return {.heights = heights,
+          .wrap = wrap,
+          .correction = storage.correction,
+          .max_ratio = storage.max_ratio,
+          .parameters = map_values(settings)};
 }
 
 MapTextures map_textures(const Settings& settings, const BakedMap& map, Wrap wrap, double relief_depth) {
   const MapStorage storage = storage_of(settings);
-  const bool has_levels = settings.technique().find("lod") != nullptr && settings.choice("lod") == "footprint";
   return pack_map({.map = storage.map,
                    .heights = map.heights,
                    .values = map.values,
                    .wrap = wrap,
                    .relief_depth = relief_depth,
-                   .mips = has_levels},
+                   .mips = reads_levels(settings)},
                   storage.format, storage.encoding);
 }
 
 std::string bake_key(const MapRow& map, const BakeRequest& request) {
-  return stage_key({bake_stage(map.id)},
-                   {heights_sha256(request.heights), request.wrap == Wrap::repeat ? "repeat" : "clamp",
-                    correction_id(request.correction), fmt::format("{}", request.max_ratio),
-                    fmt::format("{}", request.search_steps), fmt::format("{}", request.distance_slices)});
+  return stage_key(
+      {bake_stage(map.id)},
+      {heights_sha256(request.heights), request.wrap == Wrap::repeat ? "repeat" : "clamp",
+       correction_id(request.correction), fmt::format("{}", request.max_ratio), parameters_text(request, map)});
 }
 
 std::vector<MeasuredScene> MapLibrary::measured(std::span<const SceneSpec> scenes) {
@@ -62,8 +57,7 @@ BakedMap MapLibrary::load_or_bake(const Case& c, const SceneSpec& scene) {
   const Heightfield& source = heights(scene);
   const MapRow& row = map_of(c.settings);
   return split_.book(Part::bake, [&] {
-    const TexelType type = find_format(c.settings.choice("format")).type;
-    BakedMap map{.heights = quantise_heights(source, type)};
+    BakedMap map{.heights = quantise_heights(source, storage_of(c.settings).format.type)};
     const BakeRequest request = bake_request(c.settings, map.heights, scene.scene.wrap);
     map.key = bake_key(row, request);
     if (row.content == MapContent::heights) return map;  // nothing to bake

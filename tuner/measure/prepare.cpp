@@ -6,11 +6,11 @@
 #include <new>
 #include <optional>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
-#include "kernels/judge/picture_metrics.h"
+#include "kernels/judge/score.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/run_files.h"
@@ -26,12 +26,13 @@ std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
 }
 
+}  // namespace
+
 Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device) {
   Record record;
   record.case_id = c.id();
   record.technique = c.settings.technique().id;
-  for (const Param& param : c.settings.technique().params)
-    if (c.settings.is_active(param)) record.params.emplace_back(param.id, param.text(c.settings.get(param.id)));
+  for (const SettingValue& given : c.settings.written()) record.params.emplace_back(given.param.id, given.text());
   record.map = map_of(c.settings).id;
   record.scene = c.scene_id;
   record.scene_key = scene_key;
@@ -39,8 +40,6 @@ Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& 
   record.device = device.name;
   return record;
 }
-
-}  // namespace
 
 void PreparedCase::release() {
   draw = {};
@@ -77,6 +76,8 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
+    throw;
   } catch (const Error& error) {
     prepared.record.status = status_of(error.fault(), on_failure);
     prepared.record.reason = error.what();
@@ -116,7 +117,7 @@ void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const Scen
   const Texture* const normals = state.normals.get();  // any texture where there is no such map
   prepared.draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}},
                    .frame = state.frame};
-  if (settings.technique().find("format") != nullptr) {
+  if (settings.technique().reads_map()) {
     const BakedMap& map = context_.library.map(*prepared.spec, scene);
     const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
     prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
@@ -166,15 +167,13 @@ Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scen
   draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
   const std::vector<ScorePixel> pixels = score_frame(draw);
   const Reference& reference = reference_of(pixels, scene, state);
-  const std::optional<double> flicker = measure_flicker(prepared, draw, scene, state);
+  const MotionJudge motion = judge_motion(prepared, draw, scene, state);
   return split.book(Part::score, [&] {
     JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
-    judged.score.psnr = psnr_rgba8(frame, reference.frame, judged.pixels);
-    const PicturePair pair{
-        .reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px};
-    judged.score.flip = masked_mean(flip_map(pair), judged.pixels).value_or(0);
-    judged.score.ssim = masked_mean(ssim_map(pair), judged.pixels).value_or(1);
-    judged.score.flicker = flicker;
+    judge_pictures(
+        {.reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px},
+        judged.pixels, judged.score);
+    motion.fill_in(judged.score);
     prepared.record.error = judged.score;
     prepared.record.reference_key = reference.key;
     return Pictures{.frame = std::move(frame),
@@ -278,13 +277,12 @@ Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSp
   return moved;
 }
 
-std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
-                                                const SceneSpec& scene, SceneState& state) {
+MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
+                                   SceneState& state) {
   for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
     state.moved.push_back(moved_frame(score_draw, scene, state, i));
-  return context_.split.book(Part::score, [&]() -> std::optional<double> {
-    double sum = 0;
-    int count = 0;
+  return context_.split.book(Part::score, [&] {
+    MotionJudge judge;
     std::vector<std::uint8_t> before;
     for (std::size_t i = 0; i < state.moved.size(); ++i) {
       Draw draw = prepared.draw;
@@ -294,15 +292,12 @@ std::optional<double> Preparer::measure_flicker(const PreparedCase& prepared, co
       if (i > 0) {
         const MovedFrame& last = state.moved[i - 1];
         const MovedFrame& now = state.moved[i];
-        const std::optional<double> value = flicker({.picture = before, .reference = last.reference, .mask = last.mask},
-                                                    {.picture = picture, .reference = now.reference, .mask = now.mask});
-        sum += value.value_or(0);
-        count += value ? 1 : 0;
+        judge.add({.picture = before, .reference = last.reference, .mask = last.mask},
+                  {.picture = picture, .reference = now.reference, .mask = now.mask});
       }
       before = std::move(picture);
     }
-    if (count == 0) return std::nullopt;
-    return sum / count;
+    return judge;
   });
 }
 

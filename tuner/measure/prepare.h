@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/judge/score.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/measure/session.h"
 #include "tuner/results/record.h"
@@ -24,6 +25,9 @@ struct PreparedCase {
   void release();
 };
 
+/// A case's record before anything is known of it.
+[[nodiscard]] Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device);
+
 /// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
 /// Must not outlive session and library.
 class Preparer {
@@ -39,7 +43,7 @@ class Preparer {
   };
   explicit Preparer(Context context) : context_(std::move(context)) {}
 
-  /// Never throws for a case's own failure: that becomes its record's status and reason.
+  /// Never throws for a case's own failure: that becomes its record's status and reason. throws: FileError
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
   /// The same without the error: compiled, uploaded, drawn once.
@@ -85,9 +89,9 @@ class Preparer {
   [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
   [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
                                        int index);
-  /// Mean flicker over the frames of the moving camera. score_draw: the case's score frame
-  [[nodiscard]] std::optional<double> measure_flicker(const PreparedCase& prepared, const Draw& score_draw,
-                                                      const SceneSpec& scene, SceneState& state);
+  /// Over the frames of the moving camera. score_draw: the case's score frame
+  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
+                                         SceneState& state);
   struct Pictures {
     std::vector<std::uint8_t> frame{};  ///< RGBA8
     std::vector<std::uint8_t> error{};

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "kernels/base/console.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr int kBarWidth = 30;
+constexpr std::string_view kClearLine = "\r\033[2K";
 
 std::string clock_text(double seconds) {
   const long whole = std::lround(seconds);
@@ -39,24 +41,23 @@ void Progress::update(double fraction, std::string_view label) {
   const std::string left =
       done > 0.01 ? clock_text(elapsed_s * (1 - fraction) / done) + " left" : std::string("estimating");
   if (!terminal_) {
-    fmt::print(stderr, "{:3.0f} %  {} passed, {}  {}\n", fraction * 100, clock_text(elapsed_s), left, label);
+    write_stderr(fmt::format("{:3.0f} %  {} passed, {}  {}\n", fraction * 100, clock_text(elapsed_s), left, label));
     return;
   }
   const int filled = static_cast<int>(fraction * kBarWidth);
-  fmt::print(stderr, "\r\033[2K[{:=<{}}{: <{}}] {:3.0f} %  {}  {}", "", filled, "", kBarWidth - filled, fraction * 100,
-             left, label.substr(0, 60));
-  std::fflush(stderr);
+  write_stderr(fmt::format("{}[{:=<{}}{: <{}}] {:3.0f} %  {}  {}", kClearLine, "", filled, "", kBarWidth - filled,
+                           fraction * 100, left, label.substr(0, 60)));
   drawn_ = true;
 }
 
 void Progress::note(std::string_view line) {
   if (quiet_) return;
-  fmt::print(stderr, "{}{}\n", drawn_ ? "\r\033[2K" : "", line);
+  write_stderr(fmt::format("{}{}\n", drawn_ ? kClearLine : "", one_line(line)));
   drawn_ = false;
 }
 
 void Progress::finish() {
-  if (drawn_) fmt::print(stderr, "\r\033[2K");
+  if (drawn_) write_stderr(kClearLine);
   drawn_ = false;
 }
 

@@ -6,12 +6,14 @@
 
 #include "kernels/base/clock.h"
 #include "kernels/base/embedded.h"
+#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/trace/shader_contract.h"
 #include "kernels/trace/technique.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/host.h"
+#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {
@@ -71,6 +73,8 @@ nlohmann::json device_json(const Session& session) {
 std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device) {
   for (const nlohmann::json& entry : info.value("devices", nlohmann::json::array())) {
     if (entry.value("backend", "") != device.backend) continue;
+    for (const char* key : {"timer", "control_load_steps", "control_frames", "control_reference_ns"})
+      if (!entry.contains(key)) fail_input("{}: key 'devices': '{}' of {} is missing", kRunFile, key, device.backend);
     for (const Timer timer : device.timers)
       if (timer_id(timer) == entry.at("timer").get<std::string>())
         return Calibration{.timer = timer,

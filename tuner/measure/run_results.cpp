@@ -8,6 +8,7 @@
 #include "tuner/measure/harness.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
 #include "tuner/results/t4.h"
 
 namespace reliefbench {
@@ -26,17 +27,16 @@ void write_results(const Config& config, const Run& run) {
   std::set<std::filesystem::path> kept;
   const auto keep = [&](const Record* record) {
     if (record == nullptr) return;
-    for (const char* kind : {"frame", "error"}) kept.insert(run.folder / image_path(record->case_id, kind));
-    kept.insert(run.folder / image_path(reference_image_key(record->scene, record->backend), "frame"));
+    for (const char* kind : {"frame", "error"}) kept.insert(image_path(record->case_id, kind));
+    kept.insert(image_path(reference_image_key(record->scene, record->backend), "frame"));
   };
   for (const Front& front : all)
     for (const FrontPoint& point : front.points) keep(point.record);
   for (const Answer& answer : recommend(run.records, {.budgets = config.budgets, .error_metric = config.front_error}))
-    for (const Record* record : {answer.pick, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
+    for (const Record* record :
+         {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
       keep(record);
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(run.folder / "images", ignored))
-    if (!kept.contains(entry.path())) std::filesystem::remove(entry.path(), ignored);
+  remove_other_pictures(run.folder, kept);
 }
 
 }  // namespace reliefbench

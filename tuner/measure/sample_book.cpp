@@ -2,17 +2,11 @@
 
 #include <utility>
 
-#include "tuner/results/statistics.h"
+#include "tuner/results/relative_time.h"
 
 namespace reliefbench {
-namespace {
 
-constexpr std::size_t kControlWindow = 3;
-
-}  // namespace
-
-SampleBook::SampleBook(RunStore& store, std::string control_id, double reference_ns)
-    : store_(store), control_id_(std::move(control_id)), reference_ns_(reference_ns) {
+SampleBook::SampleBook(RunStore& store, std::optional<Control> control) : store_(store), control_(std::move(control)) {
   for (const Sample& sample : store.earlier().samples) enter(sample);
 }
 
@@ -22,17 +16,20 @@ void SampleBook::append(const Sample& sample) {
 }
 
 void SampleBook::enter(const Sample& sample) {
-  if (sample.case_id == control_id_) {
-    last_control_.push_back(sample.frame_time_ns);
-    if (last_control_.size() > kControlWindow) last_control_.pop_front();
+  if (control_ && sample.case_id == control_->id) {
+    control_samples_.push_back(sample);
+    for (const Sample& one : waiting_)
+      pages_[one.case_id].times.push_back(
+          corrected_times_ns({&one, 1}, control_samples_, control_->reference_ns).front());
+    waiting_.clear();
     return;
   }
-  double time_ns = sample.frame_time_ns;
-  if (!last_control_.empty())
-    time_ns *= reference_ns_ / median(std::vector(last_control_.begin(), last_control_.end()));
   Page& entry = pages_[sample.case_id];
-  entry.times.push_back(time_ns);
   entry.samples.push_back(sample);
+  if (control_)
+    waiting_.push_back(sample);
+  else
+    entry.times.push_back(sample.frame_time_ns);
   ++size_;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-#include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,14 +13,19 @@ namespace reliefbench {
 /// finds in it the very numbers that it had, so that what it decided on them it decides again.
 class SampleBook {
  public:
-  /// Takes over what an earlier start left in the store.
-  /// control_id: name of the control case; reference_ns: its time that samples are brought to, see Calibration
-  SampleBook(RunStore& store, std::string control_id, double reference_ns);
+  /// The control case, and its time that samples are brought to, see Calibration.
+  struct Control {
+    std::string id;
+    double reference_ns;
+  };
+
+  /// Takes over what an earlier start left in the store. control: none where samples need no correction
+  SampleBook(RunStore& store, std::optional<Control> control);
 
   void append(const Sample& sample);
 
-  /// Samples of a case in ns a frame, each brought to the control case's reference time by the median of the three
-  /// control samples before it; as measured where there is none.
+  /// Samples of a case in ns a frame, corrected as corrected_times_ns() does: as the run's tables will have them. A
+  /// sample is among them once the control case was drawn after it.
   [[nodiscard]] const std::vector<double>& times(std::string_view case_id) const;
   [[nodiscard]] const std::vector<Sample>& samples(std::string_view case_id) const;
   [[nodiscard]] std::size_t size() const { return size_; }  ///< samples, without the control case's
@@ -34,9 +39,9 @@ class SampleBook {
   [[nodiscard]] const Page& page(std::string_view case_id) const;
 
   RunStore& store_;
-  std::string control_id_;
-  double reference_ns_;
-  std::deque<double> last_control_;
+  std::optional<Control> control_;
+  std::vector<Sample> control_samples_;
+  std::vector<Sample> waiting_;  // for the next control sample
   std::map<std::string, Page, std::less<>> pages_;
   std::size_t size_ = 0;
 };

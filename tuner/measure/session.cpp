@@ -18,6 +18,9 @@ namespace {
 constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
+constexpr double kLeastRenderLimit_s = 1;
+constexpr double kLeastPatience_s = 60;  // with a device that was left behind in the middle of a frame
+constexpr double kPatience = 10;         // times the limit
 
 std::string shader_key(std::string_view source, const Target& target) {
   return fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
@@ -42,6 +45,11 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
   vertex_ = compile_vertex(dialect_);
 }
 
+void Session::set_timeout(double timeout_s) {
+  render_limit_s_ = std::max(timeout_s, kLeastRenderLimit_s);
+  backend_->set_render_limit(render_limit_s_);
+}
+
 void Session::reopen() {
   const std::string name = device().name;
   control_draw_ = {};
@@ -50,7 +58,10 @@ void Session::reopen() {
   backend_ = nullptr;  // a driver may refuse a second one beside what it lost
   try {
     backend_ = open_(row_, device_index_);
+    // What was left behind may keep the device busy for a while.
+    backend_->set_render_limit(std::max(kPatience * render_limit_s_, kLeastPatience_s));
     if (calibration_.frames > 0) make_control();
+    backend_->set_render_limit(render_limit_s_);
   } catch (const Error& error) {
     fail_environment("{}: {} was lost and does not work when it is opened again: {}", row_.id, name, error.what());
   }

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "backends/timer_audit.h"
 #include "kernels/trace/technique.h"
 #include "tuner/measure/wall_split.h"
+#include "tuner/results/record.h"
 
 namespace reliefbench {
 
@@ -36,6 +38,14 @@ class Session {
   /// be gone before; pipelines are compiled anew when they are asked for. Calibration and audit stay.
   /// throws: Error(environment): it cannot be opened, or does not draw
   void reopen();
+
+  /// A frame that does not end in that time ends its case (Backend::set_render_limit), though no limit is under a
+  /// second: a busy machine takes that long for anything.
+  void set_timeout(double timeout_s);
+  /// Whether the device is to be opened again before anything else is drawn.
+  [[nodiscard]] bool is_lost(Status status) const {
+    return status == Status::device_lost || backend_->is_left_behind();
+  }
 
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }
@@ -73,6 +83,7 @@ class Session {
   OpenDevice open_;
   Dialect dialect_;
   WallSplit& split_;
+  double render_limit_s_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Backend> backend_;  // outlives what it made
   std::vector<TimerAudit> audit_;
   Spirv vertex_;

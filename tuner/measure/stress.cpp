@@ -11,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/heat_map.h"
+#include "kernels/judge/score.h"
 #include "kernels/trace/guarantee.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/trace_device.h"
@@ -49,10 +50,10 @@ JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& s
   const std::vector<ReferenceHit> reference = baked.tracer->trace(rays);
   JudgedFrame judged = judge_frame(pixels, reference, surface.width, surface.height);
   result.pixels = judged.score.pixels;
-  result.missed_rate = judged.score.missed_rate;
-  result.unconverged_rate = judged.score.unconverged_rate;
-  result.e_xy_p99 = judged.score.e_xy.p99;
-  result.e_xy_max = judged.score.e_xy.max;
+  result.missed_rate = judged.score.at("missed_rate");
+  result.unconverged_rate = judged.score.at("unconverged_rate");
+  result.e_xy_p99 = judged.score.at("e_xy.p99");
+  result.e_xy_max = judged.score.at("e_xy.max");
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], reference[i], surface, wrap);
     if (kept == Kept::no) ++fault(result, StressCheck::guarantee);
@@ -77,9 +78,9 @@ void compare_frames(const std::vector<ScorePixel>& a, const std::vector<ScorePix
     fault(result, StressCheck::agreement) = differing;
 }
 
-class Run {
+class StressRun {
  public:
-  Run(const Extremes& extremes, const StressOptions& options)
+  StressRun(const Extremes& extremes, const StressOptions& options)
       : extremes_(extremes), options_(options), progress_(options.quiet) {
     for (const std::string& id : options.backends)
       devices_.push_back(std::make_unique<TraceDevice>(find_backend(id), options.device, split_));
@@ -127,7 +128,7 @@ class Run {
   }
 
   static std::string_view format_of(const Settings& settings) {
-    return settings.technique().find("format") == nullptr ? "" : settings.choice("format");
+    return settings.technique().reads_map() ? storage_of(settings).format.id : "";
   }
 
   static std::string name_of(const Extreme& extreme, const Settings& settings) {
@@ -217,6 +218,8 @@ bool StressResult::holds() const {
 
 bool StressReport::holds() const { return std::ranges::all_of(results, &StressResult::holds); }
 
-StressReport run_stress(const Extremes& extremes, const StressOptions& options) { return Run(extremes, options).all(); }
+StressReport run_stress(const Extremes& extremes, const StressOptions& options) {
+  return StressRun(extremes, options).all();
+}
 
 }  // namespace reliefbench

@@ -7,10 +7,11 @@
 #include <set>
 
 #include "kernels/base/clock.h"
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/record_book.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/measure/run_results.h"
 #include "tuner/measure/timing.h"
@@ -18,6 +19,7 @@
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -58,15 +60,48 @@ void set_frame_time(Record& record, const SamplesByCase& samples, const Session&
   }
 }
 
+/// Cases whose rounds of samples are drawn together.
+using Block = std::vector<const Case*>;
+
+/// A backend's cases that are to be drawn, in blocks; those that an earlier start may have died of come last, each by
+/// itself, so that all others are safe by then.
+std::vector<Block> blocks_of(const Plan& plan, std::string_view backend, const RecordBook& book, int block_cases) {
+  std::vector<Block> blocks;
+  std::vector<Block> suspects;
+  for (const Case& c : plan.cases) {
+    if (c.backend != backend || book.is_finished(c.id())) continue;
+    if (book.is_suspect(c.id())) {
+      suspects.push_back({&c});
+      continue;
+    }
+    if (blocks.empty() || blocks.back().size() == static_cast<std::size_t>(block_cases)) blocks.emplace_back();
+    blocks.back().push_back(&c);
+  }
+  blocks.insert(blocks.end(), suspects.begin(), suspects.end());
+  return blocks;
+}
+
+/// What was measured must be in the file: another process may have meddled with it.
+void check_complete(const Run& run, const Plan& plan) {
+  std::set<std::string> ids;
+  for (const Record& record : run.records) ids.insert(record.case_id);
+  for (const Case& c : plan.cases)
+    if (!ids.contains(c.id()))
+      fail_environment("{}: case '{}' was measured, but its record is gone; start again to measure it",
+                       (run.folder / kResultsFile).string(), c.id());
+}
+
 /// One device's share of a sweep.
 class DeviceSweep {
  public:
   DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, SamplesByCase& samples, double started_ns)
+              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, SamplesByCase& samples,
+              double started_ns)
       : config_(config),
         session_(session),
         split_(split),
         store_(store),
+        book_(book),
         samples_(samples),
         started_ns_(started_ns),
         preparer_({.session = session,
@@ -77,38 +112,33 @@ class DeviceSweep {
                    .timeout_s = config.measure.timeout_s,
                    .flicker_frames = config.measure.flicker_frames}) {}
 
-  /// pending: this device's cases without a record. on_progress: with the number of cases done so far
-  std::vector<Record> run(const std::vector<const Case*>& pending, const std::function<void(double)>& on_progress) {
-    std::vector<Record> records;
-    const auto block_size = static_cast<std::size_t>(config_.measure.block_cases);
-    for (std::size_t from = 0; from < pending.size(); from += block_size) {
-      const std::size_t count = std::min(block_size, pending.size() - from);
-      const std::vector<const Case*> block(pending.begin() + static_cast<std::ptrdiff_t>(from),
-                                           pending.begin() + static_cast<std::ptrdiff_t>(from + count));
-      run_block(block, records, [&](double fraction) {
-        on_progress(static_cast<double>(from) + fraction * static_cast<double>(count));
+  /// blocks: of this device's cases that are to be drawn. on_progress: with the number of cases done so far
+  void run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress) {
+    std::size_t done = 0;
+    for (const Block& block : blocks) {
+      run_block(block, [&](double fraction) {
+        on_progress(static_cast<double>(done) + fraction * static_cast<double>(block.size()));
       });
+      done += block.size();
     }
-    return records;
   }
   [[nodiscard]] const Preparer& preparer() const { return preparer_; }
 
  private:
-  void run_block(const std::vector<const Case*>& block, std::vector<Record>& records,
-                 const std::function<void(double)>& on_progress) {
+  void run_block(const Block& block, const std::function<void(double)>& on_progress) {
     std::vector<PreparedCase> prepared;
     prepared.reserve(block.size());
     for (const Case* c : block) {
+      const auto hold = store_.mark().hold(c->id());
       prepared.push_back(preparer_.prepare(*c, scene_of(config_, *c)));
-      if (prepared.back().record.status == Status::device_lost) reopen(prepared);
+      if (session_.is_lost(prepared.back().record.status)) reopen(prepared);
       on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
     }
     sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
     for (PreparedCase& one : prepared) {
       Record& record = one.record;
       if (record.status == Status::ok) set_frame_time(record, samples_, session_);
-      store_.append(record);
-      records.push_back(record);
+      book_.append(record);
     }
   }
 
@@ -125,6 +155,7 @@ class DeviceSweep {
                            .split = split_,
                            .seed = config_.seed ^ std::hash<std::string>{}(block.front().record.case_id),
                            .samples_so_far = samples_,
+                           .mark = store_.mark(),
                            .clock_ns = [this] { return unix_ns() - started_ns_; },
                            .on_sample =
                                [this](const Sample& sample) {
@@ -134,7 +165,7 @@ class DeviceSweep {
                            .on_progress = on_progress});
         return;
       } catch (const BatchFailed& failed) {
-        const bool is_lost = failed.error.fault() == Fault::device_lost;
+        const bool is_lost = needs_reopening(failed.error.fault());
         if (failed.owner != nullptr) {
           fail(*failed.owner, status_of(failed.error.fault(), Status::unsupported), failed.error.what());
         } else if (!is_lost || ++lost_by_control > kMostLostByControl) {
@@ -155,7 +186,13 @@ class DeviceSweep {
   void reopen(std::vector<PreparedCase>& block) {
     for (PreparedCase& one : block) one.release();
     preparer_.release();
-    session_.reopen();
+    try {
+      session_.reopen();
+    } catch (const Error&) {  // all ends here; the next start draws last what brought this one to its end
+      for (const PreparedCase& one : block)
+        if (one.record.status != Status::ok) book_.append(one.record);
+      throw;
+    }
   }
 
   /// Uploads and draws again what a block had on a lost device.
@@ -169,7 +206,7 @@ class DeviceSweep {
       one.draw = again.draw;
       if (again.record.status == Status::ok) continue;
       fail(one, again.record.status, again.record.reason);
-      if (again.record.status != Status::device_lost) continue;
+      if (!session_.is_lost(again.record.status)) continue;
       reopen(block);
       i = 0;
     }
@@ -182,6 +219,7 @@ class DeviceSweep {
   Session& session_;
   WallSplit& split_;
   RunStore& store_;
+  RecordBook& book_;
   SamplesByCase& samples_;  // of earlier starts, then of this one
   double started_ns_;
   Preparer preparer_;
@@ -206,24 +244,25 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   const std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
   std::vector<std::unique_ptr<Session>> sessions;
-  for (const std::string& id : options.backends)
+  for (const std::string& id : options.backends) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
+    sessions.back()->set_timeout(config.measure.timeout_s);
+  }
 
   RunStore store(options.output, identity_of(config, options, sessions));
   const Run& earlier = store.earlier();
   const std::vector<MeasuredScene> scenes = joined_scenes(earlier.scenes, measured, options.output.string());
-  std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
+  make_images_folder(options.output);
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());
   SamplesByCase samples = group_samples(earlier.samples);
-  std::set<std::string> finished;
+  RecordBook book(store, options.retry_failed);
+  for (const auto& session : sessions) book.enter_death(plan.cases, scenes, session->device());
   SweepSummary summary{.folder = options.output, .cases = static_cast<int>(plan.cases.size())};
-  std::vector<Record> records;
-  for (const Record& record : earlier.records)
-    if (!may_pass(record.status) && finished.insert(record.case_id).second) records.push_back(record);
-  summary.resumed = static_cast<int>(finished.size());
-  if (!finished.empty())
-    progress.note(fmt::format("resuming: {} of {} cases are done", finished.size(), plan.cases.size()));
+  summary.resumed =
+      static_cast<int>(std::ranges::count_if(plan.cases, [&](const Case& c) { return book.is_finished(c.id()); }));
+  if (summary.resumed > 0)
+    progress.note(fmt::format("resuming: {} of {} cases are done", summary.resumed, plan.cases.size()));
 
   std::vector<nlohmann::json> devices;
   for (const auto& session : sessions) {
@@ -233,25 +272,27 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   }
   store.write_info(run_info(config, devices, scenes, summary, started_ns, false));
 
+  double done_before = summary.resumed;
   for (const auto& session : sessions) {
-    std::vector<const Case*> pending;
-    for (const Case& c : plan.cases)
-      if (c.backend == session->device().backend && !finished.contains(c.id())) pending.push_back(&c);
-    const auto done_before = static_cast<double>(records.size());
-    DeviceSweep sweep(config, options, *session, library, cache, split, store, samples, started_ns);
-    const std::vector<Record> fresh = sweep.run(pending, [&](double done) {
+    const std::vector<Block> blocks = blocks_of(plan, session->device().backend, book, config.measure.block_cases);
+    std::size_t pending = 0;
+    for (const Block& block : blocks) pending += block.size();
+    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, samples, started_ns);
+    sweep.run(blocks, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
-                      fmt::format("{} cases on {}", pending.size(), session->device().name));
+                      fmt::format("{} cases on {}", pending, session->device().name));
     });
-    records.insert(records.end(), fresh.begin(), fresh.end());
+    done_before += static_cast<double>(pending);
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
     summary.shaders += session->shaders_compiled();
   }
   progress.finish();
 
-  write_results(config, load_run(options.output));
-  for (const Record& record : records) summary.statuses[std::string(status_id(record.status))] += 1;
+  const Run run = load_run(options.output);
+  check_complete(run, plan);
+  write_results(config, run);
+  for (const Record& record : run.records) summary.statuses[std::string(status_id(record.status))] += 1;
   summary.bakes = library.baked();
   summary.bakes_cached = library.from_cache();
   summary.total_s = split.total_seconds();

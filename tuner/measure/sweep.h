@@ -18,6 +18,7 @@ struct SweepOptions {
   std::vector<std::string> backends;  ///< ids, in order
   int device = 0;                     ///< index on each of them
   std::string filter{};               ///< glob on case ids; "" = all
+  bool retry_failed = false;          ///< draw again what failed in an earlier start
   bool quiet = false;                 ///< no progress
   OpenDevice open = open_device;
 };
@@ -40,7 +41,8 @@ struct SweepSummary {
 
 /// Config -> cases -> maps -> textures -> samples and hits -> scores -> records -> front, into a run folder.
 /// Continues an interrupted run of the same config on the same devices; measures nothing twice, but tries cases again
-/// whose failure may have passed (may_pass). A device that is lost is opened again; only the case that lost it fails.
+/// whose failure may have passed (may_pass). A device that is lost is opened again; only the case that lost it fails. A
+/// case that an earlier start died of is recorded as crashed, and drawn once more after all others.
 /// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
 ///         before config, heightmaps and devices have been found good.
 [[nodiscard]] SweepSummary run_sweep(const Config& config, const SweepOptions& options);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "tuner/measure/harness.h"
-
 namespace reliefbench {
 namespace {
 
@@ -45,6 +43,19 @@ int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure) {
   return frames;
 }
 
+std::vector<TimedBatch> with_control(std::span<const TimedBatch> batches, const TimedBatch& control, int every) {
+  std::vector<TimedBatch> result = {control};
+  int since = 0;
+  for (const TimedBatch& batch : batches) {
+    result.push_back(batch);
+    if (++since < every) continue;
+    result.push_back(control);
+    since = 0;
+  }
+  if (since > 0) result.push_back(control);
+  return result;
+}
+
 void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context) {
   Session& session = context.session;
   std::vector<Subject> subjects;
@@ -53,6 +64,7 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
       const auto earlier = context.samples_so_far.find(prepared->record.case_id);
       const int done = earlier == context.samples_so_far.end() ? 0 : static_cast<int>(earlier->second.size());
       if (done >= context.measure.samples) continue;
+      const auto hold = context.mark.hold(prepared->record.case_id);
       const int frames = drawn_for(prepared, [&] { return warm_up(session, prepared->draw, context.measure); });
       subjects.push_back({.prepared = prepared, .frames = frames, .rounds_done = done});
     }
@@ -70,27 +82,22 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
     if (order.empty()) break;
     std::shuffle(order.begin(), order.end(), random);
 
-    std::vector<TimedBatch> batches = {control};
-    std::vector<Subject*> owners = {nullptr};
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      Subject* subject = order[i];
-      batches.push_back(
-          {.name = subject->prepared->record.case_id, .frames = subject->frames, .run_ns = [&session, subject] {
-             return drawn_for(subject->prepared,
-                              [&] { return session.draw_ns(subject->prepared->draw, subject->frames); });
-           }});
-      owners.push_back(subject);
-      const bool last = i + 1 == order.size();
-      if (last || (i + 1) % static_cast<std::size_t>(context.measure.control_every) == 0) {
-        batches.push_back(control);
-        owners.push_back(nullptr);
-      }
-    }
+    std::vector<TimedBatch> own;
+    for (Subject* subject : order)
+      own.push_back({.name = subject->prepared->record.case_id,
+                     .frames = subject->frames,
+                     .run_ns = [&session, &context, subject] {
+                       const auto hold = context.mark.hold(subject->prepared->record.case_id);
+                       return drawn_for(subject->prepared,
+                                        [&] { return session.draw_ns(subject->prepared->draw, subject->frames); });
+                     }});
+    const std::vector<TimedBatch> batches = with_control(own, control, context.measure.control_every);
+    auto next = order.begin();
     context.split.book(Part::samples, [&] {
       run_round(batches, [&](std::size_t index, double frame_ns) {
-        Subject* owner = owners[index];
+        const bool is_control = batches[index].name == control_id;
         context.on_sample({.case_id = batches[index].name,
-                           .round = owner != nullptr ? owner->rounds_done++ : 0,
+                           .round = is_control ? 0 : (*next++)->rounds_done++,
                            .frames = batches[index].frames,
                            .frame_time_ns = frame_ns,
                            .at_ns = context.clock_ns()});

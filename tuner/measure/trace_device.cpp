@@ -6,8 +6,8 @@ namespace reliefbench {
 
 BakedScene SceneBaker::bake(const Settings& settings, const SceneSpec& spec) {
   const Scene& scene = spec.scene;
-  const bool has_map = settings.technique().find("format") != nullptr;  // flat reads none: any will do
-  const Format& format = has_map ? find_format(settings.choice("format")) : formats().front();
+  const bool has_map = settings.technique().reads_map();
+  const Format& format = storage_of(settings).format;
   if (std::string text = bake_text(settings, spec); text != text_) {
     map_ = nullptr;  // large maps: not both at once
     tracer_ = nullptr;

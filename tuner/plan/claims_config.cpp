@@ -5,6 +5,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/json_lines.h"
+#include "kernels/judge/metric.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
 
@@ -12,12 +13,6 @@ namespace reliefbench {
 namespace {
 
 constexpr std::array<std::string_view, 4> kOwnMetrics{"frame_time", "bake_time", "mean_ratio", "too_wide"};
-
-void check_keys(const ConfigReader& reader, const JsonNode& node, const std::vector<std::string_view>& known) {
-  if (!node.value.is_object()) reader.fail(node, "expected an object");
-  for (const JsonNode& child : node.children)
-    if (std::ranges::find(known, child.key) == known.end()) reader.fail(child, unknown_text(child.key, known));
-}
 
 std::string read_metric(const ConfigReader& reader, const JsonNode& node) {
   std::string id = reader.text(node);
@@ -44,7 +39,7 @@ Settings read_settings(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
-  check_keys(reader, node, {"label", "settings", "paper"});
+  reader.check_keys(node, {"label", "settings", "paper"});
   ClaimRow row{.label = reader.text(reader.required(node, "label")),
                .settings = read_settings(reader, reader.required(node, "settings")),
                .paper = {}};
@@ -57,7 +52,7 @@ ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const std::vector<ClaimRow>& rows) {
-  check_keys(reader, node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most"});
+  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most"});
   const auto label = [&](std::string_view key) -> std::string {
     const JsonNode* const child = node.find(key);
     if (child == nullptr) return "";
@@ -92,7 +87,7 @@ bool is_claim_metric(std::string_view id) {
 Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_lines(text, path.string());
-  check_keys(reader, root, {"source", "about", "scene", "metrics", "rows", "checks"});
+  reader.check_keys(root, {"source", "about", "scene", "metrics", "rows", "checks"});
   const JsonNode& scene = reader.required(root, "scene");
   std::vector<SceneSpec> scenes = read_scene(reader, scene, path.parent_path());
   if (scenes.size() != 1) reader.fail(scene, "expected one view");

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <iterator>
+#include <map>
 #include <set>
 
 #include "kernels/base/append_file.h"
@@ -11,9 +13,8 @@ namespace {
 /// A sweep of nothing but these settings.
 SweepSpec sweep_of(const Settings& settings, int line) {
   SweepSpec sweep{.technique = &settings.technique(), .axes = {}, .where = {}, .line = line};
-  for (const Param& param : settings.technique().params)
-    if (settings.is_active(param))
-      sweep.axes.push_back({.params = {std::string(param.id)}, .values = {{settings.get(param.id)}}});
+  for (const auto& [param, value] : settings.values())
+    sweep.axes.push_back({.params = {std::string(param.id)}, .values = {{value}}});
   return sweep;
 }
 
@@ -30,18 +31,23 @@ void keep_device(const ConfigReader& reader, const JsonNode& node, std::vector<L
   std::erase_if(presets, [&](const LoadedPreset& p) { return p.backend != device && p.device != device; });
 }
 
-/// Leaves those of some levels.
+/// Leaves of each device, for each quality that is asked for, the best level that is no higher.
 void keep_quality(const ConfigReader& reader, const JsonNode& node, std::vector<LoadedPreset>& presets) {
-  std::set<int> known;
-  for (const LoadedPreset& preset : presets) known.insert(preset.quality);
-  std::set<int> wanted;
+  std::map<std::pair<std::string, std::string>, std::set<int>> levels;
+  for (const LoadedPreset& preset : presets) levels[{preset.backend, preset.device}].insert(preset.quality);
+  std::map<std::pair<std::string, std::string>, std::set<int>> wanted;
   for (const JsonNode& item : reader.items(node)) {
     const auto quality = static_cast<int>(reader.integer(item, 0, 100));
-    if (!known.contains(quality))
-      reader.fail(item, fmt::format("there is no level {} (known: {})", quality, fmt::join(known, ", ")));
-    wanted.insert(quality);
+    for (const auto& [device, known] : levels) {
+      const auto above = known.upper_bound(quality);
+      if (above == known.begin())
+        reader.fail(item, fmt::format("there is no level up to {} (known: {})", quality, fmt::join(known, ", ")));
+      wanted[device].insert(*std::prev(above));
+    }
   }
-  std::erase_if(presets, [&](const LoadedPreset& preset) { return !wanted.contains(preset.quality); });
+  std::erase_if(presets, [&](const LoadedPreset& preset) {
+    return !wanted[{preset.backend, preset.device}].contains(preset.quality);
+  });
 }
 
 }  // namespace

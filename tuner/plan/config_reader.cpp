@@ -74,11 +74,14 @@ void ConfigReader::fail(const JsonNode& node, std::string_view what) const {
 }
 
 void ConfigReader::check_object(const JsonNode& node, std::string_view kind) const {
-  if (!node.value.is_object()) fail(node, fmt::format("expected an object, not {}", node.value.type_name()));
   const auto* const row = std::ranges::find(kObjects, kind, &ConfigKeys::object);
+  check_keys(node, {row->keys.begin(), row->keys.end()});
+}
+
+void ConfigReader::check_keys(const JsonNode& node, const std::vector<std::string_view>& known) const {
+  if (!node.value.is_object()) fail(node, fmt::format("expected an object, not {}", node.value.type_name()));
   for (const JsonNode& child : node.children)
-    if (std::ranges::find(row->keys, child.key) == row->keys.end())
-      fail(child, unknown_text(child.key, {row->keys.begin(), row->keys.end()}));
+    if (std::ranges::find(known, child.key) == known.end()) fail(child, unknown_text(child.key, known));
 }
 
 const JsonNode& ConfigReader::required(const JsonNode& object, std::string_view key) const {

@@ -38,6 +38,8 @@ class ConfigReader {
   [[noreturn]] void fail(const JsonNode& node, std::string_view what) const;
   /// An object with no other keys than its kind's (ConfigKeys::object).
   void check_object(const JsonNode& node, std::string_view kind) const;
+  /// An object with no other keys than these.
+  void check_keys(const JsonNode& node, const std::vector<std::string_view>& known) const;
   [[nodiscard]] const JsonNode& required(const JsonNode& object, std::string_view key) const;
   [[nodiscard]] std::string text(const JsonNode& node) const;
   [[nodiscard]] bool flag(const JsonNode& node) const;

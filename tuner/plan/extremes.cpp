@@ -14,12 +14,6 @@
 namespace reliefbench {
 namespace {
 
-void check_keys(const ConfigReader& reader, const JsonNode& node, const std::vector<std::string_view>& known) {
-  if (!node.value.is_object()) reader.fail(node, "expected an object");
-  for (const JsonNode& child : node.children)
-    if (std::ranges::find(known, child.key) == known.end()) reader.fail(child, unknown_text(child.key, known));
-}
-
 std::string value_text(const ConfigReader& reader, const JsonNode& node) {
   return node.value.is_number_integer() ? fmt::format("{}", reader.integer(node, 0, 4096)) : reader.text(node);
 }
@@ -39,7 +33,7 @@ std::vector<SettingChange> read_changes(const ConfigReader& reader, const JsonNo
 }
 
 Extreme read_extreme(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder) {
-  check_keys(reader, node, {"id", "about", "scene", "settings", "large"});
+  reader.check_keys(node, {"id", "about", "scene", "settings", "large"});
   const JsonNode& scene = reader.required(node, "scene");
   std::vector<SceneSpec> scenes = read_scene(reader, scene, folder);
   if (scenes.size() != 1) reader.fail(scene, "expected one view");
@@ -50,9 +44,6 @@ Extreme read_extreme(const ConfigReader& reader, const JsonNode& node, const std
   if (const JsonNode* large = node.find("large")) extreme.is_large = reader.flag(*large);
   return extreme;
 }
-
-/// A run-time count of steps: what "steps" stands for.
-bool is_step_count(const Param& param) { return param.stage == Stage::run && param.choices.empty(); }
 
 void set_if_known(Settings& settings, std::string_view id, const std::string& text) {
   const Param* const param = settings.technique().find(id);
@@ -71,7 +62,7 @@ void set_if_known(Settings& settings, std::string_view id, const std::string& te
 Extremes parse_extremes(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_lines(text, path.string());
-  check_keys(reader, root, {"frame_px", "settings", "extremes"});
+  reader.check_keys(root, {"frame_px", "settings", "extremes"});
   Extremes extremes;
   if (const JsonNode* settings = root.find("settings")) extremes.changes = read_changes(reader, *settings);
   const JsonNode& frame = reader.required(root, "frame_px");
@@ -101,7 +92,7 @@ void apply(const std::vector<SettingChange>& changes, Settings& settings) {
       continue;
     }
     for (const Param& param : settings.technique().params)
-      if (is_step_count(param)) set_if_known(settings, param.id, text);
+      if (param.counts_steps()) set_if_known(settings, param.id, text);
   }
 }
 
@@ -135,13 +126,6 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   }
   add(usual);
   return list;
-}
-
-int step_cap(const Settings& settings) {
-  int cap = 0;
-  for (const Param& param : settings.technique().params)
-    if (is_step_count(param) && settings.is_active(param)) cap += settings.get(param.id);
-  return cap;
 }
 
 }  // namespace reliefbench

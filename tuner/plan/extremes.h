@@ -40,7 +40,4 @@ void apply(const std::vector<SettingChange>& changes, Settings& settings);
 [[nodiscard]] std::vector<Settings> stress_settings(const Technique& technique, const std::vector<SettingChange>& all,
                                                     const Extreme& extreme);
 
-/// The most iterations that these settings allow a pixel.
-[[nodiscard]] int step_cap(const Settings& settings);
-
 }  // namespace reliefbench

@@ -12,22 +12,20 @@
 namespace reliefbench {
 namespace {
 
-bool is_plain(const Settings& settings, const Param& param) {
-  if (param.id == "map") return map_of(settings).content == MapContent::heights;
-  if (param.id == "format") return find_format(settings.choice(param.id)).type == TexelType::unorm8;
-  return settings.get(param.id) == param.min;
+bool is_plain(const Settings& settings, const SettingValue& given) {
+  if (given.param.id == "format") return storage_of(settings).format.type == TexelType::unorm8;
+  return given.value == given.param.min;
 }
 
 }  // namespace
 
 std::vector<std::string> features(const Settings& settings) {
   std::vector<std::string> list;
-  const Technique& technique = settings.technique();
   const MapRow& map = map_of(settings);
   if (map.content != MapContent::heights) list.push_back(fmt::format("map={}", map.id));
-  for (const Param& param : technique.params)
-    if (!param.choices.empty() && param.id != "map" && settings.is_active(param) && !is_plain(settings, param))
-      list.push_back(fmt::format("{}={}", param.id, settings.choice(param.id)));
+  for (const SettingValue& given : settings.values())
+    if (!given.param.choices.empty() && given.param.id != "map" && !is_plain(settings, given))
+      list.push_back(fmt::format("{}={}", given.param.id, given.text()));
   return list;
 }
 

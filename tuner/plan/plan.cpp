@@ -12,19 +12,30 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::size_t kCombinationLimit = 1'000'000;  // of one sweep; a slip of the pen, not a plan, is bigger
+// Combinations of all sweeps of a plan, and cases on all scenes and backends: a slip of the pen, not a plan, is bigger.
+constexpr std::size_t kPlanLimit = 1'000'000;
 
 std::size_t combination_count(const SweepSpec& sweep, const std::filesystem::path& path) {
   std::size_t product = 1;
   std::size_t longest = 1;
   for (const Axis& axis : sweep.axes) {
     longest = std::max(longest, axis.values.size());
-    if (!sweep.zip && product > kCombinationLimit / axis.values.size())
+    if (!sweep.zip && product > kPlanLimit / axis.values.size())
       fail_input("{}:{}: the sweep of '{}' has over {} combinations", path.string(), sweep.line, sweep.technique->id,
-                 kCombinationLimit);
+                 kPlanLimit);
     product *= axis.values.size();
   }
   return sweep.zip ? longest : product;
+}
+
+void check_combinations(const Config& config) {
+  std::size_t combinations = 0;
+  for (const SweepSpec& sweep : config.sweeps) {
+    combinations += combination_count(sweep, config.path);
+    if (combinations > kPlanLimit)
+      fail_input("{}:{}: with the sweep of '{}' the plan has over {} combinations", config.path.string(), sweep.line,
+                 sweep.technique->id, kPlanLimit);
+  }
 }
 
 /// The settings of combination `index`: the last axis of a product moves fastest.
@@ -123,8 +134,15 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
   std::vector<Planned> all;
   std::unordered_set<std::string> seen;
   std::string example;
+  check_combinations(config);
+  std::size_t cases = 0;
   for (const SweepSpec& sweep : config.sweeps) {
     const std::vector<Settings> kept = expand(sweep, config.path, plan.conflicts);
+    cases += kept.size() * config.scenes.size() * backend_ids.size();
+    if (cases > kPlanLimit)
+      fail_input("{}:{}: with the sweep of '{}' the plan has over {} cases: {} settings on {} scenes and {} backends",
+                 config.path.string(), sweep.line, sweep.technique->id, kPlanLimit, kept.size(), config.scenes.size(),
+                 backend_ids.size());
     for (std::size_t b = 0; b < backend_ids.size(); ++b)
       for (std::size_t s = 0; s < config.scenes.size(); ++s)
         for (const Settings& settings : kept) {

@@ -129,7 +129,7 @@ const LoadedPreset& choose_preset(std::span<const LoadedPreset> presets, const P
     if (!choice.device.empty() && !glob_matches(choice.device, preset.device)) continue;
     meant.insert(device_text(preset));
     levels.insert(preset.quality);
-    if (preset.quality == choice.quality) found = &preset;
+    if (preset.quality <= choice.quality && (found == nullptr || found->quality < preset.quality)) found = &preset;
   }
   if (meant.empty())
     fail_input("{}: no device '{}' of backend '{}' (it has {})", file, choice.device.empty() ? "*" : choice.device,
@@ -137,8 +137,9 @@ const LoadedPreset& choose_preset(std::span<const LoadedPreset> presets, const P
   if (meant.size() > 1)
     fail_input("{}: holds {} devices, choose one by --backend and --device-name: {}", file, meant.size(),
                joined(meant));
-  if (found == nullptr)
-    fail_input("{}: there is no level {} (known: {})", file, choice.quality, fmt::join(levels, ", "));
+  if (found == nullptr || choice.quality > kBestPreset)
+    fail_input("{}: there is no level {}; it has {}, and what is between two is the lower", file, choice.quality,
+               fmt::join(levels, ", "));
   return *found;
 }
 

@@ -11,6 +11,7 @@
 namespace reliefbench {
 
 inline constexpr int kPresetsSchema = 2;
+inline constexpr int kBestPreset = 100;  ///< quality goes from 0 to this
 
 /// One level as read back.
 struct LoadedPreset {
@@ -27,13 +28,13 @@ struct LoadedPreset {
 ///         values
 [[nodiscard]] std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view file);
 
-/// Which level is meant. Empty texts: any.
+/// Which level is meant: the best that is no higher than `quality`. Empty texts: any.
 struct PresetChoice {
-  int quality = 0;
+  int quality = 0;  ///< 0 to kBestPreset
   std::string backend{};
   std::string device{};  ///< glob on the device's name
 };
-/// throws: Error(bad_input) naming what there is: no such level or device, several devices that fit
+/// throws: Error(bad_input) naming what there is: no such device, several that fit, a quality out of range
 [[nodiscard]] const LoadedPreset& choose_preset(std::span<const LoadedPreset> presets, const PresetChoice& choice,
                                                 std::string_view file);
 

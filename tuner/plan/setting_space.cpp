@@ -37,8 +37,7 @@ Candidate candidate_of(const Settings& settings, std::string id) {
       .id = std::move(id), .categories = {static_cast<int>(&technique - techniques().data())}, .steps = {}};
   candidate.work.assign(work_metrics().size(), 0);
   for (const RegistryParam& param : registry_params()) {
-    const Param* const own = technique.find(param.id);
-    const bool is_active = own != nullptr && settings.is_active(*own);
+    const bool is_active = settings.active(param.id) != nullptr;
     if (param.values.empty())
       candidate.steps.push_back(is_active ? settings.get(param.id) : 0);
     else

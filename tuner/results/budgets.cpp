@@ -24,7 +24,7 @@ bool meets(const FrameScore& score, const Budget& budget) {
 
 bool within(std::optional<double> value, const Budget& budget) {
   const MetricRow& metric = find_metric(budget.metric);
-  if (!value) return !metric.lower_is_better;  // identical pictures have no psnr: nothing is better
+  if (!value) return metric.none_is_best();
   return metric.lower_is_better ? *value <= budget.limit : *value >= budget.limit;
 }
 

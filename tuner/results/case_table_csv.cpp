@@ -55,14 +55,12 @@ std::string samples_text(const TableRow& row) {
 }
 
 std::vector<std::string> cells_of(const TableRow& row, std::span<const std::string> params) {
-  const Technique& technique = row.settings.technique();
   std::vector<std::string> cells = {
-      row.case_id,       std::string(technique.id),          row.backend, row.device, row.scene,
-      row.scene_key.hex, std::string(status_id(row.status)), row.reason,  row.map};
+      row.case_id,       std::string(row.settings.technique().id), row.backend, row.device, row.scene,
+      row.scene_key.hex, std::string(status_id(row.status)),       row.reason,  row.map};
   for (const std::string& id : params) {
-    const Param* const param = technique.find(id);
-    const bool is_active = param != nullptr && row.settings.is_active(*param);
-    cells.push_back(is_active ? param->text(row.settings.get(id)) : "");
+    const Param* const param = row.settings.active(id);
+    cells.push_back(param != nullptr ? param->text(row.settings.get(id)) : "");
   }
   for (std::size_t i = 0; i < metrics().size(); ++i)
     cells.push_back(row.errors[i] ? number_text(*row.errors[i], row, metrics()[i].id) : "");
@@ -140,15 +138,14 @@ Settings settings_in(const Cells& cells, std::span<const std::string> params) {
   for (const Param& param : technique.params) {
     const std::string& text = cells.text(param.id);
     if (!settings.is_active(param)) continue;
+    if (text.empty() && !param.is_spelt_out) continue;
     if (text.empty()) cells.fail(param.id, fmt::format("is blank, but '{}' needs it", technique.id));
     cells.at(param.id, [&] { settings.set(param.id, text); });
   }
-  for (const std::string& id : params) {
-    const Param* const param = technique.find(id);
-    if (!cells.text(id).empty() && (param == nullptr || !settings.is_active(*param)))
+  for (const std::string& id : params)
+    if (!cells.text(id).empty() && settings.active(id) == nullptr)
       cells.fail(id,
                  fmt::format("is '{}', but means nothing with these settings of '{}'", cells.text(id), technique.id));
-  }
   return settings;
 }
 

@@ -15,8 +15,9 @@ namespace {
 using nlohmann::json;
 
 // In the order of Status.
-constexpr std::array<std::string_view, 8> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
-                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled"};
+constexpr std::array<std::string_view, 9> kStatusIds{"ok",          "unsupported",   "compile_error", "timeout",
+                                                     "device_lost", "out_of_memory", "invalid_timer", "throttled",
+                                                     "crashed"};
 
 /// JSON has no NaN and no infinity, and the library would write `null` for them without a word.
 /// returns: the document (a json under construction would leak if to_json threw once it holds something)
@@ -60,16 +61,32 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-json distribution_json(const Distribution& d) {
-  return {{"mean", d.mean}, {"p50", d.p50}, {"p95", d.p95}, {"p99", d.p99}, {"max", d.max}};
+/// null where the frame has no value, and it is written.
+json score_json(const FrameScore& score) {
+  json out = {{"pixels", score.pixels}};
+  for (const MetricRow& row : metrics()) {
+    json& member = out[std::string(row.metric->id)];
+    const std::optional<double> value = row.value(score);
+    (row.part.empty() ? member : member[std::string(row.part)]) = value ? json(*value) : json();
+  }
+  return out;
 }
 
-Distribution parse_distribution(const json& j) {
-  return {.mean = number(j, "mean"),
-          .p50 = number(j, "p50"),
-          .p95 = number(j, "p95"),
-          .p99 = number(j, "p99"),
-          .max = number(j, "max")};
+std::optional<double> parse_value(const json& j, const MetricRow& row) {
+  const std::string metric(row.metric->id);
+  const std::string part(row.part);
+  const NoValue no_value = row.metric->no_value;
+  if (no_value == NoValue::unmeasured && optional_member(j, metric.c_str()) == nullptr) return std::nullopt;
+  const json& object = part.empty() ? j : member(j, metric.c_str());
+  const char* key = part.empty() ? metric.c_str() : part.c_str();
+  if (no_value != NoValue::never && member(object, key).is_null()) return std::nullopt;
+  return number(object, key);
+}
+
+FrameScore parse_score(const json& j) {
+  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels")};
+  for (const MetricRow& row : metrics()) score.values.at(row.place) = parse_value(j, row);
+  return score;
 }
 
 json frame_time_json(const FrameTime& time) {
@@ -82,14 +99,35 @@ json frame_time_json(const FrameTime& time) {
           {"timer", time.timer}};
 }
 
+/// A time, or another quantity that ratios are made of.
+double positive(const json& object, const char* key) {
+  const double value = number(object, key);
+  if (!(std::isfinite(value) && value > 0)) fail_input("'{}' is {}, expected a number above 0", key, value);
+  return value;
+}
+
 FrameTime parse_frame_time(const json& j) {
-  return {.summary = {.median = number(j, "median"),
-                      .mad = number(j, "mad"),
-                      .ci_low = number(j, "ci_low"),
-                      .ci_high = number(j, "ci_high"),
-                      .n = integer<int>(j, "n")},
-          .raw_median = number(j, "raw_median"),
-          .timer = text(j, "timer")};
+  FrameTime time{.summary = {.median = positive(j, "median"),
+                             .mad = number(j, "mad"),
+                             .ci_low = positive(j, "ci_low"),
+                             .ci_high = positive(j, "ci_high"),
+                             .n = integer<int>(j, "n")},
+                 .raw_median = positive(j, "raw_median"),
+                 .timer = text(j, "timer")};
+  if (time.summary.n < 1) fail_input("'n' is {}, expected at least 1", time.summary.n);
+  if (time.summary.ci_low > time.summary.ci_high)
+    fail_input("'ci_low' is {}, above 'ci_high', {}", time.summary.ci_low, time.summary.ci_high);
+  return time;
+}
+
+/// The id has "backend=..." (Case::id()), and samples are found by both.
+void check_backend(const Record& record) {
+  constexpr std::string_view kKey = "backend=";
+  const std::size_t key = record.case_id.rfind(kKey);
+  if (key == std::string::npos) return;
+  std::string_view named = std::string_view(record.case_id).substr(key + kKey.size());
+  named = named.substr(0, named.find('&'));
+  if (named != record.backend) fail_input("'backend' is '{}', but the case's id says '{}'", record.backend, named);
 }
 
 /// JSON objects have no order; the case id has it: "...?linear_steps=16&refinement=none&backend=...".
@@ -114,6 +152,8 @@ Status status_of(Fault fault, Status otherwise) {
   switch (fault) {
     case Fault::device_lost:
       return Status::device_lost;
+    case Fault::timeout:
+      return Status::timeout;
     case Fault::out_of_memory:
       return Status::out_of_memory;
     case Fault::invalid_timer:
@@ -122,39 +162,6 @@ Status status_of(Fault fault, Status otherwise) {
       break;
   }
   return otherwise;
-}
-
-json score_json(const FrameScore& score) {
-  return {{"pixels", score.pixels},
-          {"e_xy", distribution_json(score.e_xy)},
-          {"e_z", distribution_json(score.e_z)},
-          {"missed_rate", score.missed_rate},
-          {"inside_rate", score.inside_rate},
-          {"unconverged_rate", score.unconverged_rate},
-          {"taps", {{"mean", score.mean_taps}, {"max", score.max_taps}}},
-          // null is the answer "identical pictures", whose PSNR is no number; it is always written.
-          {"psnr", score.psnr ? json(*score.psnr) : json(nullptr)},
-          {"flip", score.flip},
-          {"ssim", score.ssim},
-          {"flicker", score.flicker ? json(*score.flicker) : json(nullptr)}};
-}
-
-FrameScore parse_score(const json& j) {
-  const json& taps = member(j, "taps");
-  FrameScore score{.pixels = integer<std::int64_t>(j, "pixels"),
-                   .e_xy = parse_distribution(member(j, "e_xy")),
-                   .e_z = parse_distribution(member(j, "e_z")),
-                   .missed_rate = number(j, "missed_rate"),
-                   .inside_rate = number(j, "inside_rate"),
-                   .unconverged_rate = number(j, "unconverged_rate"),
-                   .mean_taps = number(taps, "mean"),
-                   .max_taps = number(taps, "max"),
-                   .psnr = std::nullopt,
-                   .flip = number(j, "flip"),
-                   .ssim = number(j, "ssim")};
-  if (!member(j, "psnr").is_null()) score.psnr = number(j, "psnr");
-  if (!member(j, "flicker").is_null()) score.flicker = number(j, "flicker");
-  return score;
 }
 
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }
@@ -168,7 +175,8 @@ Status parse_status(std::string_view id) {
 void to_json(json& j, const Record& record) {
   json params = json::object();
   for (const auto& [id, value] : record.params) params[id] = value;
-  json line = {{"case", record.case_id},
+  json line = {{"schema", kSchemaVersion},
+               {"case", record.case_id},
                {"technique", record.technique},
                {"params", std::move(params)},
                {"map", record.map},
@@ -190,6 +198,8 @@ void to_json(json& j, const Record& record) {
 }
 
 void from_json(const json& j, Record& record) {
+  if (const int schema = integer<int>(j, "schema"); schema != kSchemaVersion)
+    fail_input("'schema' is {}, this reliefbench reads {}", schema, kSchemaVersion);
   record = {.case_id = text(j, "case"),
             .technique = text(j, "technique"),
             .params = parse_params(member(j, "params"), text(j, "case")),
@@ -212,6 +222,7 @@ void from_json(const json& j, Record& record) {
   if (const json* error = optional_member(j, "error")) record.error = parse_score(*error);
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
+  check_backend(record);
 }
 
 std::string match_key(const Record& record) {
@@ -224,6 +235,9 @@ std::string match_key(const Record& record) {
 }
 
 void to_json(json& j, const Sample& sample) {
+  if (!(sample.frame_time_ns > 0))  // it could not be read back, and ratios of it mean nothing
+    fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id,
+                     sample.frame_time_ns);
   j = checked({{"case", sample.case_id},
                {"round", sample.round},
                {"frames", sample.frames},
@@ -235,7 +249,7 @@ void from_json(const json& j, Sample& sample) {
   sample = {.case_id = text(j, "case"),
             .round = integer<int>(j, "round"),
             .frames = integer<int>(j, "frames"),
-            .frame_time_ns = number(j, "frame_time_ns"),
+            .frame_time_ns = positive(j, "frame_time_ns"),
             .at_ns = number(j, "at_ns")};
 }
 

@@ -27,6 +27,7 @@ enum class Status {
   out_of_memory,
   invalid_timer,  ///< a time that was not finite and above zero
   throttled,      ///< the device ran at a small part of its speed
+  crashed,        ///< the process died while the case was drawn
 };
 /// Of what may be over when the same run is started again, so that the case is tried again then.
 [[nodiscard]] bool may_pass(Status status);
@@ -79,9 +80,6 @@ struct Sample {
 
 void to_json(nlohmann::json& j, const Record& record);
 void from_json(const nlohmann::json& j, Record& record);  ///< throws: Error(bad_input)
-/// The error of a record, as its line holds it.
-[[nodiscard]] nlohmann::json score_json(const FrameScore& score);
-[[nodiscard]] FrameScore parse_score(const nlohmann::json& j);  ///< throws: Error(bad_input)
 
 void to_json(nlohmann::json& j, const Sample& sample);
 void from_json(const nlohmann::json& j, Sample& sample);

@@ -85,6 +85,7 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
     table.scene_key = row.scene_key.hex;  // of a table's scene there is one
     table.space.candidates.push_back(std::move(candidate));
     table.samples.push_back(row.samples_ns);
+    table.memory_bytes.push_back(row.memory_bytes);
   }
   if (table.samples.empty())
     fail_input("{}: no case of {} was measured with a value of {}", file, text_of(group), table.error_metric);

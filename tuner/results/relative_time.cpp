@@ -7,24 +7,13 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::size_t kNearest = 3;
+constexpr std::ptrdiff_t kBefore = 2;
 
-/// The control samples nearest to a time: a run of neighbours, since they are sorted by time.
-std::span<const Sample> nearest_control(std::span<const Sample> control, double at_ns) {
-  const auto after = std::lower_bound(control.begin(), control.end(), at_ns,
-                                      [](const Sample& sample, double time) { return sample.at_ns < time; });
-  auto first = static_cast<std::size_t>(after - control.begin());
-  std::size_t last = first;  // half open
-  while (last - first < std::min(kNearest, control.size())) {
-    const bool take_earlier =
-        last == control.size() || (first > 0 && at_ns - control[first - 1].at_ns <= control[last].at_ns - at_ns);
-    if (take_earlier) {
-      --first;
-    } else {
-      ++last;
-    }
-  }
-  return control.subspan(first, last - first);
+/// The control samples round a time.
+std::span<const Sample> control_round(std::span<const Sample> control, double at_ns) {
+  const auto after = std::ranges::lower_bound(control, at_ns, {}, &Sample::at_ns);
+  const auto before = std::min(kBefore, after - control.begin());
+  return {after - before, after == control.end() ? after : after + 1};
 }
 
 }  // namespace
@@ -49,7 +38,7 @@ std::vector<double> raw_times(std::span<const Sample> samples) {
 std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control) {
   std::vector<double> times;
   for (const Sample& sample : samples) {
-    times.push_back(sample.frame_time_ns / median(raw_times(nearest_control(control, sample.at_ns))));
+    times.push_back(sample.frame_time_ns / median(raw_times(control_round(control, sample.at_ns))));
   }
   return times;
 }

@@ -19,8 +19,9 @@ using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 /// Frame times as measured, ns.
 [[nodiscard]] std::vector<double> raw_times(std::span<const Sample> samples);
 
-/// Each sample's frame time divided by the median of the (up to) three control samples nearest to it in time, so that
-/// what slows both (clock rates, other tenants of the machine) cancels.
+/// Each sample's frame time divided by the median of the control samples round it in time, two before and one after, so
+/// that what slows both (clock rates, other tenants of the machine) cancels. It looks ahead no further than the next
+/// control sample, so that a search may use a sample once that is drawn: nothing later changes it.
 /// samples, control: by rising time; control not empty
 [[nodiscard]] std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control);
 

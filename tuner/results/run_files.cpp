@@ -5,9 +5,20 @@
 #include "kernels/base/sha256.h"
 
 namespace reliefbench {
+namespace {
+
+constexpr std::size_t kImageDigits = 16;
+
+}  // namespace
 
 std::filesystem::path image_path(std::string_view key, std::string_view kind) {
-  return std::filesystem::path("images") / fmt::format("{}-{}.png", sha256(key).substr(0, 16), kind);
+  return kImagesFolder / std::filesystem::path(fmt::format("{}-{}.png", sha256(key).substr(0, kImageDigits), kind));
+}
+
+bool is_image_name(std::string_view file_name) {
+  if (file_name.find_first_not_of("0123456789abcdef") != kImageDigits) return false;
+  const std::string_view rest = file_name.substr(kImageDigits);
+  return rest == "-frame.png" || rest == "-error.png";
 }
 
 std::string reference_image_key(std::string_view scene, std::string_view backend) {

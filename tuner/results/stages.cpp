@@ -30,7 +30,7 @@ const std::vector<StageVersion>& stage_versions() {
                              {.id = "trace", .version = 1},
                              {.id = "reference", .version = ReferenceTracer::kVersion},
                              {.id = "judge", .version = 1},
-                             {.id = "harness", .version = 1}});
+                             {.id = "harness", .version = 2}});
     return list;
   }();
   return versions;

@@ -1,21 +1,24 @@
 #include "tuner/results/statistics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
+#include <limits>
+#include <numbers>
 #include <numeric>
-#include <random>
 
 #include "kernels/base/error.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr double kConfidence = 0.95;     // of summarise()
-constexpr std::size_t kExactLimit = 50;  // pooled values up to which Mann-Whitney counts arrangements
-constexpr int kBootstrapRounds = 2000;   // enough for a 95 % interval; the end points move by about 1 % of its width
-constexpr std::uint64_t kBootstrapSeed = 42;  // fixed: the same samples always give the same interval
+constexpr double kConfidence = 0.95;        // of summarise()
+constexpr double kMadToDeviation = 1.4826;  // of a normal distribution
+constexpr double kHuber = 1.5;              // robust standard deviations; 96 % efficient for normal values
+constexpr int kMostDf =
+    200;  // from here on Student's t is taken to be this one: wider than the normal by half a percent
 
 double median_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -24,76 +27,72 @@ double median_of(std::vector<double>& values) {
   return std::midpoint(*std::max_element(values.begin(), middle), *middle);
 }
 
-/// How many values to leave out on either side: the largest k with 2 P(Binomial(n, 1/2) <= k) <= 1 - confidence, since
-/// the median is under the (k+1)-th value iff at most k values are under it. 0 where there is no such k.
-std::size_t trimmed_each_side(std::size_t n) {
+struct Trim {
+  std::size_t each_side = 0;  ///< values to leave out
+  double tail = 0;            ///< P(Binomial(n, 1/2) <= each_side): the median is beyond the interval, on one side
+};
+
+/// The largest k with 2 P(Binomial(n, 1/2) <= k) <= 1 - confidence, since the median is under the (k+1)-th value iff at
+/// most k values are under it. 0 where there is no such k.
+Trim trim_of(std::size_t n) {
   double log_p = -static_cast<double>(n) * std::log(2.0);
-  double tail = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    tail += std::exp(log_p);  // P(Binomial <= k)
-    if (2 * tail > 1 - kConfidence) return k == 0 ? 0 : k - 1;
-    log_p += std::log(static_cast<double>(n - k) / static_cast<double>(k + 1));
+  Trim trim{.each_side = 0, .tail = std::exp(log_p)};
+  for (std::size_t k = 1; k < n; ++k) {
+    log_p += std::log(static_cast<double>(n - k + 1) / static_cast<double>(k));
+    const double tail = trim.tail + std::exp(log_p);
+    if (2 * tail > 1 - kConfidence) break;
+    trim = {.each_side = k, .tail = tail};
   }
-  return 0;
+  return trim;
 }
 
-struct PooledValue {
-  double value;
-  bool of_a;
-};
+// Derivatives of log gamma: recurrence up to where the asymptotic series [Abramowitz & Stegun 6.3.18, 6.4.12] has ten
+// digits.
+constexpr double kAsymptotic = 8;
 
-struct RankSum {
-  double u = 0;         // of a: pairs (a, b) with a > b, ties count half
-  double tie_term = 0;  // sum of t^3 - t over groups of t equal values
-};
+double digamma(double x) {
+  double shift = 0;
+  for (; x < kAsymptotic; ++x) shift -= 1 / x;
+  const double i = 1 / (x * x);
+  return shift + std::log(x) - 0.5 / x - i * (1.0 / 12 - i * (1.0 / 120 - i / 252));
+}
 
-RankSum rank_sum(std::span<const double> a, std::span<const double> b) {
-  std::vector<PooledValue> pooled;
-  pooled.reserve(a.size() + b.size());
-  for (const double value : a) pooled.push_back({.value = value, .of_a = true});
-  for (const double value : b) pooled.push_back({.value = value, .of_a = false});
-  std::ranges::sort(pooled, {}, &PooledValue::value);
+double trigamma(double x) {
+  double shift = 0;
+  for (; x < kAsymptotic; ++x) shift += 1 / (x * x);
+  const double i = 1 / (x * x);
+  return shift + 1 / x + i / 2 + i / x * (1.0 / 6 - i * (1.0 / 30 - i / 42));
+}
 
-  RankSum sum;
-  for (std::size_t begin = 0; begin < pooled.size();) {
-    std::size_t end = begin;
-    std::size_t of_a = 0;
-    for (; end < pooled.size() && pooled[end].value == pooled[begin].value; ++end) of_a += pooled[end].of_a ? 1 : 0;
-    const auto ties = static_cast<double>(end - begin);
-    const double mean_rank = static_cast<double>(begin + 1 + end) / 2;
-    sum.u += mean_rank * static_cast<double>(of_a);
-    sum.tie_term += ties * ties * ties - ties;
-    begin = end;
+/// The x in [low, high] where a falling function takes a value; bisected in the logarithm.
+template <typename Function>
+double solve_falling(double low, double high, double value, const Function& function) {
+  constexpr int kHalvings = 100;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = std::sqrt(low * high);
+    (function(middle) > value ? low : high) = middle;
   }
-  const auto n = static_cast<double>(a.size());
-  sum.u -= n * (n + 1) / 2;
-  return sum;
+  return low;
 }
 
-/// P(U <= u) without ties. Counts of arrangements by the recurrence of Mann and Whitney: the largest value is one of
-/// a's (then it beats all of b) or one of b's. Exact in double for the sizes that it is used for.
-double exact_lower_tail(std::size_t n, std::size_t m, std::size_t u) {
-  const std::size_t columns = n * m + 1;
-  // counts[i][k]: arrangements of i values of a and (so far) j of b with U = k
-  std::vector<std::vector<double>> counts(n + 1, std::vector<double>(columns, 0.0));
-  for (auto& row : counts) row[0] = 1;
-  for (std::size_t j = 1; j <= m; ++j)
-    for (std::size_t i = 1; i <= n; ++i)
-      for (std::size_t k = columns; k-- > j;) counts[i][k] += counts[i - 1][k - j];
-  const auto& row = counts[n];
-  const auto stop = row.begin() + static_cast<std::ptrdiff_t>(std::min(u + 1, columns));
-  return std::accumulate(row.begin(), stop, 0.0) / std::accumulate(row.begin(), row.end(), 0.0);
+double inverse_trigamma(double value) { return solve_falling(1e-6, 1e9, value, trigamma); }
+
+/// Each value's distance to the centre, clipped at the limit; over the share that is not clipped. Sums to what one step
+/// moves the centre by, times n.
+std::vector<double> clipped(std::span<const double> values, double centre, double limit) {
+  std::vector<double> distances;
+  double inside = 0;
+  for (const double value : values) {
+    const double distance = value - centre;
+    inside += std::abs(distance) <= limit ? 1 : 0;
+    distances.push_back(std::clamp(distance, -limit, limit));
+  }
+  for (double& distance : distances) distance *= static_cast<double>(values.size()) / std::max(inside, 1.0);
+  return distances;
 }
 
-/// An index below n that is the same on every standard library (std::uniform_int_distribution is not).
-std::size_t random_index(std::mt19937_64& random, std::size_t n) {
-  return static_cast<std::size_t>(((random() >> 32U) * static_cast<std::uint64_t>(n)) >> 32U);
-}
-
-double resampled_median(std::span<const double> values, std::vector<double>& scratch, std::mt19937_64& random) {
-  scratch.resize(values.size());
-  for (double& value : scratch) value = values[random_index(random, values.size())];
-  return median_of(scratch);
+double mean(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -108,7 +107,7 @@ Summary summarise(std::span<const double> values) {
   Summary summary{.median = median(values), .n = static_cast<int>(values.size())};
   std::vector<double> sorted(values.begin(), values.end());
   std::ranges::sort(sorted);
-  const std::size_t trimmed = trimmed_each_side(sorted.size());
+  const std::size_t trimmed = trim_of(sorted.size()).each_side;
   summary.ci_low = sorted[trimmed];
   summary.ci_high = sorted[sorted.size() - 1 - trimmed];
   for (double& value : sorted) value = std::abs(value - summary.median);
@@ -116,21 +115,10 @@ Summary summarise(std::span<const double> values) {
   return summary;
 }
 
-double mann_whitney_p(std::span<const double> a, std::span<const double> b) {
-  if (a.empty() || b.empty()) return 1;
-  const RankSum sum = rank_sum(a, b);
-  const auto n = static_cast<double>(a.size());
-  const auto m = static_cast<double>(b.size());
-  const double smaller_u = std::min(sum.u, n * m - sum.u);
-  if (sum.tie_term == 0 && a.size() + b.size() <= kExactLimit)
-    return std::min(1.0, 2 * exact_lower_tail(a.size(), b.size(), static_cast<std::size_t>(smaller_u)));
+double interval_coverage(int n) { return n < 1 ? 0 : 1 - 2 * trim_of(static_cast<std::size_t>(n)).tail; }
 
-  const double pooled = n + m;
-  const double variance = n * m / 12 * (pooled + 1 - sum.tie_term / (pooled * (pooled - 1)));
-  if (variance <= 0) return 1;  // every value is the same
-  // Half a step of continuity correction: U moves in steps of one (of a half where there are ties).
-  const double z = std::max(0.0, n * m / 2 - smaller_u - 0.5) / std::sqrt(variance);
-  return std::erfc(z / std::sqrt(2.0));
+std::string coverage_text(int n) {
+  return n <= 1 ? fmt::format("{} sample", n) : fmt::format("{:.3g} %", 100 * interval_coverage(n));
 }
 
 std::vector<double> holm(std::span<const double> p_values) {
@@ -147,28 +135,75 @@ std::vector<double> holm(std::span<const double> p_values) {
   return adjusted;
 }
 
-RatioInterval ratio_interval(std::span<const double> a, std::span<const double> b, double confidence) {
-  const double ratio = median(b) / median(a);
-  std::mt19937_64 random(kBootstrapSeed);
-  std::vector<double> scratch;
-  std::vector<double> ratios(static_cast<std::size_t>(kBootstrapRounds));
-  for (double& round : ratios) {
-    const double base = resampled_median(a, scratch, random);
-    round = resampled_median(b, scratch, random) / base;
-  }
-  std::ranges::sort(ratios);
-  const double last = kBootstrapRounds - 1;
-  const double tail = std::clamp((1 - confidence) / 2, 0.0, 0.5);
-  const auto low = static_cast<std::size_t>(std::floor(tail * last));
-  const auto high = static_cast<std::size_t>(std::ceil((1 - tail) * last));
-  return {.ratio = ratio, .low = std::min(ratio, ratios[low]), .high = std::max(ratio, ratios[high])};
-}
-
 double geometric_mean(std::span<const double> values) {
   if (values.empty()) fail_input("geometric mean of no values");
   double log_sum = 0;
   for (const double value : values) log_sum += std::log(value);
   return std::exp(log_sum / static_cast<double>(values.size()));
+}
+
+// [Abramowitz & Stegun 26.7.3 and 26.7.4]
+double student_t_p(double t, int df) {
+  const int v = std::min(df, kMostDf);
+  const double angle = std::atan(std::abs(t) / std::sqrt(v));
+  const double cosine = std::cos(angle);
+  const bool is_odd = v % 2 == 1;
+  double term = is_odd ? cosine : 1;
+  double sum = v == 1 ? 0 : term;
+  for (int k = is_odd ? 3 : 2; k < v; k += 2) {
+    term *= cosine * cosine * (k - 1) / k;
+    sum += term;
+  }
+  sum *= std::sin(angle);
+  const double inside = is_odd ? 2 / std::numbers::pi * (angle + sum) : sum;
+  return std::max(1 - inside, std::numeric_limits<double>::epsilon());  // what is left of a difference to 1
+}
+
+double student_t_quantile(double p, int df) {
+  return solve_falling(1e-9, 1e9, p, [df](double t) { return student_t_p(t, df); });
+}
+
+Location huber_location(std::span<const double> values) {
+  Location location{.value = median(values), .influence = {}};
+  std::vector<double> distances;
+  for (const double value : values) distances.push_back(std::abs(value - location.value));
+  const double limit = kHuber * kMadToDeviation * median_of(distances);
+  location.value += mean(clipped(values, location.value, limit));
+  location.influence = clipped(values, location.value, limit);
+  const double rest = mean(location.influence);
+  for (double& one : location.influence) one -= rest;
+  return location;
+}
+
+double VariancePrior::moderated(double own_variance, double own_df) const {
+  if (std::isinf(df)) return variance;
+  return (df * variance + own_df * own_variance) / (df + own_df);
+}
+
+VariancePrior variance_prior(std::span<const double> variances, std::span<const int> df) {
+  std::vector<double> known;
+  for (std::size_t i = 0; i < variances.size(); ++i)
+    if (df[i] > 0) known.push_back(variances[i]);
+  if (known.empty()) return {};
+  // A variance of exactly 0 is that of a coarse clock; its logarithm would outweigh all others.
+  const double floor = 1e-4 * median_of(known);
+  if (floor <= 0) return {.variance = 0, .df = 0};
+  std::vector<double> logs;
+  double expected = 0;  // scatter of the logs if all variances were one
+  for (std::size_t i = 0; i < variances.size(); ++i) {
+    if (df[i] <= 0) continue;
+    const double half = df[i] / 2.0;
+    logs.push_back(std::log(std::max(variances[i], floor)) - digamma(half) + std::log(half));
+    expected += trigamma(half);
+  }
+  const auto n = static_cast<double>(logs.size());
+  const double centre = mean(logs);
+  double scatter = 0;
+  for (const double log : logs) scatter += (log - centre) * (log - centre);
+  const double excess = n > 1 ? scatter / (n - 1) - expected / n : 0;
+  if (excess <= 0) return {.variance = std::exp(centre), .df = std::numeric_limits<double>::infinity()};
+  const double half = inverse_trigamma(excess);
+  return {.variance = std::exp(centre + digamma(half) - std::log(half)), .df = 2 * half};
 }
 
 }  // namespace reliefbench

@@ -2,15 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <system_error>
 #include <unordered_map>
 #include <utility>
 
 #include "kernels/base/atomic_file.h"
-#include "kernels/base/error.h"
-#include "tuner/results/run_files.h"
+#include "kernels/base/file_error.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
+#include "tuner/results/run_shape.h"
 
 namespace reliefbench {
 namespace {
@@ -21,12 +24,30 @@ using nlohmann::json;
 /// One line of JSON. Bytes that are no UTF-8 (a driver's strings) are replaced, not refused.
 std::string line_of(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
 
+constexpr std::size_t kLongestLine_bytes = std::size_t{1} << 20U;  // a record takes 2 kB
+constexpr int kDepthLimit = 64;                                    // values are compared and copied by recursion
+
 json parse(std::string_view text, const fs::path& path, int line) {
   try {
     return json::parse(text);
   } catch (const json::exception&) {
     fail_input("{}:{}: not JSON: {}", path.string(), line, text.substr(0, 60));
   }
+}
+
+int depth_of(std::string_view json_text) {
+  int depth = 0;
+  int deepest = 0;
+  bool is_in_text = false;
+  for (std::size_t i = 0; i < json_text.size(); ++i) {
+    const char c = json_text[i];
+    if (c == '"') is_in_text = !is_in_text;
+    if (is_in_text && c == '\\') ++i;
+    if (is_in_text) continue;
+    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
+    if (c == ']' || c == '}') --depth;
+  }
+  return deepest;
 }
 
 /// The lines of a .jsonl file; what follows the last newline is a torn line and left out. A missing file has none.
@@ -38,6 +59,9 @@ std::vector<Line> read_lines(const fs::path& path) {
   int number = 0;
   for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
     ++number;
+    if (end - begin > kLongestLine_bytes)
+      fail_input("{}:{}: a line of {} bytes, expected one record in at most {}", path.string(), number, end - begin,
+                 kLongestLine_bytes);
     const json j = parse(std::string_view(text).substr(begin, end - begin), path, number);
     try {
       lines.push_back(j.get<Line>());
@@ -63,9 +87,12 @@ std::vector<Record> latest_of_each_case(std::vector<Record> records) {
 }
 
 json read_info(const fs::path& path) {
-  json info = parse(read_file(path), path, 1);
+  const std::string text = read_file(path);
+  if (depth_of(text) > kDepthLimit) fail_input("{}: over {} levels deep", path.string(), kDepthLimit);
+  json info = parse(text, path, 1);
   if (!info.is_object() || !info.contains("identity") || !info["identity"].is_object())
     fail_input("{}: key 'identity' is missing: not a run of reliefbench", path.string());
+  check_run_shape(info, path);
   return info;
 }
 
@@ -123,14 +150,28 @@ void check_same_identity(const json& before, const json& now, const fs::path& fo
                folder.string(), difference->key, difference->before, difference->now);
 }
 
-/// Folders on the way to `folder` that do not exist yet, innermost first.
-std::vector<fs::path> missing_folders(const fs::path& folder) {
+/// Makes the folder and those on the way to it.
+/// returns: what this call made, innermost first. throws: FileError
+std::vector<fs::path> make_folders(const fs::path& folder) {
   std::vector<fs::path> missing;
   std::error_code error;
   for (fs::path path = fs::absolute(folder).lexically_normal(); !fs::exists(path, error) && path.has_relative_path();
        path = path.parent_path())
     if (path.has_filename()) missing.push_back(path);  // "a/b/" has an empty last part
-  return missing;
+  std::vector<fs::path> made;
+  while (!missing.empty()) {
+    if (fs::create_directory(missing.back(), error)) made.insert(made.begin(), missing.back());
+    if (error) fail_file(folder, "cannot be made", error.value());
+    missing.pop_back();
+  }
+  return made;
+}
+
+std::map<std::string, int> count_crashes(const std::vector<Record>& records) {
+  std::map<std::string, int> crashes;
+  for (const Record& record : records)
+    if (record.status == Status::crashed) ++crashes[record.case_id];
+  return crashes;
 }
 
 }  // namespace
@@ -146,40 +187,44 @@ Run load_run(const fs::path& folder) {
   } catch (const Error& bad) {
     fail_input("{}: key 'scenes': {}", (folder / kRunFile).string(), bad.what());
   }
-  run.records = latest_of_each_case(read_lines<Record>(folder / kResultsFile));
+  run.records = read_lines<Record>(folder / kResultsFile);
+  run.crashes = count_crashes(run.records);
+  run.records = latest_of_each_case(std::move(run.records));
   run.samples = read_lines<Sample>(folder / kSamplesFile);
   check_keys(run);
   return run;
 }
 
 RunStore::RunStore(fs::path folder, const json& identity) : folder_(std::move(folder)), identity_(identity) {
+  const std::vector<fs::path> made = make_folders(folder_);
+  try {
+    open();
+  } catch (const Error&) {  // what this process made goes; without the lock it made no more than folders
+    mark_.reset();
+    if (samples_) samples_->remove_if_made();
+    if (results_) results_->remove_if_made();
+    std::error_code not_empty;
+    for (const fs::path& one : made) fs::remove(one, not_empty);
+    throw;
+  }
+}
+
+void RunStore::open() {
   earlier_.folder = folder_;
-  std::error_code error;
-  if (fs::exists(folder_ / kRunFile, error)) {
+  results_.emplace(folder_ / kResultsFile);
+  const FolderState state = folder_state(folder_);
+  if (state == FolderState::run) {
     const json before = read_info(folder_ / kRunFile)["identity"];
     check_schema(before, folder_ / kRunFile);
     check_same_identity(before, identity_, folder_);
-    results_.emplace(folder_ / kResultsFile);
-    samples_.emplace(folder_ / kSamplesFile);
-    earlier_ = load_run(folder_);  // after the lock: nobody adds a line any more
-    return;
   }
-  for (const std::string_view name : {kResultsFile, kSamplesFile})
-    if (fs::exists(folder_ / name, error))
-      fail_input("{}: holds {} but no {}; choose another folder", folder_.string(), name, kRunFile);
-
-  const std::vector<fs::path> missing = missing_folders(folder_);
-  try {
-    fs::create_directories(folder_, error);
-    if (error) fail_input("{}: cannot be made: {}", folder_.string(), error.message());
-    results_.emplace(folder_ / kResultsFile);
-    samples_.emplace(folder_ / kSamplesFile);
-    write_info(json::object());
-  } catch (const Error&) {  // leave nothing behind
-    for (const std::string_view name : {kResultsFile, kSamplesFile}) fs::remove(folder_ / name, error);
-    for (const fs::path& made : missing) fs::remove(made, error);
-    throw;
-  }
+  samples_.emplace(folder_ / kSamplesFile);
+  mark_.emplace(folder_ / kMarkFile);
+  remove_stale_run_files(folder_);
+  if (state == FolderState::fresh) return write_info(json::object());
+  results_->cut_torn_line();
+  samples_->cut_torn_line();
+  earlier_ = load_run(folder_);
 }
 
 void RunStore::append(const Record& record) { results_->append(line_of(record)); }

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -7,24 +8,27 @@
 #include <vector>
 
 #include "kernels/base/append_file.h"
+#include "tuner/results/case_mark.h"
 #include "tuner/results/record.h"
 
 namespace reliefbench {
 
 /// A run's folder as read back. A torn last line of a .jsonl is ignored; any other broken line is an error with its
-/// file and line. Of two records of a case (measured again after a failure) the later one counts.
+/// file and line, as is one of over 1 MiB. Of two records of a case (measured again after a failure) the later one
+/// counts.
 struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::filesystem::path folder;
   nlohmann::json info;                ///< run.json
   std::vector<MeasuredScene> scenes;  ///< run.json's "scenes": those of all records
   std::vector<Record> records;
   std::vector<Sample> samples;
+  std::map<std::string, int> crashes{};  ///< by case id: how many of its lines say `crashed`
 };
 /// throws: Error(bad_input): not a run, other schema, one scene with two keys
 [[nodiscard]] Run load_run(const std::filesystem::path& folder);
 
 /// An append-only run folder: a line is with the kernel when append() returns, so it survives this process. One
-/// process at a time holds a folder.
+/// process at a time holds a folder: by the lock of results.jsonl, without which nothing there is looked at.
 class RunStore {
  public:
   /// Opens or makes the folder. `identity` is what must not change between start and resume (schema, config hash,
@@ -36,16 +40,21 @@ class RunStore {
   [[nodiscard]] const Run& earlier() const { return earlier_; }
   void append(const Record& record);
   void append(const Sample& sample);
+  /// Where the case that is about to be drawn is marked, and which one an earlier start died of.
+  [[nodiscard]] CaseMark& mark() { return *mark_; }
   /// Replaces run.json's content (identity is added).
   void write_info(const nlohmann::json& info);
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
  private:
+  void open();
+
   std::filesystem::path folder_;
   nlohmann::json identity_;
   Run earlier_;
   std::optional<AppendFile> results_;
   std::optional<AppendFile> samples_;
+  std::optional<CaseMark> mark_;
 };
 
 }  // namespace reliefbench

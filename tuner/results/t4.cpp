@@ -18,11 +18,8 @@ json configuration_of(const TableRow& row) {
   const Settings& settings = row.settings;
   json configuration = {{"technique", settings.technique().id}, {"backend", row.backend}, {"scene", row.scene}};
   if (row.scene_key.is_known()) configuration["scene_key"] = row.scene_key.hex;
-  for (const Param& param : settings.technique().params) {
-    if (!settings.is_active(param)) continue;
-    const int value = settings.get(param.id);
-    configuration[std::string(param.id)] = param.choices.empty() ? json(value) : json(param.text(value));
-  }
+  for (const SettingValue& given : settings.values())
+    configuration[std::string(given.param.id)] = given.param.choices.empty() ? json(given.value) : json(given.text());
   return configuration;
 }
 
@@ -44,6 +41,7 @@ std::string_view invalidity_of(const TableRow& row, std::span<const Budget> cons
     case Status::out_of_memory:
     case Status::invalid_timer:
     case Status::throttled:
+    case Status::crashed:
       break;
   }
   return "runtime";

@@ -35,7 +35,7 @@ Chains::Chains(const SearchSpace& space) : smaller_(space.candidates.size()), la
 }
 
 double estimate_slack(const Chains& chains, std::span<const Observed> observed, std::span<const double> scales) {
-  const auto variance = [&](std::size_t i) { return scales[i] * scales[i] / observed[i].blocks(); };
+  const auto variance = [&](std::size_t i) { return scales[i] * scales[i] / observed[i].count(); };
   std::vector<double> excess;
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (!observed[i].is_measured()) continue;

@@ -16,6 +16,15 @@ std::vector<std::size_t> feasible_of(const SearchSpace& space) {
   return feasible;
 }
 
+SearchSpace part_of(const SearchSpace& space, const std::vector<std::size_t>& candidates) {
+  SearchSpace part{.category_axes = space.category_axes,
+                   .step_axes = space.step_axes,
+                   .work_axes = space.work_axes,
+                   .candidates = {}};
+  for (const std::size_t i : candidates) part.candidates.push_back(space.candidates[i]);
+  return part;
+}
+
 std::size_t capacity_for(std::size_t feasible, std::size_t settings) {
   const auto share = static_cast<std::size_t>(static_cast<double>(settings) * Explorer::kShare);
   return std::min({feasible, std::max(share, Explorer::kLeast), Explorer::kMost});
@@ -25,13 +34,17 @@ std::size_t capacity_for(std::size_t feasible, std::size_t settings) {
 
 Explorer::Explorer(const SearchSpace& space)
     : feasible_(feasible_of(space)),
+      place_(space.candidates.size(), 0),
       rank_(space.candidates.size(), 0),
-      surrogate_(space, capacity_for(feasible_.size(), space.candidates.size()) + kBatch),
+      surrogate_(part_of(space, feasible_), capacity_for(feasible_.size(), space.candidates.size()) + kBatch),
       is_learned_(space.candidates.size(), 0) {
   std::vector<double> errors;
   for (const std::size_t i : feasible_) errors.push_back(space.candidates[i].error);
   const std::vector<std::size_t> ranks = error_ranks(errors);
-  for (std::size_t i = 0; i < feasible_.size(); ++i) rank_[feasible_[i]] = ranks[i];
+  for (std::size_t i = 0; i < feasible_.size(); ++i) {
+    place_[feasible_[i]] = i;
+    rank_[feasible_[i]] = ranks[i];
+  }
   ranks_ = ranks.empty() ? 0 : std::ranges::max(ranks) + 1;
 }
 
@@ -43,7 +56,7 @@ void Explorer::learn(std::span<const Observed> observed, std::span<const double>
   std::ranges::sort(fresh, {}, [&](std::size_t i) { return observed[i].order; });
   for (const std::size_t i : fresh) {
     if (learned_.size() + kBatch >= capacity()) break;
-    surrogate_.add(i, observed[i].clipped, scales[i] * scales[i] / observed[i].blocks());
+    surrogate_.add(place_[i], observed[i].clipped, scales[i] * scales[i] / observed[i].count());
     learned_.push_back(i);
     is_learned_[i] = 1;
   }
@@ -79,8 +92,8 @@ std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, s
     double most = -1;
     for (std::size_t place = 0; place < left.size(); ++place) {
       const std::size_t i = left[place];
-      const double mean = surrogate_.mean(i);
-      const double deviation = surrogate_.deviation(i);
+      const double mean = surrogate_.mean(place_[i]);
+      const double deviation = surrogate_.deviation(place_[i]);
       const double gain = by_volume ? front.expected_growth(rank_[i], mean, deviation)
                                     : expected_improvement(front.best(rank_[i]), mean, deviation);
       if (gain <= most) continue;
@@ -90,9 +103,9 @@ std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, s
     const std::size_t chosen = left[best];
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
     batch.push_back(chosen);
-    const double believed = surrogate_.mean(chosen);
+    const double believed = surrogate_.mean(place_[chosen]);
     front.add(rank_[chosen], believed);
-    surrogate_.add(chosen, believed, scales[chosen] * scales[chosen]);
+    surrogate_.add(place_[chosen], believed, scales[chosen] * scales[chosen]);
     surrogate_.update();
   }
   surrogate_.shrink(known);

@@ -21,7 +21,8 @@ class Explorer {
   /// surrogate's mean had been measured (kriging believer; source: Ginsbourger, Le Riche & Carraro, 2010).
   [[nodiscard]] std::vector<std::size_t> propose(std::span<const Observed> observed, std::span<const double> scales);
 
-  [[nodiscard]] double mean(std::size_t candidate) const { return surrogate_.mean(candidate); }
+  /// Of a feasible candidate.
+  [[nodiscard]] double mean(std::size_t candidate) const { return surrogate_.mean(place_[candidate]); }
   [[nodiscard]] std::size_t capacity() const { return surrogate_.capacity(); }
 
   static constexpr std::size_t kBatch = 4;
@@ -35,7 +36,8 @@ class Explorer {
   void learn(std::span<const Observed> observed, std::span<const double> scales);
 
   std::vector<std::size_t> feasible_;
-  std::vector<std::size_t> rank_;  // of the error, one a candidate
+  std::vector<std::size_t> place_;  // in feasible_, which are the surrogate's settings; one a candidate
+  std::vector<std::size_t> rank_;   // of the error, one a candidate
   std::size_t ranks_ = 0;
   Surrogate surrogate_;
   std::vector<std::size_t> learned_;  // candidates, in the surrogate's order

@@ -1,6 +1,7 @@
 #include "tuner/search/gaps.h"
 
 #include <algorithm>
+#include <functional>
 #include <tuple>
 #include <utility>
 
@@ -79,13 +80,27 @@ class Gaps::Walk {
   double second_lower_ = kUnknown;
 };
 
-WidestGap Gaps::widest() const {
-  WidestGap widest{.log_gap = -1};
+WideGap Gaps::widest() const {
+  WideGap widest{.log_gap = -1};
   for (Walk walk(*this); walk.next();) {
     if (walk.log_gap() > widest.log_gap)
       widest = {.log_gap = walk.log_gap(), .pick = walk.pick(), .rival = walk.rival(), .budget = walk.budget()};
   }
   return widest;
+}
+
+std::vector<WideGap> Gaps::wider_than(double log_gap, std::size_t most) const {
+  std::vector<WideGap> found;
+  for (Walk walk(*this); walk.next();) {
+    if (!(walk.log_gap() > log_gap)) continue;
+    const bool is_same = !found.empty() && found.back().pick == walk.pick() && found.back().rival == walk.rival();
+    if (is_same && found.back().log_gap >= walk.log_gap()) continue;
+    if (is_same) found.pop_back();
+    found.push_back({.log_gap = walk.log_gap(), .pick = walk.pick(), .rival = walk.rival(), .budget = walk.budget()});
+  }
+  std::ranges::stable_sort(found, std::greater{}, &WideGap::log_gap);
+  if (found.size() > most) found.resize(most);
+  return found;
 }
 
 std::vector<Gaps::Answer> Gaps::answers() const {

@@ -8,10 +8,10 @@
 
 namespace reliefbench {
 
-/// The widest gap over the error budgets and the two settings that decide it. The pick of a budget has the least upper
+/// The gap of an error budget and the two settings that decide it. The pick of a budget has the least upper
 /// bound, its rival the least lower bound of the others: were the pick itself the best, it would cost nothing, so its
 /// own lower bound does not count.
-struct WidestGap {
+struct WideGap {
   double log_gap = std::numeric_limits<double>::infinity();  ///< pick's upper - rival's lower bound, log time; >= 0
   std::size_t pick = 0;                                      ///< if its upper bound is known, else the gap is infinite
   std::size_t rival = 0;
@@ -28,7 +28,9 @@ class Gaps {
   [[nodiscard]] double upper(std::size_t candidate) const { return upper_[place_[candidate]]; }
 
   /// O(n). Of budgets with equal gaps, the tightest.
-  [[nodiscard]] WidestGap widest() const;
+  [[nodiscard]] WideGap widest() const;
+  /// Gaps wider than log_gap, each once, the widest first, at most so many. O(n)
+  [[nodiscard]] std::vector<WideGap> wider_than(double log_gap, std::size_t most) const;
 
   /// A run of budgets with one pick.
   struct Answer {

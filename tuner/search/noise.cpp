@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
-#include "tuner/search/search.h"
+#include "tuner/search/correlation.h"
+#include "tuner/search/rank_bound.h"
 
 namespace reliefbench {
 namespace {
@@ -15,14 +17,16 @@ constexpr double kShrinkage = 20;         // degrees of freedom with which the p
 constexpr double kLeastNoise = 1e-5;      // clocks tick
 constexpr double kSmoothing = 0.7;        // standard deviation of the window over log time
 constexpr double kWinsor = 5;             // standard deviations beyond which a frame counts as that for the variance
-constexpr std::size_t kMostTails = 3000;  // frames that the cumulants are taken from
-constexpr std::size_t kKnownTails = 300;  // frames from which the cumulants are theirs alone
+constexpr std::size_t kMostTails = 1000;  // blocks that the cumulants are taken from
+constexpr std::size_t kKnownTails = 100;  // blocks from which the cumulants are theirs alone
 constexpr double kLeastRate = 0.3;        // of the mixture, per standard deviation: best for about 500 blocks
 constexpr double kMostRate = 8;           // best for one block at the smallest alpha of some thousands of settings
 constexpr double kMedianVariance = 0.45;  // of the median of three standard normal values
 constexpr double kLinearVariance = 0.36;  // of three times the mean statistic's share of a value
 constexpr std::size_t kLeastTier = 16;    // settings
-constexpr std::size_t kSeenTwice = 6;     // frames
+constexpr int kSeenTwice = 2;             // blocks
+constexpr int kSeenThrice = 3;            // blocks from which it shows which one is odd
+constexpr double kRankAlpha = 0.25;       // of a side's alpha is for the rank bounds
 
 double square(double x) { return x * x; }
 double middle_of(std::span<const double> sorted) { return sorted[sorted.size() / 2]; }
@@ -39,7 +43,6 @@ MedianStatistic clamped_statistic(std::span<const double> sorted, double low, do
   for (double& frame : tame) frame = std::clamp(frame, low, high);
   return median_statistic(tame);
 }
-double degrees_of(const Observed& observed) { return static_cast<double>(observed.frames.size()) - 1; }
 
 }  // namespace
 
@@ -49,7 +52,9 @@ NoiseModel::NoiseModel(std::size_t settings, double confidence) {
     const auto end = static_cast<std::size_t>(kTierEnds[tier] * static_cast<double>(settings));
     tier_ends_[tier] = std::max(end, kLeastTier * (tier + 1));
     const double alpha = (1 - confidence) / 2 * kTierAlpha[tier];
-    log_alpha_[tier] = std::log(static_cast<double>(tier_ends_[tier] - begin) / alpha);
+    const double log_alpha = std::log(static_cast<double>(tier_ends_[tier] - begin) / alpha);
+    log_alpha_[tier] = log_alpha - std::log1p(-kRankAlpha);
+    tails_[tier] = tails_for(log_alpha - std::log(kRankAlpha));
     begin = tier_ends_[tier];
   }
   for (std::size_t j = 0; j < kRates; ++j)
@@ -58,11 +63,9 @@ NoiseModel::NoiseModel(std::size_t settings, double confidence) {
   while (counts_.back() < 1'000'000) counts_.push_back(counts_.back() + counts_.back() / 8);
   variance_.fill(square(kPriorNoise));
   for (Side* side : {&above_, &below_}) {
-    for (std::size_t j = 0; j < kRates; ++j) {
-      side->block[j] = kMedianVariance * square(rates_[j]) / 2;
-      side->linear[j] = side->block[j];
-    }
+    for (std::size_t j = 0; j < kRates; ++j) side->linear[j] = side->block[j] = square(rates_[j]) / 2;
     solve(*side);
+    rank(*side, {});
   }
 }
 
@@ -81,7 +84,7 @@ void NoiseModel::fit_scales(std::span<const Observed> observed) {
     if (!setting.is_measured()) continue;
     first = std::min(first, middle_of(setting.frames));
     last = std::max(last, middle_of(setting.frames));
-    if (setting.frames.size() < kSeenTwice) continue;
+    if (setting.count() < kSeenTwice) continue;
     for (const double frame : setting.frames) distances.push_back(std::abs(frame - middle_of(setting.frames)));
   }
   first_bin_ = first;
@@ -99,7 +102,7 @@ void NoiseModel::fit_scales(std::span<const Observed> observed) {
     std::array<double, kTimeBins> sums{};
     std::array<double, kTimeBins> weights{};
     for (const Observed& setting : observed) {
-      if (setting.frames.size() < kSeenTwice) continue;
+      if (setting.count() < kSeenTwice) continue;
       const double at = middle_of(setting.frames);
       // A setting that was drawn hundreds of times speaks for its own noise, hardly more for its neighbours'.
       const double weight = std::min(1.0, kShrinkage / degrees_of(setting));
@@ -118,6 +121,10 @@ void NoiseModel::fit_scales(std::span<const Observed> observed) {
       variance_[bin] = std::max(local, square(kLeastNoise));
     }
   }
+  BlockCorrelation correlation;
+  for (const Observed& setting : observed)
+    if (setting.is_measured()) correlation.add(setting, std::sqrt(pooled_variance(middle_of(setting.frames))));
+  correlation_ = correlation.upper_estimate();
 }
 
 double NoiseModel::pooled_variance(double log_time) const {
@@ -127,63 +134,101 @@ double NoiseModel::pooled_variance(double log_time) const {
   return (1 - share) * variance_[bin] + share * variance_[bin + 1];
 }
 
+double NoiseModel::degrees_of(const Observed& observed) const {
+  return std::max(0.0, static_cast<double>(observed.frames.size()) - design_effect());
+}
+
 double NoiseModel::scale(const Observed& observed) const {
   if (!observed.is_measured()) return std::sqrt(variance_.front());
   const double pooled = pooled_variance(middle_of(observed.frames));
+  if (observed.count() < kSeenTwice) return std::sqrt(pooled);
   const double deviations = clipped_deviations(observed, std::sqrt(pooled));
   return std::sqrt((kShrinkage * pooled + deviations) / (kShrinkage + degrees_of(observed)));
 }
 
-void NoiseModel::fit_tails(std::span<const Observed> observed) {
-  std::vector<double> frames;
-  for (const Observed& setting : observed) {
-    if (setting.frames.size() < kSeenTwice) continue;
-    const double middle = middle_of(setting.frames);
-    const auto n = static_cast<double>(setting.frames.size());
-    // Frames lie closer to their own median than to the true one.
-    const double unit = std::sqrt(n / (n - 1)) / scale(setting);
-    for (const double frame : setting.frames) frames.push_back(std::clamp((frame - middle) * unit, -kFastClip, kClip));
-  }
-  if (frames.size() < 2 * kSeenTwice) return;
-  if (frames.size() > kMostTails) {
-    std::vector<double> fewer;
-    for (std::size_t i = 0; i < kMostTails; ++i) fewer.push_back(frames[i * frames.size() / kMostTails]);
-    frames = std::move(fewer);
-  }
-  frames.push_back(kClip);
-  frames.push_back(std::max(1.5 * std::min(std::ranges::min(frames), 0.0), -kFastClip));
-  std::ranges::sort(frames);
+double NoiseModel::block_deviation(const Observed& observed) const {
+  return std::sqrt(kMedianVariance + (1 - kMedianVariance) * correlation_) * scale(observed);
+}
 
-  // P(median of 3 is the r-th of n frames), see true_log_time.
-  const auto n = static_cast<double>(frames.size());
-  std::vector<double> weights;
-  const auto below = [&](double rank) { return square(rank / n) * (3 - 2 * rank / n); };
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto rank = static_cast<double>(i);
-    weights.push_back(below(rank + 1) - below(rank));
+void NoiseModel::fit_tails(std::span<const Observed> observed) {
+  std::vector<Block> blocks;
+  for (const Observed& setting : observed) {
+    if (setting.count() < kSeenThrice) continue;
+    const double middle = middle_of(setting.frames);
+    const auto n = static_cast<double>(setting.count());
+    // Blocks lie closer to the centre of their own setting than to the true one.
+    const double unit = std::sqrt(n / (n - 1)) / scale(setting);
+    const std::size_t first = blocks.size();
+    blocks.resize(first + setting.medians.size());
+    std::vector<std::size_t> filled(setting.medians.size());
+    for (std::size_t i = 0; i < setting.frames.size(); ++i) {
+      const std::size_t block = setting.blocks[i];
+      blocks[first + block][filled[block]++] = (setting.frames[i] - middle) * unit;  // by rising time, as frames are
+    }
   }
-  const double mean = std::inner_product(frames.begin(), frames.end(), weights.begin(), 0.0);
-  const std::vector<double> projection = median_projection(frames);
-  const double centre = std::accumulate(projection.begin(), projection.end(), 0.0) / n;
+  std::vector<double> fastest;
+  std::vector<double> medians;
+  for (const Block& block : blocks) {
+    fastest.push_back(block[0]);
+    medians.push_back(-block[1]);
+  }
+  std::ranges::sort(fastest, std::greater{});
+  std::ranges::sort(medians, std::greater{});
+  rank(above_, fastest);
+  rank(below_, medians);
+  if (blocks.size() < kSeenThrice) return;
+  if (blocks.size() > kMostTails) {
+    std::vector<Block> fewer;
+    for (std::size_t i = 0; i < kMostTails; ++i) fewer.push_back(blocks[i * blocks.size() / kMostTails]);
+    blocks = std::move(fewer);
+  }
+  for (Block& block : blocks)
+    for (double& frame : block) frame = std::clamp(frame, -kFastClip, kClip);
+  double least = 0;
+  for (const Block& block : blocks) least = std::min(least, block[0]);
+  // One frame more extreme than any seen at either end.
+  blocks.push_back({0, 0, kClip});
+  blocks.push_back({std::max(1.5 * least, -kFastClip), 0, 0});
+  fit_cumulants(blocks);
+}
+
+void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
+  std::vector<std::pair<double, std::size_t>> frames;  // with their block
+  for (std::size_t i = 0; i < blocks.size(); ++i)
+    for (const double frame : blocks[i]) frames.emplace_back(frame, i);
+  std::ranges::sort(frames);
+  std::vector<double> values;
+  for (const auto& [frame, block] : frames) values.push_back(frame);
+  const std::vector<double> projection = median_projection(values);
+  const double mean = std::accumulate(projection.begin(), projection.end(), 0.0) / static_cast<double>(values.size());
+  std::vector<double> linear(blocks.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) linear[frames[i].second] += projection[i] - mean;
+
+  const double n = static_cast<double>(blocks.size());
+  // Few blocks say little of the tails: psi is then no less than the normal one.
+  const double normal = blocks.size() < kKnownTails ? design_effect() / 2 : 0;
   for (std::size_t j = 0; j < kRates; ++j) {
     const double rate = rates_[j];
     std::array<double, 4> sums{};
-    for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
       // exp of some hundreds: only where all others are identical; the radius is then huge in any case
-      const double block = std::clamp(rate * (frames[i] - mean), -300.0, 300.0);
-      const double linear = std::clamp(rate * (projection[i] - centre), -300.0, 300.0);
-      sums[0] += weights[i] * std::exp(block);
-      sums[1] += weights[i] * std::exp(-block);
-      sums[2] += std::exp(linear) / n;
-      sums[3] += std::exp(-linear) / n;
+      const double block = std::clamp(rate * (blocks[i][1] - mean), -300.0, 300.0);
+      const double sum = std::clamp(rate * linear[i], -300.0, 300.0);
+      sums[0] += std::exp(block);
+      sums[1] += std::exp(-block);
+      sums[2] += std::exp(sum);
+      sums[3] += std::exp(-sum);
     }
-    // Few frames say little of the tails: psi is then no less than the normal one.
-    const double normal = frames.size() < kKnownTails ? square(rate) / 2 : 0;
-    above_.block[j] = std::max(kMedianVariance * normal, std::log(sums[0]));
-    below_.block[j] = std::max(kMedianVariance * normal, std::log(sums[1]));
-    above_.linear[j] = std::max(kLinearVariance * normal, kBlock * std::log(sums[2]));
-    below_.linear[j] = std::max(kLinearVariance * normal, kBlock * std::log(sums[3]));
+    above_.block[j] = std::max(kMedianVariance * normal * square(rate), std::log(sums[0] / n));
+    below_.block[j] = std::max(kMedianVariance * normal * square(rate), std::log(sums[1] / n));
+    above_.linear[j] = std::max(kLinearVariance * normal * square(rate), std::log(sums[2] / n));
+    below_.linear[j] = std::max(kLinearVariance * normal * square(rate), std::log(sums[3] / n));
   }
+}
+
+void NoiseModel::rank(Side& side, std::span<const double> falling) const {
+  for (std::size_t tier = 0; tier < kTiers; ++tier)
+    for (std::size_t i = 0; i < kMostRanked; ++i) side.beyond[tier][i] = beyond(falling, tails_[tier][i]);
 }
 
 void NoiseModel::solve(Side& side) const {
@@ -220,11 +265,15 @@ void NoiseModel::solve(Side& side) const {
   }
 }
 
-double NoiseModel::radius(const Side& side, const Observed& observed) const {
+std::size_t NoiseModel::tier_of(const Observed& observed) const {
   std::size_t tier = 0;
   while (tier + 1 < kTiers && static_cast<std::size_t>(observed.order) >= tier_ends_[tier]) ++tier;
-  const std::vector<double>& radii = side.radius[tier];
-  const int count = observed.blocks();
+  return tier;
+}
+
+double NoiseModel::radius(const Side& side, const Observed& observed) const {
+  const std::vector<double>& radii = side.radius[tier_of(observed)];
+  const int count = observed.count();
   // Between counts that were solved the radius falls with the root of the count, but for a share of a percent.
   const auto above = std::ranges::upper_bound(counts_, count);
   const auto index = static_cast<std::size_t>(above - counts_.begin()) - 1;
@@ -234,26 +283,32 @@ double NoiseModel::radius(const Side& side, const Observed& observed) const {
 NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   const double own = scale(observed);
   const std::vector<double>& frames = observed.frames;
+  const auto count = static_cast<double>(frames.size());
+  const auto clamped = [&](double low, double high) {
+    return frames.front() < low || frames.back() > high ? clamped_statistic(frames, low, high)
+                                                        : median_statistic(frames);
+  };
   const MedianStatistic plain = median_statistic(frames);
+  const MedianStatistic tame = clamped(frames.front(), frames[frames.size() / 4] + kClip * own);
   observed.mean = plain.mean;
-  observed.clipped = plain.mean;
-  // Of few frames most may be outliers, and with them the quartile: seed 111 of the recorded sweep drew five of six.
-  const double most = frames.size() < kFewFrames
-                          ? std::min(frames.front() + kFewClip * own, frames[frames.size() / 4] + kClip * own)
-                          : frames[frames.size() / 4] + kClip * own;
-  double error = 0;     // of what outliers add
-  double at_least = 0;  // of it
-  if (frames.back() > most) {
-    const MedianStatistic clipped = clamped_statistic(frames, frames.front(), most);
-    observed.clipped = clipped.mean;
-    const double added = std::max(0.0, plain.variance - clipped.variance);
-    error = kOutlier * std::sqrt(added / static_cast<double>(frames.size()));
-    if (frames.end() - std::ranges::upper_bound(frames, most) >= kSeenOutliers)
-      at_least = std::max(0.0, plain.mean - clipped.mean - error);
-  }
-  const double least = frames[3 * frames.size() / 4] - kFastClip * own;
-  const double raised = frames.front() < least ? clamped_statistic(frames, least, frames.back()).mean : plain.mean;
-  return {.lower = observed.clipped + at_least - own * radius(above_, observed),
+  observed.clipped = tame.mean;
+  const double error = kOutlier * std::sqrt(std::max(0.0, plain.variance - tame.variance) * design_effect() / count);
+
+  if (observed.count() < kSeenTwice) return {};
+
+  const std::size_t tier = tier_of(observed);
+  const std::size_t ranked = std::min<std::size_t>(observed.medians.size(), kMostRanked) - 1;
+  const auto outvoted = static_cast<std::size_t>(rank_of(observed.count())) - 1;
+  const double least = observed.fastest[outvoted] - own * above_.beyond[tier][ranked];
+  const double most = observed.medians[observed.medians.size() - 1 - outvoted] + own * below_.beyond[tier][ranked];
+
+  const double slow = least + kClip * own;
+  const double pulled_in = clamped(frames.front(), std::max(slow, frames.front())).mean;
+  const auto outliers = static_cast<double>(frames.end() - std::ranges::upper_bound(frames, slow));
+  const double at_least =
+      outliers >= kSeenOutliers * design_effect() ? std::max(0.0, plain.mean - pulled_in - error) : 0;
+  const double raised = clamped(std::min(most - kFastClip * own, frames.back()), frames.back()).mean;
+  return {.lower = std::max(least, std::min(pulled_in, slow) + at_least - own * radius(above_, observed)),
           .upper = raised + own * radius(below_, observed) + error};
 }
 

@@ -5,23 +5,38 @@
 #include <numeric>
 
 #include "kernels/base/error.h"
-#include "tuner/search/search.h"
 
 namespace reliefbench {
 
 static_assert(kBlock == 3, "the median statistic is that of triples");
 
-int Observed::blocks() const { return static_cast<int>(frames.size()) / kBlock; }
-
-void draw_block(TimeSource& times, std::size_t candidate, Observed& observed) {
-  for (int i = 0; i < kBlock; ++i) {
-    const auto index = static_cast<int>(observed.frames.size());
-    const double time_ns = times.frame_ns(candidate, index);
-    if (!(time_ns > 0) || std::isinf(time_ns))
-      fail_input("sample {} of setting {} took {} ns: not a time", index, candidate, time_ns);
-    const double log_time = std::log(time_ns);
-    observed.frames.insert(std::ranges::upper_bound(observed.frames, log_time), log_time);
+void Observed::add(const std::array<double, kBlock>& block) {
+  const std::size_t number = medians.size();
+  for (const double frame : block) {
+    const auto at = std::ranges::upper_bound(frames, frame);
+    blocks.insert(blocks.begin() + (at - frames.begin()), number);
+    frames.insert(at, frame);
   }
+  std::array<double, kBlock> sorted = block;
+  std::ranges::sort(sorted);
+  medians.insert(std::ranges::upper_bound(medians, sorted[1]), sorted[1]);
+  fastest.insert(std::ranges::upper_bound(fastest, sorted[0]), sorted[0]);
+}
+
+void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std::span<Observed> observed) {
+  std::vector<FrameOf> round;
+  for (int i = 0; i < kBlock; ++i)
+    for (const std::size_t candidate : candidates)
+      round.push_back({.candidate = candidate, .index = static_cast<int>(observed[candidate].frames.size()) + i});
+  times.will_ask(round);
+  std::vector<std::array<double, kBlock>> blocks(candidates.size());
+  for (std::size_t i = 0; i < round.size(); ++i) {
+    const double time_ns = times.frame_ns(round[i].candidate, round[i].index);
+    if (!(time_ns > 0) || std::isinf(time_ns))
+      fail_input("sample {} of setting {} took {} ns: not a time", round[i].index, round[i].candidate, time_ns);
+    blocks[i % candidates.size()][i / candidates.size()] = std::log(time_ns);
+  }
+  for (std::size_t i = 0; i < candidates.size(); ++i) observed[candidates[i]].add(blocks[i]);
 }
 
 std::vector<double> median_projection(std::span<const double> values) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -7,24 +8,30 @@
 
 namespace reliefbench {
 
+inline constexpr int kBlock = 3;  ///< frames of a setting in one round, interleaved with those of other settings
+
 /// What was drawn of one setting, on the scale of log ns.
 struct Observed {
-  std::vector<double> frames;  ///< log time of every frame, by rising time
-  int order = -1;              ///< how many settings were timed before it; -1 where not timed
-  double mean = 0;             ///< estimate of the expected log median of a block, see MedianStatistic
-  double clipped = 0;          ///< the same with slow outliers pulled in, see NoiseModel
+  std::vector<double> frames{};       ///< log time of every frame, by rising time
+  std::vector<std::size_t> blocks{};  ///< the block that each of them is of
+  std::vector<double> medians{};      ///< of every block, by rising time
+  std::vector<double> fastest{};      ///< frame of every block, by rising time
+  int order = -1;                     ///< how many settings were timed before it; -1 where not timed
+  double mean = 0;                    ///< estimate of the log median of three frames, see MedianStatistic
+  double clipped = 0;                 ///< the same with slow outliers pulled in, see NoiseModel
 
+  void add(const std::array<double, kBlock>& block);
   [[nodiscard]] bool is_measured() const { return !frames.empty(); }
-  [[nodiscard]] int blocks() const;
+  [[nodiscard]] int count() const { return static_cast<int>(medians.size()); }  ///< of blocks
 };
 
-/// Draws the next block of kBlock frames.
-/// throws: Error(bad_input): a time that is not a positive number
-void draw_block(TimeSource& times, std::size_t candidate, Observed& observed);
+/// Draws the next block of every candidate, their frames in turn: a candidate's are never drawn one after the other
+/// unless it is alone. throws: Error(bad_input): a time that is not a positive number
+void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std::span<Observed> observed);
 
 /// Mean over all triples of values of the triple's median, and the variance of its first-order projection.
-/// The mean is the U-statistic of the median of three: unbiased for the expectation of a block's median, and no worse
-/// than the mean over disjoint blocks, of which it is the average over all orders of the values.
+/// The mean is the U-statistic of the median of three: of independent values it is unbiased for the expectation of
+/// their median, and no worse than the mean over disjoint triples, of which it is the average over all orders.
 /// source: Hoeffding, "A class of statistics with asymptotically normal distribution", 1948; and "Probability
 /// inequalities for sums of bounded random variables", 1963, section 5
 struct MedianStatistic {

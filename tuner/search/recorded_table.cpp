@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kernels/base/error.h"
+#include "tuner/search/observations.h"
 #include "tuner/search/random.h"
 
 namespace reliefbench {
@@ -23,7 +24,12 @@ double true_log_time(std::span<const double> samples) {
 
 double ReplaySource::frame_ns(std::size_t candidate, int index) {
   const std::vector<double>& samples = table_.samples.at(candidate);
-  const std::uint64_t draw = mixed(mixed(mixed(seed_) ^ candidate) ^ static_cast<std::uint64_t>(index));
+  const std::uint64_t own = mixed(mixed(mixed(seed_) ^ candidate) ^ static_cast<std::uint64_t>(index));
+  std::uint64_t draw = own;
+  if (Random(own).uniform() < shared_) {
+    constexpr std::uint64_t kOtherStream = 0x5bd1e995;
+    draw = mixed(mixed(mixed(seed_ ^ kOtherStream) ^ candidate) ^ static_cast<std::uint64_t>(index / kBlock));
+  }
   return samples[draw % samples.size()];
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -20,22 +21,31 @@ struct RecordedTable {
   std::string nearest{};                     ///< where no candidate is feasible: the id of the one that misses least
   std::string miss{};                        ///< and by how much
   std::vector<std::vector<double>> samples;  ///< ns a frame, corrected for drift; one list a candidate, none empty
+  std::vector<std::int64_t> memory_bytes{};  ///< of each candidate's map
 };
 
-/// The time that the search estimates: the expectation of the log of the median of kBlock samples drawn with
+/// The time that the search estimates: the expectation of the log of the median of three samples drawn with
 /// replacement, exactly, from the order statistics.
 [[nodiscard]] double true_log_time(std::span<const double> samples);
 
 /// Draws a candidate's recorded samples with replacement. The draw is a function of (seed, candidate, index) alone, so
 /// that a search that was killed meets the same noise again.
+///
+/// With a correlation, samples of one block (kBlock of a candidate in a row) are tied together as those of a loaded
+/// machine are: each is with probability sqrt(correlation) a draw that the block shares, so that any two of a block
+/// have that intraclass correlation, outliers included, while each by itself is distributed as recorded:
+/// true_log_time() holds for every correlation.
 class ReplaySource final : public TimeSource {
  public:
-  ReplaySource(const RecordedTable& table, std::uint64_t seed) : table_(table), seed_(seed) {}
+  /// correlation: in [0, 1]
+  ReplaySource(const RecordedTable& table, std::uint64_t seed, double correlation = 0)
+      : table_(table), seed_(seed), shared_(std::sqrt(correlation)) {}
   [[nodiscard]] double frame_ns(std::size_t candidate, int index) override;
 
  private:
   const RecordedTable& table_;
   std::uint64_t seed_;
+  double shared_;  // chance that a sample is its block's
 };
 
 }  // namespace reliefbench

@@ -14,16 +14,19 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kFirstBlocks = 3;            // of a setting that the surrogate asked for; they also teach the noise
-constexpr std::size_t kSettleBlocks = 20;  // drawn, a setting that the surrogate asked for, to tell it from the others
-constexpr std::size_t kLeastFirst = 10;    // settings timed before the surrogate is asked
-constexpr double kRefit = 1.25;            // growth of the blocks after which the noise is estimated anew
-constexpr double kPathGrowth = 1.1;        // of the samples between two points of the path
-constexpr double kAuditShare = 0.03;       // of the settings ruled out by assumption
+constexpr int kFirstBlocks = 3;             // of a setting that the surrogate asked for; they also teach the noise
+constexpr std::size_t kSettleBlocks = 120;  // drawn, a batch that the surrogate asked for, to tell it from the others
+constexpr std::size_t kLastBlocks = 800;    // likewise where no further setting may be timed
+constexpr std::size_t kLeastFirst = 10;     // settings timed before the surrogate is asked
+constexpr double kRefit = 1.25;             // growth of the blocks after which the noise is estimated anew
+constexpr double kPathGrowth = 1.1;         // of the samples between two points of the path
+constexpr double kAuditShare = 0.03;        // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
-constexpr double kAuditMargin = 1.5;  // how much more slack than the failure needs
-constexpr double kPickIsSharp = 0.6;  // a pick whose bounds are so much narrower than its rival's is not drawn again
-constexpr double kBlockNoise = 0.67;  // standard deviation of a block's median in that of a frame, if normal
+constexpr int kAuditBlocks = 2;
+constexpr std::size_t kRoundGaps = 8;   // that a round is drawn for, at most two settings each
+constexpr std::size_t kFirstRound = 8;  // settings
+constexpr double kAuditMargin = 1.5;    // how much more slack than the failure needs
+constexpr double kPickIsSharp = 0.6;    // a pick whose bounds are so much narrower than its rival's is not drawn again
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void check(const SearchSpace& space, const SearchOptions& options) {
@@ -65,23 +68,48 @@ class Search {
   }
 
  private:
-  /// Draws one block; false where the search has to end instead.
-  bool draw(std::size_t candidate) {
+  /// Draws a block of each; false where the search has to end, after those that it may still draw.
+  bool draw(std::span<const std::size_t> wanted) {
     if (options_.should_stop && options_.should_stop()) return false;
-    if (options_.max_samples > 0 && result_.samples + kBlock > options_.max_samples) return false;
-    Observed& observed = observed_[candidate];
-    if (!observed.is_measured()) {
-      if (is_full()) return false;
-      observed.order = result_.measured++;
+    std::vector<std::size_t> round;
+    for (const std::size_t i : wanted) {
+      const bool is_new = !observed_[i].is_measured();
+      const auto samples = result_.samples + kBlock * (std::ssize(round) + 1);
+      if ((is_new && is_full()) || (options_.max_samples > 0 && samples > options_.max_samples)) continue;
+      if (is_new) observed_[i].order = result_.measured++;
+      round.push_back(i);
     }
-    draw_block(times_, candidate, observed);
-    result_.samples += kBlock;
+    if (round.empty()) return false;
+    draw_round(times_, round, observed_);
+    result_.samples += kBlock * std::ssize(round);
     if (static_cast<double>(result_.samples) >= next_refit_)
       refit();
     else
-      bound(candidate);
+      for (const std::size_t i : round) bound(i);
     report();
-    return true;
+    return round.size() == wanted.size();
+  }
+
+  /// Draws kFirstBlocks blocks of each, between those of settings that are worth more of them. Whether the search goes
+  /// on.
+  bool measure(std::span<const std::size_t> settings) {
+    const auto open = options_.max_measured > 0 ? static_cast<std::size_t>(options_.max_measured - result_.measured)
+                                                : settings.size();
+    const std::span<const std::size_t> allowed = settings.first(std::min(open, settings.size()));
+    for (int block = 0; block < kFirstBlocks && !allowed.empty(); ++block) {
+      std::vector<std::size_t> round(allowed.begin(), allowed.end());
+      add_contenders(round);
+      if (!draw(round)) return false;
+    }
+    return allowed.size() == settings.size();
+  }
+
+  /// Adds the settings that decide the widest gaps among those timed so far.
+  void add_contenders(std::vector<std::size_t>& round) const {
+    for (const WideGap& gap : known_.wider_than(std::log1p(options_.epsilon), kRoundGaps)) {
+      add_once(round, gap.rival);
+      add_once(round, gap.pick);
+    }
   }
 
   void bound(std::size_t candidate) {
@@ -93,9 +121,9 @@ class Search {
 
   void set_bounds(std::size_t candidate) {
     const NoiseModel::Bounds bounds = noise_.bound(observed_[candidate]);
-    scales_[candidate] = kBlockNoise * noise_.scale(observed_[candidate]);
+    scales_[candidate] = noise_.block_deviation(observed_[candidate]);
     gaps_.set(candidate, bounds.lower, bounds.upper);
-    known_.set(candidate, bounds.lower, bounds.upper);
+    if (bounds.upper < kInfinity) known_.set(candidate, bounds.lower, bounds.upper);
   }
 
   void assume(std::size_t candidate) {
@@ -115,7 +143,7 @@ class Search {
       if (observed_[i].is_measured())
         set_bounds(i);
       else
-        scales_[i] = kBlockNoise * noise_.scale(observed_[i]);
+        scales_[i] = noise_.block_deviation(observed_[i]);
     }
     slack_ = std::max(estimate_slack(chains_, observed_, scales_), audited_slack_);
     for (const std::size_t i : gaps_.by_error()) {
@@ -141,28 +169,22 @@ class Search {
 
   /// Whether the search goes on.
   bool explore() {
-    const auto measure = [&](std::size_t candidate) {
-      for (int block = 0; block < kFirstBlocks; ++block) {
-        if (!draw(candidate)) return false;
-      }
-      return true;
-    };
-    for (const std::size_t i : first_settings()) {
-      if (!measure(i)) return false;
-    }
+    const std::vector<std::size_t> first = first_settings();
+    for (std::size_t begin = 0; begin < first.size(); begin += kFirstRound)
+      if (!measure(std::span(first).subspan(begin, std::min(kFirstRound, first.size() - begin)))) return false;
     Explorer explorer(space_);
     for (;;) {
       refit();
       const std::vector<std::size_t> batch = explorer.propose(observed_, scales_);
       if (batch.empty()) break;
-      for (const std::size_t i : batch) {
-        if (measure(i)) continue;
-        if (is_full()) settle();
+      if (!measure(batch)) {
+        if (is_full()) settle(kLastBlocks);
         return false;
       }
-      if (!settle()) return false;
+      if (!settle(kSettleBlocks)) return false;
     }
-    for (std::size_t i = 0; i < space_.candidates.size(); ++i) expected_.push_back(explorer.mean(i));
+    expected_.resize(space_.candidates.size());
+    for (const std::size_t i : gaps_.by_error()) expected_[i] = explorer.mean(i);
     return true;
   }
 
@@ -170,12 +192,13 @@ class Search {
 
   /// Races the settings that were timed so far for a while, so that the front of these is one at any time. Nothing is
   /// wasted: the final race would draw the same. False where the search has to end.
-  bool settle() {
-    for (std::size_t blocks = 0; blocks < kSettleBlocks * Explorer::kBatch; blocks += 2) {
-      const WidestGap widest = known_.widest();
-      if (widest.log_gap <= std::log1p(options_.epsilon)) break;
-      if (!draw(widest.rival)) return false;
-      if (widest.pick != widest.rival && !draw(widest.pick)) return false;
+  bool settle(std::size_t most) {
+    for (std::size_t blocks = 0; blocks < most;) {
+      std::vector<std::size_t> round;
+      add_contenders(round);
+      if (round.empty()) break;
+      if (!draw(round)) return false;
+      blocks += round.size();
     }
     return true;
   }
@@ -183,8 +206,8 @@ class Search {
   void race() {
     const double goal = std::log1p(options_.epsilon);
     for (;;) {
-      const WidestGap widest = gaps_.widest();
-      if (widest.log_gap <= goal) {
+      const std::vector<WideGap> wide = gaps_.wider_than(goal, kRoundGaps);
+      if (wide.empty()) {
         // Certified is what holds with everything known: the noise as of now, and all audits passed.
         if (refitted_at_ != result_.samples) {
           refit();
@@ -196,18 +219,26 @@ class Search {
         }
         continue;
       }
-      const std::size_t rival = sharpest_rival(widest);
-      if (!draw(rival)) return;
-      const bool has_pick = widest.log_gap < kInfinity && widest.pick != rival;
-      if (has_pick && width(widest.pick) > kPickIsSharp * width(rival) && !draw(widest.pick)) return;
+      std::vector<std::size_t> round;
+      for (const WideGap& gap : wide) {
+        const std::size_t rival = sharpest_rival(gap);
+        add_once(round, rival);
+        const bool has_pick = gap.log_gap < kInfinity && gap.pick != rival;
+        if (has_pick && width(gap.pick) > kPickIsSharp * width(rival)) add_once(round, gap.pick);
+      }
+      if (!draw(round)) return;
     }
+  }
+
+  static void add_once(std::vector<std::size_t>& round, std::size_t candidate) {
+    if (std::ranges::find(round, candidate) == round.end()) round.push_back(candidate);
   }
 
   [[nodiscard]] double width(std::size_t i) const { return gaps_.upper(i) - gaps_.lower(i); }
 
   /// The setting to draw for the rival's side of a gap. A rival that was not timed shares its bound with others: the
   /// smallest of its chain within the budget is drawn, as its bound then holds for all of them.
-  [[nodiscard]] std::size_t sharpest_rival(const WidestGap& widest) const {
+  [[nodiscard]] std::size_t sharpest_rival(const WideGap& widest) const {
     if (observed_[widest.rival].is_measured()) return widest.rival;
     std::size_t rival = widest.rival;
     if (gaps_.lower(rival) == -kInfinity) {
@@ -235,18 +266,25 @@ class Search {
     const auto share = static_cast<std::size_t>(kAuditShare * static_cast<double>(assumed.size()));
     const std::size_t wanted = std::min(std::max(kLeastAudits, share), assumed.size());
     is_audited_ = true;
-    for (std::size_t drawn = 0; drawn < wanted; ++drawn) {
-      std::swap(assumed[drawn], assumed[drawn + random_.below(assumed.size() - drawn)]);
-      const std::size_t i = assumed[drawn];
-      const double lower = gaps_.lower(i);
-      if (!draw(i)) return is_audited_ = false;
+    for (std::size_t i = 0; i < wanted; ++i) std::swap(assumed[i], assumed[i + random_.below(assumed.size() - i)]);
+    assumed.resize(wanted);
+    std::vector<double> lower;
+    for (const std::size_t i : assumed) lower.push_back(gaps_.lower(i));
+    bool goes_on = true;
+    for (int block = 0; block < kAuditBlocks && goes_on; ++block)
+      for (std::size_t begin = 0; begin < wanted && goes_on; begin += kFirstRound)
+        goes_on = draw(std::span(assumed).subspan(begin, std::min(kFirstRound, wanted - begin)));
+    for (std::size_t audited = 0; audited < wanted; ++audited) {
+      const Observed& observed = observed_[assumed[audited]];
+      if (!observed.is_measured()) continue;
       ++result_.audits;
-      if (observed_[i].clipped >= lower) continue;
+      if (observed.clipped >= lower[audited]) continue;
       ++result_.audit_failures;
       is_audited_ = false;
-      audited_slack_ = std::max(audited_slack_, slack_ + kAuditMargin * (lower - observed_[i].clipped));
+      audited_slack_ = std::max(audited_slack_, slack_ + kAuditMargin * (lower[audited] - observed.clipped));
     }
-    return true;
+    if (!goes_on) is_audited_ = false;
+    return goes_on;
   }
 
   void report() {
@@ -272,6 +310,7 @@ class Search {
 
   void finish() {
     result_.slack = std::expm1(slack_);
+    result_.correlation = noise_.correlation();
     result_.worst_gap = std::expm1(gaps_.widest().log_gap);
     add_path(result_.worst_gap);
     for (const std::size_t i : gaps_.by_error()) {
@@ -280,8 +319,12 @@ class Search {
         state = {.evidence = Evidence::measured,
                  .samples = static_cast<int>(observed_[i].frames.size()),
                  .time_ns = std::exp(observed_[i].mean),
-                 .low_ns = std::exp(gaps_.lower(i)),
-                 .high_ns = std::exp(gaps_.upper(i))};
+                 .low_ns = {},
+                 .high_ns = {}};
+        if (gaps_.upper(i) < kInfinity) {
+          state.low_ns = std::exp(gaps_.lower(i));
+          state.high_ns = std::exp(gaps_.upper(i));
+        }
       } else if (gaps_.lower(i) > -kInfinity) {
         state.evidence = Evidence::assumed;
         state.low_ns = std::exp(gaps_.lower(i));

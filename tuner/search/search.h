@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "tuner/search/observations.h"
 #include "tuner/search/space.h"
 
 namespace reliefbench {
@@ -25,8 +26,8 @@ struct SearchOptions {
   std::vector<std::size_t> first{};  ///< measured before all else: the default setting of each technique
   std::int64_t max_samples = 0;      ///< frames; 0: no limit
   int max_measured = 0;              ///< settings; the search ends where it would time one more. 0: no limit
-  std::function<bool()> should_stop{};  ///< asked before every block; true ends the search with what it has
-  std::function<void(const SearchProgress&)> on_progress{};  ///< told after every block
+  std::function<bool()> should_stop{};  ///< asked before every round; true ends the search with what it has
+  std::function<void(const SearchProgress&)> on_progress{};  ///< told after every round
 };
 
 /// Where a setting's lower bound comes from.
@@ -36,12 +37,12 @@ enum class Evidence {
   measured  ///< timed
 };
 
-/// All times are exp of the expected log of a median of kBlock frames, in ns: what the search estimates.
+/// All times are exp of the expected log of a median of three frames, in ns: what the search estimates.
 struct CandidateState {
   Evidence evidence = Evidence::none;
   int samples = 0;                ///< frames drawn
   std::optional<double> time_ns;  ///< estimate, where measured
-  std::optional<double> low_ns;   ///< confidence bounds, or the inherited lower one
+  std::optional<double> low_ns;   ///< confidence bounds, none of a single block; or the inherited lower one
   std::optional<double> high_ns;
 };
 
@@ -73,6 +74,7 @@ struct SearchResult {
   bool is_feasible = true;                                     ///< whether any candidate meets the constraints
   std::int64_t samples = 0;
   int measured = 0;
+  double correlation = 1;  ///< between a setting's frames of one round, an upper estimate; see NoiseModel
   double slack = 0;        ///< ratio - 1 by which more steps may yet be faster, as estimated
   int audits = 0;          ///< settings ruled out by assumption and timed after all
   int audit_failures = 0;  ///< of these, those that were faster than assumed
@@ -83,16 +85,16 @@ struct SearchResult {
 /// never allow one.
 inline constexpr std::int64_t kPatience = 30;
 
-inline constexpr int kBlock = 3;  ///< frames whose median is one observation
-
 /// The cheapest feasible setting for every error budget at once, with a certificate.
 ///
 /// Errors are exact and only time is noisy, so that the front is the record minima of time along the settings sorted by
 /// error: nested best-arm identification. A Gaussian process on log time orders what is timed first (improvement.h);
-/// then a race draws blocks for the two settings that decide the widest gap over the error budgets e, until it is at
-/// most epsilon: G(e) = U(pick) / L(rival) - 1, of the least upper bound and the least lower bound of the others. What
+/// then a race draws rounds of the settings that decide the widest gaps over the error budgets e, until all are at most
+/// epsilon: G(e) = U(pick) / L(rival) - 1, of the least upper bound and the least lower bound of the others. What
 /// the surrogate believes never rules a setting out: bounds do (noise.h), and where a setting was not timed, the bound
 /// of a smaller one of its chain (chains.h), which is recorded as assumed.
+///
+/// Frames are drawn in rounds, a block of each of several settings, whose frames are interleaved.
 ///
 /// A pure function of space, options and the values that `times` returns: replaying them gives the same calls again.
 /// throws: Error(bad_input): a bad space or option; a time that is not a positive number

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ struct SearchSpace {
   void check() const;
 };
 
+/// A sample that a search asks for.
+struct FrameOf {
+  std::size_t candidate = 0;
+  int index = 0;  ///< counted from 0 for each candidate
+};
+
 /// Where frame times come from: a device, or a recorded table.
 class TimeSource {
  public:
@@ -35,7 +42,9 @@ class TimeSource {
   TimeSource& operator=(const TimeSource&) = delete;
   virtual ~TimeSource() = default;
 
-  /// The index-th sample of a candidate (counted from 0 for each), corrected for drift, in ns a frame.
+  /// Says which samples will be asked for next, and that they are to be drawn in this order.
+  virtual void will_ask(std::span<const FrameOf>) {}
+  /// The index-th sample of a candidate, corrected for drift, in ns a frame.
   [[nodiscard]] virtual double frame_ns(std::size_t candidate, int index) = 0;
 };
 

@@ -1,17 +1,16 @@
 #include "tuner/search/surrogate.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <utility>
+
+#include "tuner/search/likelihood.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr std::size_t kMostFitted = 96;  // points that hyper-parameters are fitted to
-constexpr double kJitter = 1e-6;         // share of the process's variance
 constexpr double kLeastLogWeight = -6;
 constexpr double kMostLogWeight = 6;
 constexpr double kInactiveStep = 0.25;     // squared distance of a count that one setting has and the other has not
@@ -19,11 +18,6 @@ constexpr double kInactiveCategory = 0.3;  // likewise of a choice; two values o
 constexpr double kInactive = -1;           // a category's value where it is inactive
 constexpr int kMostOverhead = 12;          // log2 of the work that a frame's fixed cost may be worth
 constexpr double kUnseen = 0.2;            // squared distance that a choice adds while no point has it
-
-double matern52(double squared_distance) {
-  const double r = std::sqrt(5 * squared_distance);
-  return (1 + r + r * r / 3) * std::exp(-r);
-}
 
 /// Between two values of an axis, to be weighted. Where only one is active, other axes say so as well.
 double squared_distance(double a, double b, Surrogate::Axis axis) {
@@ -33,37 +27,24 @@ double squared_distance(double a, double b, Surrogate::Axis axis) {
   return is_inactive ? kInactiveStep : (a - b) * (a - b);
 }
 
-double additive_share(const Eigen::VectorXd& weights) {
-  const double odds = weights[weights.size() - 1];
-  return odds / (1 + odds);
-}
-
 }  // namespace
 
 Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_(capacity) {
-  axes_.insert(axes_.end(), space.step_axes.size(), Axis::steps);
-  axes_.insert(axes_.end(), space.work_axes.size(), Axis::work);
-  axes_.insert(axes_.end(), space.category_axes.size(), Axis::category);
+  const auto features = [&](auto&& feature) {
+    std::vector<double> column;
+    for (const Candidate& candidate : space.candidates) column.push_back(feature(candidate));
+    return column;
+  };
+  for (std::size_t i = 0; i < space.step_axes.size(); ++i)
+    add_axis(Axis::steps, features([i](const Candidate& candidate) { return std::log1p(candidate.steps[i]); }));
+  for (std::size_t i = 0; i < space.work_axes.size(); ++i)
+    add_axis(Axis::work, features([i](const Candidate& candidate) { return std::log1p(candidate.work[i]); }));
+  for (std::size_t i = 0; i < space.category_axes.size(); ++i)
+    add_axis(Axis::category, features([i](const Candidate& candidate) { return candidate.categories[i]; }));
+  weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(axes_.size()) + 1);
+  for (std::size_t axis = 0; axis < axes_.size(); ++axis)
+    if (axes_[axis].axis == Axis::category) weights_[static_cast<Eigen::Index>(axis)] = 0.2;
   const auto settings = static_cast<Eigen::Index>(space.candidates.size());
-  const auto axes = static_cast<Eigen::Index>(axes_.size());
-  features_.resize(settings, axes);
-  for (Eigen::Index i = 0; i < settings; ++i) {
-    const Candidate& candidate = space.candidates[static_cast<std::size_t>(i)];
-    Eigen::Index axis = 0;
-    for (const double steps : candidate.steps) features_(i, axis++) = std::log1p(steps);
-    for (const double work : candidate.work) features_(i, axis++) = std::log1p(work);
-    for (const int category : candidate.categories) features_(i, axis++) = category;
-  }
-  weights_ = Eigen::VectorXd::Ones(axes + 1);
-  for (Eigen::Index axis = 0; axis < axes; ++axis) {
-    if (axes_[static_cast<std::size_t>(axis)] == Axis::category) {
-      weights_[axis] = 0.2;
-      continue;
-    }
-    const double range = features_.col(axis).maxCoeff() - features_.col(axis).minCoeff();
-    if (range > 0) features_.col(axis) /= range;
-  }
-  unseen_ = Eigen::MatrixXd::Zero(settings, axes);
   prior_ = Eigen::VectorXd::Zero(settings);
   work_ = prior_;
   if (!space.work_axes.empty())
@@ -76,26 +57,46 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
   mean_ = Eigen::VectorXd::Zero(settings);
 }
 
-Eigen::VectorXd Surrogate::correlations(std::size_t candidate) const {
-  const auto row = static_cast<Eigen::Index>(candidate);
-  Eigen::ArrayXd distance = Eigen::ArrayXd::Zero(features_.rows());
-  Eigen::ArrayXd additive = distance;
-  for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
-    const double weight = weights_[axis];
-    const double own = features_(row, axis);
-    const Axis kind = axes_[static_cast<std::size_t>(axis)];
-    const Eigen::ArrayXd along =
-        features_.col(axis).array().binaryExpr(unseen_.col(axis).array(), [&](double other, double unseen) {
-          return own == other ? 0 : weight * squared_distance(own, other, kind) + unseen_(row, axis) + unseen;
-        });
-    distance += along;
-    additive += 1 / (1 + along);
+void Surrogate::add_axis(Axis axis, std::vector<double> features) {
+  if (axis != Axis::category) {
+    const auto [least, most] = std::ranges::minmax(features);
+    const double range = most - least;
+    if (range > 0)
+      for (double& feature : features) feature /= range;
   }
-  const Eigen::ArrayXd r = (5 * distance).sqrt();
-  const double share = additive_share(weights_);
-  return (share / static_cast<double>(features_.cols()) * additive +
-          (1 - share) * (1 + r + r.square() / 3) * (-r).exp())
-      .matrix();
+  Levels levels{.axis = axis, .values = features, .unseen = {}, .places = {}};
+  std::ranges::sort(levels.values);
+  levels.values.erase(std::unique(levels.values.begin(), levels.values.end()), levels.values.end());
+  levels.unseen.assign(levels.values.size(), 0);
+  for (const double feature : features)
+    levels.places.push_back(
+        static_cast<std::size_t>(std::ranges::lower_bound(levels.values, feature) - levels.values.begin()));
+  axes_.push_back(std::move(levels));
+}
+
+Eigen::VectorXd Surrogate::correlations(std::size_t candidate) const {
+  Eigen::ArrayXd distance = Eigen::ArrayXd::Zero(mean_.size());
+  Eigen::ArrayXd additive = distance;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    const Levels& axis = axes_[i];
+    const std::size_t own = axis.places[candidate];
+    Eigen::ArrayXd along(static_cast<Eigen::Index>(axis.values.size()));
+    for (std::size_t level = 0; level < axis.values.size(); ++level)
+      along[static_cast<Eigen::Index>(level)] =
+          level == own ? 0
+                       : weights_[static_cast<Eigen::Index>(i)] *
+                                 squared_distance(axis.values[own], axis.values[level], axis.axis) +
+                             axis.unseen[own] + axis.unseen[level];
+    const Eigen::ArrayXd share = rational_quadratic(along);
+    for (Eigen::Index setting = 0; setting < distance.size(); ++setting) {
+      const auto level = static_cast<Eigen::Index>(axis.places[static_cast<std::size_t>(setting)]);
+      distance[setting] += along[level];
+      additive[setting] += share[level];
+    }
+  }
+  const auto axes = static_cast<Eigen::Index>(axes_.size());
+  const double odds = weights_[axes];
+  return mixed_kernel(odds / (1 + odds), axes, distance, additive);
 }
 
 void Surrogate::append(std::size_t candidate, double noise_variance) {
@@ -147,42 +148,6 @@ double Surrogate::deviation(std::size_t candidate) const {
   return std::sqrt(std::max(0.0, variance_ - explained_[static_cast<Eigen::Index>(candidate)]));
 }
 
-double Surrogate::log_likelihood(const Eigen::VectorXd& log_weights, std::span<const std::size_t> points,
-                                 double& variance) const {
-  const auto n = static_cast<Eigen::Index>(points.size());
-  const Eigen::VectorXd weights = log_weights.array().exp();
-  const double share = additive_share(weights);
-  Eigen::MatrixXd matrix(n, n);
-  Eigen::VectorXd centred(n);
-  for (Eigen::Index a = 0; a < n; ++a) {
-    const std::size_t point = points[static_cast<std::size_t>(a)];
-    const auto row = static_cast<Eigen::Index>(points_[point]);
-    centred[a] = above_prior(point);
-    for (Eigen::Index b = 0; b < a; ++b) {
-      const auto other = static_cast<Eigen::Index>(points_[points[static_cast<std::size_t>(b)]]);
-      double distance = 0;
-      double additive = 0;
-      for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
-        const double along = weights[axis] * squared_distance(features_(row, axis), features_(other, axis),
-                                                              axes_[static_cast<std::size_t>(axis)]);
-        distance += along;
-        additive += 1 / (1 + along);
-      }
-      matrix(a, b) = share / static_cast<double>(features_.cols()) * additive + (1 - share) * matern52(distance);
-    }
-    // The noise is known; as a share of the variance it takes the last fit's, which changes little.
-    matrix(a, a) = 1 + kJitter + noise_[point] / variance_;
-  }
-  const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> cholesky(matrix);
-  if (cholesky.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-  const double fit = cholesky.matrixL().solve(centred).squaredNorm();
-  variance = std::max(fit / static_cast<double>(n), 1e-8);
-  double log_determinant = 0;
-  for (Eigen::Index i = 0; i < n; ++i) log_determinant += std::log(cholesky.matrixLLT()(i, i));
-  // A normal prior on the log weights keeps axes that the points say nothing about where they are.
-  return -static_cast<double>(n) / 2 * std::log(variance) - log_determinant - log_weights.squaredNorm() / 8;
-}
-
 void Surrogate::fit_if_due() {
   if (points_.size() < next_fit_) return;
   next_fit_ = points_.size() * 6 / 5 + 1;
@@ -203,6 +168,27 @@ void Surrogate::fit_prior() {
   }
 }
 
+Likelihood::Points Surrogate::pairs_of(std::span<const std::size_t> points) const {
+  const auto n = static_cast<Eigen::Index>(points.size());
+  Likelihood::Points pairs{.squared = Eigen::ArrayXXd(n * (n - 1) / 2, static_cast<Eigen::Index>(axes_.size())),
+                           .values = Eigen::VectorXd(n),
+                           .noise = Eigen::VectorXd(n)};
+  Eigen::Index pair = 0;
+  for (Eigen::Index b = 0; b < n; ++b) {
+    const std::size_t point = points[static_cast<std::size_t>(b)];
+    pairs.values[b] = above_prior(point);
+    // The noise is known; as a share of the variance it takes the last fit's, which changes little.
+    pairs.noise[b] = noise_[point] / variance_;
+    for (Eigen::Index a = b + 1; a < n; ++a, ++pair) {
+      const std::size_t other = points_[points[static_cast<std::size_t>(a)]];
+      for (std::size_t i = 0; i < axes_.size(); ++i)
+        pairs.squared(pair, static_cast<Eigen::Index>(i)) =
+            squared_distance(axes_[i][points_[point]], axes_[i][other], axes_[i].axis);
+    }
+  }
+  return pairs;
+}
+
 void Surrogate::fit() {
   const std::size_t n = points_.size();
   fit_prior();
@@ -211,35 +197,26 @@ void Surrogate::fit() {
   for (std::size_t i = 0; i < most; ++i) subset.push_back(i * n / most);
 
   // Coordinate search with halved steps: few dimensions, a smooth likelihood and no need for the last digit.
-  Eigen::VectorXd best = weights_.array().log();
-  double variance = variance_;
-  double most_likely = log_likelihood(best, subset, variance);
-  double best_variance = variance;
+  Likelihood likelihood(pairs_of(subset), weights_.array().log());
   for (const double step : {2.0, 1.0, 0.5, 0.25}) {
-    for (Eigen::Index axis = 0; axis < best.size(); ++axis) {
+    for (Eigen::Index weight = 0; weight < weights_.size(); ++weight) {
       for (const double sign : {1.0, -1.0}) {
-        Eigen::VectorXd trial = best;
-        trial[axis] = std::clamp(trial[axis] + sign * step, kLeastLogWeight, kMostLogWeight);
-        const double likelihood = log_likelihood(trial, subset, variance);
-        if (likelihood <= most_likely) continue;
-        most_likely = likelihood;
-        best = trial;
-        best_variance = variance;
-        break;
+        const double moved = likelihood.log_weights()[weight] + sign * step;
+        if (likelihood.improve(weight, std::clamp(moved, kLeastLogWeight, kMostLogWeight))) break;
       }
     }
   }
-  weights_ = best.array().exp();
-  variance_ = best_variance;
+  weights_ = likelihood.log_weights().array().exp();
+  variance_ = likelihood.variance();
   rebuild();
 }
 
 void Surrogate::find_unseen() {
-  for (Eigen::Index axis = 0; axis < features_.cols(); ++axis) {
-    if (axes_[static_cast<std::size_t>(axis)] != Axis::category) continue;
-    std::set<double> seen{kInactive};
-    for (const std::size_t point : points_) seen.insert(features_(static_cast<Eigen::Index>(point), axis));
-    unseen_.col(axis) = features_.col(axis).unaryExpr([&](double value) { return seen.contains(value) ? 0 : kUnseen; });
+  for (Levels& axis : axes_) {
+    if (axis.axis != Axis::category) continue;
+    for (std::size_t level = 0; level < axis.values.size(); ++level)
+      axis.unseen[level] = axis.values[level] == kInactive ? 0 : kUnseen;
+    for (const std::size_t point : points_) axis.unseen[axis.places[point]] = 0;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "tuner/search/likelihood.h"
 #include "tuner/search/space.h"
 
 namespace reliefbench {
@@ -46,8 +47,7 @@ class Surrogate {
  private:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   [[nodiscard]] Eigen::VectorXd correlations(std::size_t candidate) const;  // with all settings
-  [[nodiscard]] double log_likelihood(const Eigen::VectorXd& log_weights, std::span<const std::size_t> points,
-                                      double& variance) const;
+  [[nodiscard]] Likelihood::Points pairs_of(std::span<const std::size_t> points) const;
   void fit();
   void append(std::size_t candidate, double noise_variance);
   void find_unseen();
@@ -55,10 +55,18 @@ class Surrogate {
   [[nodiscard]] double above_prior(std::size_t point) const;
   void rebuild();
 
+  /// The distinct values of an axis: what depends on one of them is worked out once for all settings that have it.
+  struct Levels {
+    Axis axis;
+    std::vector<double> values;
+    std::vector<double> unseen;       // squared distance that is added, see kUnseen; one a value
+    std::vector<std::size_t> places;  // in values, one a setting
+    [[nodiscard]] double operator[](std::size_t candidate) const { return values[places[candidate]]; }
+  };
+  void add_axis(Axis axis, std::vector<double> features);
+
   std::size_t capacity_;
-  std::vector<Axis> axes_;
-  Eigen::MatrixXd features_;  // settings x axes
-  Eigen::MatrixXd unseen_;    // settings x axes: squared distance that is added, see kUnseen
+  std::vector<Levels> axes_;
   Eigen::VectorXd work_;      // of each setting, on the first work axis; 0 without one
   Eigen::VectorXd prior_;     // log time of each setting: the process's mean
   Eigen::VectorXd weights_;   // 1 / length^2 of each axis

@@ -4,17 +4,19 @@
 #include <chrono>
 #include <map>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 
 namespace reliefbench {
 namespace {
 
-using Judge = std::function<FrameScore(std::size_t, std::size_t)>;
+using ScoreCase = std::function<FrameScore(std::size_t, std::size_t)>;
 
-SettingScore score_one(std::size_t setting, std::size_t scenes, const Judge& judge) {
+SettingScore score_one(std::size_t setting, std::size_t scenes, const ScoreCase& judge) {
   SettingScore result{.scored = Scored::yes};
   try {
     for (std::size_t scene = 0; scene < scenes; ++scene) result.scores.push_back(judge(setting, scene));
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the setting
+    throw;
   } catch (const Error& error) {
     result = {.scored = Scored::failed, .failure = error.what()};
   }
@@ -53,14 +55,14 @@ std::vector<std::vector<std::size_t>> lines_of(std::span<const Settings> setting
 
 }  // namespace
 
-std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes, const Judge& judge,
+std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes, const ScoreCase& judge,
                                     const std::function<bool(std::size_t done)>& should_stop) {
   std::vector<SettingScore> results(settings);
   for (std::size_t i = 0; i < settings && !should_stop(i); ++i) results[i] = score_one(i, scenes, judge);
   return results;
 }
 
-double estimate_pass_s(std::size_t settings, std::size_t scenes, const Judge& judge,
+double estimate_pass_s(std::size_t settings, std::size_t scenes, const ScoreCase& judge,
                        const std::function<bool(std::size_t done)>& should_stop) {
   const std::size_t step = std::max<std::size_t>(settings / kProbes, 1);
   const auto start = std::chrono::steady_clock::now();
@@ -68,7 +70,8 @@ double estimate_pass_s(std::size_t settings, std::size_t scenes, const Judge& ju
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() * static_cast<double>(step);
 }
 
-std::vector<SettingScore> score_by_bisection(std::span<const Settings> settings, std::size_t scenes, const Judge& judge,
+std::vector<SettingScore> score_by_bisection(std::span<const Settings> settings, std::size_t scenes,
+                                             const ScoreCase& judge,
                                              const std::function<bool(const FrameScore&)>& meets,
                                              const std::function<bool(std::size_t done)>& should_stop) {
   std::vector<SettingScore> results(settings.size());

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/judge/metric.h"
 #include "tuner/plan/config.h"
 
 namespace reliefbench {
@@ -24,7 +25,7 @@ struct SettingScore {
 };
 
 /// One score frame for each setting and scene, until should_stop() says true. Errors are exact: one frame is enough.
-/// judge: score of a setting in a scene, by index; its Error becomes the failure of the setting
+/// judge: score of a setting in a scene, by index; its Error becomes the failure of the setting, but for a FileError
 [[nodiscard]] std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes,
                                                   const std::function<FrameScore(std::size_t, std::size_t)>& judge,
                                                   const std::function<bool(std::size_t done)>& should_stop);

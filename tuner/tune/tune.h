@@ -40,6 +40,7 @@ struct TuneOptions {
   std::vector<SceneSpec> holdout{};
   std::optional<double> time_limit_s{};
   std::function<bool()> is_interrupted = [] { return false; };
+  bool retry_failed = false;  ///< draw again what failed in an earlier start
   bool quiet = false;
 };
 
@@ -50,7 +51,9 @@ struct TunePick {
   double time_ns = 0;       ///< estimate
   double high_ns = 0;       ///< upper confidence bound
   double rival_low_ns = 0;  ///< least lower bound of all others that would do; infinite where there is none
-  double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best the pick may be
+  double gap = 0;           ///< high / rival_low - 1, at least 0: so much slower than the best of the scored settings
+                            ///< the pick may be
+  std::string tie{};        ///< setting that is as fast as far as the certificate tells, but less simple; "": none
 };
 
 /// One rung from the plainest setting that does to the pick.
@@ -110,8 +113,13 @@ struct TuneResult {
   bool is_stopped = false;  ///< by the time limit or the user
   double wall_s = 0;
 
-  /// Whether the pick is certified within epsilon of the best of the whole space.
+  /// Whether every answer is certified within epsilon of the best of the whole space.
   [[nodiscard]] bool is_certified() const;
+  /// What a gap among the scored settings is in the whole space: infinite where some were not scored, as any of these
+  /// may be the best.
+  [[nodiscard]] double gap_in_space(double gap) const;
+  /// What is certified, in a sentence: of the whole space, or of which part of it.
+  [[nodiscard]] std::string claim() const;
 };
 
 /// Tunes on a device: scores, then times what the search asks for, into a run folder that also holds the records and

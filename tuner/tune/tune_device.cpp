@@ -14,8 +14,10 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/measure/device_times.h"
+#include "tuner/measure/map_library.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/record_book.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/measure/run_results.h"
 #include "tuner/plan/plan.h"
@@ -23,6 +25,7 @@
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_folder.h"
 #include "tuner/tune/holdout.h"
 #include "tuner/tune/tune_search.h"
 
@@ -73,11 +76,14 @@ class DeviceTuner {
     for (const Case& c : plan_.cases)
       if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
     session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
+    session_->set_timeout(config.measure.timeout_s);
     store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
     holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
     scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
     scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
-    std::filesystem::create_directories((options.output / image_path("", "frame")).parent_path());
+    make_images_folder(options.output);
+    records_ = std::make_unique<RecordBook>(*store_, options.retry_failed);
+    records_->enter_death(all_cases(), scenes_, session_->device());
     const nlohmann::json& info = store_->earlier().info;
     started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
     const std::optional<Calibration> known =
@@ -92,12 +98,14 @@ class DeviceTuner {
                                                              .folder = options.output,
                                                              .timeout_s = config.measure.timeout_s,
                                                              .flicker_frames = config.measure.flicker_frames});
-    book_ =
-        std::make_unique<SampleBook>(*store_, control_case_id(options.backend), session_->calibration().reference_ns);
+    book_ = std::make_unique<SampleBook>(*store_,
+                                         SampleBook::Control{.id = control_case_id(options.backend),
+                                                             .reference_ns = session_->calibration().reference_ns});
     times_ = std::make_unique<DeviceTimes>(DeviceTimes::Context{.session = *session_,
                                                                 .preparer = *preparer_,
                                                                 .book = *book_,
                                                                 .split = split_,
+                                                                .mark = store_->mark(),
                                                                 .measure = config.measure,
                                                                 .started_ns = started_ns_});
   }
@@ -135,6 +143,20 @@ class DeviceTuner {
   [[nodiscard]] Case case_of(std::size_t scene, std::size_t setting) const {
     return {.settings = settings_[setting], .scene_id = config_.scenes[scene].id, .backend = options_.backend};
   }
+  /// Those of the plan, and every setting on the held-out scenes.
+  [[nodiscard]] std::vector<Case> all_cases() const {
+    std::vector<Case> cases = plan_.cases;
+    for (const MeasuredScene& scene : holdout_)
+      for (const Settings& settings : settings_)
+        cases.push_back({.settings = settings, .scene_id = scene.spec.id, .backend = options_.backend});
+    return cases;
+  }
+  /// The record of a case that is not to be drawn again since it killed the process twice; null for any other.
+  [[nodiscard]] const Record* given_up(const std::string& case_id) const {
+    const Record* const record = records_->find(case_id);
+    const bool is_crash = record != nullptr && record->status == Status::crashed;
+    return is_crash && records_->is_finished(case_id) ? record : nullptr;
+  }
   [[nodiscard]] const std::vector<Budget>& asked() const {
     return options_.question.max_error.empty() ? config_.front_constraints : options_.question.max_error;
   }
@@ -147,9 +169,12 @@ class DeviceTuner {
     const bool pictures = compares_pictures(asked(), config_.front_error);
     const auto judge_once = [&](std::size_t setting, std::size_t scene) {
       const Case c = case_of(scene, setting);
+      const std::string id = c.id();
+      if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
+      const auto hold = store_->mark().hold(id);
       if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
       const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-      const bool is_lost = prepared.record.status == Status::device_lost;
+      const bool is_lost = session_->is_lost(prepared.record.status);
       if (prepared.record.status != Status::ok)
         fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
       return *prepared.record.error;
@@ -160,7 +185,7 @@ class DeviceTuner {
       try {
         return judge_once(setting, scene);
       } catch (const Error& error) {
-        if (error.fault() != Fault::device_lost || end) throw;
+        if (!needs_reopening(error.fault()) || end) throw;
       }
       try {
         reopen();
@@ -235,9 +260,24 @@ class DeviceTuner {
       entry.weight = weight_of(scene, scenes);
       for (const std::size_t setting : candidates_) entry.case_ids.push_back(case_of(scene, setting).id());
     }
-    return {*book_, std::move(list), options_.combine, [this, scenes](std::size_t scene, std::size_t candidate) {
-              times_->draw(case_of(scenes[scene], candidates_[candidate]), config_.scenes[scenes[scene]]);
+    return {*book_, std::move(list), options_.combine, [this, scenes](std::span<const BookSource::Wanted> round) {
+              std::vector<DeviceTimes::Wanted> wanted;
+              for (const auto& [scene, candidate] : round)
+                wanted.push_back(
+                    {.spec = case_of(scenes[scene], candidates_[candidate]), .scene = &config_.scenes[scenes[scene]]});
+              times_->draw(wanted);
             }};
+  }
+
+  /// Of the map as it is uploaded for a scene, whether or not this start has done so yet.
+  [[nodiscard]] MemoryOf memory_of(std::size_t scene) {
+    return [this, scene](std::size_t candidate) -> std::int64_t {
+      const Case c = case_of(scene, candidates_[candidate]);
+      if (!c.settings.technique().reads_map()) return 0;
+      const Scene& view = config_.scenes[scene].scene;
+      const BakedMap& map = library_.map(c, config_.scenes[scene]);
+      return static_cast<std::int64_t>(map_textures(c.settings, map, view.wrap, view.relief_depth).bytes());
+    };
   }
 
   [[nodiscard]] std::vector<std::size_t> all_scenes() const {
@@ -253,8 +293,8 @@ class DeviceTuner {
   }
 
   void take_failure(const CaseFailed& failed) {
-    store_->append(failed.record);
-    if (failed.record.status == Status::device_lost) reopen();
+    keep(failed.record);
+    if (session_->is_lost(failed.record.status)) reopen();
   }
 
   /// Opens the device again after it was lost.
@@ -278,7 +318,7 @@ class DeviceTuner {
       try {
         search_into(
             result_, source, [&] { return is_over(until_s); },
-            [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error());
+            [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error(), memory_of(0));
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
@@ -312,7 +352,8 @@ class DeviceTuner {
       SceneAnswer answer{.scene = config_.scenes[scene].id};
       try {
         search_into(
-            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error());
+            alone, source, [&] { return is_over(until_s); }, [](const SearchProgress&) {}, asked_front_error(),
+            memory_of(scene));
         answer.own = alone.pick;
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
         take_failure(failed);
@@ -334,21 +375,21 @@ class DeviceTuner {
     for (const auto& [scene, heights_hash, key] : holdout_) {
       const Case c{.settings = parse_setting(result_.pick->setting), .scene_id = scene.id, .backend = options_.backend};
       const std::string id = c.id();
-      PreparedCase prepared = preparer_->prepare(c, scene);
-      HoldoutAnswer answer{.scene = scene.id, .scene_key = key, .failure = prepared.record.reason};
-      if (prepared.record.status == Status::ok) {
-        try {
-          while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw(c, scene);
-        } catch (const CaseFailed& failed) {
-          take_failure(failed);
-          answer.failure = failed.record.reason;
-          result_.holdout.push_back(std::move(answer));
-          continue;
+      HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
+      try {
+        if (const Record* const record = given_up(id)) throw CaseFailed{*record};
+        const DeviceTimes::Wanted wanted{.spec = c, .scene = &scene};
+        while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw({&wanted, 1});
+        const Record& record = whole_record(c, scene);
+        answer.failure = record.reason;
+        if (record.error) {
+          answer.error = find_metric(config_.front_error).value(*record.error).value_or(0);
+          answer.miss = miss_of(budgets, *record.error).text;
+          answer.time_ns = median(book_->times(id));
         }
-        answer.error = find_metric(config_.front_error).value(*prepared.record.error).value_or(0);
-        answer.miss = miss_of(budgets, *prepared.record.error).text;
-        answer.time_ns = median(book_->times(id));
-        store_record(prepared.record);
+      } catch (const CaseFailed& failed) {
+        take_failure(failed);
+        answer.failure = failed.record.reason;
       }
       result_.holdout.push_back(std::move(answer));
     }
@@ -370,14 +411,32 @@ class DeviceTuner {
     }
   }
 
-  void store_record(Record& record) {
-    const std::vector<double>& times = book_->times(record.case_id);
-    if (times.empty()) return;
-    std::vector<double> raw_ns = raw_times(book_->samples(record.case_id));
-    record.frame_time = FrameTime{.summary = summarise(times),
-                                  .raw_median = median(raw_ns),
-                                  .timer = std::string(timer_id(session_->calibration().timer))};
-    store_->append(record);
+  /// The record of a case that was timed, with its error and pictures: as an earlier start left it if nothing was drawn
+  /// since, or a search that is asked for again would enter it again.
+  const Record& whole_record(const Case& c, const SceneSpec& scene) {
+    const std::string id = c.id();
+    const std::vector<double>& times = book_->times(id);
+    const Record* const known = records_->find(id);
+    if (known != nullptr && known->status == Status::ok &&
+        known->frame_time->summary.n == static_cast<int>(times.size()))
+      return *known;
+    const auto hold = store_->mark().hold(id);
+    Record record = preparer_->prepare(c, scene).record;
+    if (session_->is_lost(record.status)) reopen();
+    if (record.status == Status::ok)
+      record.frame_time = FrameTime{.summary = summarise(times),
+                                    .raw_median = median(raw_times(book_->samples(id))),
+                                    .timer = std::string(timer_id(session_->calibration().timer))};
+    return keep(record);
+  }
+
+  /// Enters a record unless the same failure is there already.
+  const Record& keep(const Record& record) {
+    const Record* const known = records_->find(record.case_id);
+    if (known == nullptr || record.status == Status::ok || known->status != record.status ||
+        known->reason != record.reason)
+      records_->append(record);
+    return *records_->find(record.case_id);
   }
 
   /// Settings that an answer names: these get a whole record, with pictures.
@@ -387,6 +446,8 @@ class DeviceTuner {
     for (const TuneRung& rung : result_.rungs) ids.insert(rung.setting);
     for (const SceneAnswer& answer : result_.scene_answers)
       if (answer.own) ids.insert(answer.own->setting);
+    if (result_.pick) ids.insert(result_.pick->setting);
+    if (result_.pick && !result_.pick->tie.empty()) ids.insert(result_.pick->tie);
     return ids;
   }
 
@@ -394,9 +455,7 @@ class DeviceTuner {
     for (const std::string& id : answering_settings())
       for (std::size_t scene = 0; scene < config_.scenes.size(); ++scene) {
         const Case c = case_of(scene, setting_of(id));
-        if (book_->times(c.id()).empty()) continue;
-        PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
-        store_record(prepared.record);
+        if (!book_->times(c.id()).empty()) whole_record(c, config_.scenes[scene]);
       }
     result_.wall_s = elapsed_s();
     write_results(config_, load_run(options_.output));
@@ -433,6 +492,7 @@ class DeviceTuner {
   std::vector<Settings> settings_;
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunStore> store_;
+  std::unique_ptr<RecordBook> records_;
   std::unique_ptr<Preparer> preparer_;
   std::unique_ptr<SampleBook> book_;
   std::unique_ptr<DeviceTimes> times_;

@@ -34,13 +34,13 @@ std::string_view evidence_id(Evidence evidence) {
   return "none";
 }
 
-json pick_json(const TunePick& pick) {
+json pick_json(const TunePick& pick, const TuneResult& result) {
   return {{"setting", pick.setting},
           {"error", pick.error},
           {"time_ns", pick.time_ns},
           {"high_ns", pick.high_ns},
           {"rival_low_ns", finite(pick.rival_low_ns)},
-          {"gap", finite(pick.gap)}};
+          {"gap", finite(result.gap_in_space(pick.gap))}};
 }
 
 json answers_json(const TuneResult& result) {
@@ -51,7 +51,7 @@ json answers_json(const TuneResult& result) {
                     {"time_ns", answer.time_ns},
                     {"high_ns", answer.high_ns},
                     {"rival_low_ns", finite(answer.rival_low_ns)},
-                    {"gap", finite(answer.gap)}});
+                    {"gap", finite(result.gap_in_space(answer.gap))}});
   return list;
 }
 
@@ -78,7 +78,7 @@ json path_json(const TuneResult& result) {
   for (const PathPoint& point : result.search.path)
     list.push_back({{"samples", point.samples},
                     {"measured", point.measured},
-                    {"worst_gap", finite(point.worst_gap)},
+                    {"worst_gap", finite(result.gap_in_space(point.worst_gap))},
                     {"timed_gap", finite(point.timed_gap)},
                     {"picks", point.picks}});
   return list;
@@ -88,7 +88,7 @@ json scenes_json(const TuneResult& result) {
   json list = json::array();
   for (const SceneAnswer& answer : result.scene_answers)
     list.push_back({{"scene", answer.scene},
-                    {"own", answer.own ? pick_json(*answer.own) : json()},
+                    {"own", answer.own ? pick_json(*answer.own, result) : json()},
                     {"common_time_ns", answer.common_ns}});
   return list;
 }
@@ -144,14 +144,18 @@ json tune_json(const TuneResult& result) {
             {"bisected", counts.is_bisected}}},
           {"certificate",
            {{"held", result.is_certified()},
-            {"worst_gap", finite(search.worst_gap)},
+            {"claim", result.claim()},
+            {"worst_gap", finite(result.gap_in_space(search.worst_gap))},
+            {"scored_gap", finite(search.worst_gap)},
+            {"correlation", search.correlation},
             {"samples", search.samples},
             {"measured", search.measured},
             {"slack", search.slack},
             {"audits", search.audits},
             {"audit_failures", search.audit_failures},
             {"stopped", result.is_stopped}}},
-          {"pick", result.pick ? pick_json(*result.pick) : json()},
+          {"pick", result.pick ? pick_json(*result.pick, result) : json()},
+          {"tie", result.pick ? result.pick->tie : ""},
           {"nearest", result.nearest},
           {"miss", result.miss},
           {"rungs", std::move(rungs)},

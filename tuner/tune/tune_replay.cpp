@@ -15,8 +15,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::string_view kJournalDevice = "replay";
-
 nlohmann::json identity_of(const RecordedTable& table, const TuneQuestion& question) {
   std::string text;
   for (std::size_t i = 0; i < table.samples.size(); ++i)
@@ -65,17 +63,19 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
   std::optional<BookSource> source;
   if (!options.output.empty()) {
     store.emplace(options.output, identity_of(table, options.question));
-    book.emplace(*store, std::string(kJournalDevice), 1.0);
+    book.emplace(*store, std::nullopt);
     BookSource::Scene cases;
     for (const Candidate& candidate : table.space.candidates) cases.case_ids.push_back(candidate.id);
-    source.emplace(*book, std::vector{cases}, Combine::weighted, [&](std::size_t, std::size_t candidate) {
-      const std::string& id = table.space.candidates[candidate].id;
-      const auto round = static_cast<int>(book->times(id).size());
-      book->append({.case_id = id,
-                    .round = round,
-                    .frames = 1,
-                    .frame_time_ns = replay.frame_ns(candidate, round),
-                    .at_ns = static_cast<double>(book->size())});
+    source.emplace(*book, std::vector{cases}, Combine::weighted, [&](std::span<const BookSource::Wanted> round) {
+      for (const BookSource::Wanted& wanted : round) {
+        const std::string& id = table.space.candidates[wanted.candidate].id;
+        const auto index = static_cast<int>(book->times(id).size());
+        book->append({.case_id = id,
+                      .round = index,
+                      .frames = 1,
+                      .frame_time_ns = replay.frame_ns(wanted.candidate, index),
+                      .at_ns = static_cast<double>(book->size())});
+      }
     });
   }
   TimeSource& times = source ? static_cast<TimeSource&>(*source) : replay;
@@ -91,7 +91,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
         progress.update(now.worst_gap < 1 ? std::log(now.worst_gap) / std::log(options.question.epsilon) : 0,
                         fmt::format("{} settings timed, {} samples", now.measured, now.samples));
       },
-      Config{}.budgets.front().limit);
+      Config{}.budgets.front().limit, [&](std::size_t candidate) { return table.memory_bytes[candidate]; });
   progress.finish();
   if (!table.nearest.empty()) {
     result.nearest = setting_id(parse_setting(table.nearest));

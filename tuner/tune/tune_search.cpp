@@ -1,12 +1,14 @@
 #include "tuner/tune/tune_search.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <set>
 
+#include "tuner/decide/choose.h"
 #include "tuner/plan/features.h"
 #include "tuner/plan/setting_space.h"
 
@@ -14,10 +16,6 @@ namespace reliefbench {
 namespace {
 
 constexpr double kNsPerMs = 1e6;
-
-std::size_t place_of(const Settings& settings) {
-  return static_cast<std::size_t>(&settings.technique() - techniques().data());
-}
 
 /// What `more` has and `less` has not.
 std::vector<std::string> without(const std::vector<std::string>& more, const std::vector<std::string>& less) {
@@ -35,8 +33,10 @@ std::vector<TuneRung> rungs_of(const TuneResult& result, double max_error) {
     const CandidateState& state = result.search.states[i];
     if (!candidate.is_feasible || candidate.error > max_error || !state.high_ns) continue;
     const Settings settings = parse_setting(candidate.id);
-    candidates.push_back(
-        {.index = i, .features = features(settings), .simplicity = place_of(settings), .time_ns = *state.high_ns});
+    candidates.push_back({.index = i,
+                          .features = features(settings),
+                          .simplicity = simplicity(settings).technique,
+                          .time_ns = *state.high_ns});
   }
   std::vector<TuneRung> rungs;
   std::vector<std::string> before;
@@ -55,11 +55,21 @@ std::vector<TuneRung> rungs_of(const TuneResult& result, double max_error) {
 
 }  // namespace
 
+void BookSource::will_ask(std::span<const FrameOf> round) {
+  std::vector<Wanted> missing;
+  for (const FrameOf& frame : round)
+    for (std::size_t scene = 0; scene < scenes_.size(); ++scene)
+      if (book_.times(scenes_[scene].case_ids[frame.candidate]).size() <= static_cast<std::size_t>(frame.index))
+        missing.push_back({.scene = scene, .candidate = frame.candidate});
+  if (!missing.empty()) draw_(missing);
+}
+
 double BookSource::frame_ns(std::size_t candidate, int index) {
   double combined_ns = 0;
   for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
     const std::string& id = scenes_[scene].case_ids[candidate];
-    while (book_.times(id).size() <= static_cast<std::size_t>(index)) draw_(scene, candidate);
+    while (book_.times(id).size() <= static_cast<std::size_t>(index))
+      draw_(std::array{Wanted{.scene = scene, .candidate = candidate}});
     combined_ns =
         combined(combine_, combined_ns, scenes_[scene].weight, book_.times(id)[static_cast<std::size_t>(index)]);
   }
@@ -103,7 +113,7 @@ std::vector<std::size_t> first_settings(const SearchSpace& space) {
 }
 
 std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space, const TuneQuestion& question,
-                                std::optional<double> budget) {
+                                std::optional<double> budget, const MemoryOf& memory_of) {
   const BudgetAnswer* answer = nullptr;
   if (question.max_time_ms) {
     for (const BudgetAnswer& one : search.answers)  // by falling error, so rising time
@@ -112,17 +122,48 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
     answer = question.max_error.empty() && budget ? answer_for(search.answers, *budget) : &search.answers.back();
   }
   if (answer == nullptr) return std::nullopt;
-  const Candidate& candidate = space.candidates[answer->pick];
-  return TunePick{.setting = candidate.id,
-                  .error = candidate.error,
-                  .time_ns = answer->time_ns,
-                  .high_ns = answer->high_ns,
-                  .rival_low_ns = answer->rival_low_ns,
-                  .gap = answer->gap};
+  TunePick pick{.setting = space.candidates[answer->pick].id,
+                .error = space.candidates[answer->pick].error,
+                .time_ns = answer->time_ns,
+                .high_ns = answer->high_ns,
+                .rival_low_ns = answer->rival_low_ns,
+                .gap = answer->gap};
+  if (answer->gap > question.epsilon) return pick;
+
+  double max_error = pick.error;
+  if (!question.max_error.empty()) max_error = std::numeric_limits<double>::infinity();
+  if (!question.max_time_ms && budget) max_error = std::max(max_error, *budget);
+  const double best_low_ns = std::min(*search.states[answer->pick].low_ns, answer->rival_low_ns);
+  std::vector<std::size_t> settings;
+  std::vector<Contender> contenders;
+  for (std::size_t i = 0; i < space.candidates.size(); ++i) {
+    const CandidateState& state = search.states[i];
+    const bool does = space.candidates[i].is_feasible && space.candidates[i].error <= max_error;
+    if (!does || state.evidence != Evidence::measured || !state.low_ns || !state.high_ns) continue;
+    if (i != answer->pick && *state.high_ns > (1 + question.epsilon) * best_low_ns) continue;
+    settings.push_back(i);
+    contenders.push_back({.simplicity = simplicity(parse_setting(space.candidates[i].id)),
+                          .memory_bytes = memory_of(i),
+                          .low_ns = *state.low_ns,
+                          .high_ns = *state.high_ns});
+  }
+  const Choice choice = choose(contenders);
+  if (choice.tie) pick.tie = space.candidates[settings[*choice.tie]].id;
+  const std::size_t chosen = settings[choice.pick];
+  if (chosen == answer->pick) return pick;
+  const CandidateState& state = search.states[chosen];
+  pick.setting = space.candidates[chosen].id;
+  pick.error = space.candidates[chosen].error;
+  pick.time_ns = state.time_ns.value_or(*state.high_ns);
+  pick.high_ns = *state.high_ns;
+  pick.rival_low_ns = best_low_ns;
+  pick.gap = std::max(0.0, pick.high_ns / best_low_ns - 1);
+  return pick;
 }
 
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
-                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget) {
+                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
+                 const MemoryOf& memory_of) {
   const TuneQuestion& question = result.question;
   result.search = search(asked_space(result.space, question), times,
                          {.epsilon = question.epsilon,
@@ -131,12 +172,10 @@ void search_into(TuneResult& result, TimeSource& times, const std::function<bool
                           .first = first_settings(result.space),
                           .should_stop = should_stop,
                           .on_progress = on_progress});
-  result.pick = pick_of(result.search, result.space, question, budget);
+  result.pick = pick_of(result.search, result.space, question, budget, memory_of);
   if (!result.pick) return;
   const double any = std::numeric_limits<double>::infinity();
   result.rungs = rungs_of(result, question.max_error.empty() ? budget.value_or(result.pick->error) : any);
 }
-
-bool TuneResult::is_certified() const { return search.is_certified && counts.unscored == 0; }
 
 }  // namespace reliefbench

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -19,17 +20,22 @@ class BookSource final : public TimeSource {
     std::vector<std::string> case_ids;  ///< one a candidate
     double weight = 1;
   };
-  /// draw: appends at least one sample of (scene, candidate) to the book
-  BookSource(const SampleBook& book, std::vector<Scene> scenes, Combine combine,
-             std::function<void(std::size_t, std::size_t)> draw)
+  struct Wanted {
+    std::size_t scene;
+    std::size_t candidate;
+  };
+  using Draw = std::function<void(std::span<const Wanted>)>;
+  /// draw: appends a sample of each to the book, in this order
+  BookSource(const SampleBook& book, std::vector<Scene> scenes, Combine combine, Draw draw)
       : book_(book), scenes_(std::move(scenes)), combine_(combine), draw_(std::move(draw)) {}
+  void will_ask(std::span<const FrameOf> round) override;
   [[nodiscard]] double frame_ns(std::size_t candidate, int index) override;
 
  private:
   const SampleBook& book_;
   std::vector<Scene> scenes_;
   Combine combine_;
-  std::function<void(std::size_t, std::size_t)> draw_;
+  Draw draw_;
 };
 
 /// What the scenes so far and one more of this weight add up to: times, or the work that foretells them.
@@ -42,13 +48,19 @@ class BookSource final : public TimeSource {
 /// Timed first: of every technique its default if it is feasible, and its setting with the fewest features and steps.
 [[nodiscard]] std::vector<std::size_t> first_settings(const SearchSpace& space);
 
+/// Bytes of a candidate's map.
+using MemoryOf = std::function<std::int64_t(std::size_t candidate)>;
+
 /// Fills in search, pick and rungs of a result whose space and question are set.
 /// budget: of the front's metric, for the pick where the question has no budgets of its own; none: the most accurate
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
-                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget);
+                 const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
+                 const MemoryOf& memory_of);
 
-/// The pick among answers; nothing where none will do.
+/// The pick: the search's answer, or what choose() prefers to it among the settings that are as accurate, whose
+/// interval overlaps the answer's and that are certified within epsilon as well. Nothing where no answer will do.
 [[nodiscard]] std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space,
-                                              const TuneQuestion& question, std::optional<double> budget);
+                                              const TuneQuestion& question, std::optional<double> budget,
+                                              const MemoryOf& memory_of);
 
 }  // namespace reliefbench

@@ -65,33 +65,24 @@ std::vector<std::size_t> first_of(SearchSpace space) {
 /// How one seed's search ended.
 struct Ending {
   bool is_certified = false;
+  bool is_bounded = true;
   double frames_per_setting = 0;
   double worst_regret = 0;
 };
 
-Ending ending_of(const RecordedTable& table, const Judge& judge, const SearchOptions& options) {
-  ReplaySource times(table, options.seed);
+Ending ending_of(const RecordedTable& table, const Judge& judge, const SearchOptions& options, TimeSource& times) {
   const SearchResult found = search(table.space, times, options);
   std::vector<std::size_t> picks;
   for (const BudgetAnswer& answer : found.answers) picks.push_back(answer.pick);
-  return {.is_certified = found.is_certified,
-          .frames_per_setting = static_cast<double>(found.samples) / static_cast<double>(table.samples.size()),
-          .worst_regret = judge.judge(picks).worst_regret};
-}
-
-CertificateCheck check_of(const std::vector<Ending>& endings, const SearchOptions& options) {
-  CertificateCheck check{
-      .epsilon = options.epsilon, .confidence = options.confidence, .seeds = static_cast<int>(endings.size())};
-  for (const Ending& ending : endings) {
-    check.certified += ending.is_certified ? 1 : 0;
-    check.held += ending.is_certified && ending.worst_regret <= options.epsilon ? 1 : 0;
-    for (const auto& [value, spread] : {std::pair(ending.frames_per_setting, &check.frames_per_setting),
-                                        std::pair(ending.worst_regret, &check.worst_regret)}) {
-      spread->mean += value / static_cast<double>(endings.size());
-      spread->worst = std::max(spread->worst, value);
-    }
+  Ending ending{.is_certified = found.is_certified,
+                .frames_per_setting = static_cast<double>(found.samples) / static_cast<double>(table.samples.size()),
+                .worst_regret = judge.judge(picks).worst_regret};
+  for (std::size_t i = 0; i < found.states.size(); ++i) {
+    const CandidateState& state = found.states[i];
+    if (state.evidence == Evidence::measured && state.low_ns)
+      ending.is_bounded &= std::log(*state.low_ns) <= judge.true_log_times()[i] + std::log1p(options.epsilon / 2);
   }
-  return check;
+  return ending;
 }
 
 nlohmann::json certificate_json(const CertificateCheck& check) {
@@ -100,11 +91,38 @@ nlohmann::json certificate_json(const CertificateCheck& check) {
           {"seeds", check.seeds},
           {"certified", check.certified},
           {"held", check.held},
+          {"bounded", check.bounded},
           {"frames_per_setting", pair_json(check.frames_per_setting)},
           {"worst_regret", pair_json(check.worst_regret)}};
 }
 
 }  // namespace
+
+CertificateCheck check_certificate(const RecordedTable& table, int seeds,
+                                   const std::function<std::unique_ptr<TimeSource>(std::uint64_t)>& replay, int threads,
+                                   const std::function<void()>& on_done) {
+  const Judge judge(table);
+  const SearchOptions options{.first = first_of(table.space), .max_samples = kPatience * std::ssize(table.samples)};
+  std::vector<Ending> endings(static_cast<std::size_t>(seeds));
+  parallel_for(seeds, threads, [&](int index) {
+    SearchOptions seeded = options;
+    seeded.seed = static_cast<std::uint64_t>(index) + 1;
+    endings[static_cast<std::size_t>(index)] = ending_of(table, judge, seeded, *replay(seeded.seed));
+    if (on_done) on_done();
+  });
+  CertificateCheck check{.epsilon = options.epsilon, .confidence = options.confidence, .seeds = seeds};
+  for (const Ending& ending : endings) {
+    check.certified += ending.is_certified ? 1 : 0;
+    check.held += ending.is_certified && ending.worst_regret <= options.epsilon ? 1 : 0;
+    check.bounded += ending.is_bounded ? 1 : 0;
+    for (const auto& [value, spread] : {std::pair(ending.frames_per_setting, &check.frames_per_setting),
+                                        std::pair(ending.worst_regret, &check.worst_regret)}) {
+      spread->mean += value / static_cast<double>(endings.size());
+      spread->worst = std::max(spread->worst, value);
+    }
+  }
+  return check;
+}
 
 TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& options) {
   if (options.seeds < 1) fail_input("expected one seed or more, not {}", options.seeds);
@@ -117,8 +135,7 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
 
   // One piece of work a strategy, share and seed; [strategy][share][seed]
   std::vector<Checkpoint> checkpoints(all.size() * shares * seeds);
-  std::vector<Ending> endings(static_cast<std::size_t>(options.certificates));
-  const std::size_t pieces = checkpoints.size() + endings.size();
+  const std::size_t pieces = checkpoints.size() + static_cast<std::size_t>(options.certificates);
   std::mutex mutex;
   std::size_t done = 0;
   const auto finish_one = [&] {
@@ -126,13 +143,10 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
     ++done;
     if (options.on_progress) options.on_progress(static_cast<double>(done) / static_cast<double>(pieces));
   };
-  const SearchOptions search_options{.first = first, .max_samples = kPatience * std::ssize(table.samples)};
-  parallel_for(options.certificates, options.threads, [&](int index) {
-    SearchOptions seeded = search_options;
-    seeded.seed = static_cast<std::uint64_t>(index) + 1;
-    endings[static_cast<std::size_t>(index)] = ending_of(table, judge, seeded);
-    finish_one();
-  });
+  const CertificateCheck certificate = check_certificate(
+      table, options.certificates,
+      [&](std::uint64_t seed) { return std::make_unique<ReplaySource>(table, seed, options.correlation); },
+      options.threads, finish_one);
   parallel_for(static_cast<int>(checkpoints.size()), options.threads, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const StrategyTask task{.seed = i % seeds + 1, .first = first};
@@ -152,7 +166,8 @@ TunerComparison compare_tuners(const RecordedTable& table, const TunersOptions& 
       .on_front = static_cast<int>(judge.front().size()),
       .seeds = options.seeds,
       .lines = {},
-      .certificate = check_of(endings, search_options)};
+      .correlation = options.correlation,
+      .certificate = certificate};
   for (std::size_t s = 0; s < all.size(); ++s) {
     TunerLine line{.strategy = all[s].id, .description = all[s].description, .points = {}};
     for (std::size_t k = 0; k < shares; ++k)
@@ -179,6 +194,7 @@ nlohmann::json tuners_json(const TunerComparison& comparison) {
           {"feasible", comparison.feasible},
           {"front", comparison.on_front},
           {"seeds", comparison.seeds},
+          {"correlation", comparison.correlation},
           {"certificate", certificate_json(comparison.certificate)},
           {"strategies", std::move(lines)}};
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@ struct TunersOptions {
   int seeds = 20;                                             ///< 1, 2, ... this many
   std::vector<double> shares = {0.03, 0.05, 0.1, 0.2, 0.35};  ///< of the settings; 1: until it ends
   int certificates = 20;                      ///< seeds on which `tune` runs to its certificate; 0: none
+  double correlation = 0;                     ///< of a block's frames then
   int threads = 0;                            ///< 0: as many as the machine has
   std::function<void(double)> on_progress{};  ///< fraction; from any thread, one at a time
 };
@@ -49,6 +51,8 @@ struct CertificateCheck {
   int seeds = 0;
   int certified = 0;            ///< seeds that ended with a certificate
   int held = 0;                 ///< of them those whose worst regret is within epsilon
+  int bounded = 0;              ///< seeds in which no timed setting was taken to be slower than it is, by its lower
+                                ///< bound; half of epsilon is passed over
   Spread frames_per_setting{};  ///< over the seeds; of all settings
   Spread worst_regret{};
 };
@@ -64,8 +68,15 @@ struct TunerComparison {
   int on_front = 0;
   int seeds = 0;
   std::vector<TunerLine> lines;  ///< by strategy, in their order
+  double correlation = 0;        ///< of a block's frames, see ReplaySource, while the certificate was checked
   CertificateCheck certificate{};
 };
+
+/// Runs `tune` to its certificate on that many seeds: 1, 2, ...
+/// replay: the table's noise under a seed; on_done: told after each, from any thread
+[[nodiscard]] CertificateCheck check_certificate(
+    const RecordedTable& table, int seeds, const std::function<std::unique_ptr<TimeSource>(std::uint64_t)>& replay,
+    int threads = 0, const std::function<void()>& on_done = {});
 
 /// Replays every strategy on a recorded sweep; all start with first_settings(). The same table and options give the
 /// same figures on any machine and number of threads. throws: Error(bad_input): nothing feasible, no seed or share

@@ -1,0 +1,45 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/judge/reference.h"
+
+namespace reliefbench {
+
+/// What a traced pixel says of itself; the numbers are the shaders' (common.glsl).
+enum class PixelStatus { no_ray = 0, hit = 1, step_cap = 2 };
+
+/// One pixel of a score frame: the ray that was traced and the hit that was found. Layout = two RGBA32F targets.
+struct ScorePixel {
+  TextureRay ray;
+  float t = 0;       ///< found hit, ray parameter
+  float status = 0;  ///< PixelStatus
+  float taps = 0;    ///< texture instructions used by the trace
+  float steps = 0;   ///< iterations used, all loops
+};
+static_assert(sizeof(ScorePixel) == 32);
+[[nodiscard]] std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels);
+
+/// How a pixel ended, judged against the reference: missed before unconverged before inside.
+enum class Verdict : std::uint8_t {
+  no_ray,       ///< status no_ray, or a ray that is not finite
+  good,         ///< none of the below
+  missed,       ///< t >= t_exit: the first solid was stepped over (not where t is a float next to t_enter)
+  inside,       ///< e_xy > 1/2 and in the first solid: a refinement would find the hit
+  unconverged,  ///< e_xy > 1/2 and stopped before the surface, or inside but at the step cap
+};
+
+struct PixelScore {
+  float e_xy = 0;  ///< texels, along the ray's horizontal travel
+  float e_z = 0;   ///< height
+  Verdict verdict = Verdict::no_ray;
+};
+
+/// The pixels of a frame as they were traced and as they were judged; frame size, row-major.
+struct JudgedPixels {
+  std::span<const ScorePixel> traced;
+  std::span<const PixelScore> scores;
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,100 @@
+// Preloaded into the binary by tests (LD_PRELOAD): makes the n-th call of a kind fail, or ends the process there.
+//   FAULT_CALL    write | pwrite | fsync | rename | open | pthread_create
+//   FAULT_AT      which of the calls that match, from 1; 0: each
+//   FAULT_ERRNO   the call fails with this number
+//   FAULT_SIGNAL  or: the call is done, then the process gets this signal
+//   FAULT_UNLINK  or: the call is done, then this file is removed
+//   FAULT_FILE    only files whose path holds this text
+//   FAULT_TEXT    only bytes that hold this text
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+namespace {
+
+std::string_view setting(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? std::string_view() : std::string_view(value);
+}
+int number(const char* name) { return std::atoi(std::string(setting(name)).c_str()); }
+
+bool holds(std::string_view text, const char* name) { return text.find(setting(name)) != std::string_view::npos; }
+
+std::string path_of(int fd) {
+  std::array<char, 4096> target{};
+  const ssize_t length = readlink(("/proc/self/fd/" + std::to_string(fd)).c_str(), target.data(), target.size());
+  return length < 0 ? std::string() : std::string(target.data(), static_cast<std::size_t>(length));
+}
+
+/// Whether it is this call's turn.
+bool is_due(std::string_view call, std::string_view path, std::string_view bytes) {
+  static std::atomic<int> count = 0;
+  if (call != setting("FAULT_CALL") || !holds(path, "FAULT_FILE") || !holds(bytes, "FAULT_TEXT")) return false;
+  const int at = number("FAULT_AT");
+  return ++count == at || at == 0;
+}
+
+template <typename Real>
+auto inject(std::string_view call, std::string_view path, std::string_view bytes, const Real& real) {
+  if (!is_due(call, path, bytes)) return real();
+  if (const int error = number("FAULT_ERRNO"); error != 0) {
+    errno = error;
+    return static_cast<decltype(real())>(call == "pthread_create" ? error : -1);
+  }
+  const auto result = real();
+  if (const int signal = number("FAULT_SIGNAL"); signal != 0) raise(signal);
+  if (const std::string file(setting("FAULT_UNLINK")); !file.empty()) unlink(file.c_str());
+  return result;
+}
+
+template <typename Function>
+Function* next(const char* name) {
+  return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
+std::string_view text(const void* bytes, std::size_t size) { return {static_cast<const char*>(bytes), size}; }
+
+}  // namespace
+
+extern "C" {
+
+ssize_t write(int fd, const void* bytes, std::size_t size) {
+  return inject("write", path_of(fd), text(bytes, size),
+                [&] { return next<decltype(write)>("write")(fd, bytes, size); });
+}
+ssize_t pwrite(int fd, const void* bytes, std::size_t size, off_t offset) {
+  return inject("pwrite", path_of(fd), text(bytes, size),
+                [&] { return next<decltype(pwrite)>("pwrite")(fd, bytes, size, offset); });
+}
+int fsync(int fd) {
+  return inject("fsync", path_of(fd), "", [&] { return next<decltype(fsync)>("fsync")(fd); });
+}
+int rename(const char* from, const char* to) noexcept {
+  return inject("rename", to, "", [&] { return next<decltype(rename)>("rename")(from, to); });
+}
+int open(const char* path, int flags, ...) {
+  va_list arguments;
+  va_start(arguments, flags);
+  const auto mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
+  va_end(arguments);
+  return inject("open", path, "", [&] { return next<int(const char*, int, ...)>("open")(path, flags, mode); });
+}
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*),
+                   void* argument) noexcept {
+  return inject("pthread_create", "", "", [&] {
+    return next<int(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*)>("pthread_create")(thread, attributes,
+                                                                                                   start, argument);
+  });
+}
+}

@@ -1,0 +1,257 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "tuner/decide/compare.h"
+#include "tuner/decide/log_ratio.h"
+#include "tuner/results/relative_time.h"
+#include "tuner/results/statistics.h"
+
+namespace reliefbench {
+namespace {
+
+/// Where in the run's course a sample was drawn.
+struct Place {
+  int round = 0;
+  int block = 0;
+};
+
+/// One backend's samples of one run, ready to be asked for a case's times.
+class RunTimes {
+ public:
+  /// cases: ids of the backend's cases that are asked for
+  RunTimes(const Run& run, const std::string& backend, std::span<const std::string> cases)
+      : folder_(run.folder), samples_(group_samples(run.samples)) {
+    if (const auto found = samples_.find(control_case_id(backend)); found != samples_.end()) control_ = found->second;
+    place_samples(cases);
+  }
+
+  [[nodiscard]] const std::vector<Sample>& control() const { return control_; }
+
+  [[nodiscard]] const std::vector<Sample>& samples(const Record& record) const {
+    const auto found = samples_.find(record.case_id);
+    if (found == samples_.end())
+      fail_input("{}: no samples of case {}", (folder_ / "samples.jsonl").string(), record.case_id);
+    return found->second;
+  }
+
+  [[nodiscard]] LoggedTimes of(const Record& record, bool relative) const {
+    LoggedTimes times;
+    const std::vector<Sample>& own = samples(record);
+    for (const double time : relative ? relative_times(own, control_) : raw_times(own))
+      times.logs.push_back(std::log(time));
+    const std::vector<Place>& places = places_.at(record.case_id);
+    for (const Place& place : places) times.rounds.push_back(place.round);
+    times.block = places.front().block;
+    return times;
+  }
+
+ private:
+  /// A round draws each case of its block once; a block goes on to the next round when all were drawn.
+  void place_samples(std::span<const std::string> cases) {
+    std::vector<const Sample*> in_order;
+    for (const std::string& id : cases)
+      if (const auto found = samples_.find(id); found != samples_.end())
+        for (const Sample& sample : found->second) in_order.push_back(&sample);
+    std::ranges::stable_sort(in_order, {}, &Sample::at_ns);
+    int round = -1;
+    std::set<std::string_view> drawn;
+    const Sample* before = nullptr;
+    for (const Sample* sample : in_order) {
+      if (before == nullptr || sample->round != before->round || drawn.contains(sample->case_id)) {
+        ++round;
+        drawn.clear();
+      }
+      drawn.insert(sample->case_id);
+      std::vector<Place>& places = places_[sample->case_id];
+      places.push_back({.round = round, .block = places.empty() ? round : places.front().block});
+      before = sample;
+    }
+  }
+
+  std::filesystem::path folder_;
+  SamplesByCase samples_;
+  std::vector<Sample> control_;
+  std::map<std::string, std::vector<Place>, std::less<>> places_;
+};
+
+bool are_same(std::span<const Sample> a, std::span<const Sample> b) {
+  return std::ranges::equal(a, b, [](const Sample& x, const Sample& y) {
+    return x.frame_time_ns == y.frame_time_ns && x.at_ns == y.at_ns && x.round == y.round && x.frames == y.frames;
+  });
+}
+
+Change judge(const TimeChange& change, const CompareOptions& options) {
+  const double upper = 1 + options.threshold;
+  if (change.ratio.low >= 1 / upper && change.ratio.high <= upper) return Change::same;
+  if (change.p > 1 - options.confidence) return Change::unclear;
+  return change.ratio.ratio > 1 ? Change::slower : Change::faster;
+}
+
+TimeChange time_change(const LogRatio& ratio, const CompareOptions& options) {
+  const double margin = ratio.margin(options.confidence);
+  return {.ratio = {.ratio = std::exp(ratio.mean),
+                    .low = std::exp(ratio.mean - margin),
+                    .high = std::exp(ratio.mean + margin)},
+          .p = ratio.p()};
+}
+
+/// The cases of a backend that may move together, as indices among them; without those that are one case, and without
+/// any that holds the same cases as an earlier one.
+std::vector<std::pair<std::string, std::vector<std::size_t>>> groups_of(std::span<const CaseMatch> matches) {
+  const auto param = [](const Record& record, std::string_view id) {
+    const auto found = std::ranges::find(record.params, id, [](const auto& p) { return std::string_view(p.first); });
+    return found == record.params.end() ? std::string() : found->second;
+  };
+  std::array<std::map<std::string, std::vector<std::size_t>>, 3> by_name;
+  std::vector<std::size_t> all;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const Record& record = *matches[i].now;
+    all.push_back(i);
+    by_name[0]["technique=" + record.technique].push_back(i);
+    by_name[1]["map=" + record.map].push_back(i);
+    by_name[2]["format=" + param(record, "format")].push_back(i);
+  }
+  std::vector<std::pair<std::string, std::vector<std::size_t>>> groups;
+  std::set<std::vector<std::size_t>> seen;
+  const auto add = [&](const std::string& name, const std::vector<std::size_t>& members) {
+    if (members.size() > 1 && !name.ends_with('=') && seen.insert(members).second) groups.emplace_back(name, members);
+  };
+  add("", all);
+  for (const auto& names : by_name)
+    for (const auto& [name, members] : names) add(name, members);
+  return groups;
+}
+
+/// The mean over several devices' cases, each of which was estimated by itself.
+LogRatio pooled(std::span<const LogRatio> devices, std::span<const std::size_t> cases) {
+  double all = 0;
+  for (const std::size_t n : cases) all += static_cast<double>(n);
+  LogRatio whole{.mean = 0, .error = 0, .df = devices.front().df};
+  double variance = 0;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const double share = static_cast<double>(cases[i]) / all;
+    whole.mean += share * devices[i].mean;
+    variance += share * share * devices[i].error * devices[i].error;
+    whole.df = std::min(whole.df, devices[i].df);
+  }
+  whole.error = std::sqrt(variance);
+  return whole;
+}
+
+class TimeComparison {
+ public:
+  TimeComparison(const Run& base, const Run& now, const CompareOptions& options, Comparison& comparison)
+      : base_(base), now_(now), options_(options), comparison_(comparison) {}
+
+  void add_backend(const std::string& backend, std::span<const CaseMatch> matches) {
+    std::vector<std::string> old_ids;
+    std::vector<std::string> new_ids;  // others where a scene goes by another name
+    for (const CaseMatch& match : matches) {
+      old_ids.push_back(match.base->case_id);
+      new_ids.push_back(match.now->case_id);
+    }
+    const RunTimes before(base_, backend, old_ids);
+    const RunTimes after(now_, backend, new_ids);
+    const bool relative = uses_control(backend, before, after);
+    std::vector<RatioCase> cases;
+    for (const CaseMatch& match : matches)
+      cases.push_back({.base = before.of(*match.base, relative),
+                       .now = after.of(*match.now, relative),
+                       .family = match.now->technique,
+                       .is_same_measurement = are_same(before.samples(*match.base), after.samples(*match.now)) &&
+                                              are_same(before.control(), after.control())});
+    const LogRatios ratios(cases);
+    comparison_.between_runs.emplace_back(backend, ratios.between_runs());
+    for (std::size_t i = 0; i < matches.size(); ++i)
+      comparison_.cases.push_back({time_change(ratios.of(std::vector{i}), options_), matches[i].base->case_id});
+    for (const auto& [name, members] : groups_of(matches)) {
+      comparison_.groups.push_back({time_change(ratios.of(members), options_),
+                                    name.empty() ? backend : fmt::format("{} {}", backend, name), members.size()});
+    }
+    std::vector<std::size_t> all(matches.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+    devices_.push_back(ratios.of(all));
+    sizes_.push_back(all.size());
+  }
+
+  /// Corrects for how much was looked at, and judges.
+  void finish() {
+    // With one device the whole is that device's group, which is there already; with one case, that case.
+    if (devices_.size() > 1 || comparison_.cases.size() == 1)
+      comparison_.groups.insert(comparison_.groups.begin(), GroupChange{time_change(pooled(devices_, sizes_), options_),
+                                                                        "all", comparison_.cases.size()});
+    else
+      comparison_.groups.front().group = "all";
+    const std::span<GroupChange> groups(comparison_.groups);
+    correct(groups.first(1), 1.0 / 4);
+    correct(groups.subspan(1), 1.0 / 4);
+    correct(std::span(comparison_.cases), 1.0 / 2);
+    std::ranges::stable_sort(comparison_.cases,
+                             [](const CaseChange& a, const CaseChange& b) { return a.ratio.ratio > b.ratio.ratio; });
+  }
+
+ private:
+  bool uses_control(const std::string& backend, const RunTimes& before, const RunTimes& after) {
+    if (before.control().empty() || after.control().empty()) {
+      if (options_.metric == "frame_time")
+        comparison_.warnings.push_back(
+            fmt::format("no control samples of {} in both runs: its times are compared raw, drift included", backend));
+      return false;
+    }
+    const double ratio = median(raw_times(after.control())) / median(raw_times(before.control()));
+    comparison_.control_ratio.emplace_back(backend, ratio);
+    if (options_.metric != "frame_time") return false;
+    if (std::abs(std::log(ratio)) > std::log(1 + options_.threshold))
+      comparison_.warnings.push_back(
+          fmt::format("the control case on {} takes {:.3f} times as long as in base: the device was in another state, "
+                      "which ratios to the control case cancel only as far as all cases feel it alike",
+                      backend, ratio));
+    return true;
+  }
+
+  /// Holm's correction within one of three questions: whole, groups, cases. Each has a fixed share of the chance of a
+  /// false alarm, so that the whole does not pay for the count of the cases.
+  template <typename T>
+  void correct(std::span<T> changes, double share) const {
+    std::vector<double> p_values;
+    for (const TimeChange& change : changes) p_values.push_back(change.p);
+    const std::vector<double> corrected = holm(p_values);
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      changes[i].p = std::min(1.0, corrected[i] / share);
+      changes[i].change = judge(changes[i], options_);
+    }
+  }
+
+  const Run& base_;
+  const Run& now_;
+  const CompareOptions& options_;
+  Comparison& comparison_;
+  std::vector<LogRatio> devices_;
+  std::vector<std::size_t> sizes_;
+};
+
+}  // namespace
+
+void compare_times(const Run& base, const Run& now, std::span<const CaseMatch> matches, const CompareOptions& options,
+                   Comparison& comparison) {
+  std::map<std::string, std::vector<CaseMatch>> backends;
+  for (const CaseMatch& match : matches) backends[match.base->backend].push_back(match);
+  TimeComparison times(base, now, options, comparison);
+  for (const auto& [backend, own] : backends) times.add_backend(backend, own);
+  times.finish();
+  comparison.assumed.push_back(
+      options.metric == "frame_time"
+          ? "what slows the whole device between or within the runs slows the control case by the same ratio"
+          : "the device was in the same state in both runs: raw times take drift for a change");
+  comparison.assumed.push_back(
+      "what shifts the times of a case from run to run without a cause shifts those of its block alike, and is as "
+      "large "
+      "as the other cases of its technique show (between_runs)");
+}
+
+}  // namespace reliefbench
