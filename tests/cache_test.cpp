@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "kernels/maps/distance_map.h"
 #include "tests/full_record.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/cached_values.h"
@@ -97,7 +98,10 @@ TEST(CachedValues, every_kind_bakes_as_many_as_are_expected) {
   const Heightfield heights = load_heightmap({.source = "fbm", .width = 12, .height = 7});
   for (const MapRow& map : map_kinds()) {
     if (map.content == MapContent::heights) continue;
-    const BakeRequest request{.heights = heights, .correction = map.corrections.front(), .distance_slices = 5};
+    std::vector<MapValue> parameters;
+    if (map.kind == MapKind::distance) parameters.push_back({.param = kDistanceSlices.id, .value = 5});
+    const BakeRequest request{
+        .heights = heights, .correction = map.corrections.front(), .parameters = std::move(parameters)};
     EXPECT_EQ(map.bake(request).size(), baked_value_count(map, request)) << map.id;
   }
 }

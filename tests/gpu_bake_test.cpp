@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "kernels/maps/cone_map.h"
 #include "tests/backend_rig.h"
 #include "tests/cone_test_maps.h"
 

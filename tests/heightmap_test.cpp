@@ -88,6 +88,42 @@ TEST(Heightmap, AutoTakesAlphaThenLuminanceThenTheFirst) {
   EXPECT_THAT(auto_of(2, {0.2F, 1, 0.4F, 1, 0.6F, 1, 0.8F, 1}), ElementsAre(0.2F, 0.4F, 0.6F, 0.8F));
 }
 
+// As the map of a real asteroid has it: grey with a mask.
+TEST(Heightmap, AutoTakesGreyWhateverItsAlphaIs) {
+  const TempFolder folder;
+  for (const char* name : {"map.png", "map.tif"}) {
+    write_image(folder / name, {2, 2, 2, TexelType::unorm8, {0.2F, 0, 0.4F, 1, 0.6F, 1, 0.8F, 0}});
+    EXPECT_THAT(load(folder / name), ElementsAre(0.2F, 0.4F, 0.6F, 0.8F)) << name;
+    EXPECT_THAT(load(folder / name, "a"), ElementsAre(0, 1, 1, 0)) << name;
+  }
+}
+
+TEST(Heightmap, SaysWhatWasRead) {
+  const TempFolder folder;
+  const auto reading = [&](const std::string& name, const TestImage& image, HeightmapSpec spec = {}) {
+    write_image(folder / name, image);
+    spec.source = (folder / name).string();
+    std::string text;
+    (void)load_heightmap(spec, &text);
+    EXPECT_THAT(text, StartsWith(spec.source + ": 2x2, "));
+    return text.substr(spec.source.size() + 7);
+  };
+  const std::vector<float> mask{0.2F, 0, 0.4F, 1, 0.6F, 1, 0.8F, 0};
+  const std::vector<float> normals{1, 0, 0, 0.2F, 0, 1, 0, 0.4F, 0, 0, 1, 0.6F, 1, 1, 1, 0.8F};
+  const std::vector<float> greys{0.2F, 0.2F, 0.2F, 0.4F, 0.4F, 0.4F, 0.6F, 0.6F, 0.6F, 0.8F, 0.8F, 0.8F};
+  EXPECT_EQ(reading("map.png", {2, 2, 2, TexelType::unorm16, mask}), "16-bit grey (alpha ignored)");
+  EXPECT_EQ(reading("map.png", {2, 2, 2, TexelType::unorm8, mask}, {.channel = "a"}), "8-bit alpha (Y ignored)");
+  EXPECT_EQ(reading("map.tga", {2, 2, 4, TexelType::unorm8, normals}), "8-bit alpha (R, G, B ignored)");
+  EXPECT_EQ(reading("map.tif", {2, 2, 3, TexelType::unorm8, greys}), "8-bit channel R (G, B ignored)");
+  EXPECT_EQ(reading("map.exr", {2, 2, 4, TexelType::float32, normals}, {.channel = "luminance"}),
+            "float luminance (alpha ignored)");
+  EXPECT_EQ(reading("map.exr", {2, 2, 1, TexelType::float32, {0, 1, 2, 4}}, {.invert = true, .normalise = true}),
+            "float grey, normalised, inverted");
+  std::string text = "before";
+  (void)load_heightmap({.source = "fbm", .width = 4, .height = 4}, &text);
+  EXPECT_EQ(text, "");
+}
+
 TEST(Heightmap, InvertAndNormalise) {
   const TempFolder folder;
   const std::string path = exr(folder, {-10, 0, 10, 30}).string();

@@ -134,7 +134,9 @@ TEST(RankBound, chances_of_all_counts_add_up_to_no_more_than_alpha) {
   double sum = 0;
   for (int count = 1; count <= kMostRanked; ++count) {
     const double tail = tails[static_cast<std::size_t>(count) - 1];
-    if (count > 1 && rank_of(count) == rank_of(count - 1)) EXPECT_GT(tail, tails[static_cast<std::size_t>(count) - 2]);
+    if (count > 1 && rank_of(count) == rank_of(count - 1)) {
+      EXPECT_GT(tail, tails[static_cast<std::size_t>(count) - 2]);
+    }
     sum += binomial_tail(count, count - rank_of(count) + 1, tail);
   }
   EXPECT_LE(sum, alpha);

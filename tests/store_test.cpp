@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <fstream>
 #include <functional>
 
@@ -245,7 +246,7 @@ TEST_F(Store, AKeyOfAnotherTypeIsNamed) {
       info[json::json_pointer(key)] = wrong;
       write(folder_ / kRunFile, info.dump());
       try {
-        const Run run = load_run(folder_);
+        const reliefbench::Run run = load_run(folder_);
         (void)case_table(run);
         (void)t4_json(run, {}, {});
         (void)report_data(std::span(&run, 1));

@@ -188,7 +188,9 @@ TEST(Gaps, agree_with_brute_force) {
     EXPECT_EQ(gaps.widest().log_gap, widest);
     const std::vector<WideGap> wide = gaps.wider_than(widest / 2, 3);
     EXPECT_EQ(wide.empty(), widest == 0);
-    if (!wide.empty()) EXPECT_EQ(wide.front().log_gap, widest);
+    if (!wide.empty()) {
+      EXPECT_EQ(wide.front().log_gap, widest);
+    }
     for (const WideGap& gap : wide) {
       EXPECT_GT(gap.log_gap, widest / 2);
       EXPECT_EQ(gap.log_gap, brute_gap(space, lower, upper, gap.budget));

@@ -74,21 +74,46 @@ bool colours_differ(const Image& image) {
   return false;
 }
 
-std::vector<float> select_channel(const Image& image, std::string_view channel, const std::string& name) {
+/// The channel that heights are taken from, or luminance.
+struct Choice {
+  int first = 0;  ///< index of the channel; of luminance, of the first
+  bool is_luminance = false;
+};
+
+bool is_constant(const std::vector<float>& values) {
+  return std::ranges::all_of(values, [&](float value) { return value == values.front(); });
+}
+
+Choice choose_channel(const Image& image, std::string_view channel, const std::string& name) {
   const bool has_rgb = colours(image) == 3;
   if (channel == "auto") {
-    if (image.alpha >= 0) {
-      std::vector<float> alpha = channel_values(image, image.alpha, false);
-      if (std::any_of(alpha.begin(), alpha.end(), [&](float a) { return a != alpha[0]; })) return alpha;
-    }
-    return channel_values(image, 0, has_rgb && colours_differ(image));
+    if (has_rgb && image.alpha >= 0 && !is_constant(channel_values(image, image.alpha, false)))
+      return {.first = image.alpha};
+    return {.is_luminance = has_rgb && colours_differ(image)};
   }
-  if (channel == "luminance") return channel_values(image, 0, has_rgb);
-  if (channel == "a" && image.alpha >= 0) return channel_values(image, image.alpha, false);
+  if (channel == "luminance") return {.is_luminance = has_rgb};
+  if (channel == "a" && image.alpha >= 0) return {.first = image.alpha};
   const auto index = static_cast<int>(std::string_view("rgb").find(channel));
   if (channel == "a" || index >= colours(image))
     fail_input("{}: has no channel '{}'; its channels are {}", name, channel, fmt::join(image.channels, ", "));
-  return channel_values(image, index, false);
+  return {.first = index};
+}
+
+/// "512x512, 16-bit grey (alpha ignored)"
+std::string reading_of(const Image& image, const Choice& choice) {
+  const bool is_grey = colours(image) < 3;
+  const bool is_alpha = choice.first == image.alpha;
+  std::string taken = "channel " + image.channels[static_cast<std::size_t>(choice.first)];
+  if (is_grey && choice.first == 0) taken = "grey";
+  if (is_alpha) taken = "alpha";
+  if (choice.is_luminance) taken = "luminance";
+  std::vector<std::string> ignored;
+  for (int i = 0; i < static_cast<int>(image.channels.size()); ++i) {
+    const bool is_taken = i == choice.first || (choice.is_luminance && i < 3);
+    if (!is_taken) ignored.push_back(i == image.alpha ? "alpha" : image.channels[static_cast<std::size_t>(i)]);
+  }
+  return fmt::format("{}x{}, {} {}{}", image.width, image.height, image.sample, taken,
+                     ignored.empty() ? "" : fmt::format(" ({} ignored)", fmt::join(ignored, ", ")));
 }
 
 void check_finite(const Heightfield& heights, const std::string& name) {
@@ -115,13 +140,16 @@ void stretch(std::vector<float>& texels) {
   for (float& texel : texels) texel = range > 0 ? static_cast<float>((texel - base) / range) : 0.0F;
 }
 
-Heightfield read_heightmap(const fs::path& path, std::string_view channel, bool normalise) {
+Heightfield read_heightmap(const fs::path& path, std::string_view channel, bool normalise, std::string& reading) {
   const std::string name = path.string();
   const Image image = load_image(path);
-  Heightfield heights{.width = image.width, .height = image.height, .texels = select_channel(image, channel, name)};
+  const Choice choice = choose_channel(image, channel, name);
+  Heightfield heights{
+      .width = image.width, .height = image.height, .texels = channel_values(image, choice.first, choice.is_luminance)};
   check_finite(heights, name);
   if (normalise) stretch(heights.texels);
   check_range(heights, name);
+  reading = fmt::format("{}: {}{}", name, reading_of(image, choice), normalise ? ", normalised" : "");
   return heights;
 }
 
@@ -143,7 +171,7 @@ Heightfield generate(const ProceduralRow& row, const HeightmapSpec& spec) {
   return row.generate(spec.width, spec.height, spec.seed);
 }
 
-Heightfield resolve(const HeightmapSpec& spec) {
+Heightfield resolve(const HeightmapSpec& spec, std::string& reading) {
   if (const ProceduralRow* row = find_row(procedurals(), spec.source)) {
     Heightfield heights = generate(*row, spec);
     if (spec.normalise) stretch(heights.texels);
@@ -151,12 +179,12 @@ Heightfield resolve(const HeightmapSpec& spec) {
   }
   if (const KnownHeightmapRow* row = find_row(known_heightmaps(), spec.source))
     return read_heightmap(find_known(*row), spec.channel == "auto" ? row->channel : spec.channel,
-                          spec.normalise || row->normalise);
+                          spec.normalise || row->normalise, reading);
   std::error_code ignored;
   if (!fs::exists(spec.source, ignored))
     fail_input("heightmap '{}': no such file; the known names are {}, {}", spec.source, ids(known_heightmaps()),
                ids(procedurals()));
-  return read_heightmap(spec.source, spec.channel, spec.normalise);
+  return read_heightmap(spec.source, spec.channel, spec.normalise, reading);
 }
 
 }  // namespace
@@ -172,13 +200,17 @@ std::vector<fs::path> heightmap_folders() {
   return folders;
 }
 
-Heightfield load_heightmap(const HeightmapSpec& spec) {
+std::span<const std::string_view> heightmap_channels() { return kChannels; }
+
+Heightfield load_heightmap(const HeightmapSpec& spec, std::string* reading) {
   if (std::find(kChannels.begin(), kChannels.end(), spec.channel) == kChannels.end())
     fail_input("heightmap '{}': unknown channel '{}'; the choices are {}", spec.source, spec.channel,
                fmt::join(kChannels, ", "));
-  Heightfield heights = resolve(spec);
+  std::string text;
+  Heightfield heights = resolve(spec, text);
   if (spec.invert)
     for (float& texel : heights.texels) texel = 1.0F - texel;
+  if (reading != nullptr) *reading = text.empty() || !spec.invert ? text : text + ", inverted";
   return heights;
 }
 

@@ -43,12 +43,17 @@ struct KnownHeightmapRow {
 /// ../heightmaps beside the folder of the executable.
 [[nodiscard]] std::vector<std::filesystem::path> heightmap_folders();
 
-/// Resolves, reads and checks a heightmap. Channel `auto` is alpha if the image has one that is not constant, else
-/// luminance (Rec. 709 weights on the stored values) if R, G and B differ anywhere, else the first channel.
-/// throws: Error(bad_input) naming the file and what was expected: missing, truncated or unreadable file, unknown
+/// What `channel` may be: auto, r, g, b, a, luminance.
+[[nodiscard]] std::span<const std::string_view> heightmap_channels();
+
+/// Resolves, reads and checks a heightmap. Channel `auto` of a grey image is grey, whatever its alpha; of a colour
+/// image it is alpha if that is not constant, else luminance (Rec. 709 weights on the stored values) if R, G and B
+/// differ anywhere, else the first channel. reading: gets what was read of a file, "rocks.png: 512x512, 16-bit grey
+/// (alpha ignored)"; "" of a procedural one throws: Error(bad_input) naming the file and what was expected: missing,
+/// truncated or unreadable file, unknown
 ///         channel, a side under 2 texels or over kMaxSide (image.h), NaN or infinite pixels, heights outside [0,1]
 ///         unless normalised; denormals are kept
-[[nodiscard]] Heightfield load_heightmap(const HeightmapSpec& spec);
+[[nodiscard]] Heightfield load_heightmap(const HeightmapSpec& spec, std::string* reading = nullptr);
 
 /// Tangent-space normals of a heightfield for a relief that is `relief_depth` tiles deep, width x height RGBA8
 /// (xyz*0.5+0.5, alpha 255), from central differences of the texels. Shading only; never part of a trace.

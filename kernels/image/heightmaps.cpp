@@ -15,9 +15,17 @@ const LoadedHeights& Heightmaps::read(const HeightmapSpec& spec) {
   const std::string key = fmt::format("{}|{}|{}|{}x{}|{}|{}", spec.channel, spec.invert, spec.normalise, spec.width,
                                       spec.height, spec.seed, spec.source);
   if (const auto found = read_.find(key); found != read_.end()) return found->second;
-  LoadedHeights loaded{.field = load_heightmap(spec), .sha256 = {}};
+  LoadedHeights loaded{};
+  loaded.field = load_heightmap(spec, &loaded.reading);
   loaded.sha256 = heights_sha256(loaded.field);
   return read_.emplace(key, std::move(loaded)).first->second;
+}
+
+std::vector<std::string> Heightmaps::readings() const {
+  std::vector<std::string> texts;
+  for (const auto& [key, loaded] : read_)
+    if (!loaded.reading.empty()) texts.push_back(loaded.reading);
+  return texts;
 }
 
 }  // namespace reliefbench

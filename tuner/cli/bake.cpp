@@ -29,8 +29,7 @@ struct Arguments {
   std::string format;
   std::string wrap = "repeat";
   std::string max_ratio = "1";
-  std::string size;
-  std::uint32_t seed = 1;
+  ReadingArguments reading;
   std::map<std::string_view, std::optional<std::string>> parameters;  ///< of map kinds, by id
   int threads = 0;
   std::string device = "cpu";
@@ -61,7 +60,7 @@ BakeJob job_of(const Arguments& arguments) {
   const Format& format =
       arguments.format.empty() ? default_format(map, encoding, correction, max_ratio) : find_format(arguments.format);
   BakeJob job{
-      .heightmap = {.source = arguments.heightmap, .seed = arguments.seed},
+      .heightmap = {.source = arguments.heightmap},
       .storage = {.map = map, .format = format, .encoding = encoding, .correction = correction, .max_ratio = max_ratio},
       .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
       .threads = arguments.threads,
@@ -69,7 +68,7 @@ BakeJob job_of(const Arguments& arguments) {
       .verify = arguments.verify,
       .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
-  if (!arguments.size.empty()) set_size(job.heightmap, arguments.size);
+  set_reading(job.heightmap, arguments.reading);
   for (const auto& [id, text] : arguments.parameters) {
     if (!text) continue;
     const auto param = std::ranges::find(map.parameters, id, &MapParam::id);
@@ -180,6 +179,7 @@ void print_text(const BakeJob& job, const BakeResult& result) {
 void run(const Arguments& arguments, int& exit_code) {
   const BakeJob job = job_of(arguments);
   const BakeResult result = run_bake(job);
+  print_reading(result.reading);
   arguments.json ? print_json(job, result) : print_text(job, result);
   if (!result.verdict) return;
   if (result.verdict->broken) exit_code = static_cast<int>(Exit::answer_is_no);
@@ -204,8 +204,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
     for (const MapParam& param : map.parameters)
       command->add_option(option_of(param.id), arguments->parameters[param.id],
                           fmt::format("{} only: {}", map.id, param.description));
-  command->add_option("--size", arguments->size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
-  command->add_option("--seed", arguments->seed, "of a procedural heightmap")->capture_default_str();
+  add_reading_options(*command, arguments->reading);
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
   command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();
   command->add_option("-o,--output", arguments->output, ".ktx2 (as stored), .exr (decoded) or .png");

@@ -44,7 +44,9 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
          .evidence = chosen.evidence};
   if (scene.measured) job.scene = scene.spec;
   if (!job.evidence.is_null()) job.evidence["same_scene"] = scene.is_same;
-  const auto other = differences(scene, heightmaps.read(scene.spec.heightmap).sha256);
+  const LoadedHeights& heights = heightmaps.read(scene.spec.heightmap);
+  print_reading(heights.reading);
+  const auto other = differences(scene, heights.sha256);
   if (!other.empty())
     fmt::print(stderr, "warning: the setting was measured {}: its figures are not those of what ships\n",
                fmt::join(other, " and "));

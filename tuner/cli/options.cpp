@@ -2,9 +2,34 @@
 
 #include <charconv>
 
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
+
+void add_reading_options(CLI::App& command, ReadingArguments& arguments) {
+  const std::vector<std::string> channels(heightmap_channels().begin(), heightmap_channels().end());
+  command
+      .add_option("--channel", arguments.channel,
+                  fmt::format("of the heightmap's file: {}; default: auto", fmt::join(channels, " | ")))
+      ->check(CLI::IsMember(channels));
+  command.add_flag("--invert", arguments.invert, "the heightmap holds depths: white is low");
+  command.add_flag("--normalise", arguments.normalise, "stretch the heights to the whole of 0 to 1");
+  command.add_option("--size", arguments.size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
+  command.add_option("--seed", arguments.seed, "of a procedural heightmap; default: 1");
+}
+
+void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments) {
+  if (arguments.channel) spec.channel = *arguments.channel;
+  spec.invert = spec.invert || arguments.invert;
+  spec.normalise = spec.normalise || arguments.normalise;
+  if (!arguments.size.empty()) set_size(spec, arguments.size);
+  if (arguments.seed) spec.seed = *arguments.seed;
+}
+
+void print_reading(const std::string& reading) {
+  if (!reading.empty()) write_stderr(fmt::format("read {}\n", one_line(reading)));
+}
 
 void set_size(HeightmapSpec& spec, const std::string& text) {
   const char* const end = text.data() + text.size();

@@ -1,5 +1,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "kernels/image/heightmap.h"
@@ -18,6 +20,21 @@ inline CLI::Option* add_switch(CLI::App& command, const std::string& name, const
 }
 
 [[nodiscard]] inline bool is_set(const CLI::Option* flag) { return flag->count() > 0; }
+
+/// How a heightmap is read, as every command that takes one asks. What is not said stays as it is.
+struct ReadingArguments {
+  std::optional<std::string> channel{};
+  bool invert = false;
+  bool normalise = false;
+  std::string size{};
+  std::optional<std::uint32_t> seed{};
+};
+/// Adds --channel, --invert, --normalise, --size and --seed; `arguments` must outlive the parse.
+void add_reading_options(CLI::App& command, ReadingArguments& arguments);
+void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments);  ///< throws: Error(bad_input): --size
+
+/// "read rocks.png: 512x512, 16-bit grey (alpha ignored)" on stderr; nothing of a procedural heightmap.
+void print_reading(const std::string& reading);
 
 /// "WIDTHxHEIGHT" into the spec. throws: Error(bad_input)
 void set_size(HeightmapSpec& spec, const std::string& text);

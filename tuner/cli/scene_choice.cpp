@@ -13,15 +13,10 @@ namespace {
 
 using Scenes = std::vector<MeasuredScene>;
 
-void set_shape(HeightmapSpec& spec, const SettingArguments& arguments) {
-  if (!arguments.size.empty()) set_size(spec, arguments.size);
-  if (arguments.seed) spec.seed = *arguments.seed;
-}
-
 /// As the command line alone has it.
 HeightmapSpec told_heightmap(const SettingArguments& arguments) {
   HeightmapSpec spec{.source = arguments.heightmap};
-  set_shape(spec, arguments);
+  set_reading(spec, arguments.reading);
   return spec;
 }
 
@@ -30,7 +25,7 @@ HeightmapSpec read_as(const MeasuredScene& scene, const SettingArguments& argume
   HeightmapSpec spec = scene.spec.heightmap;
   const bool is_its_name = arguments.heightmap.empty() || arguments.heightmap == heightmap_part(scene.spec.id);
   if (!is_its_name) spec.source = arguments.heightmap;
-  set_shape(spec, arguments);
+  set_reading(spec, arguments.reading);
   return spec;
 }
 
@@ -147,6 +142,7 @@ SceneSpec scene_called(const SettingArguments& arguments, const std::string& id,
     const std::optional<HeightmapSpec> known = heightmap_called(name);
     if (!known) fail_input("the case's heightmap '{}' is no known name: say HEIGHTMAP, or --run RUN", name);
     spec.heightmap = *known;
+    set_reading(spec.heightmap, arguments.reading);
   } else if (!arguments.other_heightmap && arguments.heightmap != name && heightmap_name(spec.heightmap) != name) {
     fail_input("HEIGHTMAP is {}, but the case is of {}; --other-heightmap takes it all the same",
                heightmap_name(spec.heightmap), name);

@@ -94,8 +94,7 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
       ->check(CLI::IsMember({"repeat", "clamp"}));
   command.add_option("--relief-depth", arguments.relief_depth, "in sides of one tile; default: as measured, else 0.1")
       ->check(CLI::NonNegativeNumber);
-  command.add_option("--size", arguments.size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
-  command.add_option("--seed", arguments.seed, "of a procedural heightmap; default: 1");
+  add_reading_options(command, arguments.reading);
   return presets;
 }
 

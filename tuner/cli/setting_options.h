@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/cli/options.h"
 #include "tuner/plan/preset_file.h"
 
 namespace reliefbench {
@@ -23,8 +24,7 @@ struct SettingArguments {
   std::optional<double> tiling{};
   std::optional<std::string> view{};
   std::vector<int> size_px{};  ///< width, height; empty: not said
-  std::string size{};
-  std::optional<std::uint32_t> seed{};
+  ReadingArguments reading{};
 };
 
 /// Adds HEIGHTMAP and the options that both commands have; `arguments` must outlive the parse.

@@ -59,6 +59,7 @@ class ViewCommand {
       : arguments_(arguments),
         chosen_(choose_setting(arguments.setting, "view")),
         spec_(scene_of(arguments.setting, chosen_, heightmaps_)) {
+    print_reading(heightmaps_.read(spec_.heightmap).reading);
     state_.level = chosen_.level;
     state_.view = scene_.view;
   }

@@ -111,14 +111,16 @@ std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap 
 BakeResult run_bake(const BakeJob& job) {
   check(job);
   const MapStorage& storage = job.storage;
-  const Heightfield heights = quantise_heights(load_heightmap(job.heightmap), storage.format.type);
+  std::string reading;
+  const Heightfield heights = quantise_heights(load_heightmap(job.heightmap, &reading), storage.format.type);
   const BakeRequest request{.heights = heights,
                             .wrap = job.wrap,
                             .correction = storage.correction,
                             .max_ratio = storage.max_ratio,
                             .parameters = job.parameters,
                             .threads = job.threads};
-  BakeResult result{.width = heights.width, .height = heights.height, .verdict = {}, .files = {}};
+  BakeResult result{
+      .reading = std::move(reading), .width = heights.width, .height = heights.height, .verdict = {}, .files = {}};
   const Baked baked = bake_on_device(job.device, storage.map, request);
   result.bake_time_ns = baked.time_ns;
   const MapTextures textures =

@@ -26,6 +26,7 @@ struct BakeJob {
 };
 
 struct BakeResult {
+  std::string reading{};  ///< what was read of the heightmap's file; "" of a procedural one
   int width = 0;
   int height = 0;
   double bake_time_ns = 0;

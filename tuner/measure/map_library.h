@@ -36,6 +36,8 @@ class MapLibrary {
   /// As they are read, once; valid while the library lives.
   [[nodiscard]] const LoadedHeights& loaded(const SceneSpec& scene) { return heightmaps_.read(scene.heightmap); }
   [[nodiscard]] const Heightfield& heights(const SceneSpec& scene) { return loaded(scene).field; }
+  /// What was read of which files.
+  [[nodiscard]] std::vector<std::string> readings() const { return heightmaps_.readings(); }
   [[nodiscard]] std::vector<MeasuredScene> measured(std::span<const SceneSpec> scenes);
   /// The map of a case that has a `format`; valid until another kRecentMaps maps were asked for.
   [[nodiscard]] const BakedMap& map(const Case& c, const SceneSpec& scene);

@@ -243,6 +243,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   MapLibrary library(cache, split);
   const std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
+  for (const std::string& reading : library.readings()) progress.note("read " + reading);
   std::vector<std::unique_ptr<Session>> sessions;
   for (const std::string& id : options.backends) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));

@@ -9,7 +9,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::array<std::string_view, 6> kChannels{"auto", "r", "g", "b", "a", "luminance"};
 constexpr int kHeightmapSideMin = 2;      // texels: one cell of the bilinear surface
 constexpr int kHeightmapSideMax = 16384;  // texels
 constexpr std::array<std::string_view, 1> kImageOnly{"channel"};
@@ -74,7 +73,8 @@ NamedHeightmap read_heightmap(const ConfigReader& reader, const JsonNode& node, 
                                        : "only a procedural heightmap has a size and a seed");
     if (const JsonNode* channel = node.find("channel")) {
       spec.channel = reader.text(*channel);
-      if (const std::vector<std::string_view> known(kChannels.begin(), kChannels.end()); !contains(known, spec.channel))
+      if (const std::vector<std::string_view> known(heightmap_channels().begin(), heightmap_channels().end());
+          !contains(known, spec.channel))
         reader.fail(*channel, fmt::format("'{}' is {}", spec.channel, unknown_text(spec.channel, known)));
     }
     if (const JsonNode* invert = node.find("invert")) spec.invert = reader.flag(*invert);

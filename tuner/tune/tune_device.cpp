@@ -166,6 +166,7 @@ class DeviceTuner {
 
   void score_settings() {
     Progress progress(options_.quiet);
+    for (const std::string& reading : library_.readings()) progress.note("read " + reading);
     const bool pictures = compares_pictures(asked(), config_.front_error);
     const auto judge_once = [&](std::size_t setting, std::size_t scene) {
       const Case c = case_of(scene, setting);
