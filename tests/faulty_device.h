@@ -32,7 +32,6 @@ class FaultyDevices {
    public:
     Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {}
     const DeviceInfo& device() const override { return inner_->device(); }
-    bool is_left_behind() const override { return is_left_behind_; }
     std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
       enter(FaultyDevices::upload);
       return inner_->upload(desc);
@@ -63,7 +62,7 @@ class FaultyDevices {
         return devices_.count(call);
       } catch (const Error& error) {
         is_lost_ = needs_reopening(error.fault());
-        is_left_behind_ = error.fault() == Fault::timeout;
+        if (error.fault() == Fault::timeout) leave_behind();
         throw;
       }
     }
@@ -71,7 +70,6 @@ class FaultyDevices {
     FaultyDevices& devices_;
     std::unique_ptr<Backend> inner_;
     bool is_lost_ = false;
-    bool is_left_behind_ = false;
   };
 
   /// Throws the fault of this call, if it has one; one of timers is returned.
