@@ -116,7 +116,7 @@ TEST_F(DeviceFault, a_device_that_does_not_come_back_ends_the_sweep_and_loses_no
   FaultyDevices counted;
   const Statuses whole = sweep("whole", counted);
   FaultyDevices devices;
-  devices.fail(FaultyDevices::draw, counted.calls(FaultyDevices::draw) - 10, Fault::device_lost);
+  devices.fail(FaultyDevices::draw, counted.calls(FaultyDevices::draw) - 2, Fault::device_lost);  // in the last block
   devices.fail(FaultyDevices::open, 1, Fault::other);
   EXPECT_THAT([&] { sweep("run", devices); },
               ThrowsMessage<Error>(AllOf(HasSubstr("null was lost"), HasSubstr("opened again"))));

@@ -112,12 +112,14 @@ TEST(Heightmap, SaysWhatWasRead) {
   const std::vector<float> normals{1, 0, 0, 0.2F, 0, 1, 0, 0.4F, 0, 0, 1, 0.6F, 1, 1, 1, 0.8F};
   const std::vector<float> greys{0.2F, 0.2F, 0.2F, 0.4F, 0.4F, 0.4F, 0.6F, 0.6F, 0.6F, 0.8F, 0.8F, 0.8F};
   EXPECT_EQ(reading("map.png", {2, 2, 2, TexelType::unorm16, mask}), "16-bit grey (alpha ignored)");
-  EXPECT_EQ(reading("map.png", {2, 2, 2, TexelType::unorm8, mask}, {.channel = "a"}), "8-bit alpha (Y ignored)");
+  EXPECT_EQ(reading("map.png", {2, 2, 2, TexelType::unorm8, mask}, {.source = "", .channel = "a"}),
+            "8-bit alpha (Y ignored)");
   EXPECT_EQ(reading("map.tga", {2, 2, 4, TexelType::unorm8, normals}), "8-bit alpha (R, G, B ignored)");
   EXPECT_EQ(reading("map.tif", {2, 2, 3, TexelType::unorm8, greys}), "8-bit channel R (G, B ignored)");
-  EXPECT_EQ(reading("map.exr", {2, 2, 4, TexelType::float32, normals}, {.channel = "luminance"}),
+  EXPECT_EQ(reading("map.exr", {2, 2, 4, TexelType::float32, normals}, {.source = "", .channel = "luminance"}),
             "float luminance (alpha ignored)");
-  EXPECT_EQ(reading("map.exr", {2, 2, 1, TexelType::float32, {0, 1, 2, 4}}, {.invert = true, .normalise = true}),
+  EXPECT_EQ(reading("map.exr", {2, 2, 1, TexelType::float32, {0, 1, 2, 4}},
+                    {.source = "", .invert = true, .normalise = true}),
             "float grey, normalised, inverted");
   std::string text = "before";
   (void)load_heightmap({.source = "fbm", .width = 4, .height = 4}, &text);

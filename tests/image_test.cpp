@@ -81,6 +81,8 @@ TEST(Image, PgmMaximumIsOne) {
         << header;
   }
   write_bytes(folder / "map.pgm", "P5\n2000000000 2000000000 65535\n....");
+  EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.pgm"); }), EndsWith("at most 16384 a side is possible"));
+  write_bytes(folder / "map.pgm", "P5\n2000 2000 65535\n....");
   EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.pgm"); }), EndsWith("the PGM is truncated"));
 }
 
@@ -181,7 +183,8 @@ TEST_P(Truncated, IsRefusedAtEveryLength) {
   const TempFolder folder;
   const auto path = folder / (std::string("map.") + GetParam());
   const int channels = std::string(GetParam()) == "pgm" ? 1 : 3;
-  write_image(path, {16, 12, channels, TexelType::unorm8, code_ramp(16 * 12 * 3, 251)});
+  write_image(path, {16, 12, channels, TexelType::unorm8,
+                     code_ramp(std::size_t{16} * 12 * static_cast<std::size_t>(channels), 251)});
   const std::string whole = read_bytes(path);
   for (std::size_t size = 0; size < whole.size(); size += size + 24 < whole.size() ? 61 : 1) {
     write_bytes(path, whole.substr(0, size));
