@@ -42,6 +42,7 @@ class SceneChoice : public ::testing::Test {
            {"frame_px", {48, 32}}}}},
         {"measure", {{"samples", 3}, {"batch_ms", 0.1}, {"warmup_batches_max", 1}}},
         {"front", {{"error", "e_xy.p99"}, {"constraints", {"missed_rate<=0.5"}}}},
+        {"budgets", {"e_xy.p99<=1000"}},
         {"sweeps", {{{"technique", "relief"}, {"axes", {{"linear_steps", {4, 16, 64}}}}}}}};
     const Config parsed = parse_config(config.dump(), folder_ / "config.json");
     run_ = load_run(run_sweep(parsed, {.output = folder_ / "run", .backends = {"null"}, .quiet = true}).folder);
