@@ -170,8 +170,8 @@ TEST_P(FrameTest, a_frame_too_large_for_the_device_is_out_of_memory_by_its_code)
     const auto backend = row().open(device.index, {.debug = is_vulkan});
     const Spirv vertex = compile_vertex(row().dialect);
     const Spirv flat = compile_fragment("flat", Target::score, row().dialect);
-    const auto pipeline =
-        backend->compile({.label = "flat", .vertex = vertex, .fragment = flat, .target = Target::score});
+    const auto pipeline = backend->compile(
+        {.label = "flat", .vertex = vertex, .fragment = flat, .constants = {}, .target = Target::score});
     const auto draw = [&](int side) {
       backend->render({.pipeline = pipeline.get(), .frame = frame_of(side, side)}, 1, Timer::fenced_wall);
     };
