@@ -320,7 +320,7 @@ TEST_F(FaultTest, sigterm_ends_tune_with_the_answer_so_far) {
     kill(child, signal);
     const CommandResult result = wait_for(child, folder_.path());
     EXPECT_EQ(result.exit_code, static_cast<int>(Exit::inconclusive)) << "signal " << result.signal << result.err;
-    EXPECT_TRUE(nlohmann::json::parse(result.out).at("stopped"));
+    EXPECT_TRUE(nlohmann::json::parse(result.out).at("certificate").at("stopped"));
     EXPECT_TRUE(std::filesystem::exists(folder_ / output / "tune.json"));
   }
 }
