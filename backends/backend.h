@@ -153,7 +153,7 @@ class Backend {
   /// How long render() waits for the end of a batch. Then it throws an Error of Fault::timeout, and the device is left
   /// behind: nothing can end what it draws, so that neither it nor anything that was made on it is ever freed.
   void set_render_limit(double seconds) { render_limit_s_ = seconds; }
-  [[nodiscard]] virtual bool is_left_behind() const { return false; }
+  [[nodiscard]] bool is_left_behind() const { return is_left_behind_; }
 
   [[nodiscard]] virtual const DeviceInfo& device() const = 0;
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
@@ -181,8 +181,10 @@ class Backend {
 
  protected:
   [[nodiscard]] double render_limit_s() const { return render_limit_s_; }
+  void leave_behind() { is_left_behind_ = true; }
 
  private:
+  bool is_left_behind_ = false;
   double render_limit_s_ = std::numeric_limits<double>::infinity();
 };
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 
 #include "tests/backend_rig.h"
@@ -14,6 +17,18 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 class RealBackendTest : public BackendTest {};
+
+TEST(BackendInterface, has_at_most_eight_virtual_functions) {
+  std::ifstream in(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "backends/backend.h");
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const std::size_t from = text.find("\nclass Backend {");
+  const std::string interface = text.substr(from, text.find("\n};", from) - from);
+  int count = -1;  // but for the destructor
+  for (std::size_t at = interface.find("virtual "); at != std::string::npos; at = interface.find("virtual ", at + 1))
+    ++count;
+  EXPECT_GT(count, 0);
+  EXPECT_LE(count, 8);
+}
 
 TEST_P(BackendTest, a_device_describes_itself) {
   int index = 0;

@@ -77,6 +77,12 @@ TEST(CachedValues, come_back_to_the_bit) {
   }
 }
 
+TEST(CachedValues, of_before_a_metric_are_absent) {
+  FrameScore score = full_score();
+  score["taps.max"].reset();
+  EXPECT_FALSE(read_score(score_bytes(score)));
+}
+
 TEST(CachedValues, of_another_size_or_kind_are_absent) {
   const std::vector<float> values(8, 0.5F);
   const std::vector<std::byte> bake = bake_bytes(1, values);
@@ -89,7 +95,7 @@ TEST(CachedValues, of_another_size_or_kind_are_absent) {
   EXPECT_FALSE(read_score({}));
   for (std::size_t size = 0; size < bake.size(); ++size)
     EXPECT_FALSE(read_bake(std::span(bake).first(size), 8)) << size;
-  std::vector<std::byte> text = score_bytes({});
+  std::vector<std::byte> text = score_bytes(full_score());
   text[text.size() - 2] = std::byte{'x'};
   EXPECT_FALSE(read_score(text));
 }

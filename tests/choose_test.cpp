@@ -71,6 +71,9 @@ TEST(Choose, fewer_features_are_simpler_then_an_earlier_technique) {
   const Record binary = make_record({.case_id = "binary", .params = {{"refinement", "binary"}}});
   EXPECT_LT(simplicity(flat), simplicity(relief));
   EXPECT_LT(simplicity(relief), simplicity(binary));
+  Record old = binary;  // from before `loop` was a parameter
+  std::erase_if(old.params, [](const auto& param) { return param.first == "loop"; });
+  EXPECT_EQ(simplicity(old), simplicity(binary));
   Record unknown = relief;
   unknown.technique = "telepathy";
   EXPECT_ANY_THROW((void)simplicity(unknown));
@@ -81,7 +84,7 @@ TEST(Choose, fewer_features_are_simpler_then_an_earlier_technique) {
 struct TwoSettings {
   SearchSpace space = empty_setting_space();
   SearchResult search;
-  TuneQuestion question{.max_error = {{"e_xy.p99", 0.5}}, .epsilon = 0.05};
+  TuneQuestion question{.max_error = {{"e_xy.p99", 0.5}}, .epsilon = 0.06};
   std::int64_t plain_bytes = 64;
 
   TwoSettings() {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "tests/command.h"
 #include "tests/faulty_device.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/sweep.h"
@@ -59,7 +60,7 @@ TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it
   ASSERT_EQ(whole.size(), 1U);
   const int cases = whole.at("ok");
   int with_a_case = 0;
-  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 5) {
+  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 9) {
     SCOPED_TRACE(nth);
     const std::string name = "lost" + std::to_string(nth);
     FaultyDevices devices;
@@ -75,7 +76,7 @@ TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it
     EXPECT_EQ(sweep(name), whole);  // the same command tries it again
     EXPECT_EQ(errors(name), errors("whole"));
   }
-  EXPECT_GT(with_a_case, 5);
+  EXPECT_GT(with_a_case, 3);
 }
 
 TEST_F(DeviceFault, a_frame_that_does_not_end_costs_its_case_alone) {
@@ -100,7 +101,7 @@ TEST_F(DeviceFault, every_upload_and_compilation_may_lose_the_device) {
   FaultyDevices counted;
   const Statuses whole = sweep("whole", counted);
   for (const FaultyDevices::Call call : {FaultyDevices::upload, FaultyDevices::compile})
-    for (int nth = calls_before_cases(call); nth < counted.calls(call); ++nth) {
+    for (int nth = calls_before_cases(call); nth < counted.calls(call); nth += 2) {
       SCOPED_TRACE(nth);
       FaultyDevices devices;
       devices.fail(call, nth, Fault::device_lost);
@@ -112,13 +113,15 @@ TEST_F(DeviceFault, every_upload_and_compilation_may_lose_the_device) {
 }
 
 TEST_F(DeviceFault, a_device_that_does_not_come_back_ends_the_sweep_and_loses_nothing) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
   FaultyDevices devices;
-  devices.fail(FaultyDevices::draw, calls_before_cases(FaultyDevices::draw) + 20, Fault::device_lost);
+  devices.fail(FaultyDevices::draw, counted.calls(FaultyDevices::draw) - 2, Fault::device_lost);  // in the last block
   devices.fail(FaultyDevices::open, 1, Fault::other);
   EXPECT_THAT([&] { sweep("run", devices); },
               ThrowsMessage<Error>(AllOf(HasSubstr("null was lost"), HasSubstr("opened again"))));
   EXPECT_GT(load_run(folder_ / "run").records.size(), 0U);
-  EXPECT_EQ(sweep("run"), sweep("whole"));
+  EXPECT_EQ(sweep("run"), whole);
 }
 
 TEST_F(DeviceFault, a_device_that_is_lost_without_end_ends_the_sweep) {
@@ -132,7 +135,7 @@ TEST_F(DeviceFault, memory_that_runs_out_costs_one_case_whatever_wanted_it) {
   FaultyDevices counted;
   const Statuses whole = sweep("whole", counted);
   for (const FaultyDevices::Call call : {FaultyDevices::upload, FaultyDevices::compile, FaultyDevices::draw})
-    for (int nth = calls_before_cases(call); nth < counted.calls(call); nth += 7) {
+    for (int nth = calls_before_cases(call); nth < counted.calls(call); nth += 13) {
       SCOPED_TRACE(nth);
       FaultyDevices devices;
       devices.fail(call, nth, Fault::out_of_memory);
@@ -171,11 +174,13 @@ TEST_F(DeviceFault, other_failures_have_their_status_and_are_not_tried_again) {
 }
 
 TEST_F(DeviceFault, a_time_of_zero_is_no_time) {
-  const int cases = sweep("whole").at("ok");
+  FaultyDevices counted;
+  const int cases = sweep("whole", counted).at("ok");
   bool was_a_case = false;
-  for (int nth = 0; nth < 200 && !was_a_case; ++nth) {
+  for (int nth = counted.calls(FaultyDevices::draw) - 1; nth > 0 && !was_a_case;
+       --nth) {  // the last is the control case
     FaultyDevices devices;
-    devices.fail(FaultyDevices::draw, calls_before_cases(FaultyDevices::draw) + nth, Fault::invalid_timer);
+    devices.fail(FaultyDevices::draw, nth, Fault::invalid_timer);
     try {
       Statuses statuses = sweep("zero" + std::to_string(nth), devices);
       was_a_case = statuses["invalid_timer"] == 1;
@@ -203,6 +208,17 @@ TEST_F(DeviceFault, a_device_at_a_small_part_of_its_speed_is_throttled) {
   devices.slow_down(calls_before_cases(FaultyDevices::draw), 10);
   const int cases = sweep("whole").at("ok");
   EXPECT_EQ(sweep("run", devices), (Statuses{{"throttled", cases}}));
+}
+
+TEST_F(DeviceFault, a_sweep_says_how_many_cases_failed_and_how) {
+  const std::string config = std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json";
+  const CommandResult failing =
+      run_reliefbench({"sweep", config, "--backend", "null", "--device", "1", "-o", "run", "--quiet"}, folder_.path());
+  EXPECT_EQ(failing.exit_code, 0) << failing.err;
+  EXPECT_THAT(failing.err, HasSubstr("2 of 9 cases failed: 2 compile_error; the reasons are in"));
+  const CommandResult whole =
+      run_reliefbench({"sweep", config, "--backend", "null", "-o", "whole", "--quiet"}, folder_.path());
+  EXPECT_EQ(whole.err, "");
 }
 
 }  // namespace

@@ -32,7 +32,6 @@ class FaultyDevices {
    public:
     Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {}
     const DeviceInfo& device() const override { return inner_->device(); }
-    bool is_left_behind() const override { return is_left_behind_; }
     std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
       enter(FaultyDevices::upload);
       return inner_->upload(desc);
@@ -43,8 +42,9 @@ class FaultyDevices {
     }
     BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
       const int nth = devices_.calls(draw);
-      if (enter(draw) == Fault::invalid_timer) return {.wall_ns = 0};
+      const bool is_timed = enter(draw) != Fault::invalid_timer;
       BatchTime time = inner_->render(frame, frames, timer);
+      if (!is_timed) time.wall_ns = 0;
       if (nth >= devices_.slow_from_) time.wall_ns *= devices_.factor_;
       return time;
     }
@@ -62,7 +62,7 @@ class FaultyDevices {
         return devices_.count(call);
       } catch (const Error& error) {
         is_lost_ = needs_reopening(error.fault());
-        is_left_behind_ = error.fault() == Fault::timeout;
+        if (error.fault() == Fault::timeout) leave_behind();
         throw;
       }
     }
@@ -70,7 +70,6 @@ class FaultyDevices {
     FaultyDevices& devices_;
     std::unique_ptr<Backend> inner_;
     bool is_lost_ = false;
-    bool is_left_behind_ = false;
   };
 
   /// Throws the fault of this call, if it has one; one of timers is returned.

@@ -18,7 +18,6 @@
 #include "tests/test_heightmap.h"
 #include "tuner/decide/compare.h"
 #include "tuner/decide/pareto.h"
-#include "tuner/decide/recommend.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
@@ -115,7 +114,6 @@ TEST(RecordGroups, of_one_name_and_two_keys_are_two) {
   EXPECT_EQ(groups[0].records.size(), 2U);
   EXPECT_EQ(groups[1].scene_key, records[1].scene_key);
   EXPECT_NE(match_key(records[0]), match_key(records[1]));
-  EXPECT_EQ(recommend(records, {.budgets = {}}).size(), 2U);
   EXPECT_EQ(fronts(records, "e_xy.p99", {}).size(), 2U);
 }
 

@@ -188,10 +188,10 @@ int other_value(const Param& param) { return param.fallback < param.max ? param.
 /// Sets what `param` needs to be active.
 void activate(Settings& settings, const Param& param) {
   if (param.active_if.empty()) return;
-  const std::size_t split = param.active_if.find('=');
-  const std::string_view condition = param.active_if.substr(0, split);
-  activate(settings, *settings.technique().find(condition));
-  settings.set(condition, param.active_if.substr(split + 1));
+  const std::string_view condition = param.active_if;
+  const std::size_t split = condition.find('=');
+  activate(settings, *settings.technique().find(condition.substr(0, split)));
+  settings.set(condition.substr(0, split), condition.substr(split + 1));
 }
 
 /// The format that rounds nothing and holds any of the technique's maps.

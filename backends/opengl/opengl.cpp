@@ -82,7 +82,6 @@ class OpenglBackend final : public Backend {
   OpenglBackend(const OpenglBackend&) = delete;
   OpenglBackend& operator=(const OpenglBackend&) = delete;
 
-  [[nodiscard]] bool is_left_behind() const override { return context_.is_abandoned(); }
   [[nodiscard]] const DeviceInfo& device() const override { return device_; }
 
   [[nodiscard]] std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
@@ -123,7 +122,7 @@ class OpenglBackend final : public Backend {
   void write_uniforms(std::span<const Draw> frame);
   void bind(const Draw& draw, std::size_t index) const;
   void draw_frame(std::span<const Draw> frame) const;
-  void wait_for_end() const;
+  void wait_for_end();
   [[nodiscard]] std::optional<double> device_time_ns(Timer timer) const;
 
   EglContext context_;
@@ -222,11 +221,12 @@ BatchTime OpenglBackend::render(std::span<const Draw> frame, int frames, Timer t
   return time;
 }
 
-void OpenglBackend::wait_for_end() const {
+void OpenglBackend::wait_for_end() {
   const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
   const GLenum end = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, wait_ns(render_limit_s()));
   if (end == GL_TIMEOUT_EXPIRED) {
     context_.abandon();
+    leave_behind();
     fail_not_ended("OpenGL", render_limit_s());
   }
   glDeleteSync(fence);

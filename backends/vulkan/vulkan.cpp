@@ -26,7 +26,6 @@ class VulkanBackend final : public Backend {
         bindings_(device_),
         stamps_(device_) {}
 
-  [[nodiscard]] bool is_left_behind() const override { return device_.logical().is_abandoned(); }
   [[nodiscard]] const DeviceInfo& device() const override { return info_; }
   [[nodiscard]] std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
     return make_texture(device_, desc);
@@ -129,7 +128,13 @@ BatchTime VulkanBackend::render(std::span<const Draw> frame, int frames, Timer t
   batch.insert(batch.end(), static_cast<std::size_t>(frames / kFramesPerBuffer), many.end());
   batch.push_back(rest.end());
   batch.push_back(after.end());
-  BatchTime time{.wall_ns = device_.run(batch, render_limit_s())};
+  BatchTime time;
+  try {
+    time.wall_ns = device_.run(batch, render_limit_s());
+  } catch (const Error&) {
+    if (device_.logical().is_abandoned()) leave_behind();
+    throw;
+  }
   if (stamped) time.device_ns = stamps_.elapsed_ns();
   return time;
 }

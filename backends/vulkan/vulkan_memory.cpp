@@ -11,10 +11,8 @@
 namespace reliefbench {
 namespace {
 
-std::optional<std::uint32_t> memory_type(const VulkanDevice& device, std::uint32_t allowed,
+std::optional<std::uint32_t> memory_type(const VkPhysicalDeviceMemoryProperties& memory, std::uint32_t allowed,
                                          VkMemoryPropertyFlags wanted) {
-  VkPhysicalDeviceMemoryProperties memory;
-  vkGetPhysicalDeviceMemoryProperties(device.physical().handle, &memory);
   for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
     const bool has_all = (memory.memoryTypes[i].propertyFlags & wanted) == wanted;
     if ((allowed >> i & 1U) != 0 && has_all) return i;
@@ -26,9 +24,15 @@ Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> allocate(const VulkanDevic
                                                                const VkMemoryRequirements& needs,
                                                                VkMemoryPropertyFlags required,
                                                                VkMemoryPropertyFlags preferred) {
-  auto type = memory_type(device, needs.memoryTypeBits, required | preferred);
-  if (!type) type = memory_type(device, needs.memoryTypeBits, required);
+  VkPhysicalDeviceMemoryProperties properties;
+  vkGetPhysicalDeviceMemoryProperties(device.physical().handle, &properties);
+  auto type = memory_type(properties, needs.memoryTypeBits, required | preferred);
+  if (!type) type = memory_type(properties, needs.memoryTypeBits, required);
   if (!type) fail_environment("vulkan: the device has no memory of the kind needed (flags {:#x})", required);
+  const VkDeviceSize heap = properties.memoryHeaps[properties.memoryTypes[*type].heapIndex].size;
+  // Asking for more than there can ever be is against the specification.
+  if (needs.size > heap)
+    fail_device(Fault::out_of_memory, "vulkan: {} bytes of memory, where the device has {}", needs.size, heap);
   const VkMemoryAllocateInfo info{
       .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size, .memoryTypeIndex = *type};
   VkDeviceMemory memory = VK_NULL_HANDLE;
@@ -87,6 +91,14 @@ void check_supported(const VulkanDevice& device, const DeviceImageDesc& desc) {
   if (width == 0 || height == 0 || width > limit || height > limit) {
     fail_environment("vulkan: no image of {}x{}: the device takes sides of 1 to {}", width, height, limit);
   }
+  VkImageFormatProperties image{};
+  vk_check(vkGetPhysicalDeviceImageFormatProperties(device.physical().handle, desc.format, VK_IMAGE_TYPE_2D,
+                                                    VK_IMAGE_TILING_OPTIMAL, desc.usage, 0, &image),
+           "vkGetPhysicalDeviceImageFormatProperties");
+  const VkDeviceSize bytes = VkDeviceSize{width} * height * desc.texel_bytes;
+  if (bytes > image.maxResourceSize)
+    fail_device(Fault::out_of_memory, "vulkan: an image of {} bytes, where the device takes {}", bytes,
+                image.maxResourceSize);
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ struct DeviceImageDesc {
   VkExtent2D extent;
   VkFormat format;
   std::string_view format_id;  ///< for messages
+  std::size_t texel_bytes;
   VkImageUsageFlags usage;
   VkFormatFeatureFlags features;  ///< that the format must have
   std::uint32_t levels = 1;

@@ -62,6 +62,7 @@ DeviceImage make_color(const VulkanDevice& device, const TexelLayout& layout, Vk
                            {.extent = extent,
                             .format = vulkan_format(layout),
                             .format_id = format_id,
+                            .texel_bytes = static_cast<std::size_t>(layout.bytes()),
                             .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
                             .features = VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT});
 }
@@ -71,6 +72,7 @@ DeviceImage make_depth(const VulkanDevice& device, VkExtent2D extent) {
       device, {.extent = extent,
                .format = kDepthFormat,
                .format_id = "depth",
+               .texel_bytes = static_cast<std::size_t>(kDepth.layout.bytes()),
                .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
                .features = VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT,
                .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});

@@ -54,6 +54,7 @@ std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const Te
                                                          .height = static_cast<std::uint32_t>(desc.height)},
                                               .format = vulkan_format(desc.layout),
                                               .format_id = format_id,
+                                              .texel_bytes = static_cast<std::size_t>(desc.layout.bytes()),
                                               .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
                                               .features = features,
                                               .levels = static_cast<std::uint32_t>(desc.levels)});

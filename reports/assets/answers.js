@@ -32,7 +32,8 @@ function answerCard(answer) {
   const rows = [
     answer.tie === null ?
         null :
-        answerRow('Tie', answer.tie, 'as fast as far as the intervals tell; the pick has fewer features or a smaller map'),
+        answerRow(
+            'Tie', answer.tie, 'as fast as far as the intervals tell; the pick has fewer features or a smaller map'),
     runnerUp === answer.simplest ?
         answerRow('Runner-up and simplest', runnerUp) :
         [

@@ -34,7 +34,8 @@ function frontColumns() {
       hint: 'of the median; what it covers depends on the number of samples',
       numeric: true,
       value: (row) => row.point.time_ns[1],
-      text: (row) => `${row.point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')} (${row.point.coverage})`
+      text: (row) =>
+          `${row.point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')} (${row.point.coverage})`
     },
     metricCell(shown),
     ...more.map(metricCell),

@@ -39,7 +39,9 @@ export function drawMarkLegend() {
   const line = 'M1 4H9V12H15';
   byId('mark-legend')
       .replaceChildren(
-          entry(swatch(line, {fill: 'none', stroke: ink, 'stroke-width': 1.5}), `front, with intervals of time (${coverages()})`),
+          entry(
+              swatch(line, {fill: 'none', stroke: ink, 'stroke-width': 1.5}),
+              `front, with intervals of time (${coverages()})`),
           entry(swatch('circle', {fill: ink, opacity: 0.35}), 'dominated'),
           entry(
               swatch('circle', {fill: 'none', stroke: ink, 'stroke-width': 1.5}),

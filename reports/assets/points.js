@@ -17,9 +17,7 @@ export function formatInterval([median, low, high]) {
 }
 
 /** With what the interval covers: fewer than six samples give no 95 %. */
-export function intervalText(point) {
-  return `${point.coverage} interval ${formatInterval(point.time_ns)}`;
-}
+export function intervalText(point) { return `${point.coverage} interval ${formatInterval(point.time_ns)}`; }
 
 export function formatMetric(index, value) {
   const metric = data.metrics[index];

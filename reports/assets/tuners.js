@@ -47,7 +47,12 @@ function draw(id, figure, place, yAxis) {
           grid,
           ticks: {color: theme.muted, callback: (value) => (/^[125]0*$/.test(String(value)) ? String(value) : '')}
         },
-        y: {grid, ...yAxis, title: {display: true, text: yAxis.name, color: theme.muted}, ticks: {color: theme.muted, ...yAxis.ticks}},
+        y: {
+          grid,
+          ...yAxis,
+          title: {display: true, text: yAxis.name, color: theme.muted},
+          ticks: {color: theme.muted, ...yAxis.ticks}
+        },
       },
       plugins: {
         legend: {
@@ -63,7 +68,12 @@ function draw(id, figure, place, yAxis) {
             legend.chart.update();
           },
         },
-        tooltip: {callbacks: {label: ({dataset, parsed}) => `${dataset.label}: ${parsed.y === noAnswer ? 'no answer' : percent(parsed.y)} at ${Math.round(parsed.x)}`}},
+        tooltip: {
+          callbacks: {
+            label: ({dataset, parsed}) => `${dataset.label}: ${
+                parsed.y === noAnswer ? 'no answer' : percent(parsed.y)} at ${Math.round(parsed.x)}`
+          }
+        },
       },
     },
   });
@@ -95,12 +105,15 @@ function drawTable() {
           (strategy) => make('tbody', {}, ...strategy.points.map((point) => figureRow(strategy, point)))));
 }
 
-function certificateText({epsilon, confidence, seeds, certified, held, frames_per_setting: frames, worst_regret: regret}) {
+function certificateText(
+    {epsilon, confidence, seeds, certified, held, frames_per_setting: frames, worst_regret: regret}) {
   if (seeds === 0) return 'Not tried: no search was run to its end.';
   const regretText = (value) => (value === null ? 'a budget without an answer' : percent(value));
   return `"Every answer is within ${percent(epsilon)} of the best, with ${percent(confidence)} confidence": given in ` +
-      `${certified} of ${seeds} seeds, true in ${held} of these. Frames a setting: ${frames.mean.toFixed(2)}, at most ` +
-      `${frames.worst.toFixed(2)}; those of a round correlated by ${data.correlation}. Worst regret: ${regretText(regret.mean)}, at most ${regretText(regret.worst)}.`;
+      `${certified} of ${seeds} seeds, true in ${held} of these. Frames a setting: ${
+             frames.mean.toFixed(2)}, at most ` +
+      `${frames.worst.toFixed(2)}; those of a round correlated by ${data.correlation}. Worst regret: ${
+             regretText(regret.mean)}, at most ${regretText(regret.worst)}.`;
 }
 
 byId('certificate').textContent = certificateText(data.certificate);
@@ -112,7 +125,8 @@ const regrets = data.strategies.flatMap(({points}) => points.flatMap(({worst_reg
                     .filter((value) => value !== null && value > 0);
 const lowest = Math.max(kLeastRegret, Math.min(1, ...regrets));
 const noAnswer = 3 * Math.max(lowest, ...regrets);
-const regretTicks = [-4, -3, -2, -1, 0, 1, 2].flatMap((decade) => [1, 2, 5].map((m) => m * 10 ** decade))
+const regretTicks = [-4, -3, -2, -1, 0, 1, 2]
+                        .flatMap((decade) => [1, 2, 5].map((m) => m * 10 ** decade))
                         .filter((value) => value >= lowest / 2 && value <= noAnswer / 2);
 draw('regret', 'worst_regret', (value) => (value === null ? noAnswer : Math.max(value, kLeastRegret)), {
   type: 'logarithmic',
@@ -122,7 +136,8 @@ draw('regret', 'worst_regret', (value) => (value === null ? noAnswer : Math.max(
   afterBuildTicks: (scale) => (scale.ticks = [...regretTicks, noAnswer].map((value) => ({value}))),
   ticks: {autoSkip: false, callback: (value) => (value === noAnswer ? 'no answer' : percent(value))},
 });
-draw('hypervolume', 'hypervolume', (value) => value,
-     {type: 'linear', name: 'share of the front', suggestedMax: 1, ticks: {callback: (value) => percent(value)}});
+draw(
+    'hypervolume', 'hypervolume', (value) => value,
+    {type: 'linear', name: 'share of the front', suggestedMax: 1, ticks: {callback: (value) => percent(value)}});
 drawTable();
 document.body.dataset.rendered = 'true';

@@ -82,7 +82,7 @@ int run_and_tell(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     print_error("out of memory");
   } catch (const std::exception& error) {
-    print_error(unforeseen(error));
+    if (std::ferror(stdout) == 0) print_error(unforeseen(error));  // else main() tells it
   }
   return static_cast<int>(Exit::environment);
 }

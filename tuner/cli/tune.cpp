@@ -173,8 +173,9 @@ void print_certificate(const TuneResult& result, const Paint& paint) {
 
 void print_answers(const TuneResult& result, const Paint& paint) {
   if (result.search.answers.size() < 2) return;
+  const std::string within = result.counts.unscored > 0 ? "within, of those scored" : "within";
   std::vector<std::vector<std::string>> rows{
-      {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold("within"), paint.bold("setting")}};
+      {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold(within), paint.bold("setting")}};
   for (const BudgetAnswer& answer : result.search.answers)
     rows.push_back({format_number(result.space.candidates[answer.pick].error), format_time_ns(answer.time_ns),
                     percent(answer.gap), result.space.candidates[answer.pick].id});

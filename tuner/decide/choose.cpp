@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "tuner/plan/case.h"
 #include "tuner/plan/features.h"
 
 namespace reliefbench {
@@ -13,7 +12,11 @@ Simplicity simplicity(const Settings& settings) {
           .technique = static_cast<std::size_t>(&settings.technique() - techniques().data())};
 }
 
-Simplicity simplicity(const Record& record) { return simplicity(settings_of(record.technique, record.params)); }
+Simplicity simplicity(const Record& record) {
+  Settings settings(find_technique(record.technique));
+  for (const auto& [id, text] : record.params) settings.set(id, text);
+  return simplicity(settings);
+}
 
 Choice choose(std::span<const Contender> contenders) {
   const auto leader = std::ranges::min_element(contenders, {}, &Contender::high_ns);

@@ -18,6 +18,7 @@ struct Simplicity {
   auto operator<=>(const Simplicity&) const = default;
 };
 [[nodiscard]] Simplicity simplicity(const Settings& settings);
+/// Parameters that the record does not name, as those younger than it, have their default.
 /// throws: Error(bad_input): a technique, parameter or value that this registry does not know
 [[nodiscard]] Simplicity simplicity(const Record& record);
 

@@ -117,9 +117,12 @@ std::optional<FrameScore> read_score(std::span<const std::byte> bytes) {
   try {
     const nlohmann::json values = nlohmann::json::parse(*text);
     FrameScore score{.pixels = values.at(kPixels).get<std::int64_t>()};
-    for (const MetricRow& row : metrics())
-      if (const auto value = values.find(row.id); value != values.end())
-        score.values.at(row.place) = value->get<double>();
+    for (const MetricRow& row : metrics()) {
+      const auto value = values.find(row.id);
+      if (value != values.end()) score.values.at(row.place) = value->get<double>();
+      // Every judged frame has those of its pixels: one that is absent is a metric newer than the entry.
+      if (value == values.end() && !row.compares_pictures) return std::nullopt;
+    }
     return score;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;

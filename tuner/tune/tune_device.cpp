@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <limits>
 #include <memory>
@@ -319,7 +318,8 @@ class DeviceTuner {
       try {
         search_into(
             result_, source, [&] { return is_over(until_s); },
-            [&](const SearchProgress& now) { show(progress, now, until_s); }, asked_front_error(), memory_of(0));
+            [&](const SearchProgress& now) { show(progress, now, options_.question, elapsed_s() / until_s); },
+            asked_front_error(), memory_of(0));
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // the book is kept, so the search comes back to here at once
@@ -330,17 +330,6 @@ class DeviceTuner {
         ++result_.counts.failed;
       }
     }
-  }
-
-  void show(Progress& progress, const SearchProgress& now, double until_s) const {
-    const double epsilon = options_.question.epsilon;
-    const double by_gap = now.worst_gap < 1 ? std::log(now.worst_gap) / std::log(epsilon) : 0;
-    const double fraction = std::max(by_gap, std::isinf(until_s) ? 0 : elapsed_s() / until_s);
-    progress.update(std::clamp(fraction, 0.0, 1.0),
-                    std::isinf(now.worst_gap)
-                        ? fmt::format("{} settings timed, {} samples", now.measured, now.samples)
-                        : fmt::format("{} settings timed, {} samples, picks within {:.1f} % of the best", now.measured,
-                                      now.samples, 100 * now.worst_gap));
   }
 
   void answer_scenes() {

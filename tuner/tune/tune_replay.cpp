@@ -88,8 +88,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
         return over;
       },
       [&](const SearchProgress& now) {
-        progress.update(now.worst_gap < 1 ? std::log(now.worst_gap) / std::log(options.question.epsilon) : 0,
-                        fmt::format("{} settings timed, {} samples", now.measured, now.samples));
+        show(progress, now, options.question, elapsed_s() / options.time_limit_s.value_or(1e9));
       },
       Config{}.budgets.front().limit, [&](std::size_t candidate) { return table.memory_bytes[candidate]; });
   progress.finish();

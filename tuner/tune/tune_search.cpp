@@ -1,7 +1,10 @@
 #include "tuner/tune/tune_search.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -159,6 +162,15 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
   pick.rival_low_ns = best_low_ns;
   pick.gap = std::max(0.0, pick.high_ns / best_low_ns - 1);
   return pick;
+}
+
+void show(Progress& progress, const SearchProgress& now, const TuneQuestion& question, double time) {
+  const double by_gap = now.worst_gap < 1 ? std::log(now.worst_gap) / std::log(question.epsilon) : 0;
+  const std::string within = std::isinf(now.worst_gap)
+                                 ? std::string()
+                                 : fmt::format(", picks within {:.1f} % of the best", 100 * now.worst_gap);
+  progress.update(std::clamp(std::max(by_gap, time), 0.0, 1.0),
+                  fmt::format("{} settings timed, {} samples{}", now.measured, now.samples, within));
 }
 
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/progress.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/tune/tune.h"
 
@@ -56,6 +57,10 @@ using MemoryOf = std::function<std::int64_t(std::size_t candidate)>;
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
                  const MemoryOf& memory_of);
+
+/// How far a search is: by its gap, or by its time if that is further.
+/// time: share of the time limit that is over
+void show(Progress& progress, const SearchProgress& now, const TuneQuestion& question, double time);
 
 /// The pick: the search's answer, or what choose() prefers to it among the settings that are as accurate, whose
 /// interval overlaps the answer's and that are certified within epsilon as well. Nothing where no answer will do.
