@@ -4,7 +4,6 @@
 #include <array>
 #include <cassert>
 #include <chrono>
-#include <ranges>
 #include <utility>
 
 #include "backends/backend.h"
@@ -249,8 +248,8 @@ std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {
 
 std::vector<std::uint8_t> OpenglBackend::read(std::string_view attachment) {
   context_.make_current();
-  for (const FrameTarget& target : targets_ | std::views::reverse)
-    if (auto bytes = target.read(attachment)) return std::move(*bytes);
+  for (auto target = targets_.rbegin(); target != targets_.rend(); ++target)  // the latest first
+    if (auto bytes = target->read(attachment)) return std::move(*bytes);
   fail_not_drawn("OpenGL", attachment);
 }
 

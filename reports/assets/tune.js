@@ -204,7 +204,8 @@ function drawPickHistory() {
 }
 
 function drawHistory() {
-  const shown = [0.05, 0.2, 0.5, 1].map((share) => data.path[Math.ceil(share * data.path.length) - 1]).filter(Boolean);
+  const answered = data.path.filter(({picks}) => picks.length > 0);
+  const shown = [0.05, 0.2, 0.5, 1].map((share) => answered[Math.ceil(share * answered.length) - 1]).filter(Boolean);
   const fronts = shown.map((point, i) => {
     const picks = point.picks.map((index) => data.settings[index]).filter((s) => s.time_ns !== null);
     const color = seriesColor(theme, i);

@@ -7,7 +7,7 @@
 
 namespace reliefbench {
 
-void add_reading_options(CLI::App& command, ReadingArguments& arguments) {
+void add_channel_options(CLI::App& command, ReadingArguments& arguments) {
   const std::vector<std::string> channels(heightmap_channels().begin(), heightmap_channels().end());
   command
       .add_option("--channel", arguments.channel,
@@ -15,6 +15,10 @@ void add_reading_options(CLI::App& command, ReadingArguments& arguments) {
       ->check(CLI::IsMember(channels));
   command.add_flag("--invert", arguments.invert, "the heightmap holds depths: white is low");
   command.add_flag("--normalise", arguments.normalise, "stretch the heights to the whole of 0 to 1");
+}
+
+void add_reading_options(CLI::App& command, ReadingArguments& arguments) {
+  add_channel_options(command, arguments);
   command.add_option("--size", arguments.size, "WIDTHxHEIGHT of a procedural heightmap; default: 256x256");
   command.add_option("--seed", arguments.seed, "of a procedural heightmap; default: 1");
 }

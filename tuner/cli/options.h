@@ -29,6 +29,8 @@ struct ReadingArguments {
   std::string size{};
   std::optional<std::uint32_t> seed{};
 };
+/// Adds --channel, --invert and --normalise; `arguments` must outlive the parse.
+void add_channel_options(CLI::App& command, ReadingArguments& arguments);
 /// Adds --channel, --invert, --normalise, --size and --seed; `arguments` must outlive the parse.
 void add_reading_options(CLI::App& command, ReadingArguments& arguments);
 void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments);  ///< throws: Error(bad_input): --size

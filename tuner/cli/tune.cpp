@@ -14,6 +14,7 @@
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
 #include "tuner/measure/sweep.h"
 
 namespace reliefbench {
@@ -35,6 +36,7 @@ struct Arguments {
   std::string time_limit;
   std::uint64_t seed = 1;
   std::string replay;
+  ReadingArguments reading;
   bool retry_failed = false;
   bool quiet = false;
   bool json = false;
@@ -87,7 +89,12 @@ std::vector<double> parse_weights(const std::string& text) {
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
 Config config_of(const Arguments& arguments) {
-  if (!is_config(arguments.subject)) return default_tune_config(arguments.subject, arguments.scenes);
+  HeightmapSpec heightmap{.source = arguments.subject};
+  set_reading(heightmap, arguments.reading);
+  if (!is_config(arguments.subject)) return default_tune_config(heightmap, arguments.scenes);
+  if (arguments.reading.channel || arguments.reading.invert || arguments.reading.normalise)
+    fail_input("{}: a config says itself how its heightmaps are read; the command's options are for a heightmap",
+               arguments.subject);
   Config config = load_config(arguments.subject);
   if (arguments.scenes.empty()) return config;
   std::vector<SceneSpec> kept;
@@ -105,7 +112,7 @@ Config config_of(const Arguments& arguments) {
 std::vector<SceneSpec> holdout_of(const Arguments& arguments, const Config& config) {
   std::vector<SceneSpec> scenes;
   for (const std::string& heightmap : arguments.holdout) {
-    std::vector<SceneSpec> same_views = default_tune_config(heightmap, {}).scenes;
+    std::vector<SceneSpec> same_views = default_tune_config({.source = heightmap}, {}).scenes;
     for (const SceneSpec& scene : config.scenes) {
       SceneSpec held_out = same_views.front();
       held_out.scene = scene.scene;
@@ -312,6 +319,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of the audits, and of replay's noise")->capture_default_str();
   command->add_option("--replay", arguments->replay, "a recorded sweep (run folder or table.csv) instead of a device")
       ->type_name("RUN");
+  add_channel_options(*command, arguments->reading);
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what it died of twice");
   command->add_flag("--quiet", arguments->quiet, "no progress");

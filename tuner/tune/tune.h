@@ -136,7 +136,7 @@ struct TuneResult {
 
 /// The config of `tune HEIGHTMAP`: the built-in space on a heightmap (as in a config's "heightmap"), seen from views.
 /// views: preset names; empty: grazing
-[[nodiscard]] Config default_tune_config(const std::string& heightmap, const std::vector<std::string>& views);
+[[nodiscard]] Config default_tune_config(const HeightmapSpec& heightmap, const std::vector<std::string>& views);
 
 inline constexpr std::string_view kTuneFile = "tune.json";
 
