@@ -248,8 +248,8 @@ std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {
 
 std::vector<std::uint8_t> OpenglBackend::read(std::string_view attachment) {
   context_.make_current();
-  for (auto target = targets_.rbegin(); target != targets_.rend(); ++target)  // the latest first
-    if (auto bytes = target->read(attachment)) return std::move(*bytes);
+  for (std::size_t i = targets_.size(); i-- > 0;)  // the latest first
+    if (auto bytes = targets_[i].read(attachment)) return std::move(*bytes);
   fail_not_drawn("OpenGL", attachment);
 }
 

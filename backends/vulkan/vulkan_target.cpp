@@ -96,9 +96,11 @@ const FrameTarget& FrameTargets::prepare(const Target& target, VkExtent2D extent
   frame.framebuffer = {};
   frame.images.clear();
   std::vector<DeviceImage> images;
+  images.reserve(target.attachments.size() + 1);
   for (const Attachment& color : target.attachments) images.push_back(make_color(device_, color.layout, extent));
   if (target.has_depth) images.push_back(make_depth(device_, extent));
   std::vector<VkImageView> views;
+  views.reserve(images.size());
   for (const DeviceImage& image : images) views.push_back(image.view.get());
   const VkFramebufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
                                      .renderPass = frame.pass.get(),

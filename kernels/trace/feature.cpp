@@ -49,9 +49,9 @@ std::vector<Param> params_of(const FeatureUse& use) {
   choice.is_spelt_out = feature->is_spelt_out;
   assert(choice.is_spelt_out || choice.fallback == 0);
   std::vector<Param> params{std::move(choice)};
-  for (auto row = feature->rows.rbegin(); row != feature->rows.rend(); ++row)
-    for (Param param : row->params) {
-      param.active_if = fmt::format("{}={}", feature->id, row->id);
+  for (std::size_t i = feature->rows.size(); i-- > 0;)
+    for (Param param : feature->rows[i].params) {
+      param.active_if = fmt::format("{}={}", feature->id, feature->rows[i].id);
       const auto other = std::ranges::find(use.fallbacks, param.id, &std::pair<std::string_view, int>::first);
       if (other != use.fallbacks.end()) param.fallback = other->second;
       params.push_back(std::move(param));
