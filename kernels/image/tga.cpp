@@ -53,9 +53,8 @@ TgaHeader read_header(FileBytes bytes, const std::string& name) {
     return std::ranges::count(choices, value) > 0;
   };
   const bool is_known = is_one_of(type, {1, 2, 3, 9, 10, 11}) && bytes[1] <= 1;
-  const bool has_depth = header.content == Content::colours ? is_one_of(header.bits, {15, 16, 24, 32})
-                         : header.content == Content::greys ? is_one_of(header.bits, {8, 16})
-                                                            : is_one_of(header.bits, {8, 16});
+  const bool has_depth =
+      header.content == Content::colours ? is_one_of(header.bits, {15, 16, 24, 32}) : is_one_of(header.bits, {8, 16});
   const bool has_colours =
       header.content != Content::indices || (header.has_palette && is_one_of(header.palette_bits, {15, 16, 24, 32}));
   if (!is_known || !has_depth || !has_colours)

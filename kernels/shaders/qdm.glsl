@@ -5,19 +5,6 @@
 #include "pyramid.glsl"
 #include "refinement.glsl"
 
-// Whether the ray is above the surface at t, which is then that end of the bracket.
-bool is_above(Ray ray, float t, inout Bracket bracket, inout Hit hit) {
-  float gap = gap_at(ray, t, hit);
-  if (gap > 0.0) {
-    bracket.lo = t;
-    bracket.gap_lo = gap;
-  } else {
-    bracket.hi = t;
-    bracket.gap_hi = gap;
-  }
-  return gap > 0.0;
-}
-
 // The surface's crossing near the block of a texel, which the ray enters at t and leaves at t_exit; false: none.
 bool surface_hit(Ray ray, Line line, float t, float t_exit, inout Hit hit) {
   Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);

@@ -18,8 +18,8 @@ float gap_at(Ray ray, float t, inout Hit hit) {
 // Where a line through the bracket's ends meets zero; gap_lo > 0 >= gap_hi, so that it never divides by zero.
 float interpolated(Bracket b) { return b.lo + (b.hi - b.lo) * (b.gap_lo / (b.gap_lo - b.gap_hi)); }
 
-// Takes t, which is in the bracket, for the end that it is on.
-void narrow(Ray ray, float t, inout Bracket b, inout Hit hit) {
+// Whether the ray is above the surface at t, which is then that end of the bracket.
+bool is_above(Ray ray, float t, inout Bracket b, inout Hit hit) {
   float gap = gap_at(ray, t, hit);
   if (gap > 0.0) {
     b.lo = t;
@@ -28,17 +28,18 @@ void narrow(Ray ray, float t, inout Bracket b, inout Hit hit) {
     b.hi = t;
     b.gap_hi = gap;
   }
+  return gap > 0.0;
 }
 
 // probes: before the last interpolation, which is the hit
 void refine_secant(Ray ray, Bracket b, int probes, inout Hit hit) {
-  for (int i = 0; i < probes; ++i) narrow(ray, interpolated(b), b, hit);
+  for (int i = 0; i < probes; ++i) is_above(ray, interpolated(b), b, hit);
   hit.steps += probes;
   hit.t = interpolated(b);
 }
 
 void refine_binary(Ray ray, Bracket b, int halvings, inout Hit hit) {
-  for (int i = 0; i < halvings; ++i) narrow(ray, 0.5 * (b.lo + b.hi), b, hit);
+  for (int i = 0; i < halvings; ++i) is_above(ray, 0.5 * (b.lo + b.hi), b, hit);
   hit.steps += halvings;
   hit.t = 0.5 * (b.lo + b.hi);
 }
