@@ -52,6 +52,7 @@ std::vector<Param> storage_params(const std::vector<MapKind>& kinds, const Stora
   const bool is_choice = maps.size() > 1;
   if (is_choice) {
     std::vector<std::string_view> ids;
+    ids.reserve(maps.size());
     for (const MapRow* map : maps) ids.push_back(map->id);
     params.push_back(baked(choice_param("map", "which map is baked", ids, ids.front()), use.active_if));
   }

@@ -170,7 +170,7 @@ void write_export(const Export& exported, const fs::path& folder) {
     for (const std::string& name : earlier)
       if (std::ranges::find(exported.files, name, &ExportedFile::name) == exported.files.end())
         fs::remove(folder / name, error);
-    for (auto file = pending.rbegin(); file != pending.rend(); ++file) file->commit();
+    for (std::size_t i = pending.size(); i-- > 0;) pending[i].commit();
   } catch (...) {
     if (is_new) fs::remove(folder, error);  // unless something is in it
     throw;

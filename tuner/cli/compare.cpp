@@ -77,7 +77,7 @@ std::string value_text(std::optional<double> value) { return value ? format_numb
 
 void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool all, const Paint& paint) {
   if (changes.empty()) return;
-  std::ranges::stable_partition(changes, [](const ErrorChange& e) { return e.worse; });
+  std::stable_partition(changes.begin(), changes.end(), [](const ErrorChange& e) { return e.worse; });
   const std::size_t shown = all ? changes.size() : std::min(changes.size(), kMostErrorRows);
   std::vector<std::vector<std::string>> rows = {{"change", "metric", "base", "new", "case"}};
   for (std::size_t i = 0; i < shown; ++i) {
@@ -92,9 +92,10 @@ void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool
 
 void print_errors(const Comparison& comparison, bool all, const Paint& paint) {
   std::vector<ErrorChange> errors = comparison.errors;
-  const auto work = std::ranges::stable_partition(errors, [](const ErrorChange& e) { return !e.counts_work; });
-  std::vector<ErrorChange> counts(work.begin(), work.end());
-  errors.erase(work.begin(), work.end());
+  const auto work =
+      std::stable_partition(errors.begin(), errors.end(), [](const ErrorChange& e) { return !e.counts_work; });
+  std::vector<ErrorChange> counts(work, errors.end());
+  errors.erase(work, errors.end());
   if (errors.empty()) fmt::print("errors: none changed\n");
   print_metrics("errors", std::move(errors), all, paint);
   print_metrics("work, which is no error", std::move(counts), all, paint);

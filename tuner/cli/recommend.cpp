@@ -48,9 +48,7 @@ void keep_scene(std::vector<Record>& records, const std::string& scene) {
 }
 
 std::string bounds_text(const std::vector<Budget>& budgets) {
-  std::vector<std::string> bounds;
-  for (const Budget& budget : budgets) bounds.push_back(budget.text());
-  return fmt::format("{}", fmt::join(bounds, " and "));
+  return fmt::format("{}", fmt::join(budget_texts(budgets), " and "));
 }
 
 std::string question_text(const Question& question) {

@@ -15,6 +15,7 @@ namespace reliefbench {
 struct Simplicity {
   std::size_t features = 0;
   std::size_t technique = 0;
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 inside for a pointer
   auto operator<=>(const Simplicity&) const = default;
 };
 [[nodiscard]] Simplicity simplicity(const Settings& settings);

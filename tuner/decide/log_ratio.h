@@ -62,15 +62,15 @@ class LogRatios {
   struct Part {
     std::vector<double> errors;  ///< one a sample; they sum to the error of the location
     std::vector<int> rounds;
-    int block;
+    int block = 0;
   };
   struct Entry {
     Part base;
     Part now;
-    double mean;
-    double variance;  ///< of sampling
-    int df;
-    double shifts;  ///< 1; 0 where both are the same measurement
+    double mean = 0;
+    double variance = 0;  ///< of sampling
+    int df = 0;
+    double shifts = 0;  ///< 1; 0 where both are the same measurement
   };
   [[nodiscard]] LogRatio of_one(const Entry& entry) const;
   void set_between_runs(std::span<const RatioCase> cases);

@@ -32,9 +32,8 @@ Front front_of(const RecordGroup& group, std::string_view error_metric, std::spa
               .scene = group.scene,
               .scene_key = group.scene_key,
               .error_metric = std::string(error_metric),
-              .constraints = {},
+              .constraints = budget_texts(constraints),
               .points = {}};
-  for (const Budget& budget : constraints) front.constraints.push_back(budget.text());
 
   const std::vector<std::size_t> on_front = pareto_front(time, error);
   std::vector<bool> is_on_front(eligible.size(), false);

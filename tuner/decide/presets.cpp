@@ -41,22 +41,16 @@ std::string settings_text(const Record& record) {
   return text;
 }
 
-std::vector<std::string> texts(const std::vector<Budget>& budgets) {
-  std::vector<std::string> list;
-  for (const Budget& budget : budgets) list.push_back(budget.text());
-  return list;
-}
-
 /// What all runs must have in common, unless the query says it.
 RunQuestion common_question(std::span<const Run> runs, const PresetQuery& query) {
-  const RunQuestion first = question_of(runs.front());
+  RunQuestion first = question_of(runs.front());
   const auto check = [&](const Run& run, std::string_view what, const std::string& own, const std::string& firsts) {
     if (own != firsts)
       fail_input("{}: its {} is {}, that of {} is {}; say which by --error and --constraint", run.folder.string(), what,
                  own, runs.front().folder.string(), firsts);
   };
   const auto joined = [](const std::vector<Budget>& budgets) {
-    return fmt::format("'{}'", fmt::join(texts(budgets), " and "));
+    return fmt::format("'{}'", fmt::join(budget_texts(budgets), " and "));
   };
   for (const Run& run : runs) {
     const RunQuestion own = question_of(run);
@@ -198,17 +192,18 @@ std::vector<PresetLevel> levels_of(const std::vector<Candidate>& candidates, con
   for (int quality = kBestPreset; quality >= 0; quality -= kPresetStep) {
     const double limit =
         level_limit(front.front().level_error, front.back().level_error, quality, is_linear) * (1 + kSlack);
-    std::vector<const Candidate*> as_good;
+    std::vector<std::size_t> as_good;
     std::vector<Contender> contenders;
-    for (const Candidate& candidate : candidates) {
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      const Candidate& candidate = candidates[i];
       const bool keeps_order =
           above == nullptr || &candidate == above ||
           (candidate.relative_time <= above->relative_time && candidate.level_error >= above->level_error);
       if (candidate.level_error > limit || !keeps_order) continue;
-      as_good.push_back(&candidate);
+      as_good.push_back(i);
       contenders.push_back(candidate.contender);
     }
-    const Candidate& picked = *as_good[choose(contenders).pick];
+    const Candidate& picked = candidates[as_good[choose(contenders).pick]];
     if (above == &picked) levels.pop_back();  // the lower of two equal levels stays
     above = &picked;
     levels.push_back({.quality = quality,
@@ -250,7 +245,7 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
         fmt::format("{}, {}: of the {} settings that its {} scenes share none has a value of {} and meets {} in all; "
                     "other bounds by --constraint",
                     key.first, key.second, result.shared, device.scenes.size(), presets.error_metric,
-                    fmt::join(texts(presets.constraints), ", ")));
+                    fmt::join(budget_texts(presets.constraints), ", ")));
   }
   result.scenes = set_relative_times(candidates);
   const std::vector<Candidate> front = front_of(candidates);
@@ -259,7 +254,7 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
   if (result.levels.size() < kFewLevels)
     presets.warnings.push_back(fmt::format(
         "{}, {}: {} distinct level{} of {} settings within {}{}", key.first, key.second, result.levels.size(),
-        result.levels.size() == 1 ? "" : "s", result.feasible, fmt::join(texts(presets.constraints), ", "),
+        result.levels.size() == 1 ? "" : "s", result.feasible, fmt::join(budget_texts(presets.constraints), ", "),
         std::ranges::any_of(presets.runs, [](const Run* run) { return is_of_tune(*run); })
             ? "; a tune's folder holds only the settings that it answers with: sweep for more"
             : "; sweep more settings, or allow more error by --constraint"));

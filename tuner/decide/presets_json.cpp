@@ -87,8 +87,6 @@ json scenes_of(const Presets& presets) {
 }  // namespace
 
 json presets_json(const Presets& presets) {
-  std::vector<std::string> constraints;
-  for (const Budget& budget : presets.constraints) constraints.push_back(budget.text());
   json runs = json::array();
   for (const Run* run : presets.runs) runs.push_back(run_json(*run));
   json devices = json::array();
@@ -97,7 +95,7 @@ json presets_json(const Presets& presets) {
           {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
           {"error_metric", presets.error_metric},
           {"level_metric", presets.level_metric},
-          {"constraints", constraints},
+          {"constraints", budget_texts(presets.constraints)},
           {"runs", std::move(runs)},
           {"scenes", scenes_of(presets)},
           {"devices", std::move(devices)},

@@ -158,14 +158,9 @@ Exit exit_of(std::span<const Answer> answers) {
 }
 
 nlohmann::json answers_json(std::span<const Answer> answers, const Question& question) {
-  const auto texts = [](const std::vector<Budget>& budgets) {
-    nlohmann::json list = nlohmann::json::array();
-    for (const Budget& budget : budgets) list.push_back(budget.text());
-    return list;
-  };
-  nlohmann::json asked = {{"budgets", texts(question.budgets)},
+  nlohmann::json asked = {{"budgets", budget_texts(question.budgets)},
                           {"error_metric", question.error_metric},
-                          {"simplest_budgets", texts(question.simplest_budgets)}};
+                          {"simplest_budgets", budget_texts(question.simplest_budgets)}};
   asked["max_time_ms"] = question.max_time_ms ? nlohmann::json(*question.max_time_ms) : nlohmann::json();
 
   nlohmann::json list = nlohmann::json::array();

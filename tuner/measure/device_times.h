@@ -32,7 +32,7 @@ class DeviceTimes {
 
   struct Wanted {
     Case spec;
-    const SceneSpec* scene;
+    const SceneSpec* scene = nullptr;
   };
   /// One more sample of each case, in this order; a case may be there more than once. The first time it is compiled,
   /// uploaded and warmed up, before the round. throws: CaseFailed

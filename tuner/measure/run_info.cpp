@@ -18,13 +18,6 @@
 namespace reliefbench {
 namespace {
 
-std::vector<std::string> texts(const std::vector<Budget>& budgets) {
-  std::vector<std::string> out;
-  out.reserve(budgets.size());
-  for (const Budget& budget : budgets) out.push_back(budget.text());
-  return out;
-}
-
 std::vector<std::string> command_line() {
   std::vector<std::string> arguments;
   std::string text;
@@ -90,30 +83,31 @@ nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>&
                         bool finished) {
   nlohmann::json wall_s = {{"other", summary.other_s}, {"total", summary.total_s}};
   for (std::size_t i = 0; i < kPartIds.size(); ++i) wall_s[std::string(kPartIds.at(i))] = summary.part_s.at(i);
-  nlohmann::json info = {{"name", config.name},
-                         {"version", version()},
-                         {"git_sha", git_sha()},
-                         {"argv", command_line()},
-                         {"started", utc_text(started_ns)},
-                         {"started_unix_ns", started_ns},
-                         {"host", host_json()},
-                         {"config_path", config.path.string()},
-                         {"config", nlohmann::json::parse(config.text, nullptr, true, /*ignore_comments=*/true)},
-                         {"seed", config.seed},
-                         {"scenes", scenes_json(scenes)},
-                         {"devices", devices},
-                         {"wall_s", wall_s},
-                         {"counts",
-                          {{"cases", summary.cases},
-                           {"resumed", summary.resumed},
-                           {"statuses", summary.statuses},
-                           {"bakes", summary.bakes},
-                           {"bakes_cached", summary.bakes_cached},
-                           {"references", summary.references},
-                           {"references_cached", summary.references_cached},
-                           {"shaders", summary.shaders}}},
-                         {"front", {{"error", config.front_error}, {"constraints", texts(config.front_constraints)}}},
-                         {"budgets", texts(config.budgets)}};
+  nlohmann::json info = {
+      {"name", config.name},
+      {"version", version()},
+      {"git_sha", git_sha()},
+      {"argv", command_line()},
+      {"started", utc_text(started_ns)},
+      {"started_unix_ns", started_ns},
+      {"host", host_json()},
+      {"config_path", config.path.string()},
+      {"config", nlohmann::json::parse(config.text, nullptr, true, /*ignore_comments=*/true)},
+      {"seed", config.seed},
+      {"scenes", scenes_json(scenes)},
+      {"devices", devices},
+      {"wall_s", wall_s},
+      {"counts",
+       {{"cases", summary.cases},
+        {"resumed", summary.resumed},
+        {"statuses", summary.statuses},
+        {"bakes", summary.bakes},
+        {"bakes_cached", summary.bakes_cached},
+        {"references", summary.references},
+        {"references_cached", summary.references_cached},
+        {"shaders", summary.shaders}}},
+      {"front", {{"error", config.front_error}, {"constraints", budget_texts(config.front_constraints)}}},
+      {"budgets", budget_texts(config.budgets)}};
   info["finished"] = finished ? nlohmann::json(utc_text(unix_ns())) : nlohmann::json(nullptr);
   return info;
 }

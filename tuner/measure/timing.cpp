@@ -83,6 +83,7 @@ void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& co
     std::shuffle(order.begin(), order.end(), random);
 
     std::vector<TimedBatch> own;
+    own.reserve(order.size());
     for (Subject* subject : order)
       own.push_back({.name = subject->prepared->record.case_id,
                      .frames = subject->frames,

@@ -28,7 +28,7 @@ struct TimingContext {
 
 /// Thrown where a batch of frames fails.
 struct BatchFailed {
-  PreparedCase* owner;  ///< null: the control case
+  PreparedCase* owner = nullptr;  ///< null: the control case
   Error error;
 };
 

@@ -129,6 +129,13 @@ std::vector<Budget> parse_budgets(std::span<const std::string> texts) {
   return budgets;
 }
 
+std::vector<std::string> budget_texts(std::span<const Budget> budgets) {
+  std::vector<std::string> texts;
+  texts.reserve(budgets.size());
+  for (const Budget& budget : budgets) texts.push_back(budget.text());
+  return texts;
+}
+
 Config load_config(const std::filesystem::path& path) { return parse_config(read_file(path), path); }
 
 Config parse_config(std::string text, const std::filesystem::path& path) {

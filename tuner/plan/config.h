@@ -30,6 +30,7 @@ struct Budget {
 };
 [[nodiscard]] Budget parse_budget(std::string_view text);  ///< throws: Error(bad_input)
 [[nodiscard]] std::vector<Budget> parse_budgets(std::span<const std::string> texts);
+[[nodiscard]] std::vector<std::string> budget_texts(std::span<const Budget> budgets);  ///< parse_budgets() of it again
 
 /// An axis of a sweep: one parameter, or several linked ones that move together.
 struct Axis {

@@ -21,6 +21,7 @@ struct SceneKey {
 
   [[nodiscard]] bool is_known() const { return !hex.empty(); }
   [[nodiscard]] std::string short_text() const { return short_key(hex); }
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 inside for a pointer
   auto operator<=>(const SceneKey&) const = default;
 };
 /// heights_sha256: of the heights as read (LoadedHeights::sha256)

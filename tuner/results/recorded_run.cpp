@@ -65,7 +65,7 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
                       .constraints = {},
                       .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
-  for (const Budget& budget : constraints) table.constraints.push_back(budget.text());
+  table.constraints = budget_texts(constraints);
   const std::vector<const MetricRow*> work = work_metrics();
   double least = std::numeric_limits<double>::infinity();
   for (const TableRow& row : rows) {

@@ -44,15 +44,13 @@ bool compares_pictures(const std::vector<Budget>& budgets, std::string_view erro
 
 nlohmann::json identity_of(const Config& config, const TuneOptions& options, const Session& session) {
   const TuneQuestion& question = options.question;
-  nlohmann::json budgets = nlohmann::json::array();
-  for (const Budget& budget : question.max_error) budgets.push_back(budget.text());
   nlohmann::json scenes = nlohmann::json::array();  // of a config some may be left out
   for (const SceneSpec& scene : config.scenes) scenes.push_back(scene.id);
   return {{"schema", kSchemaVersion},
           {"config_sha256", config_sha256(config)},
           {"kernels_sha256", kernels_sha256()},
           {"tune",
-           {{"max_error", budgets},
+           {{"max_error", budget_texts(question.max_error)},
             {"scenes", scenes},
             {"epsilon", question.epsilon},
             {"confidence", question.confidence},

@@ -15,13 +15,6 @@ json or_null(const std::optional<T>& value) {
   return value ? json(*value) : json();
 }
 
-std::vector<std::string> texts(const std::vector<Budget>& budgets) {
-  std::vector<std::string> list;
-  list.reserve(budgets.size());
-  for (const Budget& budget : budgets) list.push_back(budget.text());
-  return list;
-}
-
 std::string_view evidence_id(Evidence evidence) {
   switch (evidence) {
     case Evidence::none:
@@ -121,13 +114,13 @@ json tune_json(const TuneResult& result) {
   const TuneCounts& counts = result.counts;
   const SearchResult& search = result.search;
   return {{"question",
-           {{"max_error", texts(result.question.max_error)},
+           {{"max_error", budget_texts(result.question.max_error)},
             {"max_time_ms", or_null(result.question.max_time_ms)},
             {"epsilon", result.question.epsilon},
             {"confidence", result.question.confidence},
             {"seed", result.question.seed}}},
           {"error_metric", result.error_metric},
-          {"constraints", texts(result.constraints)},
+          {"constraints", budget_texts(result.constraints)},
           {"backend", result.backend},
           {"device", result.device},
           {"scenes", result.scenes},
