@@ -53,14 +53,15 @@ TEST(Cache, what_is_not_the_keys_own_file_is_absent) {
 
 TEST(CachedValues, come_back_to_the_bit) {
   const std::vector<float> values = {0, 0.1F, 1, 65504};
-  const std::optional<CachedBake> bake = read_bake(bake_bytes(1234.5, values), values.size());
+  const Codec<BakedValues> bakes = bake_codec(values.size());
+  const std::optional<BakedValues> bake = bakes.read(bakes.write({.time_ns = 1234.5, .values = values}));
   ASSERT_TRUE(bake);
   EXPECT_EQ(bake->time_ns, 1234.5);
   EXPECT_EQ(bake->values, values);
 
   const std::vector<ReferenceHit> hits = {{.t_enter = 1.0 / 3, .t_exit = 0.5},
                                           {.t_enter = 0, .t_exit = std::numeric_limits<double>::infinity()}};
-  const auto read = read_hits(hit_bytes(hits), hits.size());
+  const auto read = hits_codec(hits.size()).read(hits_codec(hits.size()).write(hits));
   ASSERT_TRUE(read);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     EXPECT_EQ((*read)[i].t_enter, hits[i].t_enter);
@@ -71,7 +72,7 @@ TEST(CachedValues, come_back_to_the_bit) {
   score["e_xy.mean"] = 1.0 / 3;
   for (const bool has_optionals : {true, false}) {
     if (!has_optionals) score["psnr"] = score["flicker"] = std::nullopt;
-    const auto known = read_score(score_bytes(score));
+    const auto known = score_codec().read(score_codec().write(score));
     ASSERT_TRUE(known);
     EXPECT_EQ(*known, score);
   }
@@ -80,24 +81,24 @@ TEST(CachedValues, come_back_to_the_bit) {
 TEST(CachedValues, of_before_a_metric_are_absent) {
   FrameScore score = full_score();
   score["taps.max"].reset();
-  EXPECT_FALSE(read_score(score_bytes(score)));
+  EXPECT_FALSE(score_codec().read(score_codec().write(score)));
 }
 
 TEST(CachedValues, of_another_size_or_kind_are_absent) {
   const std::vector<float> values(8, 0.5F);
-  const std::vector<std::byte> bake = bake_bytes(1, values);
-  EXPECT_FALSE(read_bake(bake, 7));
-  EXPECT_FALSE(read_bake(bake, 9));
-  EXPECT_FALSE(read_hits(bake, 4));
-  EXPECT_FALSE(read_score(bake));
-  EXPECT_FALSE(read_bake(score_bytes({}), 8));
-  EXPECT_FALSE(read_bake({}, 8));
-  EXPECT_FALSE(read_score({}));
+  const std::vector<std::byte> bake = bake_codec(8).write({.time_ns = 1, .values = values});
+  EXPECT_FALSE(bake_codec(7).read(bake));
+  EXPECT_FALSE(bake_codec(9).read(bake));
+  EXPECT_FALSE(hits_codec(4).read(bake));
+  EXPECT_FALSE(score_codec().read(bake));
+  EXPECT_FALSE(bake_codec(8).read(score_codec().write({})));
+  EXPECT_FALSE(bake_codec(8).read({}));
+  EXPECT_FALSE(score_codec().read({}));
   for (std::size_t size = 0; size < bake.size(); ++size)
-    EXPECT_FALSE(read_bake(std::span(bake).first(size), 8)) << size;
-  std::vector<std::byte> text = score_bytes(full_score());
+    EXPECT_FALSE(bake_codec(8).read(std::span(bake).first(size))) << size;
+  std::vector<std::byte> text = score_codec().write(full_score());
   text[text.size() - 2] = std::byte{'x'};
-  EXPECT_FALSE(read_score(text));
+  EXPECT_FALSE(score_codec().read(text));
 }
 
 TEST(CachedValues, every_kind_bakes_as_many_as_are_expected) {
@@ -117,19 +118,19 @@ TEST(CachedValues, a_library_bakes_again_what_does_not_fit) {
   const TempFolder folder;
   const Cache cache(folder / "cache");
   const SceneSpec scene{.id = "fbm/top", .heightmap = {.source = "fbm", .width = 16, .height = 16}, .scene = {}};
-  const Case c{.settings = parse_setting("cone"), .scene_id = scene.id, .backend = "null"};
+  const Settings cone = parse_setting("cone");
   WallSplit split;
   MapLibrary first(cache, split);
-  const BakedMap good = first.map(c, scene);
+  const BakedMap good = first.map(cone, scene);
   EXPECT_EQ(first.baked(), 1);
   for (const std::size_t size : {0U, 1U, 255U, 257U}) {
-    cache.put(good.key, bake_bytes(1, std::vector<float>(size, 0.5F)));
+    cache.put(good.key, bake_codec(size).write({.time_ns = 1, .values = std::vector<float>(size, 0.5F)}));
     MapLibrary again(cache, split);
-    EXPECT_EQ(again.map(c, scene).values, good.values);
+    EXPECT_EQ(again.map(cone, scene).values, good.values);
     EXPECT_EQ(again.baked(), 1) << size;
   }
   MapLibrary kept(cache, split);
-  EXPECT_EQ(kept.map(c, scene).values, good.values);
+  EXPECT_EQ(kept.map(cone, scene).values, good.values);
   EXPECT_EQ(kept.from_cache(), 1);
 }
 

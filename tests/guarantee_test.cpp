@@ -77,7 +77,7 @@ TEST_P(GuaranteeTest, is_kept_on_every_map_wrap_and_view) {
           for (const View& view : view_presets()) {
             const auto pixels = trace_frame(rig, *pipeline, map, small_scene_of(view, wrap));
             const auto reference = reference_of(pixels, map.surface, wrap);
-            const JudgedFrame frame = judge_frame(pixels, reference, 32, 32);
+            const JudgedFrame frame = judge(pixels, reference, 32, 32);
             rays += frame.score.pixels;
             for (std::size_t i = 0; i < pixels.size(); ++i) {
               const Kept kept = keeps(promise.guarantee, pixels[i], frame.pixels[i], reference[i], map.surface, wrap);
@@ -104,7 +104,7 @@ TEST_P(GuaranteeTest, relaxed_cones_with_solved_cells_arrive) {
           "relaxed_cone", {{"cone_steps", "300"}, {"step", step}, {"format", "rg16"}, {"filter", "manual"}});
       const StoredMap map = store_map(settings, row.generate(32, 32, 7), Wrap::repeat);
       const auto pixels = trace_frame(rig, settings, map, small_scene_of(view_presets()[2], Wrap::repeat));
-      return judge_frame(pixels, reference_of(pixels, map.surface, Wrap::repeat), 32, 32).score;
+      return judge(pixels, reference_of(pixels, map.surface, Wrap::repeat), 32, 32).score;
     };
     double plain_error = 0;
     double solved_error = 0;
@@ -193,7 +193,7 @@ TEST_P(GuaranteeTest, linear_steps_do_skip_spikes) {
     const StoredMap map =
         store_map(settings, load_heightmap({.source = "spikes", .width = 64, .height = 64}), Wrap::repeat);
     const auto pixels = trace_frame(rig, settings, map, scene_of(view_presets()[2], Wrap::repeat));
-    EXPECT_GT(judge_frame(pixels, reference_of(pixels, map.surface, Wrap::repeat), 64, 64).score.at("missed_rate"), 0);
+    EXPECT_GT(judge(pixels, reference_of(pixels, map.surface, Wrap::repeat), 64, 64).score.at("missed_rate"), 0);
   });
 }
 

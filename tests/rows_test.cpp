@@ -172,9 +172,10 @@ TEST(MapParameters, reach_the_baker_from_settings) {
 
   const Heightfield heights{.width = 4, .height = 4, .texels = std::vector<float>(16, 0.5F)};
   const Settings settings = settings_of("distance", {{"distance_slices", "8"}});
-  const BakeRequest request = bake_request(settings, heights, Wrap::repeat);
-  EXPECT_EQ(parameters_text(request, map_of(settings)), "distance_slices=8");
-  EXPECT_EQ(map_of(settings).bake(request).size(), 8U * 16);
+  const BakeSpec spec = bake_spec(settings, Wrap::repeat);
+  EXPECT_EQ(parameters_text({.heights = heights, .parameters = spec.parameters}, spec.storage.map),
+            "distance_slices=8");
+  EXPECT_EQ(bake(spec, heights).values.size(), 8U * 16);
   EXPECT_EQ(parameters_text({.heights = heights}, find_map("relaxed_po07")), "search_steps=128");  // its default
   EXPECT_EQ(parameters_text({.heights = heights}, find_map("quick")), "");
 }

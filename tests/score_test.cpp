@@ -22,8 +22,8 @@ constexpr int kSide = 100;  // with a slope of (0.6, 0.8): 100 texels per t
 ScorePixel pixel(float t, float status = kHit, float taps = 0) {
   return {.ray = {.u = 0.1F, .v = 0.2F, .slope_u = 0.6F, .slope_v = 0.8F}, .t = t, .status = status, .taps = taps};
 }
-PixelScore judge(const ScorePixel& pixel, const ReferenceHit& reference = kSolid) {
-  return judge_frame({&pixel, 1}, {&reference, 1}, kSide, kSide).pixels.front();
+PixelScore score_of(const ScorePixel& pixel, const ReferenceHit& reference = kSolid) {
+  return judge({&pixel, 1}, {&reference, 1}, kSide, kSide).pixels.front();
 }
 
 struct VerdictCase {
@@ -34,7 +34,7 @@ struct VerdictCase {
 };
 class Verdicts : public testing::TestWithParam<VerdictCase> {};
 TEST_P(Verdicts, FollowTheReference) {
-  EXPECT_EQ(judge(pixel(GetParam().t, GetParam().status)).verdict, GetParam().verdict);
+  EXPECT_EQ(score_of(pixel(GetParam().t, GetParam().status)).verdict, GetParam().verdict);
 }
 INSTANTIATE_TEST_SUITE_P(
     Score, Verdicts,
@@ -54,18 +54,18 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& row) { return std::string(row.param.name); });
 
 TEST(Score, ErrorsAreAlongTheRay) {
-  const PixelScore score = judge(pixel(0.375F));
+  const PixelScore score = score_of(pixel(0.375F));
   EXPECT_FLOAT_EQ(score.e_z, 0.125F);
   EXPECT_FLOAT_EQ(score.e_xy, 12.5F);
 }
 
 TEST(Score, TexelsCountPerAxis) {
   const ScorePixel wide{.ray = {.u = 0, .v = 0, .slope_u = 0.5F, .slope_v = 0.5F}, .t = 0.5F, .status = kHit};
-  EXPECT_FLOAT_EQ(judge_frame({&wide, 1}, {&kSolid, 1}, 24, 10).pixels.front().e_xy, 0.25F * 13);
+  EXPECT_FLOAT_EQ(judge({&wide, 1}, {&kSolid, 1}, 24, 10).pixels.front().e_xy, 0.25F * 13);
 }
 
 TEST(Score, NonFiniteHitCostsTheWholeTravel) {
-  const PixelScore score = judge(pixel(std::numeric_limits<float>::infinity()));
+  const PixelScore score = score_of(pixel(std::numeric_limits<float>::infinity()));
   EXPECT_FLOAT_EQ(score.e_xy, 100);
   EXPECT_EQ(score.e_z, 1);
 }
@@ -73,31 +73,31 @@ TEST(Score, NonFiniteHitCostsTheWholeTravel) {
 TEST(Score, NonFiniteRayIsNoRay) {
   ScorePixel broken = pixel(0.25F);
   broken.ray.slope_u = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(judge(broken).verdict, Verdict::no_ray);
+  EXPECT_EQ(score_of(broken).verdict, Verdict::no_ray);
 }
 
 TEST(Score, ErrorsStayFinite) {
   ScorePixel horizon = pixel(0.5F);
   horizon.ray.slope_u = 1e38F;
-  EXPECT_EQ(judge(horizon).e_xy, std::numeric_limits<float>::max());
+  EXPECT_EQ(score_of(horizon).e_xy, std::numeric_limits<float>::max());
 }
 
 TEST(Score, ATouchThatIsFoundIsNotMissed) {
   const ReferenceHit touch{.t_enter = 1.0 / 3, .t_exit = 1.0 / 3};
   const float nearest = 1.0F / 3;
-  EXPECT_EQ(judge(pixel(nearest), touch).verdict, Verdict::good);
-  EXPECT_EQ(judge(pixel(nearest + 1e-6F), touch).verdict, Verdict::missed);
+  EXPECT_EQ(score_of(pixel(nearest), touch).verdict, Verdict::good);
+  EXPECT_EQ(score_of(pixel(nearest + 1e-6F), touch).verdict, Verdict::missed);
 }
 
 TEST(Score, WhatNeverEndsIsNeverMissed) {
-  EXPECT_EQ(judge(pixel(1), {.t_enter = 0.25, .t_exit = kNever}).verdict, Verdict::inside);
+  EXPECT_EQ(score_of(pixel(1), {.t_enter = 0.25, .t_exit = kNever}).verdict, Verdict::inside);
 }
 
 TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
   const std::vector<ScorePixel> pixels{pixel(0.25F, kHit, 3), pixel(0.26F, kHit, 5), pixel(0.9F, kHit, 4),
                                        pixel(0.1F, kStepCap, 8), pixel(0, 0, 1000)};
   const std::vector<ReferenceHit> reference(pixels.size(), kSolid);
-  const JudgedFrame frame = judge_frame(pixels, reference, kSide, kSide);
+  const JudgedFrame frame = judge(pixels, reference, kSide, kSide);
   EXPECT_EQ(frame.pixels.size(), 5U);
   EXPECT_EQ(frame.score.pixels, 4);
   EXPECT_EQ(frame.score["missed_rate"], 0.25);
@@ -111,7 +111,7 @@ TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
 
 TEST(Score, FrameWithoutRaysIsZero) {
   const std::vector<ScorePixel> pixels(3);
-  const JudgedFrame frame = judge_frame(pixels, std::vector<ReferenceHit>(3), kSide, kSide);
+  const JudgedFrame frame = judge(pixels, std::vector<ReferenceHit>(3), kSide, kSide);
   EXPECT_EQ(frame.score.pixels, 0);
   for (const MetricRow& row : metrics())
     EXPECT_EQ(row.value(frame.score), row.compares_pictures ? std::nullopt : std::optional(0.0)) << row.id;
@@ -123,7 +123,7 @@ TEST(Score, PercentilesAreByNearestRank) {
   pixels.reserve(200);
   for (int i = 0; i < 200; ++i) pixels.push_back(pixel(static_cast<float>((i * 7) % 200 + 1) / 1024));
   const std::vector<ReferenceHit> reference(pixels.size(), ReferenceHit{.t_enter = 0, .t_exit = kNever});
-  const FrameScore score = judge_frame(pixels, reference, kSide, kSide).score;
+  const FrameScore score = judge(pixels, reference, kSide, kSide).score;
   EXPECT_EQ(score["e_z.mean"], 100.5 / 1024);
   EXPECT_EQ(score["e_z.p50"], 100.0 / 1024);
   EXPECT_EQ(score["e_z.p95"], 190.0 / 1024);
@@ -133,7 +133,7 @@ TEST(Score, PercentilesAreByNearestRank) {
 
 TEST(Score, PercentilesOfOnePixelAreIt) {
   const ScorePixel one = pixel(0.375F);
-  const FrameScore score = judge_frame({&one, 1}, {&kSolid, 1}, kSide, kSide).score;
+  const FrameScore score = judge({&one, 1}, {&kSolid, 1}, kSide, kSide).score;
   EXPECT_EQ(score["e_z.p50"], 0.125);
   EXPECT_EQ(score["e_z.p99"], 0.125);
 }

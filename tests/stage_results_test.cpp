@@ -79,7 +79,7 @@ std::map<std::string, std::string> results() {
                         .status = static_cast<float>(i % 3),
                         .taps = static_cast<float>(i % 7)});
     }
-    const FrameScore score = judge_frame(pixels, exact, heights.width, heights.height).score;
+    const FrameScore score = judge(pixels, exact, heights.width, heights.height).score;
     for (const char* id :
          {"e_xy.mean", "e_xy.p99", "e_z.mean", "e_z.max", "missed_rate", "inside_rate", "unconverged_rate"})
       errors += fmt::format("{:.6g} ", find_metric(id).value(score).value());

@@ -6,7 +6,7 @@
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "tests/backend_rig.h"
-#include "tuner/measure/map_library.h"
+#include "tuner/measure/frame.h"
 #include "tuner/measure/session.h"
 
 namespace reliefbench {
@@ -20,9 +20,8 @@ struct StoredMap {
 inline StoredMap store_map(const Settings& settings, const Heightfield& heights, Wrap wrap) {
   if (!settings.technique().reads_map())  // flat reads no map: any will do
     return {.textures = pack_heights(heights, find_format("r32f")), .surface = heights};
-  BakedMap map{.heights = quantise_heights(heights, storage_of(settings).format.type)};
-  map.values = map_of(settings).bake(bake_request(settings, map.heights, wrap));
-  MapTextures textures = map_textures(settings, map, wrap, Scene{}.relief_depth);
+  BakedMap map = bake(bake_spec(settings, wrap), heights);
+  MapTextures textures = *pack(settings, map, Scene{.view = {}, .wrap = wrap});
   return {.textures = std::move(textures), .surface = std::move(map.heights)};
 }
 
@@ -39,8 +38,7 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
   const Draw draw{.pipeline = &pipeline,
                   .textures = rig.textures(relief.get(), extra.get()),
                   .frame = frame_uniforms(scene, map.surface.width, map.surface.height)};
-  rig.backend->render(draw, 1, Timer::fenced_wall);
-  return rig.backend->read_score();
+  return trace_frame(*rig.backend, draw);
 }
 
 /// The score frame of a technique over a stored map.

@@ -25,7 +25,7 @@ constexpr std::array<HeatMapMark, 3> kMarks = {{{Verdict::missed, "missed: stepp
                                                 {Verdict::no_ray, "no ray", {128, 128, 128}}}};
 
 Rgb ramp_color(double e_xy) {
-  // Negated so that NaN is dark too: judge_frame marks what is not finite as missed, it cannot come here as an error.
+  // Negated so that NaN is dark too: judge marks what is not finite as missed, it cannot come here as an error.
   if (!(e_xy > kStops.front().e_xy)) return kStops.front().color;
   if (e_xy >= kStops.back().e_xy) return kStops.back().color;
   const double octave = std::log2(e_xy / kStops.front().e_xy);

@@ -21,7 +21,7 @@ float to_float(double error) {
   return static_cast<float>(std::min(error, static_cast<double>(std::numeric_limits<float>::max())));
 }
 
-Verdict judge(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
+Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
   const double t = pixel.t;
   // The found t is a float: the two around t_enter are as good as it can be, even where the ray only touches.
   const auto nearest = static_cast<float>(reference.t_enter);
@@ -39,7 +39,7 @@ PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, i
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
   const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
   const double e_xy = e_z * travel_texels;
-  return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = judge(pixel, reference, e_xy)};
+  return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
 }
 
 /// Fills in a metric's numbers. values: of the pixels with a ray; sorted here where a percentile is asked for
@@ -92,8 +92,24 @@ std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
   return rays;
 }
 
-JudgedFrame judge_frame(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
-                        int map_height) {
+std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<const ScorePixel> pixels) {
+  std::vector<TextureRay> rays;
+  std::vector<std::size_t> where;
+  rays.reserve(pixels.size());
+  where.reserve(pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
+    rays.push_back(pixels[i].ray);
+    where.push_back(i);
+  }
+  const std::vector<ReferenceHit> traced = tracer.trace(rays);
+  std::vector<ReferenceHit> hits(pixels.size());
+  for (std::size_t i = 0; i < traced.size(); ++i) hits[where[i]] = traced[i];
+  return hits;
+}
+
+JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
+                  int map_height) {
   assert(pixels.size() == reference.size());
   JudgedFrame frame;
   frame.pixels.reserve(pixels.size());

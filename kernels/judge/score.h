@@ -13,12 +13,15 @@ struct JudgedFrame {
   std::vector<PixelScore> pixels;  ///< frame size, row-major
 };
 
-/// Judges a score frame against the reference of the very same rays.
+/// The exact first hits of a score frame's rays; of a pixel without one {}, which no judgement looks at.
+[[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<const ScorePixel> pixels);
+
+/// Hits -> score: judges a score frame against the exact hits of the very same rays.
 /// e_z = |t - t_enter|; e_xy = that times the ray's horizontal texels per t
 /// pixels, reference: frame size; map_width, map_height: texels, for e_xy; non-finite t counts as missed with the
 /// ray's whole travel as error. Where no pixel has a ray every number is 0.
-[[nodiscard]] JudgedFrame judge_frame(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
-                                      int map_width, int map_height);
+[[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
+                                int map_width, int map_height);
 
 /// Fills in the metrics that compare a shaded frame with the shaded reference. mask: of the same frame
 void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> mask, FrameScore& score);

@@ -15,7 +15,7 @@
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
 #include "reports/export/shipped_shader.h"
-#include "tuner/measure/bake.h"
+#include "tuner/measure/bake_job.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_space.h"
@@ -59,19 +59,17 @@ struct Baked {
   std::optional<MapTextures> textures{};  ///< none: the technique reads no map
 };
 
-Baked bake(const ExportJob& job, Heightmaps heightmaps) {
+Baked bake_shipped(const ExportJob& job, Heightmaps heightmaps) {
   const Cache cache = Cache::open();
   WallSplit split;
   MapLibrary library(cache, split, std::move(heightmaps));
-  const Case c{.settings = job.settings, .scene_id = "export", .backend = {}};
-  const SceneSpec scene{.id = c.scene_id,
+  const SceneSpec scene{.id = "export",
                         .heightmap = job.heightmap,
                         .scene = {.view = {}, .relief_depth = job.relief_depth, .wrap = job.wrap}};
   const LoadedHeights& heights = library.loaded(scene);
   Baked baked{.width = heights.field.width, .height = heights.field.height, .heights_sha256 = heights.sha256};
   if (job.scene) baked.scene = measured_scene(*job.scene, heights);
-  if (job.settings.technique().reads_map())
-    baked.textures = map_textures(job.settings, library.map(c, scene), job.wrap, job.relief_depth);
+  baked.textures = library.packed(job.settings, scene);
   return baked;
 }
 
@@ -125,7 +123,7 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
 
 Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   if (const std::string reason = conflict(job.settings); !reason.empty()) fail_input("{}", reason);
-  const Baked baked = bake(job, std::move(heightmaps));
+  const Baked baked = bake_shipped(job, std::move(heightmaps));
   ShippedShader shader{
       .settings = job.settings, .heightmap = job.heightmap.source, .wrap = job.wrap, .relief_depth = job.relief_depth};
   Export result;

@@ -1,5 +1,3 @@
-#include "tuner/measure/bake.h"
-
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +13,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/measure/bake_job.h"
 
 namespace reliefbench {
 namespace {
@@ -59,21 +58,24 @@ BakeJob job_of(const Arguments& arguments) {
   const float max_ratio = choose("--max-ratio", arguments.max_ratio, {"1", "unbounded"}) == 0 ? 1 : kUnboundedRatio;
   const Format& format =
       arguments.format.empty() ? default_format(map, encoding, correction, max_ratio) : find_format(arguments.format);
-  BakeJob job{
-      .heightmap = {.source = arguments.heightmap},
-      .storage = {.map = map, .format = format, .encoding = encoding, .correction = correction, .max_ratio = max_ratio},
-      .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
-      .threads = arguments.threads,
-      .device = arguments.device,
-      .verify = arguments.verify,
-      .output = arguments.output};
+  BakeJob job{.heightmap = {.source = arguments.heightmap},
+              .spec = {.storage = {.map = map,
+                                   .format = format,
+                                   .encoding = encoding,
+                                   .correction = correction,
+                                   .max_ratio = max_ratio},
+                       .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
+                       .threads = arguments.threads},
+              .device = arguments.device,
+              .verify = arguments.verify,
+              .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
   set_reading(job.heightmap, arguments.reading);
   for (const auto& [id, text] : arguments.parameters) {
     if (!text) continue;
     const auto param = std::ranges::find(map.parameters, id, &MapParam::id);
     if (param == map.parameters.end()) fail_input("{}: a {} map has no such parameter", option_of(id), map.id);
-    job.parameters.push_back({.param = param->id, .value = map_param(*param).parse(*text)});
+    job.spec.parameters.push_back({.param = param->id, .value = map_param(*param).parse(*text)});
   }
   return job;
 }
@@ -103,13 +105,13 @@ Json json_of(const MapRow& map, const MapVerdict& verdict) {
 }
 
 void print_json(const BakeJob& job, const BakeResult& result) {
-  const MapStorage& storage = job.storage;
+  const MapStorage& storage = job.spec.storage;
   Json out = {{"heightmap", job.heightmap.source},
               {"map", storage.map.id},
               {"correction", correction_id(storage.correction)},
               {"encoding", storage.encoding.id},
               {"format", storage.format.id},
-              {"wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"},
+              {"wrap", job.spec.wrap == Wrap::repeat ? "repeat" : "clamp"},
               {"device", job.device},
               {"width", result.width},
               {"height", result.height},
@@ -154,14 +156,14 @@ std::string verdict_text(const MapRow& map, const MapVerdict& verdict, const Pai
 }
 
 void print_text(const BakeJob& job, const BakeResult& result) {
-  const MapStorage& storage = job.storage;
+  const MapStorage& storage = job.spec.storage;
   const Paint paint = paint_for_stdout();
   const bool has_ratios = storage.map.ratios > 0;
   std::vector<std::vector<std::string>> rows{
       {"map",
        fmt::format("{}{} of {}, {} x {} texels, {}", storage.map.id,
                    has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "", job.heightmap.source,
-                   result.width, result.height, job.wrap == Wrap::repeat ? "repeat" : "clamp")},
+                   result.width, result.height, job.spec.wrap == Wrap::repeat ? "repeat" : "clamp")},
       {"time", fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
   if (has_ratios)
     rows.push_back({"mean ratio", fmt::format("{}; {} % closed", format_number(result.mean_ratio),

@@ -1,55 +1,47 @@
 #pragma once
-#include <cstddef>
-#include <filesystem>
-#include <map>
-#include <optional>
+#include <functional>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "kernels/image/heightmap.h"
+#include "kernels/maps/map_kind.h"
 #include "kernels/maps/map_storage.h"
-#include "kernels/maps/map_verify.h"
+#include "kernels/trace/technique.h"
 
 namespace reliefbench {
 
-/// One map, from heightmap to file.
-struct BakeJob {
-  HeightmapSpec heightmap;
+/// What is baked of a heightmap.
+struct BakeSpec {
   MapStorage storage;
   Wrap wrap = Wrap::repeat;
   std::vector<MapValue> parameters{};  ///< of the map's own
-  int threads = 0;
-  std::string device = "cpu";  ///< cpu | opengl | vulkan
-  bool verify = false;
-  std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
+  int threads = 0;                     ///< 0: as many as the machine has
+};
+[[nodiscard]] BakeSpec bake_spec(const Settings& settings, Wrap wrap);
+
+/// What a baker made of a request.
+struct BakedValues {
+  double time_ns = 0;           ///< when it was baked, of the bake alone
+  std::vector<float> values{};  ///< as MapRow::content says
+};
+/// Makes the values that a map's heights alone do not hold. key: what identifies them
+using Baker = std::function<BakedValues(const MapRow& map, const BakeRequest& request, const std::string& key)>;
+
+/// Runs `make` for the values and takes its time.
+[[nodiscard]] BakedValues timed_bake(const std::function<std::vector<float>()>& make);
+/// The map kind's own baker, on the CPU.
+[[nodiscard]] BakedValues bake_on_cpu(const MapRow& map, const BakeRequest& request, const std::string& key);
+
+/// A baked map: heights as the texture's format rounds them, and what its baker made of those.
+struct BakedMap {
+  Heightfield heights{};
+  std::vector<float> values{};  ///< as MapRow::content says; empty for a height map
+  double bake_time_ns = 0;      ///< 0 for a height map
+  /// What identifies the bake: kind with the baker's version, heights as they are stored, wrap, parameters.
+  std::string key{};
 };
 
-struct BakeResult {
-  std::string reading{};  ///< what was read of the heightmap's file; "" of a procedural one
-  int width = 0;
-  int height = 0;
-  double bake_time_ns = 0;
-  double mean_ratio = 0;    ///< of the ratios as stored; a map without ratios: 0
-  double closed_share = 0;  ///< of ratios that are stored as 0
-  std::size_t bytes = 0;    ///< of all textures
-  std::optional<MapVerdict> verdict;
-  std::vector<std::filesystem::path> files;
-};
-
-/// The correction that the technique whose first map this is has as its default, else the kind's first.
-[[nodiscard]] Correction default_correction(const MapRow& map);
-/// The first format of 16 bits a channel that the map fits.
-/// throws: Error(bad_input) with the first reason if none does
-[[nodiscard]] const Format& default_format(const MapRow& map, const Encoding& encoding, Correction correction,
-                                           float max_ratio);
-
-/// What a map's file says of it.
-[[nodiscard]] std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap);
-
-/// Loads, bakes, packs, verifies and writes.
-/// throws: Error(bad_input): a conflict, an unreadable heightmap, an unwritable file; Error(environment): no such
-///         device or no baker for it
-[[nodiscard]] BakeResult run_bake(const BakeJob& job);
+/// Heights as read -> map. baker: of all kinds but height maps, which need none
+/// throws: Error(bad_input): a request that the kind has no answer to
+[[nodiscard]] BakedMap bake(const BakeSpec& spec, const Heightfield& heights, const Baker& baker = bake_on_cpu);
 
 }  // namespace reliefbench

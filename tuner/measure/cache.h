@@ -2,9 +2,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <list>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace reliefbench {
@@ -36,6 +40,55 @@ class Cache {
 
  private:
   std::filesystem::path folder_;
+};
+
+/// How values of a type are kept.
+template <typename Value>
+struct Codec {
+  std::function<std::vector<std::byte>(const Value&)> write;
+  /// Nothing for bytes that are not just what is asked for.
+  std::function<std::optional<Value>(std::span<const std::byte>)> read;
+};
+
+template <typename Value>
+struct Made {
+  Value value;
+  bool is_new = false;  ///< it was not in the cache
+};
+
+/// What `make` returns, or returned for this key before.
+template <typename Value, typename Make>
+[[nodiscard]] Made<Value> cached(const Cache& cache, std::string_view key, const Codec<Value>& codec,
+                                 const Make& make) {
+  if (const auto bytes = cache.get(key))
+    if (std::optional<Value> known = codec.read(*bytes)) return {.value = std::move(*known)};
+  Made<Value> made{.value = make(), .is_new = true};
+  cache.put(key, codec.write(made.value));
+  return made;
+}
+
+/// The values that were asked for last, in memory.
+template <typename Value>
+class Recent {
+ public:
+  explicit Recent(std::size_t most) : most_(most) {}
+
+  /// What `make` returns, or returned for this key before; valid until `most` others were asked for.
+  template <typename Make>
+  [[nodiscard]] const Value& get(const std::string& key, const Make& make) {
+    for (auto it = values_.begin(); it != values_.end(); ++it) {
+      if (it->first != key) continue;
+      values_.splice(values_.begin(), values_, it);
+      return it->second;
+    }
+    if (values_.size() == most_) values_.pop_back();  // first: values are large
+    values_.emplace_front(key, make());
+    return values_.front().second;
+  }
+
+ private:
+  std::size_t most_;
+  std::list<std::pair<std::string, Value>> values_;  // latest first
 };
 
 }  // namespace reliefbench

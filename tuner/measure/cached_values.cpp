@@ -45,17 +45,15 @@ std::optional<std::vector<Number>> numbers_of(std::span<const std::byte> bytes, 
   return numbers;
 }
 
-}  // namespace
-
-std::vector<std::byte> bake_bytes(double time_ns, std::span<const float> values) {
-  std::vector<std::byte> bytes = bytes_of(head_of(kBake, values.size()), values);
-  const auto time = std::as_bytes(std::span(&time_ns, 1));
+std::vector<std::byte> bake_bytes(const BakedValues& bake) {
+  std::vector<std::byte> bytes = bytes_of(head_of(kBake, bake.values.size()), std::span<const float>(bake.values));
+  const auto time = std::as_bytes(std::span(&bake.time_ns, 1));
   bytes.insert(bytes.end(), time.begin(), time.end());
   return bytes;
 }
 
-std::optional<CachedBake> read_bake(std::span<const std::byte> bytes, std::size_t values) {
-  CachedBake bake;
+std::optional<BakedValues> read_bake(std::span<const std::byte> bytes, std::size_t values) {
+  BakedValues bake;
   if (bytes.size() < sizeof(bake.time_ns)) return std::nullopt;
   const auto time = bytes.last(sizeof(bake.time_ns));
   auto numbers = numbers_of<float>(bytes.first(bytes.size() - time.size()), kBake, values);
@@ -63,26 +61,6 @@ std::optional<CachedBake> read_bake(std::span<const std::byte> bytes, std::size_
   std::ranges::copy(time, std::as_writable_bytes(std::span(&bake.time_ns, 1)).begin());
   bake.values = std::move(*numbers);
   return bake;
-}
-
-std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
-  const Heightfield& heights = request.heights;
-  const std::size_t texels = heights.texels.size();
-  switch (map.content) {
-    case MapContent::heights:
-      return 0;
-    case MapContent::ratios:
-      return texels * static_cast<std::size_t>(map.ratios);
-    case MapContent::volume:
-      return texels * static_cast<std::size_t>(request.value(kDistanceSlices));
-    case MapContent::pyramid:
-      break;
-  }
-  std::size_t nodes = 0;
-  for (int level = 0; std::max(heights.width, heights.height) >> level > 0; ++level)
-    nodes += static_cast<std::size_t>(level_side(heights.width, level)) *
-             static_cast<std::size_t>(level_side(heights.height, level));
-  return nodes;
 }
 
 std::vector<std::byte> hit_bytes(std::span<const ReferenceHit> hits) {
@@ -130,5 +108,37 @@ std::optional<FrameScore> read_score(std::span<const std::byte> bytes) {
     return std::nullopt;
   }
 }
+
+}  // namespace
+
+Codec<BakedValues> bake_codec(std::size_t values) {
+  return {.write = bake_bytes, .read = [values](std::span<const std::byte> bytes) { return read_bake(bytes, values); }};
+}
+
+std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
+  const Heightfield& heights = request.heights;
+  const std::size_t texels = heights.texels.size();
+  switch (map.content) {
+    case MapContent::heights:
+      return 0;
+    case MapContent::ratios:
+      return texels * static_cast<std::size_t>(map.ratios);
+    case MapContent::volume:
+      return texels * static_cast<std::size_t>(request.value(kDistanceSlices));
+    case MapContent::pyramid:
+      break;
+  }
+  std::size_t nodes = 0;
+  for (int level = 0; std::max(heights.width, heights.height) >> level > 0; ++level)
+    nodes += static_cast<std::size_t>(level_side(heights.width, level)) *
+             static_cast<std::size_t>(level_side(heights.height, level));
+  return nodes;
+}
+
+Codec<std::vector<ReferenceHit>> hits_codec(std::size_t hits) {
+  return {.write = hit_bytes, .read = [hits](std::span<const std::byte> bytes) { return read_hits(bytes, hits); }};
+}
+
+Codec<FrameScore> score_codec() { return {.write = score_bytes, .read = read_score}; }
 
 }  // namespace reliefbench

@@ -2,24 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
-#include "kernels/judge/picture_metrics.h"
 #include "kernels/judge/score.h"
-#include "kernels/maps/cone_map.h"
+#include "tuner/measure/frame.h"
 #include "tuner/measure/progress.h"
-#include "tuner/measure/trace_device.h"
+#include "tuner/measure/timing.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr int kRounds = 9;  // samples of a frame's time, the rows in turn
+constexpr int kRounds = 9;  // samples of a row's time
 constexpr double kBatch_ms = 5;
 constexpr double kNsPerMs = 1e6;
 
@@ -27,70 +26,73 @@ using Figures = std::map<std::string, double>;
 
 bool is_time(std::string_view metric) { return metric == "frame_time" || metric == "bake_time"; }
 
-/// Time, width and safety of a row's map, baked by one thread.
-void measure_map(const ClaimRow& row, const BakedScene& baked, Wrap wrap, Figures& figures) {
-  const MapRow& map = map_of(row.settings);
-  if (map.content == MapContent::heights) return;
-  BakeRequest request = bake_request(row.settings, baked.map->heights, wrap);
-  request.threads = 1;
-  const auto start = std::chrono::steady_clock::now();
-  const std::vector<float> values = map.bake(request);
-  figures["bake_time"] = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  if (map.ratios != 1) return;
-  const auto texels = static_cast<double>(values.size());
-  figures["mean_ratio"] = std::accumulate(values.begin(), values.end(), 0.0) / texels;
-  request.correction = Correction::none;
-  request.parameters.clear();  // the exact conservative map has none
-  const std::vector<float> exact = bake_conservative(request);
+/// Time, width and safety of a row's map.
+void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& heights, Figures& figures) {
+  const MapStorage& storage = spec.storage;
+  if (storage.map.content == MapContent::heights) return;
+  figures["bake_time"] = map.bake_time_ns / kNsPerMs;
+  if (storage.map.ratios != 1) return;
+  const auto texels = static_cast<double>(map.values.size());
+  figures["mean_ratio"] = std::accumulate(map.values.begin(), map.values.end(), 0.0) / texels;
+  const BakedMap exact = bake({.storage = {.map = find_map(MapKind::conservative),
+                                           .format = storage.format,
+                                           .encoding = storage.encoding,
+                                           .max_ratio = storage.max_ratio},
+                               .wrap = spec.wrap},
+                              heights);
   int wider = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) wider += values[i] > exact[i] * (1 + 1e-6F) ? 1 : 0;
+  for (std::size_t i = 0; i < map.values.size(); ++i) wider += map.values[i] > exact.values[i] * (1 + 1e-6F) ? 1 : 0;
   figures["too_wide"] = wider / texels;
 }
 
-/// Errors against the exact hits on the heights as they were loaded, as a sweep has them.
-void measure_error(TraceDevice& device, const TraceDevice::Frame& frame, const ReferenceTracer& tracer,
-                   const Heightfield& heights, Figures& figures) {
-  const std::vector<ScorePixel> pixels = device.trace(frame);
-  const FrameScore score = judge_frame(pixels, tracer.trace(rays_of(pixels)), heights.width, heights.height).score;
-  for (const MetricRow& metric : metrics())
-    if (const std::optional<double> value = metric.value(score)) figures[std::string(metric.id)] = *value;
-}
-
-/// Median frame times, the rows in turn, so that drift is shared.
-void measure_times(TraceDevice& device, std::vector<TraceDevice::Frame>& frames, std::vector<Figures>& measured) {
-  std::vector<int> batch;
-  for (TraceDevice::Frame& frame : frames) {
-    device.session().draw_ns(frame.draw, 1);  // the first draw compiles
-    const double frame_ns = device.session().draw_ns(frame.draw, 1);
-    batch.push_back(std::max(1, static_cast<int>(std::ceil(kBatch_ms * kNsPerMs / frame_ns))));
+/// Median frame times, corrected for drift, of draws that are timed in turn.
+void measure_times(Session& session, WallSplit& split, const std::vector<Draw>& draws, std::vector<Figures>& measured) {
+  const MeasureSpec measure{.samples = kRounds, .batch_ms = kBatch_ms};
+  SampleBook book(SampleBook::Control{.id = control_case_id(session.device().backend),
+                                      .reference_ns = session.calibration().reference_ns});
+  const Timing timing{.session = session, .book = book, .measure = measure, .split = split, .started_ns = unix_ns()};
+  std::vector<Record> records(draws.size());
+  std::vector<TimedCase> cases;
+  cases.reserve(draws.size());
+  for (std::size_t i = 0; i < draws.size(); ++i) {
+    records[i].case_id = fmt::format("row {}", i);
+    cases.push_back(warm_up(timing, records[i], draws[i]));
   }
-  std::vector<std::vector<double>> samples(frames.size());
-  for (int round = 0; round < kRounds; ++round)
-    for (std::size_t i = 0; i < frames.size(); ++i)
-      samples[i].push_back(device.session().draw_ns(frames[i].draw, batch[i]) / batch[i]);
-  for (std::size_t i = 0; i < frames.size(); ++i) measured[i]["frame_time"] = median(samples[i]) / kNsPerMs;
+  for (int round = 0; round < measure.samples; ++round) time(timing, cases);
+  for (std::size_t i = 0; i < draws.size(); ++i)
+    measured[i]["frame_time"] = median(book.times(records[i].case_id)) / kNsPerMs;
 }
 
-ClaimResult run_claim(const Claim& claim, TraceDevice& device) {
-  SceneBaker baker(load_heightmap(claim.scene.heightmap));
-  const Scene& scene = claim.scene.scene;
-  const ReferenceTracer tracer(baker.heights(), scene.wrap);
+ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
+  const DeviceInfo& device = session.device();
   ClaimResult result{.claim = &claim,
-                     .backend = device.info().backend,
-                     .device = device.info().name,
-                     .is_software = device.info().software,
+                     .backend = device.backend,
+                     .device = device.name,
+                     .is_software = device.software,
                      .measured = {},
                      .answers = {}};
-  std::vector<TraceDevice::Frame> frames;
+  Backend& backend = session.backend();
+  const Scene& scene = claim.scene.scene;
+  const Heightfield heights = load_heightmap(claim.scene.heightmap);
+  const ReferenceTracer tracer(heights, scene.wrap);
+  const UploadedScene uploaded = upload(backend, scene, heights);
+  std::vector<Frame> frames;
+  std::vector<Draw> draws;
   for (const ClaimRow& row : claim.rows) {
-    const BakedScene baked = baker.bake(row.settings, claim.scene);
-    Figures figures;
-    measure_map(row, baked, scene.wrap, figures);
-    measure_error(device, device.frame(row.settings, baked, scene, Target::score), tracer, baker.heights(), figures);
-    frames.push_back(device.frame(row.settings, baked, scene, Target::color));
-    result.measured.push_back(std::move(figures));
+    BakeSpec spec = bake_spec(row.settings, scene.wrap);
+    spec.threads = 1;  // its time is one thread's
+    const BakedMap map = bake(spec, heights);
+    const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
+    draws.push_back(frame.with(*session.pipeline(row.settings, Target::color, scene.wrap).pipeline));
+    const Draw score_draw = frame.with(*session.pipeline(row.settings, Target::score, scene.wrap).pipeline);
+    const std::vector<ScorePixel> pixels = trace_frame(backend, score_draw);
+    const FrameScore score = judge(pixels, exact_hits(tracer, pixels), heights.width, heights.height).score;
+    Figures& figures = result.measured.emplace_back();
+    measure_map(spec, map, heights, figures);
+    for (const MetricRow& metric : metrics())
+      if (const std::optional<double> value = metric.value(score)) figures[std::string(metric.id)] = *value;
   }
-  measure_times(device, frames, result.measured);
+  measure_times(session, split, draws, result.measured);
   for (const ClaimCheck& check : claim.checks)
     result.answers.push_back(judge_claim(claim, check, result.measured, result.is_software));
   return result;
@@ -134,11 +136,11 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
   std::vector<ClaimResult> results;
   const auto total = static_cast<double>(claims.size() * options.backends.size());
   for (const std::string& backend : options.backends) {
-    TraceDevice device(find_backend(backend), options.device, split, true);
-    device.session().calibrate(kBatch_ms, nullptr);
+    Session session(find_backend(backend), options.device, split);
+    session.calibrate(kBatch_ms, nullptr);
     for (const Claim& claim : claims) {
       progress.update(static_cast<double>(results.size()) / total, fmt::format("{} on {}", claim.id, backend));
-      results.push_back(run_claim(claim, device));
+      results.push_back(run_claim(claim, session, split));
     }
   }
   progress.finish();

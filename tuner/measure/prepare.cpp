@@ -2,15 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
-#include <new>
 #include <optional>
 
-#include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
-#include "kernels/judge/score.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/run_files.h"
@@ -41,26 +37,14 @@ Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& 
   return record;
 }
 
-void PreparedCase::release() {
-  draw = {};
-  relief = nullptr;
-  extra = nullptr;
-}
-
 void Preparer::release() {
-  for (auto& [id, state] : scenes_) state.normals = nullptr;
+  for (auto& [id, state] : scenes_) state.uploaded = {};
 }
 
 Preparer::SceneState& Preparer::state_of(const SceneSpec& scene) {
   SceneState& state = scenes_[key_of(scene)];
-  if (state.normals) return state;
-  const Heightfield& heights = context_.library.heights(scene);
-  const std::vector<std::uint8_t> normals = normal_map(heights, scene.scene.wrap, scene.scene.relief_depth);
-  state.frame = frame_uniforms(scene.scene, heights.width, heights.height);
-  state.normals = context_.session.backend().upload({.width = heights.width,
-                                                     .height = heights.height,
-                                                     .texels = std::as_bytes(std::span(normals)),
-                                                     .wrap = scene.scene.wrap});
+  if (!state.uploaded.normals)
+    state.uploaded = upload(context_.session.backend(), scene.scene, context_.library.heights(scene));
   return state;
 }
 
@@ -76,14 +60,8 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
-  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
-    throw;
-  } catch (const Error& error) {
-    prepared.record.status = status_of(error.fault(), on_failure);
-    prepared.record.reason = error.what();
-  } catch (const std::bad_alloc&) {
-    prepared.record.status = Status::out_of_memory;
-    prepared.record.reason = "the host's memory is used up";
+  } catch (...) {
+    enter_failure(prepared.record, on_failure);
   }
   if (prepared.record.status != Status::ok) prepared.release();
   return prepared;
@@ -96,7 +74,7 @@ PreparedCase Preparer::prepare_to_time(const Case& c, const SceneSpec& scene) {
 PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
   Pictures pictures;
   PreparedCase prepared =
-      attempt(c, scene, [&](PreparedCase& drawn, SceneState& state) { pictures = score(drawn, scene, state); });
+      attempt(c, scene, [&](PreparedCase& drawn, SceneState& state) { pictures = judge_drawn(drawn, scene, state); });
   // Outside the case's own failures: a full disk ends the sweep.
   if (!pictures.frame.empty()) {
     context_.split.book(Part::score, [&] {
@@ -111,103 +89,79 @@ PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
   return prepared;
 }
 
-void Preparer::upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state) {
-  Session& session = context_.session;
-  const Settings& settings = prepared.spec->settings;
-  const Texture* const normals = state.normals.get();  // any texture where there is no such map
-  prepared.draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}},
-                   .frame = state.frame};
-  if (settings.technique().reads_map()) {
-    const BakedMap& map = context_.library.map(*prepared.spec, scene);
-    const MapTextures textures = map_textures(settings, map, scene.scene.wrap, scene.scene.relief_depth);
-    prepared.relief = session.backend().upload(texture_desc(textures.relief, scene.scene.wrap));
-    prepared.draw.textures[kReliefMap] = prepared.relief.get();
-    if (textures.extra) {
-      prepared.extra = session.backend().upload(texture_desc(*textures.extra, scene.scene.wrap));
-      prepared.draw.textures[kExtraMap] = prepared.extra.get();
-    }
-    prepared.record.memory_bytes = static_cast<std::int64_t>(textures.bytes());
-    prepared.record.bake_time_ns = map.bake_time_ns;
-    prepared.record.bake_key = map.key;
-  }
-}
-
 void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
                                Status& on_failure) {
   Session& session = context_.session;
   const Settings& settings = prepared.spec->settings;
-  upload(prepared, scene, state);
+  Record& record = prepared.record;
+  const std::optional<MapTextures> textures = context_.library.packed(settings, scene);
+  prepared.frame = upload(session.backend(), textures, state.uploaded);
+  if (textures) {
+    const BakedMap& map = context_.library.map(settings, scene);
+    record.memory_bytes = static_cast<std::int64_t>(textures->bytes());
+    record.bake_time_ns = map.bake_time_ns;
+    record.bake_key = map.key;
+  }
 
   on_failure = Status::compile_error;
-  Session::Compiled& shade = session.pipeline(settings.technique().id, &settings, Target::color, scene.scene.wrap);
-  prepared.draw.pipeline = shade.pipeline.get();
+  Session::Compiled& shade = session.pipeline(settings, Target::color, scene.scene.wrap);
+  prepared.frame.draw.pipeline = shade.pipeline.get();
   // Drivers compile as late as the first draw, once more for each texture format.
   const double draw_ns = context_.split.book(
-      Part::compile, [&] { return session.backend().render(prepared.draw, 1, Timer::fenced_wall).wall_ns; });
+      Part::compile, [&] { return session.backend().render(prepared.frame.draw, 1, Timer::fenced_wall).wall_ns; });
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
-  prepared.record.first_draw_ns = shade.first_draw_ns;
+  record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
-  prepared.record.timing_key = stage_key({bake_stage(prepared.record.map), "encode", "pack", "trace", "harness"},
-                                         {prepared.record.scene_key.hex, setting_id(settings), shade.spirv_sha256,
-                                          device.backend, device.name, device.driver});
+  record.timing_key = stage_key(
+      {bake_stage(record.map), "encode", "pack", "trace", "harness"},
+      {record.scene_key.hex, setting_id(settings), shade.spirv_sha256, device.backend, device.name, device.driver});
   if (draw_ns > context_.timeout_s * 1e9) {
-    prepared.record.status = Status::timeout;
-    prepared.record.reason =
+    record.status = Status::timeout;
+    record.reason =
         fmt::format("the first frame took {:.1f} s, more than timeout_s = {}", draw_ns * 1e-9, context_.timeout_s);
   }
 }
 
-Preparer::Pictures Preparer::score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
-  Session& session = context_.session;
+Preparer::Pictures Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   WallSplit& split = context_.split;
-  const Settings& settings = prepared.spec->settings;
-
-  std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return session.backend().read_color(); });
-  Draw draw = prepared.draw;
-  draw.pipeline = session.pipeline(settings.technique().id, &settings, Target::score, scene.scene.wrap).pipeline.get();
-  const std::vector<ScorePixel> pixels = score_frame(draw);
+  std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return context_.session.backend().read_color(); });
+  const Draw draw = score_draw(prepared.spec->settings, prepared.frame, scene);
+  const std::vector<ScorePixel> pixels = trace(draw);
   const Reference& reference = reference_of(pixels, scene, state);
   const MotionJudge motion = judge_motion(prepared, draw, scene, state);
   return split.book(Part::score, [&] {
-    JudgedFrame judged = judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]);
-    judge_pictures(
-        {.reference = reference.frame, .test = frame, .width = scene.scene.width_px, .height = scene.scene.height_px},
-        judged.pixels, judged.score);
+    const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
+    JudgedFrame judged = judge(pixels, reference.hits, map_width, map_height);
+    judge_pictures({.reference = reference.picture, .test = frame, .width = width_px, .height = height_px},
+                   judged.pixels, judged.score);
     motion.fill_in(judged.score);
     prepared.record.error = judged.score;
     prepared.record.reference_key = reference.key;
-    return Pictures{.frame = std::move(frame),
-                    .error = heat_map(judged.pixels, scene.scene.width_px, scene.scene.height_px)};
+    return Pictures{.frame = std::move(frame), .error = heat_map(judged.pixels, width_px, height_px)};
   });
 }
 
-std::vector<ScorePixel> Preparer::score_frame(const Draw& draw) {
-  return context_.split.book(Part::score, [&] {
-    context_.session.backend().render(draw, 1, Timer::fenced_wall);
-    return context_.session.backend().read_score();
-  });
+Draw Preparer::score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene) {
+  return frame.with(*context_.session.pipeline(settings, Target::score, scene.scene.wrap).pipeline);
 }
 
-FrameScore Preparer::judge(const Case& c, const SceneSpec& scene) {
-  const std::string key = judge_key(c, scene);
-  if (const auto bytes = context_.cache.get(key))
-    if (const std::optional<FrameScore> known = read_score(*bytes)) return *known;
-  SceneState& state = state_of(scene);
-  PreparedCase prepared{.spec = &c, .record = blank_record(c, key_of(scene), context_.session.device())};
-  upload(prepared, scene, state);
-  const std::string_view source = c.settings.technique().id;
-  prepared.draw.pipeline =
-      context_.session.pipeline(source, &c.settings, Target::score, scene.scene.wrap).pipeline.get();
-  const std::vector<ScorePixel> pixels = score_frame(prepared.draw);
-  const Reference& reference = reference_of(pixels, scene, state);
-  const FrameScore score = context_.split.book(Part::score, [&] {
-    return judge_frame(pixels, reference.hits, state.frame.sizes[2], state.frame.sizes[3]).score;
-  });
-  context_.cache.put(key, score_bytes(score));
-  return score;
+std::vector<ScorePixel> Preparer::trace(const Draw& score_draw) {
+  return context_.split.book(Part::score, [&] { return trace_frame(context_.session.backend(), score_draw); });
 }
 
-std::string Preparer::judge_key(const Case& c, const SceneSpec& scene) {
+FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
+  const auto make = [&] {
+    SceneState& state = state_of(scene);
+    const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
+    const std::vector<ScorePixel> pixels = trace(score_draw(c.settings, frame, scene));
+    const Reference& reference = reference_of(pixels, scene, state);
+    const auto& sizes = state.uploaded.frame.sizes;
+    return context_.split.book(Part::score, [&] { return judge(pixels, reference.hits, sizes[2], sizes[3]).score; });
+  };
+  return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
+}
+
+std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
   const DeviceInfo& device = context_.session.device();
   const std::string bake = bake_stage(map_of(c.settings).id);
   return stage_key({bake, "encode", "pack", "trace", "reference", "judge"},
@@ -222,38 +176,23 @@ const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>&
   if (const auto found = state.references.find(rays_hash); found != state.references.end()) return found->second;
   Reference reference;
   reference.key = reference_key(rays_hash, scene);
-  reference.hits = trace(pixels, scene, reference.key);
-  reference.frame = shade_reference(reference.hits, scene, state, state.frame);
+  reference.hits = hits_of(pixels, scene, reference.key);
+  reference.picture = shade_reference(reference.hits, scene, state, state.uploaded.frame);
   context_.split.book(Part::score, [&] {
     write_png(context_.folder / image_path(reference_image_key(scene.id, context_.session.device().backend), "frame"),
-              scene.scene.width_px, scene.scene.height_px, reference.frame);
+              scene.scene.width_px, scene.scene.height_px, reference.picture);
   });
   return state.references.emplace(rays_hash, std::move(reference)).first->second;
 }
 
-std::vector<ReferenceHit> Preparer::trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
-                                          const std::string& key) {
+std::vector<ReferenceHit> Preparer::hits_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                            const std::string& key) {
   return context_.split.book(Part::reference, [&] {
-    if (const auto bytes = context_.cache.get(key)) {
-      if (std::optional<std::vector<ReferenceHit>> known = read_hits(*bytes, pixels.size())) {
-        ++references_from_cache_;
-        return std::move(*known);
-      }
-    }
-    std::vector<ReferenceHit> hits(pixels.size());
-    std::vector<TextureRay> rays;
-    std::vector<std::size_t> where;
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (static_cast<PixelStatus>(pixels[i].status) == PixelStatus::no_ray) continue;
-      rays.push_back(pixels[i].ray);
-      where.push_back(i);
-    }
-    const ReferenceTracer tracer(context_.library.heights(scene), scene.scene.wrap);
-    const std::vector<ReferenceHit> traced = tracer.trace(rays);
-    for (std::size_t i = 0; i < traced.size(); ++i) hits[where[i]] = traced[i];
-    ++references_traced_;
-    context_.cache.put(key, hit_bytes(hits));
-    return hits;
+    Made<std::vector<ReferenceHit>> made = cached(context_.cache, key, hits_codec(pixels.size()), [&] {
+      return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), pixels);
+    });
+    ++(made.is_new ? references_traced_ : references_from_cache_);
+    return std::move(made.value);
   });
 }
 
@@ -264,15 +203,15 @@ std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpe
 
 Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
                                            int index) {
+  const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
   Scene moved_scene = scene.scene;
-  moved_scene.pan = kPanTexels * index / (state.frame.sizes[2] * moved_scene.tiling);
-  MovedFrame moved{.frame = frame_uniforms(moved_scene, state.frame.sizes[2], state.frame.sizes[3])};
+  moved_scene.pan = kPanTexels * index / (map_width * moved_scene.tiling);
+  MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw draw = score_draw;
   draw.frame = moved.frame;
-  context_.session.backend().render(draw, 1, Timer::fenced_wall);
-  const std::vector<ScorePixel> pixels = context_.session.backend().read_score();
-  const std::vector<ReferenceHit> hits = trace(pixels, scene, reference_key(hash_of(rays_of(pixels)), scene));
-  moved.mask = judge_frame(pixels, hits, state.frame.sizes[2], state.frame.sizes[3]).pixels;
+  const std::vector<ScorePixel> pixels = trace_frame(context_.session.backend(), draw);
+  const std::vector<ReferenceHit> hits = hits_of(pixels, scene, reference_key(hash_of(rays_of(pixels)), scene));
+  moved.mask = judge(pixels, hits, map_width, map_height).pixels;
   moved.reference = shade_reference(hits, scene, state, moved.frame);
   return moved;
 }
@@ -282,22 +221,21 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
   for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
     state.moved.push_back(moved_frame(score_draw, scene, state, i));
   return context_.split.book(Part::score, [&] {
-    MotionJudge judge;
+    MotionJudge motion;
     std::vector<std::uint8_t> before;
     for (std::size_t i = 0; i < state.moved.size(); ++i) {
-      Draw draw = prepared.draw;
+      Draw draw = prepared.frame.draw;
       draw.frame = state.moved[i].frame;
-      context_.session.backend().render(draw, 1, Timer::fenced_wall);
-      std::vector<std::uint8_t> picture = context_.session.backend().read_color();
+      std::vector<std::uint8_t> picture = shade_frame(context_.session.backend(), draw);
       if (i > 0) {
         const MovedFrame& last = state.moved[i - 1];
         const MovedFrame& now = state.moved[i];
-        judge.add({.picture = before, .reference = last.reference, .mask = last.mask},
-                  {.picture = picture, .reference = now.reference, .mask = now.mask});
+        motion.add({.picture = before, .reference = last.reference, .mask = last.mask},
+                   {.picture = picture, .reference = now.reference, .mask = now.mask});
       }
       before = std::move(picture);
     }
-    return judge;
+    return motion;
   });
 }
 
@@ -317,12 +255,11 @@ std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceH
                                   .wrap = Wrap::clamp,
                                   .filter = Filter::nearest});
     const Draw draw{.pipeline = pipeline,
-                    .textures = {{kReliefMap, state.normals.get()},
-                                 {kNormalMap, state.normals.get()},
+                    .textures = {{kReliefMap, state.uploaded.normals.get()},
+                                 {kNormalMap, state.uploaded.normals.get()},
                                  {kReferenceMap, texture.get()}},
                     .frame = frame};
-    session.backend().render(draw, 1, Timer::fenced_wall);
-    return session.backend().read_color();
+    return shade_frame(session.backend(), draw);
   });
 }
 

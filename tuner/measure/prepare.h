@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,12 +16,10 @@ namespace reliefbench {
 struct PreparedCase {
   const Case* spec = nullptr;
   Record record{};
-  std::unique_ptr<Texture> relief{};
-  std::unique_ptr<Texture> extra{};  ///< null where the map has one texture
-  Draw draw{};
+  Frame frame{};  ///< with the pipeline of the timed frame
 
   /// Frees what it has on the device; it can't be drawn then.
-  void release();
+  void release() { frame = {}; }
 };
 
 /// A case's record before anything is known of it.
@@ -51,7 +48,7 @@ class Preparer {
 
   /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
   /// content. throws: Error: what prepare() would make a status of
-  [[nodiscard]] FrameScore judge(const Case& c, const SceneSpec& scene);
+  [[nodiscard]] FrameScore score(const Case& c, const SceneSpec& scene);
 
   /// Frees what it has on the device, which is uploaded again when it is needed.
   void release();
@@ -64,7 +61,7 @@ class Preparer {
   struct Reference {
     std::string key;
     std::vector<ReferenceHit> hits;
-    std::vector<std::uint8_t> frame;  ///< shaded, RGBA8
+    std::vector<std::uint8_t> picture;  ///< shaded, RGBA8
   };
   /// A frame of the moving camera.
   struct MovedFrame {
@@ -73,38 +70,37 @@ class Preparer {
     std::vector<PixelScore> mask{};         ///< which pixels have a ray
   };
   struct SceneState {
-    FrameUniforms frame{};
-    std::vector<MovedFrame> moved;  ///< flicker_frames of them; empty until they are needed
-    std::unique_ptr<Texture> normals;
+    UploadedScene uploaded{};
+    std::vector<MovedFrame> moved;                ///< flicker_frames of them; empty until they are needed
     std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
+  };
+  struct Pictures {
+    std::vector<std::uint8_t> frame{};  ///< RGBA8
+    std::vector<std::uint8_t> error{};
   };
   [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
   [[nodiscard]] SceneKey key_of(const SceneSpec& scene) const;
+  /// Readies a case to be drawn and runs `rest` on it; failures become the record's status.
+  [[nodiscard]] PreparedCase attempt(const Case& c, const SceneSpec& scene,
+                                     const std::function<void(PreparedCase&, SceneState&)>& rest);
+  void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
+  /// Traces, judges and compares the pictures of a case that was drawn.
+  [[nodiscard]] Pictures judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
+  [[nodiscard]] Draw score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene);
+  [[nodiscard]] std::vector<ScorePixel> trace(const Draw& score_draw);
+  [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   [[nodiscard]] const Reference& reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
                                               SceneState& state);
-  [[nodiscard]] std::vector<ReferenceHit> trace(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
-                                                const std::string& key);
+  [[nodiscard]] std::vector<ReferenceHit> hits_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
+                                                  const std::string& key);
+  [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
   [[nodiscard]] std::vector<std::uint8_t> shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
                                                           const SceneState& state, const FrameUniforms& frame);
-  [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
   [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
                                        int index);
   /// Over the frames of the moving camera. score_draw: the case's score frame
   [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
                                          SceneState& state);
-  struct Pictures {
-    std::vector<std::uint8_t> frame{};  ///< RGBA8
-    std::vector<std::uint8_t> error{};
-  };
-  /// Readies a case to be drawn and runs `rest` on it; failures become the record's status.
-  [[nodiscard]] PreparedCase attempt(const Case& c, const SceneSpec& scene,
-                                     const std::function<void(PreparedCase&, SceneState&)>& rest);
-  /// Fills the draw but for its pipeline.
-  void upload(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state);
-  [[nodiscard]] std::vector<ScorePixel> score_frame(const Draw& draw);
-  [[nodiscard]] std::string judge_key(const Case& c, const SceneSpec& scene);
-  void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
-  [[nodiscard]] Pictures score(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;
   std::map<SceneKey, SceneState> scenes_;

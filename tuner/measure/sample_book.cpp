@@ -2,16 +2,15 @@
 
 #include <utility>
 
-#include "tuner/results/relative_time.h"
-
 namespace reliefbench {
 
-SampleBook::SampleBook(RunStore& store, std::optional<Control> control) : store_(store), control_(std::move(control)) {
+SampleBook::SampleBook(RunStore& store, std::optional<Control> control) : store_(&store), control_(std::move(control)) {
   for (const Sample& sample : store.earlier().samples) enter(sample);
 }
 
-void SampleBook::append(const Sample& sample) {
-  store_.append(sample);
+void SampleBook::append(Sample sample) {
+  sample.round = static_cast<int>(samples(sample.case_id).size());  // the control case has no page
+  if (store_ != nullptr) store_->append(sample);
   enter(sample);
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tuner/results/relative_time.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -19,15 +21,19 @@ class SampleBook {
     double reference_ns;
   };
 
-  /// Takes over what an earlier start left in the store. control: none where samples need no correction
+  /// Of samples that nobody keeps. control: none where samples need no correction
+  explicit SampleBook(std::optional<Control> control) : control_(std::move(control)) {}
+  /// Takes over what an earlier start left in the store.
   SampleBook(RunStore& store, std::optional<Control> control);
 
-  void append(const Sample& sample);
+  /// Its round: as many as the case has already.
+  void append(Sample sample);
 
   /// Samples of a case in ns a frame, corrected as corrected_times_ns() does: as the run's tables will have them. A
   /// sample is among them once the control case was drawn after it.
   [[nodiscard]] const std::vector<double>& times(std::string_view case_id) const;
   [[nodiscard]] const std::vector<Sample>& samples(std::string_view case_id) const;
+  [[nodiscard]] std::span<const Sample> control_samples() const { return control_samples_; }
   [[nodiscard]] std::size_t size() const { return size_; }  ///< samples, without the control case's
 
  private:
@@ -38,7 +44,7 @@ class SampleBook {
   void enter(const Sample& sample);
   [[nodiscard]] const Page& page(std::string_view case_id) const;
 
-  RunStore& store_;
+  RunStore* store_ = nullptr;
   std::optional<Control> control_;
   std::vector<Sample> control_samples_;
   std::vector<Sample> waiting_;  // for the next control sample

@@ -60,6 +60,9 @@ class Session {
   /// The pipeline of a technique for a target, from the run-time settings. source: the shader file's name.
   /// settings: may be null (the reference's shader has none). throws: Error(environment): compiler's words
   [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, const Target& target, Wrap wrap);
+  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, Wrap wrap) {
+    return pipeline(settings.technique().id, &settings, target, wrap);
+  }
   /// Of a technique's SPIR-V, before its settings are specialised.
   [[nodiscard]] std::string fragment_sha256(std::string_view source, const Target& target);
   [[nodiscard]] int shaders_compiled() const { return shaders_compiled_; }

@@ -13,8 +13,10 @@
 #include "kernels/judge/heat_map.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/guarantee.h"
+#include "tuner/measure/cache.h"
+#include "tuner/measure/frame.h"
 #include "tuner/measure/progress.h"
-#include "tuner/measure/trace_device.h"
+#include "tuner/measure/session.h"
 #include "tuner/plan/plan.h"
 
 namespace reliefbench {
@@ -32,30 +34,34 @@ bool is_finite(const ScorePixel& pixel) {
   return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
 }
 
+/// A map, and the exact tracer of its heights as they are stored.
+struct StoredMap {
+  StoredMap(BakedMap baked, Wrap wrap) : map(std::move(baked)), tracer(map.heights, wrap) {}
+  BakedMap map;
+  ReferenceTracer tracer;
+};
+
 /// What one frame says by itself.
-JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const BakedScene& baked,
+JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const StoredMap& stored,
                         Wrap wrap, StressResult& result) {
   const auto cap = static_cast<float>(step_cap(settings));
-  std::vector<TextureRay> rays;
-  rays.reserve(pixels.size());
   for (const ScorePixel& pixel : pixels) {
-    rays.push_back(pixel.ray);
     if (!has_ray(pixel)) continue;
     if (!is_finite(pixel)) ++fault(result, StressCheck::finite);
     if (!(pixel.t >= 0 && pixel.t <= 1)) ++fault(result, StressCheck::inside);
     if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
     if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
   }
-  const Heightfield& surface = baked.map->heights;
-  const std::vector<ReferenceHit> reference = baked.tracer->trace(rays);
-  JudgedFrame judged = judge_frame(pixels, reference, surface.width, surface.height);
+  const Heightfield& surface = stored.map.heights;
+  const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, pixels);
+  JudgedFrame judged = judge(pixels, exact, surface.width, surface.height);
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.at("missed_rate");
   result.unconverged_rate = judged.score.at("unconverged_rate");
   result.e_xy_p99 = judged.score.at("e_xy.p99");
   result.e_xy_max = judged.score.at("e_xy.max");
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], reference[i], surface, wrap);
+    const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], exact[i], surface, wrap);
     if (kept == Kept::no) ++fault(result, StressCheck::guarantee);
     if (kept == Kept::unresolved) ++result.unresolved;
   }
@@ -83,7 +89,7 @@ class StressRun {
   StressRun(const Extremes& extremes, const StressOptions& options)
       : extremes_(extremes), options_(options), progress_(options.quiet) {
     for (const std::string& id : options.backends)
-      devices_.push_back(std::make_unique<TraceDevice>(find_backend(id), options.device, split_));
+      devices_.push_back(std::make_unique<Device>(find_backend(id), options.device, split_));
   }
 
   StressReport all() {
@@ -97,9 +103,10 @@ class StressRun {
     }
     progress_.finish();
     report_.extremes = extremes_.list;
-    for (const auto& device : devices_)
-      report_.devices.push_back(
-          fmt::format("{}: {}, {}", device->info().backend, device->info().name, device->info().driver));
+    for (const auto& device : devices_) {
+      const DeviceInfo& info = device->session.device();
+      report_.devices.push_back(fmt::format("{}: {}, {}", info.backend, info.name, info.driver));
+    }
     for (auto& [technique, picture] : pictures_) report_.pictures.push_back(std::move(picture));
     report_.wall_s = split_.total_seconds();
     return std::move(report_);
@@ -109,6 +116,11 @@ class StressRun {
   struct Planned {
     const Extreme* extreme;
     Settings settings;
+  };
+  struct Device {
+    Device(const BackendRow& row, int index, WallSplit& split) : session(row, index, split, false) {}
+    Session session;
+    UploadedScene scene{};  // of the extreme
   };
 
   void plan() {
@@ -145,10 +157,14 @@ class StressRun {
             .guarantee = guarantee_of(planned.settings)};
   }
 
-  SceneBaker& baker_of(const Extreme& extreme) {
-    if (last_extreme_ != &extreme) baker_.emplace(load_heightmap(extreme.scene.heightmap));
-    last_extreme_ = &extreme;
-    return *baker_;
+  /// Reads the heights of an extreme and uploads what its frames share.
+  void enter(const Extreme& extreme) {
+    if (extreme_ == &extreme) return;
+    extreme_ = nullptr;
+    heights_ = load_heightmap(extreme.scene.heightmap);
+    for (const auto& device : devices_)
+      device->scene = upload(device->session.backend(), extreme.scene.scene, heights_);
+    extreme_ = &extreme;
   }
 
   std::string reason_to_skip(const Planned& planned) const {
@@ -167,18 +183,26 @@ class StressRun {
     }
     std::optional<std::vector<ScorePixel>> first;
     try {
-      const BakedScene baked = baker_of(extreme).bake(planned.settings, extreme.scene);
+      enter(extreme);
+      const Settings& settings = planned.settings;
+      const Scene& scene = extreme.scene.scene;
+      const StoredMap& stored = recent_.get(fmt::format("{}|{}", extreme.id, bake_text(settings, extreme.scene)), [&] {
+        return StoredMap(bake(bake_spec(settings, scene.wrap), heights_), scene.wrap);
+      });
+      const std::optional<MapTextures> textures = pack(settings, stored.map, scene);
       for (const auto& device : devices_) {
         StressResult here = result;
-        here.backend = device->info().backend;
-        const TraceDevice::Frame frame = device->frame(planned.settings, baked, extreme.scene.scene, Target::score);
-        std::array frames{device->trace(frame), device->trace(frame)};
-        const JudgedFrame judged = check_frame(frames[0], planned.settings, baked, extreme.scene.scene.wrap, here);
+        here.backend = device->session.device().backend;
+        Backend& backend = device->session.backend();
+        const Frame frame = upload(backend, textures, device->scene);
+        const Draw draw = frame.with(*device->session.pipeline(settings, Target::score, scene.wrap).pipeline);
+        std::array frames{trace_frame(backend, draw), trace_frame(backend, draw)};
+        const JudgedFrame judged = check_frame(frames[0], settings, stored, scene.wrap, here);
         if (std::memcmp(frames[0].data(), frames[1].data(), frames[0].size() * sizeof(ScorePixel)) != 0)
           fault(here, StressCheck::repeatable) = 1;
         if (first) compare_frames(*first, frames[0], here);
         if (!first) first = std::move(frames[0]);
-        keep_worst(here, judged, extreme.scene.scene);
+        keep_worst(here, judged, scene);
         report_.results.push_back(std::move(here));
       }
     } catch (const Error& error) {
@@ -202,10 +226,11 @@ class StressRun {
   const StressOptions& options_;
   WallSplit split_;
   Progress progress_;
-  std::vector<std::unique_ptr<TraceDevice>> devices_;
+  std::vector<std::unique_ptr<Device>> devices_;
   std::vector<Planned> planned_;
-  const Extreme* last_extreme_ = nullptr;
-  std::optional<SceneBaker> baker_;
+  const Extreme* extreme_ = nullptr;  // that heights_ and the devices' scenes are of
+  Heightfield heights_;
+  Recent<StoredMap> recent_{1};  // large maps: not two at once
   std::map<std::string, StressPicture> pictures_;
   StressReport report_;
 };

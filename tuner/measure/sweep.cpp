@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
+#include <random>
 #include <set>
 
 #include "kernels/base/clock.h"
@@ -44,15 +44,10 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
           {"devices", devices}};
 }
 
-/// Fills the record's time from its samples, each corrected by the control samples next to it.
-void set_frame_time(Record& record, const SamplesByCase& samples, const Session& session) {
-  const std::vector<Sample>& own = samples.at(record.case_id);
-  const std::vector<Sample>& control = samples.at(control_case_id(record.backend));
-  const std::vector<double> raw_ns = raw_times(own);
-  record.frame_time =
-      FrameTime{.summary = summarise(corrected_times_ns(own, control, session.calibration().reference_ns)),
-                .raw_median = median(raw_ns),
-                .timer = std::string(timer_id(session.calibration().timer))};
+/// Fills in the record's time from its samples.
+void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration) {
+  record.frame_time = frame_time(book.samples(record.case_id), book.control_samples(), calibration.reference_ns,
+                                 timer_id(calibration.timer));
   const double slowdown = record.frame_time->raw_median / record.frame_time->summary.median;
   if (slowdown > kThrottledRatio) {
     record.status = Status::throttled;
@@ -95,15 +90,19 @@ void check_complete(const Run& run, const Plan& plan) {
 class DeviceSweep {
  public:
   DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, SamplesByCase& samples,
-              double started_ns)
+              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, double started_ns)
       : config_(config),
         session_(session),
-        split_(split),
         store_(store),
         book_(book),
-        samples_(samples),
-        started_ns_(started_ns),
+        samples_(store, SampleBook::Control{.id = control_case_id(session.device().backend),
+                                            .reference_ns = session.calibration().reference_ns}),
+        timing_({.session = session,
+                 .book = samples_,
+                 .measure = config.measure,
+                 .split = split,
+                 .mark = &store.mark(),
+                 .started_ns = started_ns}),
         preparer_({.session = session,
                    .library = library,
                    .cache = cache,
@@ -137,7 +136,7 @@ class DeviceSweep {
     sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
     for (PreparedCase& one : prepared) {
       Record& record = one.record;
-      if (record.status == Status::ok) set_frame_time(record, samples_, session_);
+      if (record.status == Status::ok) set_frame_time(record, samples_, session_.calibration());
       book_.append(record);
     }
   }
@@ -146,40 +145,39 @@ class DeviceSweep {
   void sample(std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
     for (int lost_by_control = 0;;) {
       make_drawable(block);
-      std::vector<PreparedCase*> timed;
-      for (PreparedCase& one : block)
-        if (one.record.status == Status::ok) timed.push_back(&one);
       try {
-        time_block(timed, {.session = session_,
-                           .measure = config_.measure,
-                           .split = split_,
-                           .seed = config_.seed ^ std::hash<std::string>{}(block.front().record.case_id),
-                           .samples_so_far = samples_,
-                           .mark = store_.mark(),
-                           .clock_ns = [this] { return unix_ns() - started_ns_; },
-                           .on_sample =
-                               [this](const Sample& sample) {
-                                 store_.append(sample);
-                                 samples_[sample.case_id].push_back(sample);
-                               },
-                           .on_progress = on_progress});
+        time_block(block, on_progress);
         return;
-      } catch (const BatchFailed& failed) {
-        const bool is_lost = needs_reopening(failed.error.fault());
-        if (failed.owner != nullptr) {
-          fail(*failed.owner, status_of(failed.error.fault(), Status::unsupported), failed.error.what());
-        } else if (!is_lost || ++lost_by_control > kMostLostByControl) {
-          throw failed.error;  // it is no case's fault
-        }
-        if (is_lost) reopen(block);
+      } catch (const CaseFailed& failed) {
+        const auto owner = std::ranges::find_if(
+            block, [&](const PreparedCase& one) { return one.record.case_id == failed.record.case_id; });
+        owner->record = failed.record;
+        owner->release();
+        if (session_.is_lost(failed.record.status)) reopen(block);
+      } catch (const Error& error) {
+        if (!needs_reopening(error.fault()) || ++lost_by_control > kMostLostByControl) throw;  // it is no case's fault
+        reopen(block);
       }
     }
   }
 
-  static void fail(PreparedCase& one, Status status, const std::string& reason) {
-    one.record.status = status;
-    one.record.reason = reason;
-    one.release();
+  /// Warms the cases up, then draws each once a round, in an order that is shuffled anew, until all have their samples.
+  void time_block(const std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
+    const auto wants_more = [&](const Record& record) {
+      return static_cast<int>(samples_.samples(record.case_id).size()) < config_.measure.samples;
+    };
+    std::vector<TimedCase> cases;
+    for (const PreparedCase& one : block)
+      if (one.record.status == Status::ok && wants_more(one.record))
+        cases.push_back(warm_up(timing_, one.record, one.frame.draw));
+    std::mt19937_64 random(config_.seed ^ std::hash<std::string>{}(block.front().record.case_id));
+    for (int round = 1; !cases.empty(); ++round) {
+      std::vector<TimedCase> order = cases;
+      std::shuffle(order.begin(), order.end(), random);
+      time(timing_, order);
+      std::erase_if(cases, [&](const TimedCase& one) { return !wants_more(*one.record); });
+      on_progress(static_cast<double>(round) / config_.measure.samples);
+    }
   }
 
   /// Opens the lost device again; what the block had on it is gone.
@@ -199,14 +197,12 @@ class DeviceSweep {
   void make_drawable(std::vector<PreparedCase>& block) {
     for (std::size_t i = 0; i < block.size();) {
       PreparedCase& one = block[i++];
-      if (one.record.status != Status::ok || one.draw.pipeline != nullptr) continue;
+      if (one.record.status != Status::ok || one.frame.draw.pipeline != nullptr) continue;
       PreparedCase again = preparer_.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
-      one.relief = std::move(again.relief);
-      one.extra = std::move(again.extra);
-      one.draw = again.draw;
-      if (again.record.status == Status::ok) continue;
-      fail(one, again.record.status, again.record.reason);
-      if (!session_.is_lost(again.record.status)) continue;
+      one.frame = std::move(again.frame);
+      one.record.status = again.record.status;
+      one.record.reason = again.record.reason;
+      if (again.record.status == Status::ok || !session_.is_lost(again.record.status)) continue;
       reopen(block);
       i = 0;
     }
@@ -217,11 +213,10 @@ class DeviceSweep {
 
   const Config& config_;
   Session& session_;
-  WallSplit& split_;
   RunStore& store_;
   RecordBook& book_;
-  SamplesByCase& samples_;  // of earlier starts, then of this one
-  double started_ns_;
+  SampleBook samples_;
+  Timing timing_;
   Preparer preparer_;
 };
 
@@ -256,7 +251,6 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   make_images_folder(options.output);
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());
-  SamplesByCase samples = group_samples(earlier.samples);
   RecordBook book(store, options.retry_failed);
   for (const auto& session : sessions) book.enter_death(plan.cases, scenes, session->device());
   SweepSummary summary{.folder = options.output, .cases = static_cast<int>(plan.cases.size())};
@@ -278,7 +272,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     const std::vector<Block> blocks = blocks_of(plan, session->device().backend, book, config.measure.block_cases);
     std::size_t pending = 0;
     for (const Block& block : blocks) pending += block.size();
-    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, samples, started_ns);
+    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, started_ns);
     sweep.run(blocks, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));

@@ -1,49 +1,46 @@
 #pragma once
-#include <cstdint>
-#include <functional>
 #include <span>
-#include <vector>
 
 #include "kernels/base/error.h"
-#include "tuner/measure/harness.h"
-#include "tuner/measure/prepare.h"
+#include "tuner/measure/sample_book.h"
+#include "tuner/measure/session.h"
 #include "tuner/plan/config.h"
 #include "tuner/results/case_mark.h"
-#include "tuner/results/relative_time.h"
 
 namespace reliefbench {
 
-/// What timing a block needs besides its cases.
-struct TimingContext {
+/// A case that does not draw, found out when it was to be timed. Where Session::is_lost() says so, the device is to be
+/// opened again.
+class CaseFailed : public Error {
+ public:
+  explicit CaseFailed(Record failed) : Error(Exit::environment, failed.reason), record(std::move(failed)) {}
+  Record record;
+};
+
+/// What timing needs besides its cases.
+struct Timing {
   Session& session;
+  SampleBook& book;
   const MeasureSpec& measure;
   WallSplit& split;
-  std::uint64_t seed;                                ///< of this block's shuffles
-  const SamplesByCase& samples_so_far;               ///< of an earlier, interrupted start
-  CaseMark& mark;                                    ///< of the case that is being drawn
-  std::function<double()> clock_ns;                  ///< Sample::at_ns
-  std::function<void(const Sample&)> on_sample;      ///< called, and safe on disk, before the next batch is drawn
-  std::function<void(double fraction)> on_progress;  ///< of the block
+  CaseMark* mark = nullptr;  ///< of the case that is being drawn; null where no run is kept
+  double started_ns = 0;     ///< of the run, ns since 1970: Sample::at_ns is 0 there
 };
 
-/// Thrown where a batch of frames fails.
-struct BatchFailed {
-  PreparedCase* owner = nullptr;  ///< null: the control case
-  Error error;
+/// A case that was warmed up. Record and draw outlive it.
+struct TimedCase {
+  const Record* record = nullptr;
+  const Draw* draw = nullptr;
+  int frames = 1;  ///< of a batch
 };
 
-/// Draws batches until two in a row agree within 5 %, or as often as `measure` allows.
-/// returns: frames that make a batch of the asked length
-[[nodiscard]] int warm_up(Session& session, const Draw& draw, const MeasureSpec& measure);
+/// Draws batches until two in a row agree within 5 %, or as often as `measure` allows; then it is known how many frames
+/// make a batch of the asked length. throws: CaseFailed
+[[nodiscard]] TimedCase warm_up(const Timing& timing, const Record& record, const Draw& draw);
 
-/// The batches in their order, with one of the control case before them, after them and between, after every `every`:
-/// what relative_times() needs on either side of each.
-[[nodiscard]] std::vector<TimedBatch> with_control(std::span<const TimedBatch> batches, const TimedBatch& control,
-                                                   int every);
-
-/// Samples a block of prepared cases: warm-up of each, then rounds in which every case is drawn once, in an order
-/// shuffled anew, with the control case first, last and between.
-/// throws: BatchFailed: samples taken before count; whatever on_sample throws
-void time_block(const std::vector<PreparedCase*>& cases, const TimingContext& context);
+/// Frames -> samples, into the book: one batch of each case in this order, with one of the control case first, last and
+/// after every `control_every`: what relative_times() needs on either side of each. A case may be there more than once.
+/// throws: CaseFailed; Error: the control case's own, or the book's. Samples taken before count
+void time(const Timing& timing, std::span<const TimedCase> round);
 
 }  // namespace reliefbench

@@ -1,6 +1,5 @@
 #include "tuner/measure/viewer.h"
 
-#include <limits>
 #include <utility>
 
 #include "kernels/base/error.h"
@@ -13,36 +12,29 @@ Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps he
       library_(cache_, split_, std::move(heightmaps)),
       heights_(library_.heights(scene_)),
       tracer_(heights_, scene_.scene.wrap),
-      preparer_({.session = session_,
-                 .library = library_,
-                 .cache = cache_,
-                 .split = split_,
-                 .folder = {},
-                 .timeout_s = std::numeric_limits<double>::infinity(),
-                 .flicker_frames = 0}) {}
+      uploaded_(upload(session_.backend(), scene_.scene, heights_)) {}
 
 void Viewer::choose(const Settings& settings) {
   if (const std::string reason = conflict(settings); !reason.empty()) fail_input("{}", reason);
-  prepared_ = {};
-  case_ = Case{.settings = settings, .scene_id = scene_.id, .backend = session_.device().backend};
-  prepared_ = preparer_.prepare_to_time(*case_, scene_);
-  if (prepared_.record.status != Status::ok) fail_environment("{}", prepared_.record.reason);
+  frame_ = {};
+  settings_ = settings;
+  frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
+  const Pipeline& shade = *session_.pipeline(settings, Target::color, scene_.scene.wrap).pipeline;
+  static_cast<void>(shade_frame(session_.backend(), frame_.with(shade)));  // the first draw compiles
 }
 
 ViewedFrame Viewer::draw(const View& view) {
   scene_.scene.view = view;
+  frame_.draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
   Backend& backend = session_.backend();
-  Draw draw = prepared_.draw;
-  draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
+  const Wrap wrap = scene_.scene.wrap;
+  const Draw shade = frame_.with(*session_.pipeline(*settings_, Target::color, wrap).pipeline);
+  const Draw score = frame_.with(*session_.pipeline(*settings_, Target::score, wrap).pipeline);
   ViewedFrame frame;
-  frame.wall_ns = backend.render(draw, 1, Timer::fenced_wall).wall_ns;
+  frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
   frame.rgba8 = backend.read_color();
-  const Settings& settings = case_->settings;
-  draw.pipeline =
-      session_.pipeline(settings.technique().id, &settings, Target::score, scene_.scene.wrap).pipeline.get();
-  backend.render(draw, 1, Timer::fenced_wall);
-  const std::vector<ScorePixel> pixels = backend.read_score();
-  frame.judged = judge_frame(pixels, tracer_.trace(rays_of(pixels)), heights_.width, heights_.height);
+  const std::vector<ScorePixel> pixels = trace_frame(backend, score);
+  frame.judged = judge(pixels, exact_hits(tracer_, pixels), heights_.width, heights_.height);
   return frame;
 }
 

@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "kernels/judge/reference.h"
 #include "kernels/judge/score.h"
-#include "tuner/measure/prepare.h"
+#include "tuner/measure/map_library.h"
+#include "tuner/measure/session.h"
 
 namespace reliefbench {
 
@@ -25,7 +25,7 @@ class Viewer {
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
-  /// Bakes and compiles what the next frames are drawn with.
+  /// Bakes, uploads and compiles what the next frames are drawn with.
   /// throws: Error(bad_input): settings that make no sense together; Error(environment): the device cannot draw them
   void choose(const Settings& settings);
   /// choose() comes first.
@@ -39,9 +39,9 @@ class Viewer {
   MapLibrary library_;
   const Heightfield& heights_;
   ReferenceTracer tracer_;
-  Preparer preparer_;
-  std::optional<Case> case_;
-  PreparedCase prepared_;
+  UploadedScene uploaded_;
+  std::optional<Settings> settings_;
+  Frame frame_;
 };
 
 }  // namespace reliefbench

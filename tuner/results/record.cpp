@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
 #include <nlohmann/json.hpp>
 
-#include "kernels/base/error.h"
+#include "kernels/base/file_error.h"
 
 namespace reliefbench {
 namespace {
@@ -142,12 +143,6 @@ std::vector<std::pair<std::string, std::string>> parse_params(const json& j, std
   return params;
 }
 
-}  // namespace
-
-bool may_pass(Status status) {
-  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
-}
-
 Status status_of(Fault fault, Status otherwise) {
   switch (fault) {
     case Fault::device_lost:
@@ -162,6 +157,26 @@ Status status_of(Fault fault, Status otherwise) {
       break;
   }
   return otherwise;
+}
+
+}  // namespace
+
+bool may_pass(Status status) {
+  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
+}
+
+void enter_failure(Record& record, Status otherwise) {
+  try {
+    throw;
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
+    throw;
+  } catch (const Error& error) {
+    record.status = status_of(error.fault(), otherwise);
+    record.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    record.status = Status::out_of_memory;
+    record.reason = "the host's memory is used up";
+  }
 }
 
 std::string_view status_id(Status status) { return kStatusIds.at(static_cast<std::size_t>(status)); }

@@ -31,8 +31,6 @@ enum class Status {
 };
 /// Of what may be over when the same run is started again, so that the case is tried again then.
 [[nodiscard]] bool may_pass(Status status);
-/// otherwise: the status of a fault that has none of its own
-[[nodiscard]] Status status_of(Fault fault, Status otherwise);
 [[nodiscard]] std::string_view status_id(Status status);
 [[nodiscard]] Status parse_status(std::string_view id);  ///< throws: Error(bad_input)
 
@@ -64,6 +62,11 @@ struct Record {
   std::string bake_key;
   std::string reference_key;
 };
+
+/// Makes the exception that is being handled a record's status and reason. otherwise: the status of an error whose
+/// fault has none of its own. throws: the exception again where it is no case's own failure: a FileError, or none of
+/// ours
+void enter_failure(Record& record, Status otherwise);
 
 /// What cases of several runs are matched by: the case's id with the scene's key in the place of its name. The id
 /// itself where the key is unknown.

@@ -50,4 +50,11 @@ std::vector<double> corrected_times_ns(std::span<const Sample> samples, std::spa
   return times;
 }
 
+FrameTime frame_time(std::span<const Sample> samples, std::span<const Sample> control, double reference_ns,
+                     std::string_view timer) {
+  return {.summary = summarise(corrected_times_ns(samples, control, reference_ns)),
+          .raw_median = median(raw_times(samples)),
+          .timer = std::string(timer)};
+}
+
 }  // namespace reliefbench

@@ -31,4 +31,8 @@ using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 [[nodiscard]] std::vector<double> corrected_times_ns(std::span<const Sample> samples, std::span<const Sample> control,
                                                      double reference_ns);
 
+/// A case's time: the summary of its corrected_times_ns(), beside the median as measured. timer: its id
+[[nodiscard]] FrameTime frame_time(std::span<const Sample> samples, std::span<const Sample> control,
+                                   double reference_ns, std::string_view timer);
+
 }  // namespace reliefbench

@@ -98,13 +98,13 @@ class DeviceTuner {
     book_ = std::make_unique<SampleBook>(*store_,
                                          SampleBook::Control{.id = control_case_id(options.backend),
                                                              .reference_ns = session_->calibration().reference_ns});
-    times_ = std::make_unique<DeviceTimes>(DeviceTimes::Context{.session = *session_,
-                                                                .preparer = *preparer_,
-                                                                .book = *book_,
-                                                                .split = split_,
-                                                                .mark = store_->mark(),
-                                                                .measure = config.measure,
-                                                                .started_ns = started_ns_});
+    times_ = std::make_unique<DeviceTimes>(Timing{.session = *session_,
+                                                  .book = *book_,
+                                                  .measure = config.measure,
+                                                  .split = split_,
+                                                  .mark = &store_->mark(),
+                                                  .started_ns = started_ns_},
+                                           *preparer_);
   }
 
   TuneResult run() {
@@ -170,7 +170,7 @@ class DeviceTuner {
       const std::string id = c.id();
       if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
       const auto hold = store_->mark().hold(id);
-      if (!pictures) return preparer_->judge(c, config_.scenes[scene]);
+      if (!pictures) return preparer_->score(c, config_.scenes[scene]);
       const PreparedCase prepared = preparer_->prepare(c, config_.scenes[scene]);
       const bool is_lost = session_->is_lost(prepared.record.status);
       if (prepared.record.status != Status::ok)
@@ -271,10 +271,8 @@ class DeviceTuner {
   [[nodiscard]] MemoryOf memory_of(std::size_t scene) {
     return [this, scene](std::size_t candidate) -> std::int64_t {
       const Case c = case_of(scene, candidates_[candidate]);
-      if (!c.settings.technique().reads_map()) return 0;
-      const Scene& view = config_.scenes[scene].scene;
-      const BakedMap& map = library_.map(c, config_.scenes[scene]);
-      return static_cast<std::int64_t>(map_textures(c.settings, map, view.wrap, view.relief_depth).bytes());
+      const std::optional<MapTextures> map = library_.packed(c.settings, config_.scenes[scene]);
+      return map ? static_cast<std::int64_t>(map->bytes()) : 0;
     };
   }
 
@@ -365,7 +363,7 @@ class DeviceTuner {
       const std::string id = c.id();
       HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
       try {
-        if (const Record* const record = given_up(id)) throw CaseFailed{*record};
+        if (const Record* const record = given_up(id)) throw CaseFailed(*record);
         const DeviceTimes::Wanted wanted{.spec = c, .scene = &scene};
         while (static_cast<int>(book_->times(id).size()) < config_.measure.samples) times_->draw({&wanted, 1});
         const Record& record = whole_record(c, scene);
@@ -403,18 +401,17 @@ class DeviceTuner {
   /// since, or a search that is asked for again would enter it again.
   const Record& whole_record(const Case& c, const SceneSpec& scene) {
     const std::string id = c.id();
-    const std::vector<double>& times = book_->times(id);
+    const std::vector<Sample>& samples = book_->samples(id);
     const Record* const known = records_->find(id);
     if (known != nullptr && known->status == Status::ok &&
-        known->frame_time->summary.n == static_cast<int>(times.size()))
+        known->frame_time->summary.n == static_cast<int>(samples.size()))
       return *known;
     const auto hold = store_->mark().hold(id);
     Record record = preparer_->prepare(c, scene).record;
     if (session_->is_lost(record.status)) reopen();
     if (record.status == Status::ok)
-      record.frame_time = FrameTime{.summary = summarise(times),
-                                    .raw_median = median(raw_times(book_->samples(id))),
-                                    .timer = std::string(timer_id(session_->calibration().timer))};
+      record.frame_time = frame_time(samples, book_->control_samples(), session_->calibration().reference_ns,
+                                     timer_id(session_->calibration().timer));
     return keep(record);
   }
 

@@ -1,0 +1,51 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kernels/image/heightmap.h"
+#include "kernels/maps/map_verify.h"
+#include "tuner/measure/bake.h"
+
+namespace reliefbench {
+
+/// One map, from heightmap to file.
+struct BakeJob {
+  HeightmapSpec heightmap;
+  BakeSpec spec;
+  std::string device = "cpu";  ///< cpu | opengl | vulkan
+  bool verify = false;
+  std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
+};
+
+struct BakeResult {
+  std::string reading{};  ///< what was read of the heightmap's file; "" of a procedural one
+  int width = 0;
+  int height = 0;
+  double bake_time_ns = 0;
+  double mean_ratio = 0;    ///< of the ratios as stored; a map without ratios: 0
+  double closed_share = 0;  ///< of ratios that are stored as 0
+  std::size_t bytes = 0;    ///< of all textures
+  std::optional<MapVerdict> verdict;
+  std::vector<std::filesystem::path> files;
+};
+
+/// The correction that the technique whose first map this is has as its default, else the kind's first.
+[[nodiscard]] Correction default_correction(const MapRow& map);
+/// The first format of 16 bits a channel that the map fits.
+/// throws: Error(bad_input) with the first reason if none does
+[[nodiscard]] const Format& default_format(const MapRow& map, const Encoding& encoding, Correction correction,
+                                           float max_ratio);
+
+/// What a map's file says of it.
+[[nodiscard]] std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap);
+
+/// Loads, bakes, packs, verifies and writes.
+/// throws: Error(bad_input): a conflict, an unreadable heightmap, an unwritable file; Error(environment): no such
+///         device or no baker for it
+[[nodiscard]] BakeResult run_bake(const BakeJob& job);
+
+}  // namespace reliefbench

@@ -1,0 +1,43 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "backends/backend.h"
+#include "kernels/maps/map_texture.h"
+#include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
+#include "tuner/measure/bake.h"
+
+namespace reliefbench {
+
+/// Map -> textures, in the settings' format and encoding. Nothing where their technique reads no map.
+[[nodiscard]] std::optional<MapTextures> pack(const Settings& settings, const BakedMap& map, const Scene& scene);
+
+/// What all frames of a scene share on a device.
+struct UploadedScene {
+  std::unique_ptr<Texture> normals{};
+  Wrap wrap = Wrap::repeat;
+  FrameUniforms frame{};
+};
+/// heights: as they were read
+[[nodiscard]] UploadedScene upload(Backend& backend, const Scene& scene, const Heightfield& heights);
+
+/// A setting's frame on a device: textures of its map and a draw that reads them.
+struct Frame {
+  std::unique_ptr<Texture> relief{};  ///< null where there is no map
+  std::unique_ptr<Texture> extra{};   ///< null where the map has one texture
+  Draw draw{};                        ///< without a pipeline
+
+  [[nodiscard]] Draw with(const Pipeline& pipeline) const;
+};
+/// Textures -> frame. The scene must outlive it.
+[[nodiscard]] Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene);
+
+/// Frame -> the ray of each pixel and the hit that was found. draw: with a pipeline of Target::score
+[[nodiscard]] std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw);
+/// The picture of the same trace, RGBA8. draw: with a pipeline of Target::color
+[[nodiscard]] std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw);
+
+}  // namespace reliefbench
