@@ -52,6 +52,17 @@ nlohmann::json device_identity(const DeviceInfo& device) {
   return {{"backend", device.backend}, {"index", device.index}, {"name", device.name}, {"driver", device.driver}};
 }
 
+void set_costs(SweepSummary& summary, const MapLibrary& library, const WallSplit& split) {
+  summary.bakes = library.baked();
+  summary.bakes_cached = library.from_cache();
+  summary.total_s = split.total_seconds();
+  summary.other_s = summary.total_s;
+  for (std::size_t i = 0; i < kPartIds.size(); ++i) {
+    summary.part_s.at(i) = split.seconds(static_cast<Part>(i));
+    summary.other_s -= summary.part_s.at(i);
+  }
+}
+
 nlohmann::json device_json(const Session& session) {
   nlohmann::json device = device_json(session.device());
   device["audit"] = audit_json(session.audit());

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "tuner/measure/map_library.h"
 #include "tuner/measure/session.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/config.h"
@@ -14,6 +15,9 @@ namespace reliefbench {
 [[nodiscard]] nlohmann::json device_json(const Session& session);
 /// The calibration of a device in an earlier start's run.json; nothing where there is none.
 [[nodiscard]] std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device);
+
+/// What a run's maps and wall time were.
+void set_costs(SweepSummary& summary, const MapLibrary& library, const WallSplit& split);
 
 /// run.json without its identity.
 [[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,

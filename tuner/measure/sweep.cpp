@@ -288,14 +288,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   check_complete(run, plan);
   write_results(config, run);
   for (const Record& record : run.records) summary.statuses[std::string(status_id(record.status))] += 1;
-  summary.bakes = library.baked();
-  summary.bakes_cached = library.from_cache();
-  summary.total_s = split.total_seconds();
-  summary.other_s = summary.total_s;
-  for (std::size_t i = 0; i < kPartIds.size(); ++i) {
-    summary.part_s.at(i) = split.seconds(static_cast<Part>(i));
-    summary.other_s -= summary.part_s.at(i);
-  }
+  set_costs(summary, library, split);
   store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
   return summary;
 }

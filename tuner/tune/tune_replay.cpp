@@ -1,16 +1,12 @@
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <memory>
+#include <optional>
 
 #include "kernels/base/atomic_file.h"
-#include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
-#include "tuner/measure/progress.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/recorded_run.h"
 #include "tuner/tune/tune_search.h"
+#include "tuner/tune/tuner.h"
 
 namespace reliefbench {
 namespace {
@@ -36,68 +32,81 @@ RecordedQuery query_of(const std::string& scene, const TuneOptions& options) {
   return query;
 }
 
+/// A recorded sweep of one scene, whose samples are the noise.
+class RecordedSource final : public TuneSource {
+ public:
+  RecordedSource(const std::filesystem::path& recorded, const std::string& scene, const TuneOptions& options)
+      : name_(recorded.string()), options_(options), table_(load_recorded(recorded, query_of(scene, options))) {
+    if (options.output.empty()) return;
+    store_.emplace(options.output, identity_of(table_, options.question));
+    book_.emplace(*store_, std::nullopt);
+  }
+
+  TuneResult blank() const override {
+    TuneResult result{.error_metric = table_.error_metric,
+                      .backend = table_.backend,
+                      .device = table_.device,
+                      .scenes = {table_.scene},
+                      .scene_keys = {SceneKey{table_.scene_key}},
+                      .replayed = name_};
+    if (options_.question.max_error.empty()) result.constraints = parse_budgets(table_.constraints);
+    result.counts.settings = result.counts.scored = static_cast<int>(table_.space.candidates.size());
+    return result;
+  }
+  std::optional<double> asked_error() const override { return Config{}.budgets.front().limit; }
+
+  SearchSpace space(std::span<const std::size_t> /*scenes*/) override {
+    SearchSpace space = table_.space;
+    for (Candidate& candidate : space.candidates) candidate.id = setting_id(parse_setting(candidate.id));
+    return space;
+  }
+
+  std::unique_ptr<TimeSource> times(std::span<const std::size_t> /*scenes*/) override {
+    if (!book_) return std::make_unique<ReplaySource>(table_, options_.question.seed);
+    BookSource::Scene cases;
+    for (const Candidate& candidate : table_.space.candidates) cases.case_ids.push_back(candidate.id);
+    return std::make_unique<BookSource>(*book_, std::vector{cases}, Combine::weighted,
+                                        [this](std::span<const BookSource::Wanted> round) { draw(round); });
+  }
+
+  std::int64_t memory_bytes(std::size_t /*scene*/, std::size_t candidate) override {
+    return table_.memory_bytes[candidate];
+  }
+  std::vector<double> times_ns(std::size_t /*scene*/, const std::string& /*setting*/) const override { return {}; }
+  std::pair<std::string, std::string> nearest() const override {
+    if (table_.nearest.empty()) return {};
+    return {setting_id(parse_setting(table_.nearest)), table_.miss};
+  }
+  void take_failure(const CaseFailed& failed, bool /*is_left_out*/) override { throw failed; }  // nothing is drawn
+
+ private:
+  void draw(std::span<const BookSource::Wanted> round) {
+    for (const BookSource::Wanted& wanted : round) {
+      const std::string& id = table_.space.candidates[wanted.candidate].id;
+      const auto index = static_cast<int>(book_->samples(id).size());
+      book_->append({.case_id = id,
+                     .frames = 1,
+                     .frame_time_ns = replay_.frame_ns(wanted.candidate, index),
+                     .at_ns = static_cast<double>(book_->size())});
+    }
+  }
+
+  std::string name_;
+  const TuneOptions& options_;
+  RecordedTable table_;
+  ReplaySource replay_{table_, options_.question.seed};
+  std::optional<RunStore> store_;
+  std::optional<SampleBook> book_;
+};
+
 }  // namespace
 
 TuneResult replay_tune(const std::filesystem::path& recorded, const std::string& scene, const TuneOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto elapsed_s = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
-  const RecordedTable table = load_recorded(recorded, query_of(scene, options));
-  TuneResult result{.question = options.question,
-                    .error_metric = table.error_metric,
-                    .backend = table.backend,
-                    .device = table.device,
-                    .scenes = {table.scene},
-                    .scene_keys = {SceneKey{table.scene_key}},
-                    .replayed = recorded.string()};
-  if (options.question.max_error.empty())
-    for (const std::string& text : table.constraints) result.constraints.push_back(parse_budget(text));
-  result.space = table.space;
-  for (Candidate& candidate : result.space.candidates) candidate.id = setting_id(parse_setting(candidate.id));
-  result.counts.settings = result.counts.scored = static_cast<int>(result.space.candidates.size());
-
-  ReplaySource replay(table, options.question.seed);
-  std::optional<RunStore> store;
-  std::optional<SampleBook> book;
-  std::optional<BookSource> source;
-  if (!options.output.empty()) {
-    store.emplace(options.output, identity_of(table, options.question));
-    book.emplace(*store, std::nullopt);
-    BookSource::Scene cases;
-    for (const Candidate& candidate : table.space.candidates) cases.case_ids.push_back(candidate.id);
-    source.emplace(*book, std::vector{cases}, Combine::weighted, [&](std::span<const BookSource::Wanted> round) {
-      for (const BookSource::Wanted& wanted : round) {
-        const std::string& id = table.space.candidates[wanted.candidate].id;
-        const auto index = static_cast<int>(book->times(id).size());
-        book->append({.case_id = id,
-                      .round = index,
-                      .frames = 1,
-                      .frame_time_ns = replay.frame_ns(wanted.candidate, index),
-                      .at_ns = static_cast<double>(book->size())});
-      }
-    });
-  }
-  TimeSource& times = source ? static_cast<TimeSource&>(*source) : replay;
-  Progress progress(options.quiet);
-  search_into(
-      result, times,
-      [&] {
-        const bool over = options.is_interrupted() || elapsed_s() > options.time_limit_s.value_or(1e9);
-        result.is_stopped |= over;
-        return over;
-      },
-      [&](const SearchProgress& now) {
-        show(progress, now, options.question, elapsed_s() / options.time_limit_s.value_or(1e9));
-      },
-      Config{}.budgets.front().limit, [&](std::size_t candidate) { return table.memory_bytes[candidate]; });
-  progress.finish();
-  if (!table.nearest.empty()) {
-    result.nearest = setting_id(parse_setting(table.nearest));
-    result.miss = table.miss;
-  }
-  result.wall_s = elapsed_s();
-  if (store) write_atomically(options.output / kTuneFile, tune_json(result).dump(1) + "\n");
+  TuneClock clock(options);
+  RecordedSource source(recorded, scene, options);
+  TuneResult result = tune(source, options, clock);
+  result.wall_s = clock.elapsed_s();
+  if (!options.output.empty()) write_atomically(options.output / kTuneFile, tune_json(result).dump(1) + "\n");
   return result;
 }
 

@@ -1,0 +1,155 @@
+#include "tuner/tune/tune_run.h"
+
+#include <algorithm>
+
+#include "kernels/base/clock.h"
+#include "kernels/base/error.h"
+#include "tuner/measure/run_info.h"
+#include "tuner/plan/scene_json.h"
+#include "tuner/results/relative_time.h"
+#include "tuner/results/run_folder.h"
+#include "tuner/tune/holdout.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr const char* kBisectedKey = "bisected";  // in run.json
+
+nlohmann::json identity_of(const Config& config, const TuneOptions& options, const Session& session) {
+  const TuneQuestion& question = options.question;
+  nlohmann::json scenes = nlohmann::json::array();  // of a config some may be left out
+  for (const SceneSpec& scene : config.scenes) scenes.push_back(scene.id);
+  return {{"schema", kSchemaVersion},
+          {"config_sha256", config_sha256(config)},
+          {"kernels_sha256", kernels_sha256()},
+          {"tune",
+           {{"max_error", budget_texts(question.max_error)},
+            {"scenes", scenes},
+            {"epsilon", question.epsilon},
+            {"confidence", question.confidence},
+            {"seed", question.seed},
+            {"combine", options.combine == Combine::worst ? "worst" : "weighted"},
+            {"weights", options.weights}}},
+          {"devices", nlohmann::json::array({device_identity(session.device())})}};
+}
+
+}  // namespace
+
+TuneRun::TuneRun(const Config& config, const TuneOptions& options)
+    : config_(config),
+      options_(options),
+      plan_(make_plan(config, std::vector{options.backend}, "")),
+      cache_(Cache::open()),
+      library_(cache_, split_),
+      tuned_(library_.measured(config.scenes)),
+      holdout_(named_holdout(library_.measured(options.holdout), tuned_, {})) {
+  for (const Case& c : plan_.cases)
+    if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
+  session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
+  session_->set_timeout(config.measure.timeout_s);
+  store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
+  holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
+  scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
+  scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
+  make_images_folder(options.output);
+  records_ = std::make_unique<RecordBook>(*store_, options.retry_failed);
+  records_->enter_death(all_cases(), scenes_, session_->device());
+  const nlohmann::json& info = store_->earlier().info;
+  started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
+  const std::optional<Calibration> known =
+      info.is_object() ? known_calibration(info, session_->device()) : std::nullopt;
+  split_.book(Part::audit, [&] { session_->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
+  if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
+  write_info(false);
+  preparer_ = std::make_unique<Preparer>(Preparer::Context{.session = *session_,
+                                                           .library = library_,
+                                                           .cache = cache_,
+                                                           .split = split_,
+                                                           .folder = options.output,
+                                                           .timeout_s = config.measure.timeout_s,
+                                                           .flicker_frames = config.measure.flicker_frames});
+  book_ =
+      std::make_unique<SampleBook>(*store_, SampleBook::Control{.id = control_case_id(options.backend),
+                                                                .reference_ns = session_->calibration().reference_ns});
+  times_ = std::make_unique<DeviceTimes>(Timing{.session = *session_,
+                                                .book = *book_,
+                                                .measure = config.measure,
+                                                .split = split_,
+                                                .mark = &store_->mark(),
+                                                .started_ns = started_ns_},
+                                         *preparer_);
+}
+
+/// Those of the plan, and every setting on the held-out scenes.
+std::vector<Case> TuneRun::all_cases() const {
+  std::vector<Case> cases = plan_.cases;
+  for (const MeasuredScene& scene : holdout_)
+    for (const Settings& settings : settings_)
+      cases.push_back({.settings = settings, .scene_id = scene.spec.id, .backend = options_.backend});
+  return cases;
+}
+
+const Record* TuneRun::given_up(const std::string& case_id) const {
+  const Record* const record = records_->find(case_id);
+  const bool is_crash = record != nullptr && record->status == Status::crashed;
+  return is_crash && records_->is_finished(case_id) ? record : nullptr;
+}
+
+FrameScore TuneRun::score(const Case& c, const SceneSpec& scene, bool with_pictures) {
+  const std::string id = c.id();
+  if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
+  const auto hold = store_->mark().hold(id);
+  if (!with_pictures) return preparer_->score(c, scene);
+  const PreparedCase prepared = preparer_->prepare(c, scene);
+  const bool is_lost = session_->is_lost(prepared.record.status);
+  if (prepared.record.status != Status::ok)
+    fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
+  return *prepared.record.error;
+}
+
+const Record& TuneRun::whole_record(const Case& c, const SceneSpec& scene) {
+  const std::string id = c.id();
+  const std::vector<Sample>& samples = book_->samples(id);
+  const Record* const known = records_->find(id);
+  if (known != nullptr && known->status == Status::ok &&
+      known->frame_time->summary.n == static_cast<int>(samples.size()))
+    return *known;
+  const auto hold = store_->mark().hold(id);
+  Record record = preparer_->prepare(c, scene).record;
+  if (session_->is_lost(record.status)) reopen();
+  if (record.status == Status::ok)
+    record.frame_time = frame_time(samples, book_->control_samples(), session_->calibration().reference_ns,
+                                   timer_id(session_->calibration().timer));
+  return keep(record);
+}
+
+/// Enters a record unless the same failure is there already.
+const Record& TuneRun::keep(const Record& record) {
+  const Record* const known = records_->find(record.case_id);
+  if (known == nullptr || record.status == Status::ok || known->status != record.status ||
+      known->reason != record.reason)
+    records_->append(record);
+  return *records_->find(record.case_id);
+}
+
+void TuneRun::take_failure(const CaseFailed& failed) {
+  keep(failed.record);
+  if (session_->is_lost(failed.record.status)) reopen();
+}
+
+void TuneRun::reopen() {
+  times_->release();
+  preparer_->release();
+  session_->reopen();
+}
+
+void TuneRun::write_info(bool finished) {
+  SweepSummary summary{.folder = options_.output, .cases = static_cast<int>(settings_.size())};
+  set_costs(summary, library_, split_);
+  summary.shaders = session_->shaders_compiled();
+  nlohmann::json info = run_info(config_, {device_json(*session_)}, scenes_, summary, started_ns_, finished);
+  if (is_bisected_) info[kBisectedKey] = *is_bisected_;
+  store_->write_info(info);
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,72 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "tuner/measure/device_times.h"
+#include "tuner/measure/record_book.h"
+#include "tuner/plan/plan.h"
+#include "tuner/tune/tune.h"
+
+namespace reliefbench {
+
+/// A device and the run that a search leaves of it: what was scored, timed and entered, case by case. Goes on where an
+/// earlier start of the same question was killed.
+class TuneRun {
+ public:
+  /// throws: as run_tune()
+  TuneRun(const Config& config, const TuneOptions& options);
+
+  [[nodiscard]] const std::vector<Settings>& settings() const { return settings_; }  ///< of the space
+  [[nodiscard]] std::size_t conflicts() const { return plan_.conflicts.size(); }
+  [[nodiscard]] const std::vector<MeasuredScene>& tuned() const { return tuned_; }  ///< one a scene of the config
+  [[nodiscard]] const std::vector<MeasuredScene>& holdout() const { return holdout_; }
+  [[nodiscard]] const DeviceInfo& device() const { return session_->device(); }
+  [[nodiscard]] MapLibrary& library() { return library_; }
+  [[nodiscard]] const SampleBook& book() const { return *book_; }
+
+  /// Of a case's score frame; with_pictures: of all its frames. throws: Error: it cannot be drawn
+  [[nodiscard]] FrameScore score(const Case& c, const SceneSpec& scene, bool with_pictures);
+  /// One sample more of each. throws: CaseFailed
+  void draw(std::span<const DeviceTimes::Wanted> round) { times_->draw(round); }
+  /// The record of a case that was timed, with its error and pictures: as an earlier start left it if nothing was drawn
+  /// since, or a search that is asked for again would enter it again.
+  const Record& whole_record(const Case& c, const SceneSpec& scene);
+  /// Enters the record of a case that failed; opens the device again where that was lost.
+  void take_failure(const CaseFailed& failed);
+  /// The record of a case that is not to be drawn again since it killed the process twice; null for any other.
+  [[nodiscard]] const Record* given_up(const std::string& case_id) const;
+  /// Opens the device again after it was lost.
+  void reopen();
+
+  /// Whether the error pass bisects, once it is decided, by this start or an earlier one.
+  [[nodiscard]] const std::optional<bool>& is_bisected() const { return is_bisected_; }
+  void set_bisected(bool is_bisected) { is_bisected_ = is_bisected; }
+  void write_info(bool finished);
+
+ private:
+  [[nodiscard]] std::vector<Case> all_cases() const;
+  const Record& keep(const Record& record);
+
+  const Config& config_;
+  const TuneOptions& options_;
+  WallSplit split_;
+  Plan plan_;
+  Cache cache_;
+  MapLibrary library_;
+  std::vector<MeasuredScene> tuned_;
+  std::vector<MeasuredScene> holdout_;
+  std::vector<MeasuredScene> scenes_;  // of this start and earlier ones
+  std::vector<Settings> settings_;
+  std::unique_ptr<Session> session_;
+  std::unique_ptr<RunStore> store_;
+  std::unique_ptr<RecordBook> records_;
+  std::unique_ptr<Preparer> preparer_;
+  std::unique_ptr<SampleBook> book_;
+  std::unique_ptr<DeviceTimes> times_;
+  double started_ns_ = 0;
+  std::optional<bool> is_bisected_;
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,61 @@
+#pragma once
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tuner/measure/timing.h"
+#include "tuner/tune/tune.h"
+
+namespace reliefbench {
+
+/// How long a tuner may go on. It starts with the object.
+class TuneClock {
+ public:
+  explicit TuneClock(const TuneOptions& options) : options_(options) {}
+
+  [[nodiscard]] double elapsed_s() const;
+  [[nodiscard]] double limit_s() const;  ///< infinite where there is none
+  /// Whether it has had that long, or the user wants no more.
+  [[nodiscard]] bool is_over(double until_s);
+  [[nodiscard]] bool is_stopped() const { return is_stopped_; }  ///< is_over() said so once
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const TuneOptions& options_;
+  Clock::time_point start_ = Clock::now();
+  bool is_stopped_ = false;
+};
+
+/// Where a tuner has its settings, their errors and their times from: a device, or a recorded run. Scenes and
+/// candidates go by index; candidates are those of the last space().
+class TuneSource {
+ public:
+  virtual ~TuneSource() = default;
+  TuneSource() = default;
+  TuneSource(const TuneSource&) = delete;
+  TuneSource& operator=(const TuneSource&) = delete;
+
+  /// What is known before the search: subject, metric, constraints, counts.
+  [[nodiscard]] virtual TuneResult blank() const = 0;
+  /// Error of the front's metric for the pick, where the question has no bounds of its own; none: the most accurate.
+  [[nodiscard]] virtual std::optional<double> asked_error() const = 0;
+  /// The scored settings; error and work: over these scenes.
+  [[nodiscard]] virtual SearchSpace space(std::span<const std::size_t> scenes) = 0;
+  /// Their times, those of these scenes combined. They may throw CaseFailed.
+  [[nodiscard]] virtual std::unique_ptr<TimeSource> times(std::span<const std::size_t> scenes) = 0;
+  [[nodiscard]] virtual std::int64_t memory_bytes(std::size_t scene, std::size_t candidate) = 0;  ///< of its map
+  /// All times of a setting in a scene so far, ns a frame.
+  [[nodiscard]] virtual std::vector<double> times_ns(std::size_t scene, const std::string& setting) const = 0;
+  /// Of settings that all miss what is asked, the one that does so least, and by how much.
+  [[nodiscard]] virtual std::pair<std::string, std::string> nearest() const = 0;
+  /// Enters a failure. is_left_out: from here on its setting is no candidate
+  virtual void take_failure(const CaseFailed& failed, bool is_left_out) = 0;
+};
+
+/// The tuner's engine: races for what the question asks in all scenes, then in each by itself.
+[[nodiscard]] TuneResult tune(TuneSource& source, const TuneOptions& options, TuneClock& clock);
+
+}  // namespace reliefbench
