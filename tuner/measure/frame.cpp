@@ -36,8 +36,8 @@ Draw Frame::with(const Pipeline& pipeline) const {
 
 Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene) {
   const Texture* const normals = scene.normals.get();  // any texture where the map has none
-  Frame frame{.draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}},
-                       .frame = scene.frame}};
+  Frame frame{
+      .draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}}, .frame = scene.frame}};
   if (!map) return frame;
   frame.relief = backend.upload(texture_desc(map->relief, scene.wrap));
   frame.draw.textures[kReliefMap] = frame.relief.get();
