@@ -137,7 +137,7 @@ class DeviceSource final : public TuneSource {
     }
     const auto draw = [this,
                        of = std::vector(scenes.begin(), scenes.end())](std::span<const BookSource::Wanted> round) {
-      std::vector<DeviceTimes::Wanted> wanted;
+      std::vector<TuneRun::Wanted> wanted;
       for (const auto& [scene, candidate] : round)
         wanted.push_back({.spec = case_of(of[scene], candidates_[candidate]), .scene = &config_.scenes[of[scene]]});
       run_.draw(wanted);
@@ -189,7 +189,7 @@ class DeviceSource final : public TuneSource {
       HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
       try {
         if (const Record* const record = run_.given_up(id)) throw CaseFailed(*record);
-        const DeviceTimes::Wanted wanted{.spec = c, .scene = &scene};
+        const TuneRun::Wanted wanted{.spec = c, .scene = &scene};
         while (static_cast<int>(run_.book().times(id).size()) < config_.measure.samples) run_.draw({&wanted, 1});
         const Record& record = run_.whole_record(c, scene);
         answer.failure = record.reason;

@@ -39,7 +39,7 @@ class RecordedSource final : public TuneSource {
       : name_(recorded.string()), options_(options), table_(load_recorded(recorded, query_of(scene, options))) {
     if (options.output.empty()) return;
     store_.emplace(options.output, identity_of(table_, options.question));
-    book_.emplace(*store_, std::nullopt);
+    book_ = SampleBook(*store_, std::nullopt);
   }
 
   TuneResult blank() const override {
@@ -62,10 +62,9 @@ class RecordedSource final : public TuneSource {
   }
 
   std::unique_ptr<TimeSource> times(std::span<const std::size_t> /*scenes*/) override {
-    if (!book_) return std::make_unique<ReplaySource>(table_, options_.question.seed);
     BookSource::Scene cases;
     for (const Candidate& candidate : table_.space.candidates) cases.case_ids.push_back(candidate.id);
-    return std::make_unique<BookSource>(*book_, std::vector{cases}, Combine::weighted,
+    return std::make_unique<BookSource>(book_, std::vector{cases}, Combine::weighted,
                                         [this](std::span<const BookSource::Wanted> round) { draw(round); });
   }
 
@@ -83,11 +82,11 @@ class RecordedSource final : public TuneSource {
   void draw(std::span<const BookSource::Wanted> round) {
     for (const BookSource::Wanted& wanted : round) {
       const std::string& id = table_.space.candidates[wanted.candidate].id;
-      const auto index = static_cast<int>(book_->samples(id).size());
-      book_->append({.case_id = id,
-                     .frames = 1,
-                     .frame_time_ns = replay_.frame_ns(wanted.candidate, index),
-                     .at_ns = static_cast<double>(book_->size())});
+      const auto index = static_cast<int>(book_.samples(id).size());
+      book_.append({.case_id = id,
+                    .frames = 1,
+                    .frame_time_ns = replay_.frame_ns(wanted.candidate, index),
+                    .at_ns = static_cast<double>(book_.size())});
     }
   }
 
@@ -96,7 +95,7 @@ class RecordedSource final : public TuneSource {
   RecordedTable table_;
   ReplaySource replay_{table_, options_.question.seed};
   std::optional<RunStore> store_;
-  std::optional<SampleBook> book_;
+  SampleBook book_{std::nullopt};
 };
 
 }  // namespace

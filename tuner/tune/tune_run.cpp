@@ -71,13 +71,12 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
   book_ =
       std::make_unique<SampleBook>(*store_, SampleBook::Control{.id = control_case_id(options.backend),
                                                                 .reference_ns = session_->calibration().reference_ns});
-  times_ = std::make_unique<DeviceTimes>(Timing{.session = *session_,
-                                                .book = *book_,
-                                                .measure = config.measure,
-                                                .split = split_,
-                                                .mark = &store_->mark(),
-                                                .started_ns = started_ns_},
-                                         *preparer_);
+  timing_.emplace(Timing{.session = *session_,
+                         .book = *book_,
+                         .measure = config.measure,
+                         .split = split_,
+                         .mark = &store_->mark(),
+                         .started_ns = started_ns_});
 }
 
 /// Those of the plan, and every setting on the held-out scenes.
@@ -105,6 +104,26 @@ FrameScore TuneRun::score(const Case& c, const SceneSpec& scene, bool with_pictu
   if (prepared.record.status != Status::ok)
     fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
   return *prepared.record.error;
+}
+
+void TuneRun::draw(std::span<const Wanted> round) {
+  std::vector<TimedCase> cases;
+  cases.reserve(round.size());
+  for (const Wanted& wanted : round) cases.push_back(ready(wanted));
+  time(*timing_, cases);
+}
+
+const TimedCase& TuneRun::ready(const Wanted& wanted) {
+  const std::string id = wanted.spec.id();
+  if (const auto found = ready_.find(id); found != ready_.end()) return found->second->timed;
+  auto fresh = std::make_unique<Ready>(Ready{.spec = wanted.spec, .prepared = {}, .timed = {}});
+  {
+    const auto hold = store_->mark().hold(id);
+    fresh->prepared = preparer_->prepare_to_time(fresh->spec, *wanted.scene);
+  }
+  if (fresh->prepared.record.status != Status::ok) throw CaseFailed(fresh->prepared.record);
+  fresh->timed = warm_up(*timing_, fresh->prepared.record, fresh->prepared.frame.draw);
+  return ready_.emplace(id, std::move(fresh)).first->second->timed;
 }
 
 const Record& TuneRun::whole_record(const Case& c, const SceneSpec& scene) {
@@ -138,7 +157,7 @@ void TuneRun::take_failure(const CaseFailed& failed) {
 }
 
 void TuneRun::reopen() {
-  times_->release();
+  ready_.clear();
   preparer_->release();
   session_->reopen();
 }

@@ -1,11 +1,14 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "tuner/measure/device_times.h"
+#include "tuner/measure/prepare.h"
 #include "tuner/measure/record_book.h"
+#include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
 #include "tuner/tune/tune.h"
 
@@ -28,8 +31,13 @@ class TuneRun {
 
   /// Of a case's score frame; with_pictures: of all its frames. throws: Error: it cannot be drawn
   [[nodiscard]] FrameScore score(const Case& c, const SceneSpec& scene, bool with_pictures);
-  /// One sample more of each. throws: CaseFailed
-  void draw(std::span<const DeviceTimes::Wanted> round) { times_->draw(round); }
+
+  struct Wanted {
+    Case spec;
+    const SceneSpec* scene = nullptr;
+  };
+  /// time() of these cases, each prepared and warmed up when it is first asked for. throws: CaseFailed
+  void draw(std::span<const Wanted> round);
   /// The record of a case that was timed, with its error and pictures: as an earlier start left it if nothing was drawn
   /// since, or a search that is asked for again would enter it again.
   const Record& whole_record(const Case& c, const SceneSpec& scene);
@@ -46,7 +54,13 @@ class TuneRun {
   void write_info(bool finished);
 
  private:
+  struct Ready {
+    Case spec;
+    PreparedCase prepared;
+    TimedCase timed;
+  };
   [[nodiscard]] std::vector<Case> all_cases() const;
+  [[nodiscard]] const TimedCase& ready(const Wanted& wanted);
   const Record& keep(const Record& record);
 
   const Config& config_;
@@ -64,7 +78,8 @@ class TuneRun {
   std::unique_ptr<RecordBook> records_;
   std::unique_ptr<Preparer> preparer_;
   std::unique_ptr<SampleBook> book_;
-  std::unique_ptr<DeviceTimes> times_;
+  std::optional<Timing> timing_;
+  std::map<std::string, std::unique_ptr<Ready>> ready_;  // by case id
   double started_ns_ = 0;
   std::optional<bool> is_bisected_;
 };
