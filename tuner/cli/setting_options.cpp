@@ -5,6 +5,7 @@
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
 #include "tuner/results/store.h"
@@ -42,7 +43,12 @@ json measurement_of(const Record& record, const std::string& error_metric) {
 
 ChosenSetting of_run(const SettingArguments& arguments) {
   const Run run = load_run(arguments.run);
-  const auto record = std::ranges::find(run.records, arguments.case_id, &Record::case_id);
+  const auto record = std::ranges::find_if(run.records, [&](const Record& candidate) {
+    const bool is_scene = arguments.scene.empty() || candidate.scene == arguments.scene;
+    return is_setting_key(arguments.case_id)
+               ? is_scene && setting_key(parse_setting(candidate.case_id)) == arguments.case_id
+               : candidate.case_id == arguments.case_id;
+  });
   if (record == run.records.end()) fail_input("--run {}: has no case '{}'", arguments.run, arguments.case_id);
   if (record->status != Status::ok)
     fail_input("--run {}: case '{}' was not measured: {} {}", arguments.run, arguments.case_id,
@@ -68,6 +74,16 @@ std::string scene_of_id(std::string_view case_id) {
   return at == std::string_view::npos ? std::string() : std::string(name.substr(at + 1));
 }
 
+/// What a key stands for where no run says so.
+Settings built_in_setting(const std::string& key) {
+  const Config space = default_tune_config("rocks", {});
+  std::vector<Settings> known;
+  for (const Case& c : make_plan(space, std::vector<std::string>{"null"}, "").cases) known.push_back(c.settings);
+  for (const Technique& technique : techniques()) known.emplace_back(technique);
+  if (const Settings* found = find_by_key(key, known)) return *found;
+  fail_input("--case {}: no setting of the built-in space has this key; --run names the run that printed it", key);
+}
+
 }  // namespace
 
 CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments) {
@@ -83,7 +99,9 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
       ->type_name("GLOB")
       ->needs(presets);
   CLI::Option* of_case =
-      command.add_option("--case", arguments.case_id, "a case's id instead, as `recommend` and `tune` print it")
+      command
+          .add_option("--case", arguments.case_id,
+                      "a case's id instead, or the eight digits of its setting, as `recommend` and `tune` print them")
           ->type_name("ID")
           ->excludes(presets);
   command.add_option("--run", arguments.run, "folder of the run that measured the case, for its whole scene")
@@ -100,6 +118,7 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
 
 ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {
   if (!arguments.run.empty()) return of_run(arguments);
+  if (is_setting_key(arguments.case_id)) return {.settings = built_in_setting(arguments.case_id)};
   if (!arguments.case_id.empty())
     return {.settings = parse_setting(arguments.case_id), .scene_id = scene_of_id(arguments.case_id)};
   if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, or --case", command);

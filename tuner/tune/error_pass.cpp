@@ -58,7 +58,18 @@ std::vector<std::vector<std::size_t>> lines_of(std::span<const Settings> setting
 std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes, const ScoreCase& judge,
                                     const std::function<bool(std::size_t done)>& should_stop) {
   std::vector<SettingScore> results(settings);
-  for (std::size_t i = 0; i < settings && !should_stop(i); ++i) results[i] = score_one(i, scenes, judge);
+  // Within each pass in the plan's order, in which settings that share a map stand together.
+  const std::size_t step = std::max<std::size_t>(settings / kCoarse, 1);
+  std::size_t done = 0;
+  const auto pass = [&](const auto& is_due) {
+    for (std::size_t i = 0; i < settings; ++i) {
+      if (!is_due(i)) continue;
+      if (should_stop(done++)) return false;
+      results[i] = score_one(i, scenes, judge);
+    }
+    return true;
+  };
+  if (pass([&](std::size_t i) { return i % step == 0; })) pass([&](std::size_t i) { return i % step != 0; });
   return results;
 }
 

@@ -24,7 +24,8 @@ struct SettingScore {
   std::vector<FrameScore> scores{};  ///< one a scene
 };
 
-/// One score frame for each setting and scene, until should_stop() says true. Errors are exact: one frame is enough.
+/// One score frame for each setting and scene, until should_stop() says true. Errors are exact: one frame is enough. A
+/// coarse subset of about kCoarse settings spread over all comes first, so that a short limit still gets an answer.
 /// judge: score of a setting in a scene, by index; its Error becomes the failure of the setting, but for a FileError
 [[nodiscard]] std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes,
                                                   const std::function<FrameScore(std::size_t, std::size_t)>& judge,
@@ -35,6 +36,7 @@ struct SettingScore {
                                      const std::function<FrameScore(std::size_t, std::size_t)>& judge,
                                      const std::function<bool(std::size_t done)>& should_stop);
 inline constexpr std::size_t kProbes = 16;
+inline constexpr std::size_t kCoarse = 64;
 
 /// The scores for a question with fixed budgets, by bisection: error falls with the count of search steps, nearly
 /// always, so that on a line of settings that differ in nothing else the first that meets the budgets is found in log n

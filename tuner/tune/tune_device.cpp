@@ -346,11 +346,31 @@ class DeviceTuner {
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
         take_failure(failed);
       }
-      const std::size_t pick = setting_of(result_.pick->setting);
-      const std::vector<double>& times = book_->times(case_of(scene, pick).id());
-      if (!times.empty()) answer.common_ns = median(times);
+      if (answer.own) set_gain(answer, scene);
       result_.scene_answers.push_back(std::move(answer));
     }
+  }
+
+  /// Holds a scene's own pick to the common one, on the samples that the scene has of both.
+  void set_gain(SceneAnswer& answer, std::size_t scene) {
+    const auto times_of = [&](const std::string& setting) {
+      return book_->times(case_of(scene, setting_of(setting)).id());
+    };
+    const std::vector<double> common_times = times_of(result_.pick->setting);
+    const std::vector<double> own_times = times_of(answer.own->setting);
+    if (common_times.empty() || own_times.empty()) return;
+    const Summary common = summarise(common_times);
+    const Summary own = summarise(own_times);
+    answer.common_ns = common.median;
+    if (answer.own->setting == result_.pick->setting || own.median >= common.median) {
+      answer.own = *result_.pick;
+      answer.own_ns = common.median;
+      return;
+    }
+    answer.own_ns = own.median;
+    answer.gain = 1 - own.median / common.median;
+    answer.gain_low = 1 - own.ci_high / common.ci_low;
+    answer.gain_high = 1 - own.ci_low / common.ci_high;
   }
 
   [[nodiscard]] std::size_t setting_of(const std::string& id) const {

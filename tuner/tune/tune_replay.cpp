@@ -90,7 +90,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
       [&](const SearchProgress& now) {
         show(progress, now, options.question, elapsed_s() / options.time_limit_s.value_or(1e9));
       },
-      Config{}.budgets.front().limit, [&](std::size_t candidate) { return table.memory_bytes[candidate]; });
+      table.asked_error, [&](std::size_t candidate) { return table.memory_bytes[candidate]; });
   progress.finish();
   if (!table.nearest.empty()) {
     result.nearest = setting_id(parse_setting(table.nearest));
