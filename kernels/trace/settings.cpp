@@ -16,7 +16,7 @@ std::size_t Settings::place_of(std::string_view param_id) const {
   if (param == nullptr) {
     std::vector<std::string_view> known;
     for (const Param& other : technique_->params) known.push_back(other.id);
-    fail_input("technique '{}' has no parameter '{}': {}", technique_->id, param_id, unknown_text(param_id, known));
+    fail_input("technique '{}': parameter '{}' is {}", technique_->id, param_id, unknown_text(param_id, known));
   }
   return static_cast<std::size_t>(param - technique_->params.data());
 }

@@ -36,7 +36,8 @@ void print_reading(const std::string& reading) {
   if (!reading.empty()) write_stderr(fmt::format("read {}\n", one_line(reading)));
 }
 
-void set_size(HeightmapSpec& spec, const std::string& text) {
+std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit) {
+  std::pair<int, int> size;
   const char* const end = text.data() + text.size();
   const auto width = std::from_chars(text.data(), end, size.first);
   const bool has_height = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';

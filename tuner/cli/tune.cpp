@@ -15,6 +15,7 @@
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/tune_text.h"
 #include "tuner/measure/sweep.h"
@@ -44,7 +45,7 @@ struct Arguments {
   std::string frame_px;
   std::optional<std::string> wrap;
   std::optional<double> tiling;
-  bool verbose = false;
+  Names names;
   bool quiet = false;
   bool json = false;
 };
@@ -96,8 +97,7 @@ std::vector<double> parse_weights(const std::string& text) {
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
 SceneOptions scene_options_of(const Arguments& arguments) {
-  SceneOptions options{
-      .relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
+  SceneOptions options{.relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
   if (!arguments.frame_px.empty()) options.frame_px = parse_size(arguments.frame_px, "--frame-px", "pixels");
   return options;
 }
@@ -209,8 +209,8 @@ void run(const Arguments& arguments, int& exit_code) {
   if (arguments.json) {
     fmt::print("{}\n", tune_json(result).dump(1));
   } else {
-    print_tune_result(result, arguments.verbose);
-    if (!options.output.empty()) fmt::print("\nreport: {}\n", (options.output / kTunePage).string());
+    print_tune_result(result, arguments.names);
+    if (!options.output.empty()) put("\nreport: {}\n", (options.output / kTunePage).string());
     if (arguments.replay.empty()) print_next_commands(result, options.output.string());
   }
   exit_code = static_cast<int>(exit_of(result));
@@ -260,7 +260,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--frame-px", arguments->frame_px, "WIDTHxHEIGHT of the frame")->type_name("WxH");
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
   command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(CLI::PositiveNumber);
-  command->add_flag("--verbose", arguments->verbose, "settings by their whole ids");
+  add_names_option(*command, arguments->names);
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "tune.json on standard output");
   command->footer(

@@ -72,8 +72,8 @@ class ViewCommand {
     const ViewedFrame frame = viewer.draw(scene_.view);
     write_png(arguments_.png, scene_.width_px, scene_.height_px, frame.rgba8);
     const FrameScore& score = frame.judged.score;
-    fmt::print("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", setting_id(chosen_.settings),
-               format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
+    put("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", named(chosen_.settings),
+        format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
   }
 
   /// Draws when something changed; to count frames, without waiting for that.
@@ -126,7 +126,7 @@ class ViewCommand {
     try {
       const std::filesystem::path name = free_name();
       write_png(name, scene_.width_px, scene_.height_px, picture_);
-      fmt::print("written: {}\n", name.string());
+      put("written: {}\n", name.string());
     } catch (const Error& error) {
       print_error(error.what());
     }

@@ -10,7 +10,7 @@
 
 namespace reliefbench {
 
-std::string scene_text(const SceneSpec& spec) {
+std::string scene_description(const SceneSpec& spec) {
   const Scene& scene = spec.scene;
   std::string text =
       fmt::format("{}: {:g} degrees, {}x{} pixels, relief depth {:g}, {}", spec.id, scene.view.elevation_deg,

@@ -106,8 +106,8 @@ struct TuneResult {
   std::string backend{};
   std::string device{};
   std::vector<std::string> scenes{};
-  std::vector<SceneKey> scene_keys{};  ///< parallel to scenes
-  std::vector<std::string> subjects{};  ///< parallel to scenes: scene_text() of each
+  std::vector<SceneKey> scene_keys{};   ///< parallel to scenes
+  std::vector<std::string> subjects{};  ///< parallel to scenes: scene_description() of each
   std::string replayed{};               ///< the table that stood for the device; "" for a device
   TuneCounts counts{};
   SearchSpace space{};  ///< of the scored settings; ids are setting_id()s

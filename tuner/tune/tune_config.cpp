@@ -15,12 +15,9 @@ struct Spelling {
   std::string_view key;
   std::string_view option;
 };
-constexpr std::array kSpellings{Spelling{"heightmap", "HEIGHTMAP"},
-                                Spelling{"views", "--scene"},
-                                Spelling{"relief_depth", "--relief-depth"},
-                                Spelling{"frame_px", "--frame-px"},
-                                Spelling{"wrap", "--wrap"},
-                                Spelling{"tiling", "--tiling"}};
+constexpr std::array kSpellings{
+    Spelling{"heightmap", "HEIGHTMAP"}, Spelling{"views", "--scene"}, Spelling{"relief_depth", "--relief-depth"},
+    Spelling{"frame_px", "--frame-px"}, Spelling{"wrap", "--wrap"},   Spelling{"tiling", "--tiling"}};
 
 /// As a config's "heightmap" has it: what is as usual is left out.
 json heightmap_value(const HeightmapSpec& spec) {

@@ -115,6 +115,7 @@ class DeviceTuner {
     result_.device = session_->device().name;
     for (const MeasuredScene& scene : tuned_) {
       result_.scenes.push_back(scene.spec.id);
+      result_.subjects.push_back(scene_description(scene.spec));
       result_.scene_keys.push_back(scene.key);
     }
     score_settings();
@@ -199,10 +200,11 @@ class DeviceTuner {
       return is_over(kMostOfErrorPass * limit_s());
     };
     TuneCounts& counts = result_.counts;
+    ErrorPass pass(settings_, config_.scenes.size(), {.judge = judge, .should_stop = should_stop});
+    const double whole_s = pass.score_coarse();
     if (is_bisected_) {
       counts.is_bisected = *is_bisected_;  // or the settings to search would be others than they were
     } else if (!options_.question.max_error.empty() && options_.time_limit_s) {
-      const double whole_s = estimate_pass_s(settings_.size(), config_.scenes.size(), judge, should_stop);
       counts.is_bisected = whole_s > kMuchOfErrorPass * limit_s();
       if (counts.is_bisected)
         progress.note(fmt::format("all errors would take {:.0f} s of {:.0f} s: bisecting along the step counts",
@@ -210,10 +212,11 @@ class DeviceTuner {
     }
     if (!options_.is_interrupted()) is_bisected_ = counts.is_bisected;
     write_info(false);
-    scores_ = counts.is_bisected ? score_by_bisection(
-                                       settings_, config_.scenes.size(), judge,
-                                       [&](const FrameScore& score) { return meets_asked(score); }, should_stop)
-                                 : score_all(settings_.size(), config_.scenes.size(), judge, should_stop);
+    if (counts.is_bisected)
+      pass.bisect([&](const FrameScore& score) { return meets_asked(score); });
+    else
+      pass.score_rest();
+    scores_ = pass.take();
     progress.finish();
     if (end) std::rethrow_exception(end);
     counts.settings = static_cast<int>(settings_.size());

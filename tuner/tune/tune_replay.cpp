@@ -50,6 +50,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
                     .device = table.device,
                     .scenes = {table.scene},
                     .scene_keys = {SceneKey{table.scene_key}},
+                    .subjects = {table.scene},
                     .replayed = recorded.string()};
   if (options.question.max_error.empty())
     for (const std::string& text : table.constraints) result.constraints.push_back(parse_budget(text));
