@@ -70,7 +70,7 @@ TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {
     EXPECT_LE(result.search.answers[i].gap, 0.02);
   }
   EXPECT_EQ(result.scene_answers.size(), 2U);
-  EXPECT_EQ(result.subjects.front(), "fbm/oblique: 35 degrees, 32x32 pixels, relief depth 0.1, repeat");
+  EXPECT_EQ(result.subjects.front(), "fbm_32x32/oblique: 30 degrees, 32x32 pixels, relief depth 0.1, repeat");
   EXPECT_EQ(result.holdout.size(), 2U);
   EXPECT_EQ(schema_errors(tune_json(result), "tune"), "");
   const auto run = load_run(folder_ / "run");
@@ -94,7 +94,9 @@ TEST_F(TuneTest, a_scene_gains_nothing_over_its_own_setting_and_never_less_than_
     EXPECT_NEAR(answer.gain, 1 - answer.own_ns / answer.common_ns, 1e-12);
     EXPECT_LE(answer.gain_low, answer.gain);
     EXPECT_LE(answer.gain, answer.gain_high);
-    if (answer.own->setting == result.pick->setting) EXPECT_EQ(answer.own_ns, answer.common_ns);
+    if (answer.own->setting == result.pick->setting) {
+      EXPECT_EQ(answer.own_ns, answer.common_ns);
+    }
     for (const auto& [setting, time_ns] :
          {std::pair(answer.own->setting, answer.own_ns), std::pair(result.pick->setting, answer.common_ns)}) {
       const auto row = std::ranges::find_if(
