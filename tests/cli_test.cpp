@@ -13,6 +13,7 @@
 
 #include "kernels/image/image.h"
 #include "tests/command.h"
+#include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"
 #include "tests/temp_folder.h"
 
@@ -55,6 +56,62 @@ TEST_F(CliTest, every_command_has_help_with_an_example) {
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.out, HasSubstr("reliefbench " + command)) << command << " shows no example";
   }
+}
+
+TEST_F(CliTest, no_line_is_wider_than_120_characters) {
+  static_cast<void>(null_sweep(folder_));
+  std::vector<std::vector<std::string>> commands{{"recommend", "run", "--max-error", "e_xy.p95<=100"},
+                                                 {"recommend", "run", "--max-error", "e_xy.p95<=0"},
+                                                 {"recommend", "run", "--max-time-ms", "100"},
+                                                 {"compare", "run", "run", "--all"},
+                                                 {"presets", "run", "-o", "presets.json"},
+                                                 {"sweep", "config.json", "--dry-run", "--backend", "null"},
+                                                 {"tune", "--replay", "run", "--quiet"},
+                                                 {"tuners", "run", "--seeds", "1", "--certificates", "1"},
+                                                 {"devices"},
+                                                 {"--help"}};
+  for (const std::string what : {"techniques", "maps", "metrics", "heightmaps", "formats"})
+    commands.push_back({"list", what});
+  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
+                                    "compare", "bake", "stress", "claims", "list", "devices"})
+    commands.push_back({command, "--help"});
+  for (const std::vector<std::string>& command : commands) {
+    std::istringstream lines(run(command).out);
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count)
+      EXPECT_LE(line.size(), 120U) << command.front() << ": " << line;
+    EXPECT_GT(count, 0) << command.front() << " " << command.back();
+  }
+}
+
+// What a person reads is short; its key leads back to the whole.
+TEST_F(CliTest, settings_are_short_and_their_keys_are_taken) {
+  static_cast<void>(null_sweep(folder_, R"("oblique", "top")"));
+  const std::vector<std::string> question{"recommend", "run", "--max-error", "e_xy.p95<=100", "--scene", "fbm/oblique"};
+  std::vector<std::string> verbose = question;
+  verbose.emplace_back("--verbose");
+  const std::string text = run(question).out;
+  const std::size_t open = text.find('[', text.find("  pick"));
+  const std::string key = text.substr(open + 1, text.find(']', open) - open - 1);
+  ASSERT_EQ(key.size(), 8U) << text;
+  const std::string whole = run(verbose).out;
+  const std::size_t pick = whole.find_first_not_of(' ', whole.find("  pick") + 6);
+  const std::string id = whole.substr(pick, whole.find('\n', pick) - pick);
+  EXPECT_EQ(text.find(id + "\n"), id.find('?') == std::string::npos ? text.find(id) : std::string::npos);
+
+  const CommandResult plan = run({"sweep", "config.json", "--dry-run", "--backend", "null", "--case", key, "--json"});
+  const nlohmann::json cases = nlohmann::json::parse(plan.out).at("cases");
+  ASSERT_EQ(cases.size(), 2U) << plan.out;  // in each of the two scenes
+  EXPECT_EQ(cases[0].get<std::string>().substr(0, id.find('?')), id.substr(0, id.find('?')));
+
+  const CommandResult exported =
+      run({"export", "--run", "run", "--case", key, "--scene", "fbm/oblique", "-o", "shipped", "--json"});
+  EXPECT_EQ(exported.exit_code, 0) << exported.err;
+  const CommandResult unclear = run({"export", "--run", "run", "--case", key, "-o", "other"});
+  EXPECT_EQ(unclear.exit_code, 2);
+  EXPECT_THAT(unclear.err, HasSubstr("choose by --scene"));
+  EXPECT_EQ(run({"sweep", "config.json", "--dry-run", "--case", "pick"}).exit_code, 2);
+  EXPECT_EQ(run({"sweep", "config.json", "--dry-run", "--backend", "null", "--case", "00000000"}).exit_code, 2);
 }
 
 TEST_F(CliTest, bad_usage_exits_2_with_one_line) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <numeric>
 #include <set>
 
 #include "kernels/base/error.h"
@@ -9,6 +10,7 @@
 #include "tests/temp_folder.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/plan/features.h"
+#include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/tune/error_pass.h"
 
@@ -39,6 +41,29 @@ TEST(SettingIds, are_read_back_for_every_technique) {
   EXPECT_THROW(static_cast<void>(parse_setting("relief?linear_steps")), Error);
   EXPECT_THROW(static_cast<void>(parse_setting("relief?linear_stepz=3")), Error);
   EXPECT_THROW(static_cast<void>(parse_setting("releif")), Error);
+}
+
+RC_GTEST_PROP(CaseIds, are_read_back_whole, ()) {
+  const Technique& technique = techniques()[*rc::gen::inRange<std::size_t>(0, techniques().size())];
+  const Case spec{.settings = Settings(technique), .scene_id = "rocks/grazing", .backend = "vulkan"};
+  const Case read = parse_case(spec.id());
+  RC_ASSERT(read.id() == spec.id());
+  RC_ASSERT(parse_case("relief").scene_id.empty() && parse_case("relief").backend.empty());
+}
+
+TEST(SettingNames, say_what_differs_from_the_defaults_and_a_key) {
+  const Settings plain(find_technique("relief"));
+  EXPECT_EQ(short_name(plain), "relief");
+  const Settings changed = settings_of("relief", {{"linear_steps", 48}, {"binary_steps", 7}});
+  EXPECT_EQ(short_name(changed), "relief linear_steps=48 binary_steps=7");
+  EXPECT_TRUE(is_setting_key(setting_key(changed)));
+  EXPECT_NE(setting_key(changed), setting_key(plain));
+  EXPECT_EQ(named(changed), short_name(changed) + " [" + setting_key(changed) + "]");
+  EXPECT_FALSE(is_setting_key("relief"));
+  EXPECT_FALSE(is_setting_key("4CC2DCA1"));
+  const std::vector<Settings> known{plain, changed};
+  EXPECT_EQ(find_by_key(setting_key(changed), known), &known[1]);
+  EXPECT_EQ(find_by_key("00000000", known), nullptr);
 }
 
 TEST(SettingSpace, chains_differ_in_names_and_lattices_in_counts) {
@@ -75,10 +100,14 @@ RC_GTEST_PROP(ErrorPass, bisection_finds_what_a_full_pass_finds_where_error_fall
     return score_of(count - settings[i].get("linear_steps") / 4);
   };
   const auto meets = [&](const FrameScore& score) { return score.at("e_xy.p99") <= limit; };
-  const auto full = score_all(settings.size(), 1, judge, never);
+  ErrorPass full_pass(settings, 1, {.judge = judge, .should_stop = never});
+  full_pass.score_rest();
+  const auto full = full_pass.take();
   const std::size_t full_frames = frames;
   frames = 0;
-  const auto some = score_by_bisection(settings, 1, judge, meets, never);
+  ErrorPass pass(settings, 1, {.judge = judge, .should_stop = never});
+  pass.bisect(meets);
+  const auto some = pass.take();
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const bool does = meets(full[i].scores.front());
     const bool is_first = does && (i % static_cast<std::size_t>(count) == 0 || !meets(full[i - 1].scores.front()));
@@ -96,12 +125,56 @@ TEST(ErrorPass, failures_stay_with_their_setting_and_a_stop_leaves_the_rest) {
     if (i == 1) fail_environment("no such thing");
     return score_of(1);
   };
-  const auto results = score_all(4, 2, judge, [](std::size_t done) { return done == 3; });
+  const std::vector<Settings> settings = two_lines(2);
+  ErrorPass pass(settings, 2, {.judge = judge, .should_stop = [](std::size_t done) { return done == 3; }});
+  pass.score_rest();
+  const auto results = pass.take();
   EXPECT_EQ(results[0].scored, Scored::yes);
   EXPECT_EQ(results[0].scores.size(), 2U);
   EXPECT_EQ(results[1].scored, Scored::failed);
   EXPECT_EQ(results[1].failure, "no such thing");
   EXPECT_EQ(results[3].scored, Scored::no);
+}
+
+TEST(ErrorPass, a_short_limit_still_scores_something_of_every_technique_and_nothing_twice) {
+  std::vector<Settings> settings;
+  for (const Technique& technique : techniques()) settings.insert(settings.end(), 50, Settings(technique));
+  std::vector<int> frames(settings.size());
+  const auto judge = [&](std::size_t i, std::size_t) {
+    ++frames[i];
+    return score_of(1);
+  };
+  const std::size_t few = techniques().size();
+  ErrorPass pass(settings, 1, {.judge = judge, .should_stop = [&](std::size_t done) { return done == few; }});
+  pass.score_coarse();
+  for (std::size_t t = 0; t < few; ++t)
+    EXPECT_EQ(
+        std::accumulate(frames.begin() + static_cast<int>(50 * t), frames.begin() + static_cast<int>(50 * t + 50), 0),
+        1)
+        << techniques()[t].id;
+
+  ErrorPass whole(settings, 1, {.judge = judge, .should_stop = never});
+  frames.assign(settings.size(), 0);
+  whole.score_coarse();
+  EXPECT_EQ(std::ranges::count(frames, 1), static_cast<std::ptrdiff_t>(ErrorPass::kCoarse));
+  whole.score_rest();
+  EXPECT_EQ(std::ranges::count(frames, 1), static_cast<std::ptrdiff_t>(settings.size()));
+}
+
+RC_GTEST_PROP(ErrorPass, bisection_after_a_coarse_pass_still_draws_the_first_that_does, ()) {
+  const std::vector<Settings> settings = two_lines(*rc::gen::inRange(1, 40));
+  const double limit = *rc::gen::inRange(0, 45);
+  const auto error = [&](std::size_t i) { return 40 - settings[i].get("linear_steps") / 4; };
+  ErrorPass pass(settings, 1,
+                 {.judge = [&](std::size_t i, std::size_t) { return score_of(error(i)); }, .should_stop = never});
+  pass.score_coarse();
+  pass.bisect([&](const FrameScore& score) { return score.at("e_xy.p99") <= limit; });
+  const auto scores = pass.take();
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const bool is_first = error(i) <= limit && (i % (settings.size() / 2) == 0 || error(i - 1) > limit);
+    RC_ASSERT(scores[i].scored != Scored::no);
+    if (is_first) RC_ASSERT(scores[i].scored == Scored::yes);
+  }
 }
 
 TEST(Features, are_what_a_plain_trace_has_not) {

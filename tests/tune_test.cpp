@@ -14,10 +14,12 @@
 
 #include "kernels/base/error.h"
 #include "tests/command.h"
+#include "tests/finished_run.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
+#include "tuner/results/recorded_run.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/statistics.h"
 #include "tuner/results/store.h"
@@ -68,6 +70,7 @@ TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {
     EXPECT_LE(result.search.answers[i].gap, 0.02);
   }
   EXPECT_EQ(result.scene_answers.size(), 2U);
+  EXPECT_EQ(result.subjects.front(), "fbm_32x32/oblique: 30 degrees, 32x32 pixels, relief depth 0.1, repeat");
   EXPECT_EQ(result.holdout.size(), 2U);
   EXPECT_EQ(schema_errors(tune_json(result), "tune"), "");
   const auto run = load_run(folder_ / "run");
@@ -78,6 +81,30 @@ TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {
   }
   for (const BudgetAnswer& answer : result.search.answers)
     EXPECT_TRUE(recorded.contains(result.space.candidates[answer.pick].id));
+}
+
+// A scene's own pick is held to the common one by the medians of the same scene's samples: never by two measurements.
+TEST_F(TuneTest, a_scene_gains_nothing_over_its_own_setting_and_never_less_than_nothing) {
+  const TuneResult result = run_tune(config(), options("run"));
+  ASSERT_EQ(result.scene_answers.size(), 2U);
+  const std::vector<TableRow> rows = case_table(load_run(folder_ / "run"));
+  for (const SceneAnswer& answer : result.scene_answers) {
+    ASSERT_TRUE(answer.own);
+    EXPECT_GE(answer.gain, 0);
+    EXPECT_NEAR(answer.gain, 1 - answer.own_ns / answer.common_ns, 1e-12);
+    EXPECT_LE(answer.gain_low, answer.gain);
+    EXPECT_LE(answer.gain, answer.gain_high);
+    if (answer.own->setting == result.pick->setting) {
+      EXPECT_EQ(answer.own_ns, answer.common_ns);
+    }
+    for (const auto& [setting, time_ns] :
+         {std::pair(answer.own->setting, answer.own_ns), std::pair(result.pick->setting, answer.common_ns)}) {
+      const auto row = std::ranges::find_if(
+          rows, [&](const TableRow& r) { return r.scene == answer.scene && setting_id(r.settings) == setting; });
+      ASSERT_NE(row, rows.end());
+      EXPECT_NEAR(row->frame_time->median, time_ns, 1e-9 * time_ns) << setting;
+    }
+  }
 }
 
 TEST_F(TuneTest, with_budgets_there_is_one_answer_and_it_meets_them) {
@@ -278,13 +305,64 @@ TEST_F(TuneTest, the_command_refuses_what_it_cannot_do) {
     return result.err;
   };
   EXPECT_THAT(refusal({}), HasSubstr("needs a heightmap or a config"));
-  EXPECT_THAT(refusal({"fbm"}), HasSubstr("-o DIR"));
+  EXPECT_EQ(refusal({"typo.png"}).find("reliefbench: HEIGHTMAP: 'typo.png' is unknown"), 0U);
+  EXPECT_THAT(refusal({"rokcs"}), HasSubstr("HEIGHTMAP: 'rokcs' is unknown (did you mean 'rocks'?"));
+  EXPECT_THAT(refusal({"fbm", "--scene", "sideways"}), HasSubstr("--scene: view 'sideways' is unknown"));
+  EXPECT_THAT(refusal({"fbm", "--frame-px", "64"}), HasSubstr("--frame-px 64: expected WIDTHxHEIGHT in pixels"));
+  EXPECT_THAT(refusal({"fbm", "--frame-px", "0x64"}), HasSubstr("--frame-px: "));
+  EXPECT_THAT(refusal({"fbm", "--relief-depth", "1e9"}), HasSubstr("--relief-depth: "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   EXPECT_THAT(refusal({"fbm", "-o", "x", "--time-limit", "soon"}), HasSubstr("'soon'"));
   EXPECT_THAT(refusal({"fbm", "-o", "x", "--max-error", "e_xy.p98<=1"}), HasSubstr("e_xy.p98"));
   EXPECT_THAT(refusal({"fbm", "-o", "x", "--weights", "1,2"}), HasSubstr("2 given for 1"));
   EXPECT_THAT(refusal({"fbm", "-o", "x", "--scene", "sideways"}), HasSubstr("sideways"));
   EXPECT_THAT(refusal({"--replay", "nowhere"}), HasSubstr("nowhere"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x"));
+}
+
+// Each question has a folder of its own, so that a command that was copied and changed is not refused.
+TEST_F(TuneTest, without_an_output_each_question_has_its_own_folder) {
+  std::ofstream(folder_ / "config.json") << kConfig;
+  const auto report = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"tune", "config.json", "--backend", "null", "--quiet"});
+    const CommandResult result = run_reliefbench(more, folder_.path());
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    const std::size_t at = result.out.find("report: ");
+    return result.out.substr(at, result.out.find('\n', at) - at);
+  };
+  const std::set<std::string> folders{report({}),
+                                      report({"--scene", "top"}),
+                                      report({"--max-error", "e_xy.p99<=100"}),
+                                      report({"--epsilon", "0.05"}),
+                                      report({"--relief-depth", "0.2"}),
+                                      report({"--tiling", "2"}),
+                                      report({"--wrap", "clamp"}),
+                                      report({"--frame-px", "16x32"})};
+  EXPECT_EQ(folders.size(), 8U);
+  EXPECT_TRUE(folders.contains(report({})));  // asked again, it goes on in the same one
+}
+
+// Where no budget is given, a replay answers the run's own: its metric may be another one than the defaults' are for.
+TEST_F(TuneTest, a_replay_answers_the_budgets_of_its_run) {
+  const std::filesystem::path run = null_sweep(folder_);
+  nlohmann::json info = nlohmann::json::parse(file_text(run / kRunFile));
+  const RecordedTable all = load_recorded(run, {});
+  std::vector<double> errors;
+  for (const Candidate& candidate : all.space.candidates) errors.push_back(candidate.error);
+  std::ranges::sort(errors);
+  const double limit = errors[errors.size() / 4];
+  info["budgets"] = {fmt::format("e_xy.p95<={}", limit)};
+  std::ofstream(run / kRunFile) << info.dump();
+  TuneOptions asked;
+  asked.quiet = true;
+  const TuneResult result = replay_tune(run, "", asked);
+  ASSERT_TRUE(result.pick);
+  EXPECT_EQ(result.error_metric, "e_xy.p95");
+  EXPECT_LE(result.pick->error, limit);
+  EXPECT_GT(limit, 0);
+  info["budgets"] = nlohmann::json::array({"e_xy.p95<=1e9"});
+  std::ofstream(run / kRunFile) << info.dump();
+  EXPECT_GT(replay_tune(run, "", asked).pick->error, limit);
 }
 
 TEST_F(TuneTest, the_command_says_no_and_names_the_nearest) {

@@ -104,7 +104,10 @@ TEST(TunerEngine, finds_the_cheapest_of_all_scenes_then_of_each) {
   ASSERT_EQ(result.scene_answers.size(), 2U);
   EXPECT_EQ(result.scene_answers[0].own->setting, whole("cone"));
   EXPECT_EQ(result.scene_answers[1].own->setting, whole("interval"));
+  EXPECT_EQ(result.scene_answers[0].gain, 0);
   EXPECT_EQ(result.scene_answers[1].common_ns, 300);
+  EXPECT_EQ(result.scene_answers[1].own_ns, 150);
+  EXPECT_EQ(result.scene_answers[1].gain, 0.5);
   EXPECT_THAT(source.spaces, ElementsAre(ElementsAre(0, 1), ElementsAre(0), ElementsAre(1)));
 }
 

@@ -12,7 +12,7 @@
 #include "tuner/decide/presets.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/view_state.h"
-#include "tuner/plan/setting_space.h"
+#include "tuner/plan/setting_names.h"
 #include "tuner/results/run_files.h"
 
 namespace reliefbench {
@@ -122,7 +122,7 @@ TEST_P(ViewOnDevice, the_picture_is_the_sweeps_own) {
                         folder_.path());
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_TRUE(file_text(folder_ / "view.png") == file_text(folder_.path() / image_path(c.id(), "frame"))) << id;
-    EXPECT_THAT(result.out, HasSubstr(setting_id(c.settings) + ": e_xy.p99 "));
+    EXPECT_THAT(result.out, HasSubstr(named(c.settings) + ": e_xy.p99 "));
   }
 }
 
@@ -157,7 +157,7 @@ TEST_F(ViewCommandTest, draws_a_level_of_the_presets) {
     const CommandResult result =
         view({"--presets", "presets.json", "--quality", std::to_string(levels.at(i).quality), "--png", "view.png"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_TRUE(result.out.starts_with(setting_id(levels.at(i).settings) + ": ")) << result.out;
+    EXPECT_TRUE(result.out.starts_with(named(levels.at(i).settings) + ": ")) << result.out;
     EXPECT_TRUE(file_text(folder_ / "view.png").starts_with("\x89PNG"));
   }
 }

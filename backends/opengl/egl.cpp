@@ -115,9 +115,10 @@ EglContext::~EglContext() {
   if (!is_abandoned_) destroy(display_, context_);
 }
 
-bool EglContext::can_free() const {
-  if (!is_abandoned_) make_current();
-  return !is_abandoned_;
+bool EglContext::can_free() const noexcept {
+  if (is_abandoned_ || eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return false;
+  return eglGetCurrentContext() == context_ ||
+         eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
 }
 
 void EglContext::make_current() const {

@@ -31,8 +31,8 @@ class EglContext {
   /// It still draws, so that neither it nor anything that was made in it may be freed: all is left behind.
   void abandon() const { is_abandoned_ = true; }
   [[nodiscard]] bool is_abandoned() const { return is_abandoned_; }
-  /// Makes the context current to free an object of it. False: it is left behind.
-  [[nodiscard]] bool can_free() const;
+  /// Makes the context current to free an object of it. False: it cannot, and the object is left behind.
+  [[nodiscard]] bool can_free() const noexcept;
 
  private:
   mutable bool is_abandoned_ = false;

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {
@@ -12,7 +13,11 @@ Settings::Settings(const Technique& technique) : technique_(&technique) {
 
 std::size_t Settings::place_of(std::string_view param_id) const {
   const Param* const param = technique_->find(param_id);
-  if (param == nullptr) fail_input("technique '{}' has no parameter '{}'", technique_->id, param_id);
+  if (param == nullptr) {
+    std::vector<std::string_view> known;
+    for (const Param& other : technique_->params) known.push_back(other.id);
+    fail_input("technique '{}': parameter '{}' is {}", technique_->id, param_id, unknown_text(param_id, known));
+  }
   return static_cast<std::size_t>(param - technique_->params.data());
 }
 

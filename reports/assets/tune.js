@@ -59,7 +59,7 @@ function showScenes() {
            [
              'Each scene by itself', data.scene_answers,
              (s) => s.own ?
-                 `${time(s.own.time_ns)} (the common pick takes ${time(s.common_time_ns)}): ${s.own.setting}` :
+                 `${time(s.own_time_ns)} (the common pick takes ${time(s.common_time_ns)}): ${s.own.setting}` :
                  'no answer'
            ],
            [

@@ -175,7 +175,7 @@ void print_text(const BakeJob& job, const BakeResult& result) {
     rows.push_back({"guarantee", verdict_text(storage.map, *result.verdict, paint)});
   }
   for (const auto& file : result.files) rows.push_back({"written", file.string()});
-  fmt::print("{}", columns(rows));
+  put("{}", columns(rows));
 }
 
 void run(const Arguments& arguments, int& exit_code) {

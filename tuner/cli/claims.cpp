@@ -37,8 +37,8 @@ std::string painted(ClaimVerdict verdict, const Paint& paint) {
 
 void print_result(const ClaimResult& result, const Paint& paint) {
   const Claim& claim = *result.claim;
-  fmt::print("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend, claim.scene.id,
-             result.device, claim.about);
+  put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend, claim.scene.id, result.device,
+      claim.about);
   std::vector<std::vector<std::string>> rows{{""}};
   for (const std::string& metric : claim.metrics) {
     rows[0].push_back(
@@ -53,11 +53,11 @@ void print_result(const ClaimResult& result, const Paint& paint) {
     }
     rows.push_back(std::move(row));
   }
-  fmt::print("{}", columns(rows, "  "));
+  put("{}", columns(rows, "  "));
   for (std::size_t i = 0; i < claim.checks.size(); ++i)
-    fmt::print("  {}: {}\n    {}\n", painted(result.answers[i].verdict, paint), claim.checks[i].says,
-               result.answers[i].numbers);
-  fmt::print("\n");
+    put("  {}: {}\n    {}\n", painted(result.answers[i].verdict, paint), claim.checks[i].says,
+        result.answers[i].numbers);
+  put("\n");
 }
 
 void run(const Arguments& arguments, int& exit_code) {
@@ -77,7 +77,7 @@ void run(const Arguments& arguments, int& exit_code) {
       print_result(result, paint);
       has_software |= result.is_software;
     }
-    if (has_software) fmt::print("* ms on a software rasteriser: its ratios decide nothing\n");
+    if (has_software) put("* ms on a software rasteriser: its ratios decide nothing\n");
   }
   exit_code = static_cast<int>(Exit::done);
 }

@@ -9,6 +9,7 @@
 #include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 
 namespace reliefbench {
@@ -19,6 +20,7 @@ struct Arguments {
   std::string now;
   CompareOptions options;
   bool all = false;
+  Names names;
   bool json = false;
 };
 
@@ -42,40 +44,41 @@ void print_changes(std::span<const T> changes, std::string_view column, const Na
     rows.push_back({painted(c.change, paint), fmt::format("{:.3f}", c.ratio.ratio),
                     fmt::format("[{:.3f}, {:.3f}]", c.ratio.low, c.ratio.high), fmt::format("{:.2g}", c.p), name(c)});
   }
-  if (rows.size() > 1) fmt::print("{}\n", columns(rows));
+  if (rows.size() > 1) put("{}\n", columns(rows));
 }
 
 std::string group_text(const GroupChange& group) {
   return fmt::format("{}, geometric mean of {}", group.group, group.cases);
 }
 
-void print_times(const Comparison& comparison, bool all, const Paint& paint) {
+void print_times(const Comparison& comparison, bool all, const Names& names, const Paint& paint) {
   print_changes(
-      std::span<const CaseChange>(comparison.cases), "case", [](const CaseChange& c) { return c.case_id; },
-      /*with_unclear=*/false, all, paint);
+      std::span<const CaseChange>(comparison.cases), "case",
+      [&](const CaseChange& c) { return names.whole_case(c.case_id); }, /*with_unclear=*/false, all, paint);
   print_changes(std::span(comparison.groups).subspan(1), "cases that may move together", group_text,
                 /*with_unclear=*/true, all, paint);
   const auto count = [&](Change change) { return std::ranges::count(comparison.cases, change, &CaseChange::change); };
   const GroupChange& whole = comparison.groups.front();
-  fmt::print("{}: {} slower, {} faster, {} same, {} unclear of {} cases\n", comparison.metric, count(Change::slower),
-             count(Change::faster), count(Change::same), count(Change::unclear), comparison.matched);
-  fmt::print("geometric mean of the ratios {:.4f} [{:.4f}, {:.4f}]: {}\n", whole.ratio.ratio, whole.ratio.low,
-             whole.ratio.high, painted(whole.change, paint));
+  put("{}: {} slower, {} faster, {} same, {} unclear of {} cases\n", comparison.metric, count(Change::slower),
+      count(Change::faster), count(Change::same), count(Change::unclear), comparison.matched);
+  put("geometric mean of the ratios {:.4f} [{:.4f}, {:.4f}]: {}\n", whole.ratio.ratio, whole.ratio.low,
+      whole.ratio.high, painted(whole.change, paint));
   for (const auto& [backend, ratio] : comparison.control_ratio) {
-    fmt::print("control case on {}: {:.4f}, raw: what changed for the whole device\n", backend, ratio);
+    put("control case on {}: {:.4f}, raw: what changed for the whole device\n", backend, ratio);
   }
   for (const auto& [backend, deviation] : comparison.between_runs)
-    fmt::print("{}\n", paint.dim(fmt::format("a case on {} shifts by {:.2g} % from run to run without a cause", backend,
-                                             100 * deviation)));
-  for (const std::string& assumed : comparison.assumed) fmt::print("{}\n", paint.dim("assumed: " + assumed));
+    put("{}\n", paint.dim(fmt::format("a case on {} shifts by {:.2g} % from run to run without a cause", backend,
+                                      100 * deviation)));
+  for (const std::string& assumed : comparison.assumed) put("{}\n", paint.dim("assumed: " + assumed));
   if (is_inconclusive(comparison))
-    fmt::print("{}\n", paint.bad("inconclusive: the intervals are too wide to exclude a change that matters; measure "
-                                 "with more samples, or on a quieter machine"));
+    put("{}\n", paint.bad("inconclusive: the intervals are too wide to exclude a change that matters; measure "
+                          "with more samples, or on a quieter machine"));
 }
 
 std::string value_text(std::optional<double> value) { return value ? format_number(*value) : "(identical)"; }
 
-void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool all, const Paint& paint) {
+void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool all, const Names& names,
+                   const Paint& paint) {
   if (changes.empty()) return;
   std::stable_partition(changes.begin(), changes.end(), [](const ErrorChange& e) { return e.worse; });
   const std::size_t shown = all ? changes.size() : std::min(changes.size(), kMostErrorRows);
@@ -84,28 +87,28 @@ void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool
     const ErrorChange& e = changes[i];
     const std::string_view id = error_change_id(e);
     rows.push_back({e.worse ? paint.bad(id) : (e.counts_work ? std::string(id) : paint.good(id)), e.metric,
-                    value_text(e.base), value_text(e.now), e.case_id});
+                    value_text(e.base), value_text(e.now), names.whole_case(e.case_id)});
   }
-  fmt::print("\n{}:\n{}", what, columns(rows));
-  if (shown < changes.size()) fmt::print("... and {} more (--all)\n", changes.size() - shown);
+  put("\n{}:\n{}", what, columns(rows));
+  if (shown < changes.size()) put("... and {} more (--all)\n", changes.size() - shown);
 }
 
-void print_errors(const Comparison& comparison, bool all, const Paint& paint) {
+void print_errors(const Comparison& comparison, bool all, const Names& names, const Paint& paint) {
   std::vector<ErrorChange> errors = comparison.errors;
   const auto work =
       std::stable_partition(errors.begin(), errors.end(), [](const ErrorChange& e) { return !e.counts_work; });
   std::vector<ErrorChange> counts(work, errors.end());
   errors.erase(work, errors.end());
-  if (errors.empty()) fmt::print("errors: none changed\n");
-  print_metrics("errors", std::move(errors), all, paint);
-  print_metrics("work, which is no error", std::move(counts), all, paint);
+  if (errors.empty()) put("errors: none changed\n");
+  print_metrics("errors", std::move(errors), all, names, paint);
+  print_metrics("work, which is no error", std::move(counts), all, names, paint);
 }
 
-void print_unmatched(std::string_view what, const std::vector<std::string>& ids, bool all) {
+void print_unmatched(std::string_view what, const std::vector<std::string>& ids, bool all, const Names& names) {
   if (ids.empty()) return;
-  fmt::print("{} cases {}{}\n", ids.size(), what, all ? ":" : " (--all lists them)");
+  put("{} cases {}{}\n", ids.size(), what, all ? ":" : " (--all lists them)");
   if (!all) return;
-  for (const std::string& id : ids) fmt::print("  {}\n", id);
+  for (const std::string& id : ids) put("  {}\n", names.whole_case(id));
 }
 
 Exit run(const Arguments& arguments) {
@@ -120,11 +123,11 @@ Exit run(const Arguments& arguments) {
     return result;
   }
   const Paint paint = paint_for_stdout();
-  if (!comparison.cases.empty()) print_times(comparison, arguments.all, paint);
-  if (comparison.matched > 0) print_errors(comparison, arguments.all, paint);
-  for (const std::string& lost : comparison.lost) fmt::print("{} {}\n", paint.bad("lost"), lost);
-  print_unmatched("only in base", comparison.only_base, arguments.all);
-  print_unmatched("only in new", comparison.only_new, arguments.all);
+  if (!comparison.cases.empty()) print_times(comparison, arguments.all, arguments.names, paint);
+  if (comparison.matched > 0) print_errors(comparison, arguments.all, arguments.names, paint);
+  for (const std::string& lost : comparison.lost) put("{} {}\n", paint.bad("lost"), lost);
+  print_unmatched("only in base", comparison.only_base, arguments.all, arguments.names);
+  print_unmatched("only in new", comparison.only_new, arguments.all, arguments.names);
   if (comparison.matched == 0) print_error("no case was measured in both runs: nothing is compared");
   return result;
 }
@@ -142,6 +145,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   const CLI::Option* threshold =
       command->add_option("--threshold", "change that matters, as a share; 0.05")->type_name("SHARE");
   const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");
+  const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "Besides each case, those of a technique, a map, a format and all are compared as one, by the geometric mean of\n"
@@ -160,6 +164,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
                                       .now = now->as<std::string>(),
                                       .options = options,
                                       .all = is_set(all),
+                                      .names = {.verbose = is_set(verbose)},
                                       .json = is_set(json)}));
   });
 }

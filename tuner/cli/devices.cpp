@@ -61,22 +61,22 @@ void print_devices(const std::vector<Found>& devices, const Paint& paint) {
                     info.software ? info.type + ", software" : info.type, info.driver, info.api_version,
                     info.subtexel_bits == 0 ? "not reported" : fmt::format("{}", info.subtexel_bits)});
   }
-  fmt::print("{}", columns(rows));
+  put("{}", columns(rows));
 }
 
 void print_audits(const std::vector<Found>& devices, const Paint& paint) {
   for (const Found& found : devices) {
-    fmt::print("\n{}\n", paint.bold(fmt::format("{} {}, {}", found.info.backend, found.info.index, found.info.name)));
+    put("\n{}\n", paint.bold(fmt::format("{} {}, {}", found.info.backend, found.info.index, found.info.name)));
     std::vector<std::vector<std::string>> rows = {{"timer", "verdict", "of wall", "doubling", "reason"}};
     for (const TimerAudit& timer : found.audit) {
       rows.push_back({std::string(timer_id(timer.timer)), timer.valid ? paint.good("valid") : paint.bad("rejected"),
                       fmt::format("{:.3f}", timer.wall_ratio), fmt::format("{:.3f}", timer.doubling), timer.reason});
     }
-    if (!found.audit.empty()) fmt::print("{}", columns(rows, "  "));
+    if (!found.audit.empty()) put("{}", columns(rows, "  "));
     if (found.failure.empty()) {
-      fmt::print("  measured with: {}\n", timer_id(choose_timer(found.audit)));
+      put("  measured with: {}\n", timer_id(choose_timer(found.audit)));
     } else {
-      fmt::print("  {}\n", paint.bad(found.failure));
+      put("  {}\n", paint.bad(found.failure));
     }
   }
 }

@@ -10,7 +10,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/scene_choice.h"
-#include "tuner/plan/setting_space.h"
+#include "tuner/plan/setting_names.h"
 
 namespace reliefbench {
 namespace {
@@ -54,17 +54,17 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
 }
 
 void print_export(const ExportJob& job, const Export& exported, const std::string& folder) {
-  fmt::print("{}\n", paint_for_stdout().bold(setting_id(job.settings)));
+  put("{}\n", paint_for_stdout().bold(named(job.settings)));
   const nlohmann::json& evidence = job.evidence;
   for (const nlohmann::json& scene : evidence.is_null() ? nlohmann::json::array() : evidence.at("scenes"))
-    fmt::print("  measured in {}: {}{}\n", scene.at("scene").get<std::string>(), format_time_ns(scene.at("time_ns")),
-               scene.contains("error")
-                   ? fmt::format(", {} {}", evidence.value("error_metric", "error"), format_number(scene.at("error")))
-                   : "");
+    put("  measured in {}: {}{}\n", scene.at("scene").get<std::string>(), format_time_ns(scene.at("time_ns")),
+        scene.contains("error")
+            ? fmt::format(", {} {}", evidence.value("error_metric", "error"), format_number(scene.at("error")))
+            : "");
   std::vector<std::vector<std::string>> rows;
   for (const ExportedFile& file : exported.files)
     rows.push_back({file.name, format_bytes(static_cast<std::int64_t>(file.bytes.size())), file.what});
-  fmt::print("\n{}\nwritten: {}\n", columns(rows, "  "), folder);
+  put("\n{}\nwritten: {}\n", columns(rows, "  "), folder);
 }
 
 void run(const Arguments& arguments) {

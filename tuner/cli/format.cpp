@@ -1,6 +1,7 @@
 #include "tuner/cli/format.h"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -43,7 +44,54 @@ std::size_t visible_width(std::string_view text) {
   return width;
 }
 
+constexpr std::size_t kPipedWidth = 120;
+constexpr std::size_t kLeastWidth = 40;  // a terminal that says less is not believed
+
+/// One line without its end, as fitted() has it.
+std::string fitted_line(std::string_view line, std::size_t width, std::string_view mark, std::size_t more) {
+  if (visible_width(line) <= width) return std::string(line);
+  const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
+  const std::string hang(indent + more, ' ');
+  std::string text(line.substr(0, indent));
+  std::size_t used = indent;
+  for (std::size_t begin = indent; begin < line.size();) {
+    const std::size_t word = std::min(line.find_first_not_of(' ', begin), line.size());  // its spaces come with it
+    const std::size_t end = std::min(line.find(' ', word), line.size());
+    const bool is_last = end == line.size();
+    const std::size_t wide = visible_width(line.substr(begin, end - begin));
+    if (used > hang.size() && used + wide + (is_last ? 0 : mark.size()) > width) {
+      text.append(mark).append("\n").append(hang);
+      used = hang.size() + wide - (word - begin);
+      begin = word;
+    } else {
+      used += wide;
+    }
+    text += line.substr(begin, end - begin);
+    begin = end;
+  }
+  return text;
+}
+
 }  // namespace
+
+std::size_t line_width() {
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return kPipedWidth;
+  return std::max<std::size_t>(size.ws_col, kLeastWidth);
+}
+
+std::string fitted(std::string_view text, std::size_t width, std::string_view mark, std::size_t hang) {
+  std::string lines;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    lines += fitted_line(text.substr(begin, end - begin), width, mark, hang);
+    if (end < text.size()) lines += '\n';
+    begin = end + 1;
+  }
+  return lines;
+}
+
+void put_command(std::string_view line) { fmt::print("{}\n", fitted(line, line_width(), " \\")); }
 
 std::string Paint::painted(std::string_view text, std::string_view code) const {
   return on_ ? fmt::format("\x1b[{}m{}\x1b[0m", code, text) : std::string(text);

@@ -1,8 +1,11 @@
 #pragma once
+#include <fmt/core.h>
+
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tuner/results/record.h"
@@ -33,6 +36,24 @@ class Paint {
 /// Rows of cells as left-aligned columns, two spaces between, each row on its own line after `indent`. Rows may differ
 /// in length; colour does not count as width.
 [[nodiscard]] std::string columns(std::span<const std::vector<std::string>> rows, std::string_view indent = "");
+
+/// Width of the terminal on stdout; 120 where stdout is no terminal.
+[[nodiscard]] std::size_t line_width();
+
+/// Text whose lines are at most `width` wide: longer ones are broken at spaces, and go on indented by `hang` more.
+/// A word that is wider stands alone. Colour does not count as width.
+/// mark: stands at the end of each broken line, e.g. " \\" in a command
+[[nodiscard]] std::string fitted(std::string_view text, std::size_t width, std::string_view mark = "",
+                                 std::size_t hang = 4);
+
+/// Prints what a person reads, fitted to the terminal.
+template <typename... T>
+void put(fmt::format_string<T...> format, T&&... arguments) {
+  fmt::print("{}", fitted(fmt::format(format, std::forward<T>(arguments)...), line_width()));
+}
+
+/// Prints a line that is to be copied into a shell.
+void put_command(std::string_view line);
 
 /// Text as one word of a shell.
 [[nodiscard]] std::string shell_quoted(std::string_view text);

@@ -180,11 +180,11 @@ std::string table(const Json& rows, std::string_view indent, const Paint& paint)
 
 void print_techniques(const Json& rows, const Paint& paint) {
   for (const Json& row : rows) {
-    fmt::print("{}  {}\n", paint.bold(cell(row["id"])), cell(row["description"]));
+    put("{}  {}\n", paint.bold(cell(row["id"])), cell(row["description"]));
     const std::string note = cell(row["guarantee_note"]);
-    fmt::print("  maps {}; guarantee {}{}{}; source {}\n", cell(row["maps"]), cell(row["guarantee"]),
-               note.empty() ? "" : ": ", note, cell(row["source"]));
-    fmt::print("{}\n", table(row["parameters"], "  ", paint));
+    put("  maps {}; guarantee {}{}{}; source {}\n", cell(row["maps"]), cell(row["guarantee"]), note.empty() ? "" : ": ",
+        note, cell(row["source"]));
+    put("{}\n", table(row["parameters"], "  ", paint));
   }
 }
 
@@ -204,7 +204,7 @@ void run(const std::string& what, bool json) {
   } else if (list->rows == technique_rows) {
     print_techniques(rows, paint);
   } else {
-    fmt::print("{}", table(rows, "", paint));
+    put("{}", table(rows, "", paint));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <new>
 #include <system_error>
 
@@ -13,6 +14,7 @@
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
 #include "tuner/results/host.h"
 
 namespace reliefbench {
@@ -28,9 +30,21 @@ void check_descriptors() {
                      kLeastDescriptors);
 }
 
+/// Help whose lines fit the terminal: an option's words go on under where they began.
+class FittedHelp : public CLI::Formatter {
+ public:
+  [[nodiscard]] std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    return fitted(CLI::Formatter::make_option(option, is_positional), line_width(), "", get_column_width() - 2);
+  }
+  [[nodiscard]] std::string make_subcommand(const CLI::App* command) const override {
+    return fitted(CLI::Formatter::make_subcommand(command), line_width(), "", get_column_width() - 2);
+  }
+};
+
 int run(int argc, char** argv) {
   check_descriptors();
   CLI::App app{"reliefbench: measure and tune per-pixel displacement mapping"};
+  app.formatter(std::make_shared<FittedHelp>());  // before the commands, which inherit it
   app.footer(
       "Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
       "  reliefbench recommend out/quickstart");

@@ -1,6 +1,7 @@
 #include "tuner/cli/options.h"
 
 #include <charconv>
+#include <tuple>
 
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
@@ -35,13 +36,19 @@ void print_reading(const std::string& reading) {
   if (!reading.empty()) write_stderr(fmt::format("read {}\n", one_line(reading)));
 }
 
-void set_size(HeightmapSpec& spec, const std::string& text) {
+std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit) {
+  std::pair<int, int> size;
   const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, spec.width);
+  const auto width = std::from_chars(text.data(), end, size.first);
   const bool has_height = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  const auto height = has_height ? std::from_chars(width.ptr + 1, end, spec.height) : width;
+  const auto height = has_height ? std::from_chars(width.ptr + 1, end, size.second) : width;
   if (!has_height || height.ec != std::errc() || height.ptr != end)
-    fail_input("--size {}: expected WIDTHxHEIGHT in texels, as in 256x256", text);
+    fail_input("{} {}: expected WIDTHxHEIGHT in {}, as in 256x256", option, text, unit);
+  return size;
+}
+
+void set_size(HeightmapSpec& spec, const std::string& text) {
+  std::tie(spec.width, spec.height) = parse_size(text, "--size", "texels");
 }
 
 }  // namespace reliefbench

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "kernels/image/heightmap.h"
 
@@ -37,6 +39,8 @@ void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments);  ///< 
 
 /// "read rocks.png: 512x512, 16-bit grey (alpha ignored)" on stderr; nothing of a procedural heightmap.
 void print_reading(const std::string& reading);
+/// "WIDTHxHEIGHT". option, unit: for the message. throws: Error(bad_input)
+[[nodiscard]] std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit);
 
 /// "WIDTHxHEIGHT" into the spec. throws: Error(bad_input)
 void set_size(HeightmapSpec& spec, const std::string& text);

@@ -9,6 +9,7 @@
 #include "kernels/base/atomic_file.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/results/case_table.h"
 
@@ -20,15 +21,16 @@ struct Arguments {
   std::string output;
   std::string header;
   PresetQuery query;
+  Names names;
   bool json = false;
 };
 
-void print_device(const DevicePresets& device, const Presets& presets, const Paint& paint) {
-  fmt::print("\n{}\n", paint.bold(fmt::format("{}, {}", device.backend, device.device)));
+void print_device(const DevicePresets& device, const Presets& presets, const Names& names, const Paint& paint) {
+  put("\n{}\n", paint.bold(fmt::format("{}, {}", device.backend, device.device)));
   const std::string scenes = device.scenes.size() == 1 ? fmt::format("1 scene ({})", device.scenes.front().scene)
                                                        : fmt::format("{} scenes", device.scenes.size());
-  fmt::print("  of {} settings {} were measured in {}, {} of them within the constraints, {} on the front\n",
-             device.measured, device.shared, scenes, device.feasible, device.on_front);
+  put("  of {} settings {} were measured in {}, {} of them within the constraints, {} on the front\n", device.measured,
+      device.shared, scenes, device.feasible, device.on_front);
   const bool has_two = presets.level_metric != presets.error_metric;
   std::vector<std::vector<std::string>> rows = {{"quality", "x fastest", presets.level_metric}};
   if (has_two) rows[0].push_back(presets.error_metric);
@@ -39,9 +41,9 @@ void print_device(const DevicePresets& device, const Presets& presets, const Pai
     row = {fmt::format("{}", level.quality), fmt::format("{:.2f}", level.relative_time),
            format_number(level.level_error)};
     if (has_two) row.push_back(format_number(level.error));
-    row.push_back(fmt::format("{} {}", record.technique, settings_of(record.technique, record.params).text()));
+    row.push_back(names.setting(record.case_id));
   }
-  fmt::print("{}", columns(rows, "  "));
+  put("{}", columns(rows, "  "));
 }
 
 void run(const Arguments& arguments) {
@@ -57,8 +59,8 @@ void run(const Arguments& arguments) {
     return;
   }
   const Paint paint = paint_for_stdout();
-  for (const DevicePresets& device : presets.devices) print_device(device, presets, paint);
-  fmt::print("\nwritten: {}{}{}\n", arguments.output, arguments.header.empty() ? "" : ", ", arguments.header);
+  for (const DevicePresets& device : presets.devices) print_device(device, presets, arguments.names, paint);
+  put("\nwritten: {}{}{}\n", arguments.output, arguments.header.empty() ? "" : ", ", arguments.header);
 }
 
 }  // namespace
@@ -81,6 +83,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
           ->type_name("BOUND")
           ->expected(1)
           ->take_all();
+  const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "print it as JSON");
   command->footer(
       "Level 0 is the cheapest setting within the runs' budgets, level 100 the most accurate as far as is seen; "
@@ -99,6 +102,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
                         .output = output->as<std::string>(),
                         .header = value_or(header, std::string()),
                         .query = {},
+                        .names = {.verbose = is_set(verbose)},
                         .json = is_set(json)};
     if (!error->empty()) arguments.query.error_metric = error->as<std::string>();
     if (!constraints->empty()) arguments.query.constraints = parse_budgets(constraints->as<std::vector<std::string>>());

@@ -11,9 +11,12 @@
 #include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
@@ -24,6 +27,7 @@ struct Arguments {
   std::vector<std::string> max_error;
   std::optional<double> max_time_ms;
   std::string scene;
+  Names names;
   bool json = false;
 };
 
@@ -106,8 +110,10 @@ std::string again(const Record& record, const Run& run) {
   for (const nlohmann::json& device : run.info.value("devices", nlohmann::json::array())) {
     if (device.value("backend", "") == record.backend) index = device.value("index", 0);
   }
-  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} -o again", shell_quoted(path),
-                     record.backend, index, shell_quoted(record.case_id));
+  const std::string key = setting_key(parse_setting(record.case_id));
+  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} --case {} -o out/again_{}",
+                     shell_quoted(path), record.backend, index, shell_quoted(fmt::format("*@{}?*", record.scene)), key,
+                     key);
 }
 
 /// Where there is no simpler setting to show: why not.
@@ -118,28 +124,29 @@ std::string no_simpler_text(const Answer& answer, const Question& question) {
   return fmt::format("none of the {} simpler settings does it", answer.simpler);
 }
 
-void print_answer(const Answer& answer, const Question& question, const Run& run, const Paint& paint) {
-  fmt::print("\n{}\n", paint.bold(fmt::format("{}, {}, {}", answer.scene, answer.backend, answer.device)));
-  const auto line = [](std::string_view label, std::string_view text) { fmt::print("  {:<12}{}\n", label, text); };
+void print_answer(const Answer& answer, const Question& question, const Run& run, const Names& names,
+                  const Paint& paint) {
+  put("\n{}\n", paint.bold(fmt::format("{}, {}, {}", answer.scene, answer.backend, answer.device)));
+  const auto line = [](std::string_view label, std::string_view text) { put("  {:<12}{}\n", label, text); };
   if (answer.pick == nullptr) {
     line("no pick", paint.bad(answer.miss));
     if (answer.nearest == nullptr) return;
-    line("nearest", answer.nearest->case_id);
-    fmt::print("{}{}\n", kIndent, numbers(*answer.nearest, question));
+    line("nearest", names.setting(answer.nearest->case_id));
+    put("{}{}\n", kIndent, numbers(*answer.nearest, question));
     return;
   }
   const Record& pick = *answer.pick;
-  line("pick", paint.good(pick.case_id));
-  fmt::print("{}{}\n", kIndent, numbers(pick, question));
+  line("pick", paint.good(names.setting(pick.case_id)));
+  put("{}{}\n", kIndent, numbers(pick, question));
   const auto other = [&](std::string_view label, const Record& record) {
-    line(label, record.case_id);
-    fmt::print("{}{}\n", kIndent, against_pick(record, pick, question));
+    line(label, names.setting(record.case_id));
+    put("{}{}\n", kIndent, against_pick(record, pick, question));
   };
   if (answer.tie != nullptr) {
     other("tie", *answer.tie);
-    fmt::print("{}{}\n", kIndent,
-               paint.dim(fmt::format("{} as fast as far as the intervals tell; the pick is the simplest and smallest",
-                                     answer.ties == 1 ? "it is" : fmt::format("with it {} are", answer.ties))));
+    put("{}{}\n", kIndent,
+        paint.dim(fmt::format("{} as fast as far as the intervals tell; the pick is the simplest and smallest",
+                              answer.ties == 1 ? "it is" : fmt::format("with it {} are", answer.ties))));
   }
   if (answer.runner_up != nullptr && answer.runner_up != answer.tie) other("runner-up", *answer.runner_up);
   if (answer.simplest == nullptr || !(simplicity(*answer.simplest) < simplicity(pick)))
@@ -147,7 +154,8 @@ void print_answer(const Answer& answer, const Question& question, const Run& run
   else
     other("simplest", *answer.simplest);
   if (answer.flat != nullptr) line("flat floor", floor_text(*answer.flat, pick));
-  if (const std::string command = again(pick, run); !command.empty()) line("again", paint.dim(command));
+  if (const std::string command = again(pick, run); !command.empty())
+    put_command(fmt::format("  {:<12}{}", "again", paint.dim(command)));
 }
 
 Exit run(const Arguments& arguments) {
@@ -161,12 +169,11 @@ Exit run(const Arguments& arguments) {
   }
   const Paint paint = paint_for_stdout();
   const std::size_t cases = stored.records.size();
-  fmt::print("{}, of the {} case{} in {}.\n", question_text(question), cases, cases == 1 ? "" : "s", arguments.folder);
+  put("{}, of the {} case{} in {}.\n", question_text(question), cases, cases == 1 ? "" : "s", arguments.folder);
   if (is_of_tune(stored))
-    fmt::print("{}\n",
-               paint.dim("These are the settings that tune answers with; how sure it is of them is in tune.json."));
-  fmt::print("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
-  for (const Answer& answer : answers) print_answer(answer, question, stored, paint);
+    put("{}\n", paint.dim("These are the settings that tune answers with; how sure it is of them is in tune.json."));
+  put("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
+  for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
   const Exit result = exit_of(answers);
   if (result == Exit::nothing_measured) print_error(fmt::format("no case of {} was measured", arguments.folder));
   return result;
@@ -185,6 +192,7 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
   const CLI::Option* max_time =
       command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it")->type_name("MS");
   const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing")->type_name("ID");
+  const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "Without a bound: the budgets of the run's config, or what tune was asked. Where intervals of time overlap, the\n"
@@ -198,6 +206,7 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
                         .max_error = value_or(max_error, std::vector<std::string>{}),
                         .max_time_ms = std::nullopt,
                         .scene = value_or(scene, std::string()),
+                        .names = {.verbose = is_set(verbose)},
                         .json = is_set(json)};
     if (!max_time->empty()) arguments.max_time_ms = max_time->as<double>();
     exit_code = static_cast<int>(run(arguments));

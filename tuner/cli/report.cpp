@@ -12,6 +12,7 @@
 #include "kernels/base/error.h"
 #include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
 #include "tuner/results/run_files.h"
 
 namespace reliefbench {
@@ -37,7 +38,7 @@ void run_report(const Arguments& arguments) {
     write_report(folders, page, stress);
   else
     write_stress_page(folders.front(), page);
-  fmt::print("{}\n", page.string());
+  put("{}\n", page.string());
 }
 
 }  // namespace

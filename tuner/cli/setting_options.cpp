@@ -4,10 +4,13 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "tuner/plan/plan.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
 #include "tuner/results/store.h"
+#include "tuner/tune/tune.h"
 
 namespace reliefbench {
 namespace {
@@ -42,8 +45,17 @@ json measurement_of(const Record& record, const std::string& error_metric) {
 
 ChosenSetting of_run(const SettingArguments& arguments) {
   const Run run = load_run(arguments.run);
-  const auto record = std::ranges::find(run.records, arguments.case_id, &Record::case_id);
+  const auto is_it = [&](const Record& candidate) {
+    if (!is_setting_key(arguments.case_id)) return candidate.case_id == arguments.case_id;
+    return (arguments.scene.empty() || candidate.scene == arguments.scene) &&
+           setting_key(settings_of(candidate.technique, candidate.params)) == arguments.case_id;
+  };
+  const auto record = std::ranges::find_if(run.records, is_it);
   if (record == run.records.end()) fail_input("--run {}: has no case '{}'", arguments.run, arguments.case_id);
+  for (auto other = record; (other = std::find_if(other + 1, run.records.end(), is_it)) != run.records.end();)
+    if (other->scene != record->scene)
+      fail_input("--run {}: has '{}' in {} and in {}: choose by --scene", arguments.run, arguments.case_id,
+                 record->scene, other->scene);
   if (record->status != Status::ok)
     fail_input("--run {}: case '{}' was not measured: {} {}", arguments.run, arguments.case_id,
                status_id(record->status), record->reason);
@@ -61,11 +73,14 @@ ChosenSetting of_run(const SettingArguments& arguments) {
           .scenes = {*scene}};
 }
 
-/// "rocks/grazing" of "relief@rocks/grazing?linear_steps=16"; "" where there is none.
-std::string scene_of_id(std::string_view case_id) {
-  const std::string_view name = case_id.substr(0, case_id.find('?'));
-  const std::size_t at = name.find('@');
-  return at == std::string_view::npos ? std::string() : std::string(name.substr(at + 1));
+/// What a key stands for where no run says so.
+Settings built_in_setting(const std::string& key) {
+  const Config space = default_tune_config({.source = "rocks"}, {});
+  std::vector<Settings> known;
+  for (const Case& c : make_plan(space, std::vector<std::string>{"null"}, "").cases) known.push_back(c.settings);
+  for (const Technique& technique : techniques()) known.emplace_back(technique);
+  if (const Settings* found = find_by_key(key, known)) return *found;
+  fail_input("--case {}: no setting of the built-in space has this key; --run names the run that printed it", key);
 }
 
 }  // namespace
@@ -83,7 +98,9 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
       ->type_name("GLOB")
       ->needs(presets);
   CLI::Option* of_case =
-      command.add_option("--case", arguments.case_id, "a case's id instead, as `recommend` and `tune` print it")
+      command
+          .add_option("--case", arguments.case_id,
+                      "a case's id instead, or the eight digits of its setting, as `recommend` and `tune` print them")
           ->type_name("ID")
           ->excludes(presets);
   command.add_option("--run", arguments.run, "folder of the run that measured the case, for its whole scene")
@@ -100,8 +117,11 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
 
 ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {
   if (!arguments.run.empty()) return of_run(arguments);
-  if (!arguments.case_id.empty())
-    return {.settings = parse_setting(arguments.case_id), .scene_id = scene_of_id(arguments.case_id)};
+  if (is_setting_key(arguments.case_id)) return {.settings = built_in_setting(arguments.case_id)};
+  if (!arguments.case_id.empty()) {
+    const Case spec = parse_case(arguments.case_id);
+    return {.settings = spec.settings, .scene_id = spec.scene_id};
+  }
   if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, or --case", command);
   return of_presets(arguments);
 }

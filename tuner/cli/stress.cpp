@@ -13,6 +13,7 @@
 #include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/measure/sweep.h"
 
 namespace reliefbench {
@@ -25,6 +26,7 @@ struct Arguments {
   int device = 0;
   std::string filter;
   bool large = false;
+  Names names;
   bool quiet = false;
   bool json = false;
 };
@@ -75,14 +77,13 @@ void print_matrix(const StressReport& report, const Paint& paint) {
     }
     rows.push_back(std::move(row));
   }
-  fmt::print("{}\n", columns(rows));
-  fmt::print(
-      "held: all checks, and what some of the settings guarantee; ok: all\n"
+  put("{}\n", columns(rows));
+  put("held: all checks, and what some of the settings guarantee; ok: all\n"
       "checks, nothing missed; a share: all checks, this much of the worst frame missed (no guarantee is broken);\n"
       "-: left out\n");
 }
 
-void print_faults(const StressReport& report, const Paint& paint) {
+void print_faults(const StressReport& report, const Names& names, const Paint& paint) {
   int shown = 0;
   int all = 0;
   for (const StressResult& result : report.results) {
@@ -93,10 +94,11 @@ void print_faults(const StressReport& report, const Paint& paint) {
     for (std::size_t i = 0; i < result.faults.size(); ++i)
       if (result.faults.at(i) > 0)
         broken += fmt::format("{}{} {} px", broken.empty() ? "" : ", ", kStressCheckIds.at(i), result.faults.at(i));
-    fmt::print("{} {}?{} at {} on {}: {} of {} px\n", paint.bad("fails"), result.technique, result.settings,
-               result.extreme, result.backend, broken, result.pixels);
+    put("{} {} at {} on {}: {} of {} px\n", paint.bad("fails"),
+        names.setting(fmt::format("{}?{}", result.technique, result.settings)), result.extreme, result.backend, broken,
+        result.pixels);
   }
-  if (all > 20) fmt::print("... and {} more, all in stress.json\n", all - 20);
+  if (all > 20) put("... and {} more, all in stress.json\n", all - 20);
 }
 
 void run(const Arguments& arguments, int& exit_code) {
@@ -114,12 +116,12 @@ void run(const Arguments& arguments, int& exit_code) {
   } else {
     const Paint paint = paint_for_stdout();
     print_matrix(report, paint);
-    print_faults(report, paint);
+    print_faults(report, arguments.names, paint);
     const auto failing = std::ranges::count_if(report.results, [](const auto& r) { return !r.holds(); });
-    fmt::print("{} pairs of frames, {} fail, {} left out, {:.0f} s\n",
-               static_cast<std::int64_t>(report.results.size()) - skipped, failing, skipped, report.wall_s);
-    for (const std::string& device : report.devices) fmt::print("{}\n", device);
-    if (!arguments.output.empty()) fmt::print("report: {}/stress.html\n", arguments.output);
+    put("{} pairs of frames, {} fail, {} left out, {:.0f} s\n",
+        static_cast<std::int64_t>(report.results.size()) - skipped, failing, skipped, report.wall_s);
+    for (const std::string& device : report.devices) put("{}\n", device);
+    if (!arguments.output.empty()) put("report: {}/stress.html\n", arguments.output);
   }
   if (skipped == static_cast<std::int64_t>(report.results.size())) {
     exit_code = static_cast<int>(Exit::nothing_measured);
@@ -139,6 +141,7 @@ void add_stress_command(CLI::App& app, int& exit_code) {
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
   command->add_option("--filter", arguments->filter, "glob over technique/map/format/extreme, e.g. 'cone/*/cliff'");
   command->add_flag("--large", arguments->large, "the extremes with large maps too (most of an hour)");
+  add_names_option(*command, arguments->names);
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "all results on standard output");
   command->footer("Example:\n  reliefbench stress --backend all -o out/stress");

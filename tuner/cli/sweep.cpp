@@ -8,7 +8,10 @@
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/plan/plan.h"
+#include "tuner/plan/setting_names.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/store.h"
 
@@ -21,6 +24,8 @@ struct Arguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
+  std::string key;
+  Names names;
   bool retry_failed = false;
   bool dry_run = false;
   bool quiet = false;
@@ -46,29 +51,28 @@ void print_plan_json(const Config& config, const Plan& plan) {
   fmt::print("{}\n", out.dump(1));
 }
 
-void print_plan(const Config& config, const Plan& plan) {
+void print_plan(const Config& config, const Plan& plan, const Names& names) {
   std::map<std::string, int> groups;
   for (const Case& c : plan.cases)
     groups[fmt::format("{:<8} {:<22} {}", c.backend, c.scene_id, c.settings.technique().id)] += 1;
-  for (const Case& c : plan.cases) fmt::print("{}\n", c.id());
-  fmt::print("\n{:<8} {:<22} {:<14} cases\n", "backend", "scene", "technique");
-  for (const auto& [group, count] : groups) fmt::print("{:<46} {:5}\n", group, count);
-  fmt::print("\n{} cases, {} bakes, about {:.1f} minutes on a software rasteriser\n", plan.cases.size(),
-             plan.bakes.size(), estimated_s(config, plan) / 60);
+  for (const Case& c : plan.cases) put("{}\n", names.whole_case(c.id()));
+  put("\n{:<8} {:<22} {:<14} cases\n", "backend", "scene", "technique");
+  for (const auto& [group, count] : groups) put("{:<46} {:5}\n", group, count);
+  put("\n{} cases, {} bakes, about {:.1f} minutes on a software rasteriser\n", plan.cases.size(), plan.bakes.size(),
+      estimated_s(config, plan) / 60);
   if (!plan.conflicts.empty())
-    fmt::print("{} combinations left out, e.g. {}\n", plan.conflicts.size(), plan.conflicts.front());
+    put("{} combinations left out, e.g. {}\n", plan.conflicts.size(), plan.conflicts.front());
 }
 
 void print_summary(const SweepSummary& summary) {
-  fmt::print("{} cases ({} from an earlier start):", summary.cases, summary.resumed);
-  for (const auto& [status, count] : summary.statuses) fmt::print(" {} {}", count, status);
-  fmt::print(
-      "\n{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
+  put("{} cases ({} from an earlier start):", summary.cases, summary.resumed);
+  for (const auto& [status, count] : summary.statuses) put(" {} {}", count, status);
+  put("\n{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
       summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
-  fmt::print("wall time {:.1f} s:", summary.total_s);
-  for (std::size_t i = 0; i < kPartIds.size(); ++i) fmt::print(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
-  fmt::print(" other {:.1f} s ({:.1f} %)\n", summary.other_s, 100 * summary.other_s / summary.total_s);
-  fmt::print("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
+  put("wall time {:.1f} s:", summary.total_s);
+  for (std::size_t i = 0; i < kPartIds.size(); ++i) put(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
+  put(" other {:.1f} s ({:.1f} %)\n", summary.other_s, 100 * summary.other_s / summary.total_s);
+  put("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
 
 /// On stderr, where it is seen beside --json too: how many cases have no time, and why.
@@ -93,8 +97,8 @@ void run(const Arguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
   if (arguments.dry_run) {
-    const Plan plan = make_plan(config, backend_ids, arguments.filter);
-    arguments.json ? print_plan_json(config, plan) : print_plan(config, plan);
+    const Plan plan = make_plan(config, backend_ids, arguments.filter, arguments.key);
+    arguments.json ? print_plan_json(config, plan) : print_plan(config, plan, arguments.names);
     return;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
@@ -102,6 +106,7 @@ void run(const Arguments& arguments, int& exit_code) {
                                                   .backends = backend_ids,
                                                   .device = arguments.device,
                                                   .filter = arguments.filter,
+                                                  .key = arguments.key,
                                                   .retry_failed = arguments.retry_failed,
                                                   .quiet = arguments.quiet});
   if (arguments.json) {
@@ -125,8 +130,14 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   command->add_option("--device", arguments->device, "index on the backend, see `reliefbench devices`")
       ->capture_default_str();
   command->add_option("--filter", arguments->filter, "only cases whose id matches this glob, e.g. 'cone@*/grazing*'");
+  command->add_option("--case", arguments->key, "only the setting of this key, as other commands print it")
+      ->type_name("KEY")
+      ->check([](const std::string& text) {
+        return is_setting_key(text) ? std::string() : fmt::format("'{}' is no setting's key of eight digits", text);
+      });
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what it died of twice");
+  add_names_option(*command, arguments->names);
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");

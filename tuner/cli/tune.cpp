@@ -11,10 +11,13 @@
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
+#include "tuner/cli/tune_text.h"
 #include "tuner/measure/sweep.h"
 
 namespace reliefbench {
@@ -38,6 +41,11 @@ struct Arguments {
   std::string replay;
   ReadingArguments reading;
   bool retry_failed = false;
+  std::optional<double> relief_depth;
+  std::string frame_px;
+  std::optional<std::string> wrap;
+  std::optional<double> tiling;
+  Names names;
   bool quiet = false;
   bool json = false;
 };
@@ -88,14 +96,24 @@ std::vector<double> parse_weights(const std::string& text) {
 
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
+SceneOptions scene_options_of(const Arguments& arguments) {
+  SceneOptions options{.relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
+  if (!arguments.frame_px.empty()) options.frame_px = parse_size(arguments.frame_px, "--frame-px", "pixels");
+  return options;
+}
+
 Config config_of(const Arguments& arguments) {
-  HeightmapSpec heightmap{.source = arguments.subject};
-  set_reading(heightmap, arguments.reading);
-  if (!is_config(arguments.subject)) return default_tune_config(heightmap, arguments.scenes);
+  SceneOptions options = scene_options_of(arguments);
+  if (!is_config(arguments.subject)) {
+    options.views = arguments.scenes;
+    HeightmapSpec heightmap{.source = arguments.subject};
+    set_reading(heightmap, arguments.reading);
+    return default_tune_config(heightmap, options);
+  }
   if (arguments.reading.channel || arguments.reading.invert || arguments.reading.normalise)
     fail_input("{}: a config says itself how its heightmaps are read; the command's options are for a heightmap",
                arguments.subject);
-  Config config = load_config(arguments.subject);
+  Config config = with_scene_options(load_config(arguments.subject), options);
   if (arguments.scenes.empty()) return config;
   std::vector<SceneSpec> kept;
   for (const std::string& id : arguments.scenes) {
@@ -146,110 +164,22 @@ TuneOptions options_of(const Arguments& arguments) {
   return options;
 }
 
-std::string percent(double ratio) {
-  return std::isfinite(ratio) ? fmt::format("{:.2f} %", 100 * ratio) : std::string("an unknown share");
-}
-
-std::string interval(double time_ns, double high_ns) {
-  return fmt::format("{} (at most {})", format_time_ns(time_ns), format_time_ns(high_ns));
-}
-
-void print_space(const TuneResult& result) {
-  const TuneCounts& counts = result.counts;
-  fmt::print("{} settings", counts.settings);
-  if (!result.replayed.empty()) fmt::print(" of {}", result.replayed);
-  fmt::print(", {}, {}\n", result.backend, result.device);
-  if (counts.is_bisected)
-    fmt::print(
-        "  errors by bisection: {} scored; {} taken to be no faster than a scored one with fewer steps; {} miss "
-        "the budgets as more steps do\n",
-        counts.scored, counts.assumed, counts.hopeless);
-  if (counts.failed > 0) fmt::print("  {} could not be drawn\n", counts.failed);
-}
-
-void print_certificate(const TuneResult& result, const Paint& paint) {
-  const SearchResult& search = result.search;
-  const auto assumed = std::ranges::count(search.states, Evidence::assumed, &CandidateState::evidence);
-  fmt::print("  {} of {} settings timed, {} ruled out by fewer steps of the same chain (slack {})\n", search.measured,
-             result.space.candidates.size(), assumed, percent(search.slack));
-  if (search.samples > 0)
-    fmt::print("  {} samples, those of a round correlated by at most {:.2f}\n", search.samples, search.correlation);
-  fmt::print("  {} audits of what was ruled out, {} wrong\n", search.audits, search.audit_failures);
-  fmt::print("  {}\n", result.is_certified() ? paint.good(result.claim()) : paint.bad(result.claim()));
-}
-
-void print_answers(const TuneResult& result, const Paint& paint) {
-  if (result.search.answers.size() < 2) return;
-  const std::string within = result.counts.unscored > 0 ? "within, of those scored" : "within";
-  std::vector<std::vector<std::string>> rows{
-      {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold(within), paint.bold("setting")}};
-  for (const BudgetAnswer& answer : result.search.answers)
-    rows.push_back({format_number(result.space.candidates[answer.pick].error), format_time_ns(answer.time_ns),
-                    percent(answer.gap), result.space.candidates[answer.pick].id});
-  fmt::print("\n{}\n", columns(rows));
-}
-
-void print_rungs(const TuneResult& result) {
-  if (result.rungs.empty()) return;
-  fmt::print("\nFrom the fewest features that do to the fastest:\n");
-  double before_ns = 0;
-  for (const TuneRung& rung : result.rungs) {
-    fmt::print("  {}  {}\n", format_time_ns(rung.time_ns), rung.setting);
-    if (before_ns > 0)
-      fmt::print("      {:.1f} % faster for {}{}{}\n", 100 * (1 - rung.time_ns / before_ns),
-                 fmt::join(rung.gained, ", "), rung.dropped.empty() ? "" : ", without ", fmt::join(rung.dropped, ", "));
-    before_ns = rung.time_ns;
-  }
-}
-
-void print_scenes(const TuneResult& result, const Paint& paint) {
-  if (!result.scene_answers.empty()) fmt::print("\nEach scene by itself:\n");
-  for (const SceneAnswer& answer : result.scene_answers) {
-    if (!answer.own) {
-      fmt::print("  {}: no answer\n", answer.scene);
-      continue;
-    }
-    const double gain = answer.common_ns > 0 ? 1 - answer.own->time_ns / answer.common_ns : 0;
-    fmt::print("  {}: {}, {:.1f} % less than the common pick's {} there\n      {}\n", answer.scene,
-               format_time_ns(answer.own->time_ns), 100 * gain, format_time_ns(answer.common_ns), answer.own->setting);
-  }
-  if (!result.holdout.empty()) fmt::print("\nThe pick on what it was not tuned on:\n");
-  for (const HoldoutAnswer& answer : result.holdout) {
-    const std::string verdict = !answer.failure.empty() ? paint.bad(answer.failure)
-                                : answer.miss.empty()   ? paint.good("meets the budgets")
-                                                        : paint.bad(answer.miss);
-    fmt::print("  {}: {}{}\n", answer.scene, verdict,
-               answer.failure.empty() ? ", " + format_time_ns(answer.time_ns) : "");
-  }
-}
-
-void print_result(const TuneResult& result) {
-  const Paint paint = paint_for_stdout();
-  print_space(result);
-  if (result.pick) {
-    fmt::print("\n{} {}\n", paint.bold("pick"), paint.good(result.pick->setting));
-    fmt::print("  {}   {} {}   within {} of the best{}\n", interval(result.pick->time_ns, result.pick->high_ns),
-               result.error_metric, format_number(result.pick->error), percent(result.pick->gap),
-               result.counts.unscored > 0 ? " of those scored" : "");
-    if (!result.pick->tie.empty())
-      fmt::print("  tie with {}: the pick is the simpler or smaller of settings that time does not tell apart\n",
-                 result.pick->tie);
-  } else if (!result.search.is_feasible && !result.is_stopped) {
-    fmt::print("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
-    if (!result.nearest.empty()) fmt::print("  nearest: {}\n", result.nearest);
-  } else {
-    fmt::print("\n{}\n", paint.bad(result.is_stopped ? "no pick yet: stopped too early" : "no pick"));
-  }
-  print_certificate(result, paint);
-  print_rungs(result);
-  print_answers(result, paint);
-  print_scenes(result, paint);
-}
-
 Exit exit_of(const TuneResult& result) {
   if (!result.pick && result.search.measured == 0 && !result.is_stopped) return Exit::answer_is_no;
   if (!result.pick) return result.is_stopped ? Exit::inconclusive : Exit::answer_is_no;
   return result.is_certified() ? Exit::done : Exit::inconclusive;
+}
+
+/// out/tune_HEIGHTMAP_VIEW_KEY: the key stands for the whole question, so that another question has another folder.
+std::filesystem::path default_folder(const Arguments& arguments, const Config& config, const TuneOptions& options) {
+  std::string question = config.text + arguments.combine + arguments.weights + options.backend;
+  for (const SceneSpec& scene : config.scenes) question += scene.id + "\n";
+  for (const std::string& bound : arguments.max_error) question += bound + "\n";
+  question += fmt::format("{} {} {} {} {}", arguments.max_time_ms, arguments.epsilon, arguments.confidence,
+                          arguments.seed, options.device);
+  std::string scene = config.scenes.front().id;
+  std::ranges::replace(scene, '/', '_');
+  return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, sha256(question).substr(0, 8));
 }
 
 std::string chosen_backend(const std::string& name) {
@@ -267,20 +197,21 @@ void run(const Arguments& arguments, int& exit_code) {
     result = replay_tune(arguments.replay, arguments.scenes.empty() ? "" : arguments.scenes.front(), options);
   } else {
     if (arguments.subject.empty()) fail_input("tune needs a heightmap or a config (or --replay RUN)");
-    if (arguments.output.empty()) fail_input("tune needs an output folder: -o DIR");
+    options.backend = chosen_backend(arguments.backend);
     const Config config = config_of(arguments);
+    if (options.output.empty()) options.output = default_folder(arguments, config, options);
     if (!options.weights.empty() && options.weights.size() != config.scenes.size())
       fail_input("--weights: {} given for {} scenes", options.weights.size(), config.scenes.size());
-    options.backend = chosen_backend(arguments.backend);
     options.holdout = holdout_of(arguments, config);
     result = run_tune(config, options);
   }
-  if (!arguments.output.empty()) write_tune_page(result, arguments.output);
+  if (!options.output.empty()) write_tune_page(result, options.output);
   if (arguments.json) {
     fmt::print("{}\n", tune_json(result).dump(1));
   } else {
-    print_result(result);
-    if (!arguments.output.empty()) fmt::print("\nreport: {}/{}\n", arguments.output, kTunePage);
+    print_tune_result(result, arguments.names);
+    if (!options.output.empty()) put("\nreport: {}\n", (options.output / kTunePage).string());
+    if (arguments.replay.empty()) print_next_commands(result, options.output.string());
   }
   exit_code = static_cast<int>(exit_of(result));
 }
@@ -292,7 +223,9 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<Arguments>();
   command->add_option("SUBJECT", arguments->subject,
                       "a heightmap (name or file) on the built-in space, or a config whose sweeps are the space");
-  command->add_option("-o,--output", arguments->output, "folder; an interrupted search there is continued");
+  command->add_option(
+      "-o,--output", arguments->output,
+      "folder, where an interrupted search is continued; default: one of its own for each question, under out/");
   command->add_option("--scene", arguments->scenes, "view of the heightmap, or scene of the config; may be repeated")
       ->expected(1)
       ->take_all();
@@ -322,6 +255,12 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   add_channel_options(*command, arguments->reading);
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what it died of twice");
+  command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--frame-px", arguments->frame_px, "WIDTHxHEIGHT of the frame")->type_name("WxH");
+  command->add_option("--wrap", arguments->wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
+  command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(CLI::PositiveNumber);
+  add_names_option(*command, arguments->names);
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "tune.json on standard output");
   command->footer(

@@ -41,36 +41,34 @@ std::string both(const Spread& figure, Text&& text) {
 void print_line(const TunerLine& line, const Paint& paint) {
   const auto count = [](double value) { return fmt::format("{:.0f}", value); };
   const auto share = [](double value) { return fmt::format("{:.4f}", value); };
-  fmt::print("\n{}  {}\n", paint.bold(line.strategy), paint.dim(line.description));
+  put("\n{}  {}\n", paint.bold(line.strategy), paint.dim(line.description));
   std::vector<std::vector<std::string>> rows = {
       {"budget", "settings", "frames", "worst regret", "mean regret", "hypervolume", "false front"}};
   for (const TunerPoint& point : line.points)
     rows.push_back({point.share < 1 ? percent(point.share) : "to its end", both(point.timed, count),
                     both(point.samples, count), both(point.worst_regret, percent), both(point.mean_regret, percent),
                     both(point.hypervolume, share), both(point.false_front, percent)});
-  fmt::print("{}", columns(rows, "  "));
+  put("{}", columns(rows, "  "));
 }
 
 void print_certificate(const CertificateCheck& check, double correlation) {
   if (check.seeds == 0) return;
   const auto frames = [](double value) { return fmt::format("{:.2f}", value); };
-  fmt::print("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
-             percent(check.epsilon), percent(check.confidence), check.held, check.seeds, check.certified);
-  fmt::print("  frames a setting {}, worst regret {}, frames of a round correlated by {}\n",
-             both(check.frames_per_setting, frames), both(check.worst_regret, percent), format_number(correlation));
+  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n", percent(check.epsilon),
+      percent(check.confidence), check.held, check.seeds, check.certified);
+  put("  frames a setting {}, worst regret {}, frames of a round correlated by {}\n",
+      both(check.frames_per_setting, frames), both(check.worst_regret, percent), format_number(correlation));
 }
 
 void print_comparison(const TunerComparison& comparison) {
   const Paint paint = paint_for_stdout();
-  fmt::print("{}\n", paint.bold(fmt::format("{}, {}, {}", comparison.scene, comparison.backend, comparison.device)));
-  fmt::print(
-      "{} settings, {} feasible ({}), {} on the front of {}\n", comparison.settings, comparison.feasible,
+  put("{}\n", paint.bold(fmt::format("{}, {}, {}", comparison.scene, comparison.backend, comparison.device)));
+  put("{} settings, {} feasible ({}), {} on the front of {}\n", comparison.settings, comparison.feasible,
       comparison.constraints.empty() ? "no constraint" : fmt::format("{}", fmt::join(comparison.constraints, ", ")),
       comparison.on_front, comparison.error_metric);
-  fmt::print("{}\n",
-             paint.dim(fmt::format("Figures: mean over {} seeds / the worst of them. Regret \"none\": some error "
-                                   "budget is left without an answer.",
-                                   comparison.seeds)));
+  put("{}\n", paint.dim(fmt::format("Figures: mean over {} seeds / the worst of them. Regret \"none\": some error "
+                                    "budget is left without an answer.",
+                                    comparison.seeds)));
   for (const TunerLine& line : comparison.lines) print_line(line, paint);
   print_certificate(comparison.certificate, comparison.correlation);
 }
@@ -92,7 +90,7 @@ void run(const Arguments& arguments) {
     return;
   }
   print_comparison(comparison);
-  if (!arguments.output.empty()) fmt::print("\nwritten: {}\n", arguments.output);
+  if (!arguments.output.empty()) put("\nwritten: {}\n", arguments.output);
 }
 
 }  // namespace

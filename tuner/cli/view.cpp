@@ -16,6 +16,7 @@
 #include "tuner/cli/scene_choice.h"
 #include "tuner/measure/view_state.h"
 #include "tuner/measure/viewer.h"
+#include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
@@ -29,15 +30,6 @@ struct Arguments {
   std::string png;
   int frames = 0;
 };
-
-/// The technique, its numbers, and which choices differ from the defaults.
-std::string short_text(const Settings& settings) {
-  std::string text(settings.technique().id);
-  for (const SettingValue& given : settings.values())
-    if (given.param.choices.empty() || given.value != given.param.fallback)
-      text += fmt::format(" {}={}", given.param.id, given.text());
-  return text;
-}
 
 /// The first of view_1.png, view_2.png, ... that is not there yet.
 std::filesystem::path free_name() {
@@ -80,8 +72,8 @@ class ViewCommand {
     const ViewedFrame frame = viewer.draw(scene_.view);
     write_png(arguments_.png, scene_.width_px, scene_.height_px, frame.rgba8);
     const FrameScore& score = frame.judged.score;
-    fmt::print("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", setting_id(chosen_.settings),
-               format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
+    put("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", named(chosen_.settings),
+        format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
   }
 
   /// Draws when something changed; to count frames, without waiting for that.
@@ -121,7 +113,7 @@ class ViewCommand {
   }
 
   [[nodiscard]] std::string title(const ViewedFrame& frame) const {
-    std::string text = short_text(chosen_.settings);
+    std::string text = short_name(chosen_.settings);
     if (!chosen_.levels.empty())
       text += fmt::format(" | level {}", chosen_.levels.at(static_cast<std::size_t>(state_.level)).quality);
     text += fmt::format(" | {} a frame | e_xy.p99 {} texels", format_time_ns(frame.wall_ns),
@@ -134,7 +126,7 @@ class ViewCommand {
     try {
       const std::filesystem::path name = free_name();
       write_png(name, scene_.width_px, scene_.height_px, picture_);
-      fmt::print("written: {}\n", name.string());
+      put("written: {}\n", name.string());
     } catch (const Error& error) {
       print_error(error.what());
     }

@@ -37,11 +37,13 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                            const std::vector<std::unique_ptr<Session>>& sessions) {
   nlohmann::json devices = nlohmann::json::array();
   for (const auto& session : sessions) devices.push_back(device_identity(session->device()));
-  return {{"schema", kSchemaVersion},
-          {"config_sha256", config_sha256(config)},
-          {"kernels_sha256", kernels_sha256()},
-          {"filter", options.filter},
-          {"devices", devices}};
+  nlohmann::json identity = {{"schema", kSchemaVersion},
+                             {"config_sha256", config_sha256(config)},
+                             {"kernels_sha256", kernels_sha256()},
+                             {"filter", options.filter},
+                             {"devices", devices}};
+  if (!options.key.empty()) identity["case"] = options.key;
+  return identity;
 }
 
 /// Fills in the record's time from its samples.
@@ -233,7 +235,7 @@ std::vector<std::string> choose_backends(const std::string& name) {
 
 SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   WallSplit split;
-  const Plan plan = make_plan(config, options.backends, options.filter);
+  const Plan plan = make_plan(config, options.backends, options.filter, options.key);
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
   const std::vector<MeasuredScene> measured = library.measured(config.scenes);

@@ -18,6 +18,7 @@ struct SweepOptions {
   std::vector<std::string> backends;  ///< ids, in order
   int device = 0;                     ///< index on each of them
   std::string filter{};               ///< glob on case ids; "" = all
+  std::string key{};                  ///< of the one setting to measure; "" = all
   bool retry_failed = false;          ///< draw again what failed in an earlier start
   bool quiet = false;                 ///< no progress
   OpenDevice open = open_device;

@@ -10,6 +10,16 @@
 
 namespace reliefbench {
 
+std::string scene_description(const SceneSpec& spec) {
+  const Scene& scene = spec.scene;
+  std::string text =
+      fmt::format("{}: {:g} degrees, {}x{} pixels, relief depth {:g}, {}", spec.id, scene.view.elevation_deg,
+                  scene.width_px, scene.height_px, scene.relief_depth, scene.wrap == Wrap::repeat ? "repeat" : "clamp");
+  if (scene.tiling != 1) text += fmt::format(", {:g} tiles a side", scene.tiling);
+  if (scene.pan != 0) text += fmt::format(", panned by {:g}", scene.pan);
+  return text;
+}
+
 std::string Case::id() const {
   const std::string params = settings.text();
   return fmt::format("{}@{}?{}{}backend={}", settings.technique().id, scene_id, params, params.empty() ? "" : "&",

@@ -18,6 +18,9 @@ struct SceneSpec {
   Scene scene;
 };
 
+/// "rocks/grazing: 8 degrees, 256x256 pixels, relief depth 0.1, repeat", with tiling and pan where they are not plain.
+[[nodiscard]] std::string scene_description(const SceneSpec& spec);
+
 /// One point of the space: what is drawn, where, with which settings.
 struct Case {
   Settings settings;

@@ -34,22 +34,6 @@ constexpr std::array<ConfigKeys, 10> kObjects{{{.object = "config", .keys = kCon
                                                {.object = "rule", .keys = kRuleKeys},
                                                {.object = "range", .keys = kRangeKeys}}};
 
-/// Levenshtein distance.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
-}
-
 std::string bounds_text(Bounds bounds) {
   if (std::isinf(bounds.high)) return fmt::format("{} {}", bounds.above_low ? "above" : "of at least", bounds.low);
   return fmt::format("in {}{}, {}]", bounds.above_low ? "(" : "[", bounds.low, bounds.high);
@@ -58,15 +42,6 @@ std::string bounds_text(Bounds bounds) {
 }  // namespace
 
 std::span<const ConfigKeys> config_keys() { return kObjects; }
-
-std::string unknown_text(std::string_view word, const std::vector<std::string_view>& known) {
-  const auto distance = [word](std::string_view other) { return edit_distance(word, other); };
-  const auto nearest = std::ranges::min_element(known, {}, distance);
-  // A third of the word wrong (two swapped letters of four count as two) is still a slip; more is another word.
-  const bool is_slip = nearest != known.end() && distance(*nearest) <= (word.size() + 2) / 3;
-  return fmt::format("unknown ({}known: {})", is_slip ? fmt::format("did you mean '{}'?; ", *nearest) : "",
-                     fmt::join(known, ", "));
-}
 
 void ConfigReader::fail(const JsonNode& node, std::string_view what) const {
   if (node.path.empty()) fail_input("{}:{}: {}", file_, node.line, what);

@@ -8,6 +8,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/json_lines.h"
+#include "kernels/base/suggest.h"
 #include "tuner/plan/config.h"
 
 namespace reliefbench {
@@ -26,9 +27,6 @@ struct Bounds {
   double high = std::numeric_limits<double>::infinity();
   bool above_low = false;  ///< `low` itself is not allowed
 };
-
-/// "unknown (did you mean 'b'?; known: a, b)"
-[[nodiscard]] std::string unknown_text(std::string_view word, const std::vector<std::string_view>& known);
 
 /// Typed access to a config's nodes. Everything throws Error(bad_input) "FILE:LINE: key 'a.b': what was expected".
 class ConfigReader {

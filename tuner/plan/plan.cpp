@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "kernels/base/error.h"
+#include "tuner/plan/setting_names.h"
 
 namespace reliefbench {
 namespace {
@@ -129,7 +130,8 @@ bool glob_matches(std::string_view pattern, std::string_view text) {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
-Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter) {
+Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter,
+               std::string_view key) {
   Plan plan;
   std::vector<Planned> all;
   std::unordered_set<std::string> seen;
@@ -155,14 +157,18 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
           if (!seen.insert(planned.id).second) continue;
           if (example.empty()) example = planned.id;
           if (!filter.empty() && !glob_matches(filter, planned.id)) continue;
+          if (!key.empty() && setting_key(settings) != key) continue;
           planned.bake = bake_text(planned.planned.settings, config.scenes[s]);
           all.push_back(std::move(planned));
         }
   }
   if (all.empty()) {
     if (seen.empty()) fail_input("{}: no case: there is no backend to run it on", config.path.string());
-    fail_input("{}: the filter '{}' matches none of the {} cases, e.g. not {}", config.path.string(), filter,
-               seen.size(), example);
+    const std::string asked = key.empty()      ? fmt::format("filter '{}'", filter)
+                              : filter.empty() ? fmt::format("key '{}'", key)
+                                               : fmt::format("filter '{}' with the key '{}'", filter, key);
+    fail_input("{}: the {} matches none of the {} cases, e.g. not {}", config.path.string(), asked, seen.size(),
+               example);
   }
   std::ranges::sort(plan.conflicts);
   plan.conflicts.erase(std::unique(plan.conflicts.begin(), plan.conflicts.end()), plan.conflicts.end());

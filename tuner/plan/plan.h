@@ -14,9 +14,10 @@ struct Plan {
   std::vector<std::string> conflicts;  ///< combinations left out because they make no sense, with the reason
 };
 
-/// Expands the config for some backends. filter: a glob (`*`, `?`) on case ids, "" = all.
+/// Expands the config for some backends. filter: a glob (`*`, `?`) on case ids; key: setting_key(); "" = all.
 /// throws: Error(bad_input): nothing is left; a sweep whose every combination is left out (with its line)
-[[nodiscard]] Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter);
+[[nodiscard]] Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter,
+                             std::string_view key = "");
 
 [[nodiscard]] bool glob_matches(std::string_view pattern, std::string_view text);
 

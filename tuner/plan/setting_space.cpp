@@ -51,19 +51,27 @@ std::string setting_id(const Settings& settings) {
   return fmt::format("{}{}{}", settings.technique().id, params.empty() ? "" : "?", params);
 }
 
-Settings parse_setting(std::string_view id) {
+Settings parse_setting(std::string_view id) { return parse_case(id).settings; }
+
+Case parse_case(std::string_view id) {
   const std::size_t question_mark = std::min(id.find('?'), id.size());
   const std::string_view name = id.substr(0, question_mark);
-  Settings settings(find_technique(name.substr(0, name.find('@'))));
+  const std::size_t at = std::min(name.find('@'), name.size());
+  Case spec{.settings = Settings(find_technique(name.substr(0, at))),
+            .scene_id = std::string(name.substr(std::min(at + 1, name.size()))),
+            .backend = {}};
   for (std::size_t begin = question_mark + 1; begin < id.size();) {
     const std::size_t end = std::min(id.find('&', begin), id.size());
     const std::string_view term = id.substr(begin, end - begin);
     const std::size_t equals = term.find('=');
     if (equals == std::string_view::npos) fail_input("'{}': expected parameter=value, not '{}'", id, term);
-    if (term.substr(0, equals) != "backend") settings.set(term.substr(0, equals), term.substr(equals + 1));
+    if (term.substr(0, equals) == "backend")
+      spec.backend = term.substr(equals + 1);
+    else
+      spec.settings.set(term.substr(0, equals), term.substr(equals + 1));
     begin = end + 1;
   }
-  return settings;
+  return spec;
 }
 
 }  // namespace reliefbench

@@ -4,6 +4,7 @@
 
 #include "kernels/judge/score.h"
 #include "kernels/trace/technique.h"
+#include "tuner/plan/case.h"
 #include "tuner/search/space.h"
 
 namespace reliefbench {
@@ -22,5 +23,9 @@ namespace reliefbench {
 [[nodiscard]] std::string setting_id(const Settings& settings);
 /// The settings of a setting's or a case's id. throws: Error(bad_input): no such technique, parameter or value
 [[nodiscard]] Settings parse_setting(std::string_view id);
+
+/// The case of an id; its scene and backend are empty where the id does not say them.
+/// throws: Error(bad_input): as parse_setting()
+[[nodiscard]] Case parse_case(std::string_view id);
 
 }  // namespace reliefbench

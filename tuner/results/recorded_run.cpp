@@ -12,6 +12,7 @@
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
@@ -66,6 +67,8 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
                       .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
   table.constraints = budget_texts(constraints);
+  for (const Budget& budget : query.budgets.value_or(std::vector<Budget>{}))
+    if (budget.metric == table.error_metric) table.asked_error = budget.limit;
   const std::vector<const MetricRow*> work = work_metrics();
   double least = std::numeric_limits<double>::infinity();
   for (const TableRow& row : rows) {
@@ -102,15 +105,16 @@ RecordedTable load_recorded(const std::filesystem::path& path, const RecordedQue
     rows = parse_case_table(read_file(path), path.string());
   } else {
     const Run run = load_run(path);
-    const nlohmann::json front = run.info.value("front", nlohmann::json::object());
-    if (!full.error_metric && front.contains("error")) full.error_metric = front.at("error").get<std::string>();
-    if (!full.constraints && front.contains("constraints"))
-      full.constraints = parse_budgets(front.at("constraints").get<std::vector<std::string>>());
+    const RunQuestion question = question_of(run);
+    if (!full.error_metric) full.error_metric = question.error_metric;
+    if (!full.constraints) full.constraints = question.constraints;
+    if (!full.budgets) full.budgets = question.budgets;
     rows = case_table(run);
   }
   const Config defaults;
   if (!full.error_metric) full.error_metric = defaults.front_error;
   if (!full.constraints) full.constraints = defaults.front_constraints;
+  if (!full.budgets) full.budgets = defaults.budgets;
   return recorded_table(rows, full, path.string());
 }
 

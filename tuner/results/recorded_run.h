@@ -17,6 +17,7 @@ struct RecordedQuery {
   std::string scene{};                               ///< "" = the only one there is
   std::optional<std::string> error_metric{};         ///< none: the run's own; of a table the config's default
   std::optional<std::vector<Budget>> constraints{};  ///< likewise
+  std::optional<std::vector<Budget>> budgets{};      ///< of the answer; likewise
 };
 
 /// The measured cases of one backend and scene as a search space (empty_setting_space()) with recorded

@@ -52,14 +52,17 @@ constexpr double kAsymptotic = 8;
 
 double digamma(double x) {
   double shift = 0;
-  for (; x < kAsymptotic; ++x) shift -= 1 / x;
+  while (x < kAsymptotic) shift -= 1 / x++;
   const double i = 1 / (x * x);
   return shift + std::log(x) - 0.5 / x - i * (1.0 / 12 - i * (1.0 / 120 - i / 252));
 }
 
 double trigamma(double x) {
   double shift = 0;
-  for (; x < kAsymptotic; ++x) shift += 1 / (x * x);
+  while (x < kAsymptotic) {
+    shift += 1 / (x * x);
+    ++x;
+  }
   const double i = 1 / (x * x);
   return shift + 1 / x + i / 2 + i / x * (1.0 / 6 - i * (1.0 / 30 - i / 42));
 }

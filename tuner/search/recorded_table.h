@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ struct RecordedTable {
   std::string scene_key{};  ///< hex digits; "": unknown
   std::string error_metric;
   std::vector<std::string> constraints;      ///< Budget::text(), behind Candidate::is_feasible
+  std::optional<double> asked_error{};       ///< the sweep's own bound on error_metric; none: it has none
   std::string nearest{};                     ///< where no candidate is feasible: the id of the one that misses least
   std::string miss{};                        ///< and by how much
   std::vector<std::vector<double>> samples;  ///< ns a frame, corrected for drift; one list a candidate, none empty

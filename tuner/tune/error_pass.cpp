@@ -9,20 +9,6 @@
 namespace reliefbench {
 namespace {
 
-using ScoreCase = std::function<FrameScore(std::size_t, std::size_t)>;
-
-SettingScore score_one(std::size_t setting, std::size_t scenes, const ScoreCase& judge) {
-  SettingScore result{.scored = Scored::yes};
-  try {
-    for (std::size_t scene = 0; scene < scenes; ++scene) result.scores.push_back(judge(setting, scene));
-  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the setting
-    throw;
-  } catch (const Error& error) {
-    result = {.scored = Scored::failed, .failure = error.what()};
-  }
-  return result;
-}
-
 /// The parameter that a line runs along: the count of search steps. Null: the setting is alone on its line.
 const Param* line_param(const Settings& settings) {
   const std::vector<Param>& params = settings.technique().params;
@@ -53,49 +39,99 @@ std::vector<std::vector<std::size_t>> lines_of(std::span<const Settings> setting
   return lines;
 }
 
+/// van der Corput's sequence in base 2, in [0, 1): 0.5, 0.25, 0.75, 0.125, ... Its first n lie evenly, for every n.
+double van_der_corput(std::size_t i) {
+  double value = 0;
+  double digit = 0.5;
+  for (++i; i > 0; i /= 2, digit /= 2)
+    if (i % 2 == 1) value += digit;
+  return value;
+}
+
+/// All items, those of each technique in turn, and of a technique spread over all that it has.
+/// settings_of: the setting that stands for an item
+std::vector<std::size_t> spread_order(std::size_t items,
+                                      const std::function<const Settings&(std::size_t)>& setting_of) {
+  std::map<const Technique*, std::vector<std::size_t>> by_technique;
+  for (std::size_t i = 0; i < items; ++i) by_technique[&setting_of(i).technique()].push_back(i);
+  std::vector<std::size_t> order;
+  order.reserve(items);
+  for (std::size_t turn = 0; order.size() < items; ++turn)
+    for (auto& [technique, left] : by_technique) {
+      if (left.empty()) continue;
+      const auto place = static_cast<std::size_t>(van_der_corput(turn) * static_cast<double>(left.size()));
+      order.push_back(left[place]);
+      left.erase(left.begin() + static_cast<std::ptrdiff_t>(place));
+    }
+  return order;
+}
+
 }  // namespace
 
-std::vector<SettingScore> score_all(std::size_t settings, std::size_t scenes, const ScoreCase& judge,
-                                    const std::function<bool(std::size_t done)>& should_stop) {
-  std::vector<SettingScore> results(settings);
-  for (std::size_t i = 0; i < settings && !should_stop(i); ++i) results[i] = score_one(i, scenes, judge);
-  return results;
-}
+ErrorPass::ErrorPass(std::span<const Settings> settings, std::size_t scenes, Frames frames)
+    : settings_(settings),
+      scenes_(scenes),
+      frames_(std::move(frames)),
+      scores_(settings.size()),
+      order_(spread_order(settings.size(), [&](std::size_t i) -> const Settings& { return settings[i]; })) {}
 
-double estimate_pass_s(std::size_t settings, std::size_t scenes, const ScoreCase& judge,
-                       const std::function<bool(std::size_t done)>& should_stop) {
-  const std::size_t step = std::max<std::size_t>(settings / kProbes, 1);
-  const auto start = std::chrono::steady_clock::now();
-  for (std::size_t i = 0; i < settings && !should_stop(0); i += step) static_cast<void>(score_one(i, scenes, judge));
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() * static_cast<double>(step);
-}
-
-std::vector<SettingScore> score_by_bisection(std::span<const Settings> settings, std::size_t scenes,
-                                             const ScoreCase& judge,
-                                             const std::function<bool(const FrameScore&)>& meets,
-                                             const std::function<bool(std::size_t done)>& should_stop) {
-  std::vector<SettingScore> results(settings.size());
-  std::size_t done = 0;
-  for (const std::vector<std::size_t>& line : lines_of(settings)) {
-    std::size_t first = 0;  // the first that meets the budgets is in [first, last]
-    std::size_t last = line.size();
-    while (first < last && !should_stop(done)) {
-      const std::size_t middle = first + (last - first) / 2;
-      SettingScore& result = results[line[middle]];
-      result = score_one(line[middle], scenes, judge);
-      if (result.scored == Scored::yes && std::ranges::all_of(result.scores, meets))
-        last = middle;
-      else
-        first = middle + 1;
-    }
-    if (first < last) break;  // stopped
-    for (std::size_t i = 0; i < line.size(); ++i) {
-      Scored& scored = results[line[i]].scored;
-      if (scored == Scored::no) scored = i < first ? Scored::hopeless : Scored::assumed;
-    }
-    done += line.size();
+bool ErrorPass::score(std::size_t setting) {
+  if (frames_.should_stop(done_)) return false;
+  SettingScore& result = scores_[setting];
+  if (result.scored != Scored::no) return true;
+  try {
+    for (std::size_t scene = 0; scene < scenes_; ++scene) result.scores.push_back(frames_.judge(setting, scene));
+    result.scored = Scored::yes;
+  } catch (const FileError&) {  // a full disk ends the run: it says nothing about the setting
+    throw;
+  } catch (const Error& error) {
+    result = {.scored = Scored::failed, .failure = error.what()};
   }
-  return results;
+  ++done_;
+  return true;
+}
+
+double ErrorPass::score_coarse() {
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t wanted = std::min(kCoarse, order_.size() / 4);
+  std::size_t drawn = 0;
+  while (drawn < wanted && score(order_[drawn])) ++drawn;
+  const double taken_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return taken_s * static_cast<double>(order_.size()) / static_cast<double>(std::max<std::size_t>(drawn, 1));
+}
+
+void ErrorPass::score_rest() {
+  // In the settings' own order, in which those that share a map stand together.
+  for (std::size_t setting = 0; setting < settings_.size(); ++setting)
+    if (scores_[setting].scored == Scored::no && !score(setting)) return;
+}
+
+void ErrorPass::bisect(const std::function<bool(const FrameScore&)>& meets) {
+  const std::vector<std::vector<std::size_t>> lines = lines_of(settings_);
+  for (const std::size_t line :
+       spread_order(lines.size(), [&](std::size_t i) -> const Settings& { return settings_[lines[i].front()]; }))
+    if (!bisect_line(lines[line], meets)) return;
+}
+
+bool ErrorPass::bisect_line(std::span<const std::size_t> line, const std::function<bool(const FrameScore&)>& meets) {
+  std::size_t first = 0;  // the first that meets the budgets is in [first, last]
+  std::size_t last = line.size();
+  while (first < last) {
+    const std::size_t middle = first + (last - first) / 2;
+    const SettingScore& result = scores_[line[middle]];
+    if (!score(line[middle])) return false;
+    if (result.scored == Scored::yes && std::ranges::all_of(result.scores, meets))
+      last = middle;
+    else
+      first = middle + 1;
+  }
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    Scored& scored = scores_[line[i]].scored;
+    if (scored != Scored::no) continue;
+    scored = i < first ? Scored::hopeless : Scored::assumed;
+    ++done_;
+  }
+  return true;
 }
 
 }  // namespace reliefbench

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tuner/plan/config.h"
@@ -65,11 +66,17 @@ struct TuneRung {
   double high_ns = 0;
 };
 
-/// The best setting of one scene alone, and what it would gain there over the pick for all.
+/// The best setting of one scene alone, and what it would gain there over the pick for all. Both times are medians of
+/// the samples that this scene has, by one rule.
 struct SceneAnswer {
   std::string scene{};
-  std::optional<TunePick> own{};
-  double common_ns = 0;  ///< estimate of the common pick's time in this scene
+  std::optional<TunePick> own{};  ///< the common pick itself, where nothing was seen to be faster
+  double own_ns = 0;
+  double common_ns = 0;
+  /// 1 - own_ns / common_ns, between what the two medians' intervals allow; all 0 where own is the common pick.
+  double gain = 0;
+  double gain_low = 0;
+  double gain_high = 0;
 };
 
 struct HoldoutAnswer {
@@ -99,8 +106,9 @@ struct TuneResult {
   std::string backend{};
   std::string device{};
   std::vector<std::string> scenes{};
-  std::vector<SceneKey> scene_keys{};  ///< parallel to scenes
-  std::string replayed{};              ///< the table that stood for the device; "" for a device
+  std::vector<SceneKey> scene_keys{};   ///< parallel to scenes
+  std::vector<std::string> subjects{};  ///< parallel to scenes: scene_description() of each
+  std::string replayed{};               ///< the table that stood for the device; "" for a device
   TuneCounts counts{};
   SearchSpace space{};  ///< of the scored settings; ids are setting_id()s
   SearchResult search{};
@@ -134,9 +142,20 @@ struct TuneResult {
 /// tune.json, configs/schema/tune.schema.json
 [[nodiscard]] nlohmann::json tune_json(const TuneResult& result);
 
-/// The config of `tune HEIGHTMAP`: the built-in space on a heightmap (as in a config's "heightmap"), seen from views.
-/// views: preset names; empty: grazing
-[[nodiscard]] Config default_tune_config(const HeightmapSpec& heightmap, const std::vector<std::string>& views);
+/// What the command line says of the scenes; what it does not say stays as the config has it.
+struct SceneOptions {
+  std::vector<std::string> views{};  ///< preset names; of the built-in config only
+  std::optional<double> relief_depth{};
+  std::optional<std::pair<int, int>> frame_px{};
+  std::optional<std::string> wrap{};  ///< repeat | clamp
+  std::optional<double> tiling{};
+};
+
+/// The config of `tune HEIGHTMAP`: the built-in space on a heightmap (as in a config's "heightmap").
+/// throws: Error(bad_input) that names the command's argument or option
+[[nodiscard]] Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& options);
+/// A config with its scenes changed; its text is changed with them, so that it is another question.
+[[nodiscard]] Config with_scene_options(const Config& config, const SceneOptions& options);
 
 inline constexpr std::string_view kTuneFile = "tune.json";
 

@@ -1,3 +1,4 @@
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/error.h"
@@ -5,33 +6,74 @@
 #include "tuner/tune/tune.h"
 
 namespace reliefbench {
-
 namespace {
 
+using nlohmann::json;
+
+/// Keys of a config's scene, and what the command line calls them.
+struct Spelling {
+  std::string_view key;
+  std::string_view option;
+};
+constexpr std::array kSpellings{
+    Spelling{"heightmap", "HEIGHTMAP"}, Spelling{"views", "--scene"}, Spelling{"relief_depth", "--relief-depth"},
+    Spelling{"frame_px", "--frame-px"}, Spelling{"wrap", "--wrap"},   Spelling{"tiling", "--tiling"}};
+
 /// As a config's "heightmap" has it: what is as usual is left out.
-nlohmann::json heightmap_value(const HeightmapSpec& spec) {
+json heightmap_value(const HeightmapSpec& spec) {
   const HeightmapSpec usual;
-  nlohmann::json value = {{"source", spec.source}};
+  json value = {{"source", spec.source}};
   if (spec.channel != usual.channel) value["channel"] = spec.channel;
   if (spec.invert) value["invert"] = true;
   if (spec.normalise) value["normalise"] = true;
   if (spec.width != usual.width) value["width"] = spec.width;
   if (spec.height != usual.height) value["height"] = spec.height;
   if (spec.seed != usual.seed) value["seed"] = spec.seed;
-  return value.size() > 1 ? value : nlohmann::json(spec.source);
+  return value.size() > 1 ? value : json(spec.source);
+}
+
+void apply(const SceneOptions& options, json& scene) {
+  if (!options.views.empty()) scene["views"] = options.views;
+  if (options.relief_depth) scene["relief_depth"] = *options.relief_depth;
+  if (options.frame_px) scene["frame_px"] = {options.frame_px->first, options.frame_px->second};
+  if (options.wrap) scene["wrap"] = *options.wrap;
+  if (options.tiling) scene["tiling"] = *options.tiling;
+}
+
+/// A config that nobody wrote by hand: what is wrong with it was said on the command line, by another name.
+Config parse_made(const json& config, const std::filesystem::path& path) {
+  try {
+    return parse_config(config.dump(1), path);
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    constexpr std::string_view kKey = "key 'scenes[";
+    const std::size_t key = text.find(kKey);
+    const std::size_t dot = key == std::string::npos ? key : text.find("].", key);
+    const std::size_t end = dot == std::string::npos ? dot : text.find("': ", dot);
+    if (end == std::string::npos) throw;
+    const std::string_view path_in_scene = std::string_view(text).substr(dot + 2, end - dot - 2);
+    for (const auto& [spelling, option] : kSpellings)
+      if (path_in_scene.starts_with(spelling)) fail_input("{}: {}", option, text.substr(end + 3));
+    throw;
+  }
 }
 
 }  // namespace
 
-Config default_tune_config(const HeightmapSpec& heightmap, const std::vector<std::string>& views) {
-  constexpr std::string_view kSpace = "exhaustive.json";
-  nlohmann::json config =
-      nlohmann::json::parse(embedded_spaces().front().text, nullptr, true, /*ignore_comments=*/true);
-  nlohmann::json& scene = config.at("scenes").at(0);
+Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& options) {
+  json config = json::parse(embedded_spaces().front().text, nullptr, true, /*ignore_comments=*/true);
+  json& scene = config.at("scenes").at(0);
   scene["heightmap"] = heightmap_value(heightmap);
-  if (!views.empty()) scene["views"] = views;
+  apply(options, scene);
   config["name"] = "tune";
-  return parse_config(config.dump(1), kSpace);
+  return parse_made(config, "exhaustive.json");
+}
+
+Config with_scene_options(const Config& config, const SceneOptions& options) {
+  json changed = json::parse(config.text, nullptr, true, /*ignore_comments=*/true);
+  const json before = changed;
+  for (json& scene : changed.at("scenes")) apply(options, scene);
+  return changed == before ? config : parse_made(changed, config.path);
 }
 
 }  // namespace reliefbench

@@ -59,10 +59,11 @@ class DeviceSource final : public TuneSource {
                       fmt::format("errors of {} settings", settings_.size()));
       return clock_.is_over(kMostOfErrorPass * clock_.limit_s());
     };
+    ErrorPass pass(settings_, config_.scenes.size(), {.judge = judge, .should_stop = should_stop});
+    const double whole_s = pass.score_coarse();
     if (run_.is_bisected()) {
       counts_.is_bisected = *run_.is_bisected();  // or the settings to search would be others than they were
     } else if (!options_.question.max_error.empty() && options_.time_limit_s) {
-      const double whole_s = estimate_pass_s(settings_.size(), config_.scenes.size(), judge, should_stop);
       counts_.is_bisected = whole_s > kMuchOfErrorPass * clock_.limit_s();
       if (counts_.is_bisected)
         progress.note(fmt::format("all errors would take {:.0f} s of {:.0f} s: bisecting along the step counts",
@@ -70,10 +71,11 @@ class DeviceSource final : public TuneSource {
     }
     if (!options_.is_interrupted()) run_.set_bisected(counts_.is_bisected);
     run_.write_info(false);
-    scores_ = counts_.is_bisected ? score_by_bisection(
-                                        settings_, config_.scenes.size(), judge,
-                                        [&](const FrameScore& score) { return meets_asked(score); }, should_stop)
-                                  : score_all(settings_.size(), config_.scenes.size(), judge, should_stop);
+    if (counts_.is_bisected)
+      pass.bisect([&](const FrameScore& score) { return meets_asked(score); });
+    else
+      pass.score_rest();
+    scores_ = pass.take();
     progress.finish();
     if (end) std::rethrow_exception(end);
     counts_.settings = static_cast<int>(settings_.size());
@@ -95,6 +97,7 @@ class DeviceSource final : public TuneSource {
                       .counts = counts_};
     for (const MeasuredScene& scene : run_.tuned()) {
       result.scenes.push_back(scene.spec.id);
+      result.subjects.push_back(scene_description(scene.spec));
       result.scene_keys.push_back(scene.key);
     }
     return result;

@@ -82,7 +82,10 @@ json scenes_json(const TuneResult& result) {
   for (const SceneAnswer& answer : result.scene_answers)
     list.push_back({{"scene", answer.scene},
                     {"own", answer.own ? pick_json(*answer.own, result) : json()},
-                    {"common_time_ns", answer.common_ns}});
+                    {"own_time_ns", answer.own_ns},
+                    {"common_time_ns", answer.common_ns},
+                    {"gain", answer.gain},
+                    {"gain_interval", {answer.gain_low, answer.gain_high}}});
   return list;
 }
 

@@ -48,12 +48,13 @@ class RecordedSource final : public TuneSource {
                       .device = table_.device,
                       .scenes = {table_.scene},
                       .scene_keys = {SceneKey{table_.scene_key}},
+                      .subjects = {table_.scene},
                       .replayed = name_};
     if (options_.question.max_error.empty()) result.constraints = parse_budgets(table_.constraints);
     result.counts.settings = result.counts.scored = static_cast<int>(table_.space.candidates.size());
     return result;
   }
-  std::optional<double> asked_error() const override { return Config{}.budgets.front().limit; }
+  std::optional<double> asked_error() const override { return table_.asked_error; }
 
   SearchSpace space(std::span<const std::size_t> /*scenes*/) override {
     SearchSpace space = table_.space;

@@ -73,10 +73,28 @@ class Tuner {
       } catch (const CaseFailed& failed) {  // drawn in the other scenes: this one's answer is left out
         source_.take_failure(failed, false);
       }
-      const std::vector<double> times_ns = source_.times_ns(scene, result_.pick->setting);
-      if (!times_ns.empty()) answer.common_ns = median(times_ns);
+      if (answer.own) set_gain(answer, scene);
       result_.scene_answers.push_back(std::move(answer));
     }
+  }
+
+  /// Holds a scene's own pick to the common one, on the samples that the scene has of both.
+  void set_gain(SceneAnswer& answer, std::size_t scene) {
+    const std::vector<double> common_times = source_.times_ns(scene, result_.pick->setting);
+    const std::vector<double> own_times = source_.times_ns(scene, answer.own->setting);
+    if (common_times.empty() || own_times.empty()) return;
+    const Summary common = summarise(common_times);
+    const Summary own = summarise(own_times);
+    answer.common_ns = common.median;
+    if (answer.own->setting == result_.pick->setting || own.median >= common.median) {
+      answer.own = *result_.pick;
+      answer.own_ns = common.median;
+      return;
+    }
+    answer.own_ns = own.median;
+    answer.gain = 1 - own.median / common.median;
+    answer.gain_low = 1 - own.ci_high / common.ci_low;
+    answer.gain_high = 1 - own.ci_low / common.ci_high;
   }
 
   TuneSource& source_;
