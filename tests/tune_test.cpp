@@ -310,7 +310,7 @@ TEST_F(TuneTest, the_command_refuses_what_it_cannot_do) {
   EXPECT_THAT(refusal({"fbm", "--scene", "sideways"}), HasSubstr("--scene: view 'sideways' is unknown"));
   EXPECT_THAT(refusal({"fbm", "--frame-px", "64"}), HasSubstr("--frame-px 64: expected WIDTHxHEIGHT in pixels"));
   EXPECT_THAT(refusal({"fbm", "--frame-px", "0x64"}), HasSubstr("--frame-px: "));
-  EXPECT_THAT(refusal({"fbm", "--relief-depth", "1e9"}), HasSubstr("--relief-depth: "));
+  EXPECT_THAT(refusal({"fbm", "--relief-depth", "-1"}), HasSubstr("--relief-depth: "));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   EXPECT_THAT(refusal({"fbm", "-o", "x", "--time-limit", "soon"}), HasSubstr("'soon'"));
   EXPECT_THAT(refusal({"fbm", "-o", "x", "--max-error", "e_xy.p98<=1"}), HasSubstr("e_xy.p98"));

@@ -13,6 +13,7 @@
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/view_state.h"
 #include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/run_files.h"
 
 namespace reliefbench {
