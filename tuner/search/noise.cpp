@@ -28,6 +28,8 @@ constexpr int kSeenTwice = 2;             // blocks
 constexpr int kSeenThrice = 3;            // blocks from which it shows which one is odd
 constexpr double kRankAlpha = 0.25;       // of a side's alpha is for the rank bounds
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 double square(double x) { return x * x; }
 double middle_of(std::span<const double> sorted) { return sorted[sorted.size() / 2]; }
 
@@ -65,7 +67,8 @@ NoiseModel::NoiseModel(std::size_t settings, double confidence) {
   for (Side* side : {&above_, &below_}) {
     for (std::size_t j = 0; j < kRates; ++j) side->linear[j] = side->block[j] = square(rates_[j]) / 2;
     solve(*side);
-    rank(*side, {});
+    rank(side->beyond, {});
+    rank(side->whole, {});
   }
 }
 
@@ -146,18 +149,27 @@ double NoiseModel::scale(const Observed& observed) const {
   return std::sqrt((kShrinkage * pooled + deviations) / (kShrinkage + degrees_of(observed)));
 }
 
+double NoiseModel::calm_scale(const Observed& observed) const {
+  return std::min(scale(observed), std::sqrt(pooled_variance(middle_of(observed.frames))));
+}
+
 double NoiseModel::block_deviation(const Observed& observed) const {
   return std::sqrt(kMedianVariance + (1 - kMedianVariance) * correlation_) * scale(observed);
 }
 
 void NoiseModel::fit_tails(std::span<const Observed> observed) {
   std::vector<Block> blocks;
+  std::vector<double> fastest;  // of the blocks' frames, in the calm scale
+  std::vector<double> medians;
   for (const Observed& setting : observed) {
     if (setting.count() < kSeenThrice) continue;
     const double middle = middle_of(setting.frames);
     const auto n = static_cast<double>(setting.count());
     // Blocks lie closer to the centre of their own setting than to the true one.
     const double unit = std::sqrt(n / (n - 1)) / scale(setting);
+    const double calm_unit = std::sqrt(n / (n - 1)) / calm_scale(setting);
+    for (const double frame : setting.fastest) fastest.push_back((frame - middle) * calm_unit);
+    for (const double frame : setting.medians) medians.push_back((frame - middle) * calm_unit);
     const std::size_t first = blocks.size();
     blocks.resize(first + setting.medians.size());
     std::vector<std::size_t> filled(setting.medians.size());
@@ -166,16 +178,13 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
       blocks[first + block][filled[block]++] = (setting.frames[i] - middle) * unit;  // by rising time, as frames are
     }
   }
-  std::vector<double> fastest;
-  std::vector<double> medians;
-  for (const Block& block : blocks) {
-    fastest.push_back(block[0]);
-    medians.push_back(-block[1]);
-  }
   std::ranges::sort(fastest, std::greater{});
   std::ranges::sort(medians, std::greater{});
-  rank(above_, fastest);
-  rank(below_, medians);
+  rank(above_.whole, fastest);
+  rank(above_.beyond, medians);
+  std::ranges::reverse(medians);
+  for (double& median : medians) median = -median;
+  rank(below_.beyond, medians);
   if (blocks.size() < kSeenThrice) return;
   if (blocks.size() > kMostTails) {
     std::vector<Block> fewer;
@@ -226,9 +235,9 @@ void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
   }
 }
 
-void NoiseModel::rank(Side& side, std::span<const double> falling) const {
+void NoiseModel::rank(Beyond& side, std::span<const double> falling) const {
   for (std::size_t tier = 0; tier < kTiers; ++tier)
-    for (std::size_t i = 0; i < kMostRanked; ++i) side.beyond[tier][i] = beyond(falling, tails_[tier][i]);
+    for (std::size_t i = 0; i < kMostRanked; ++i) side[tier][i] = beyond(falling, tails_[tier][i]);
 }
 
 void NoiseModel::solve(Side& side) const {
@@ -283,33 +292,49 @@ double NoiseModel::radius(const Side& side, const Observed& observed) const {
 NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   const double own = scale(observed);
   const std::vector<double>& frames = observed.frames;
+  const double calm = calm_scale(observed);
   const auto count = static_cast<double>(frames.size());
-  const auto clamped = [&](double low, double high) {
-    return frames.front() < low || frames.back() > high ? clamped_statistic(frames, low, high)
-                                                        : median_statistic(frames);
-  };
+  const double lowest = frames.front();
+  const double highest = frames.back();
+  // Frames beyond are outliers of this setting; a line is kept by three quarters of its frames being beyond, too.
+  const double outlying = frames[frames.size() / 4] + kClip * calm;
+  const double inlying = frames[frames.size() * 3 / 4] - kClip * calm;
   const MedianStatistic plain = median_statistic(frames);
-  const MedianStatistic tame = clamped(frames.front(), frames[frames.size() / 4] + kClip * own);
+  const MedianStatistic tame = highest > outlying ? clamped_statistic(frames, lowest, outlying) : plain;
+  const MedianStatistic brave = lowest < inlying ? clamped_statistic(frames, inlying, highest) : plain;
   observed.mean = plain.mean;
   observed.clipped = tame.mean;
-  const double error = kOutlier * std::sqrt(std::max(0.0, plain.variance - tame.variance) * design_effect() / count);
+  const auto error_of = [&](const MedianStatistic& without) {
+    return kOutlier * std::sqrt(std::max(0.0, plain.variance - without.variance) * design_effect() / count);
+  };
 
   if (observed.count() < kSeenTwice) return {};
 
   const std::size_t tier = tier_of(observed);
   const std::size_t ranked = std::min<std::size_t>(observed.medians.size(), kMostRanked) - 1;
   const auto outvoted = static_cast<std::size_t>(rank_of(observed.count())) - 1;
-  const double least = observed.fastest[outvoted] - own * above_.beyond[tier][ranked];
-  const double most = observed.medians[observed.medians.size() - 1 - outvoted] + own * below_.beyond[tier][ranked];
+  double least = std::max(observed.fastest[outvoted] - calm * above_.whole[tier][ranked],
+                          observed.medians[outvoted] - calm * above_.beyond[tier][ranked]);
+  const double most = observed.medians[observed.medians.size() - 1 - outvoted] + calm * below_.beyond[tier][ranked];
 
-  const double slow = least + kClip * own;
-  const double pulled_in = clamped(frames.front(), std::max(slow, frames.front())).mean;
-  const auto outliers = static_cast<double>(frames.end() - std::ranges::upper_bound(frames, slow));
-  const double at_least =
-      outliers >= kSeenOutliers * design_effect() ? std::max(0.0, plain.mean - pulled_in - error) : 0;
-  const double raised = clamped(std::min(most - kFastClip * own, frames.back()), frames.back()).mean;
-  return {.lower = std::max(least, std::min(pulled_in, slow) + at_least - own * radius(above_, observed)),
-          .upper = raised + own * radius(below_, observed) + error};
+  const double slow = least + kClip * calm;
+  const double fast = std::min(most - kFastClip * own, highest);
+  if (observed.count() < kSeenThrice)
+    return {.lower = std::max(least, std::min(slow, lesser_across_blocks(observed, lowest, std::max(slow, lowest))) -
+                                         own * radius(above_, observed)),
+            .upper = greater_across_blocks(observed, fast, highest) + own * radius(below_, observed) + error_of(tame)};
+  const double mean = median_across_blocks(observed, lowest, highest);
+  double lower = std::min(slow, median_across_blocks(observed, lowest, std::max(slow, lowest)));
+  const auto outliers = static_cast<double>(frames.end() - std::ranges::upper_bound(frames, outlying));
+  if (outliers >= kSeenOutliers * design_effect())
+    lower += std::max(0.0, mean - median_across_blocks(observed, lowest, std::max(slow, outlying)) - error_of(tame));
+  double upper = median_across_blocks(observed, fast, highest);
+  const auto fast_ones = static_cast<double>(std::ranges::lower_bound(frames, inlying) - frames.begin());
+  const double fast_gain = fast_ones > 0 ? median_across_blocks(observed, std::min(fast, inlying), highest) - mean : 0;
+  least = observed.count() < kLinear ? least - fast_gain : -kInfinity;
+  if (fast_ones >= kSeenOutliers * design_effect()) upper -= std::max(0.0, fast_gain - error_of(brave));
+  return {.lower = std::max(least, lower - own * radius(above_, observed)),
+          .upper = upper + own * radius(below_, observed) + error_of(tame)};
 }
 
 }  // namespace reliefbench

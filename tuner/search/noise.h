@@ -87,20 +87,24 @@ class NoiseModel {
   static constexpr std::size_t kTimeBins = 16;
   using Cumulants = std::array<double, kRates>;
   using Block = std::array<double, kBlock>;  // deviations from the setting's middle in its scale, by rising time
+  using Beyond = std::array<std::array<double, kMostRanked>, kTiers>;
   struct Side {
     Cumulants block{};                                             // of a block's median
     Cumulants linear{};                                            // of the projection, a block
     std::array<std::vector<double>, kTiers> radius;                // one a count of counts_
-    std::array<std::array<double, kMostRanked>, kTiers> beyond{};  // see rank_bound.h
+    Beyond beyond{};   // of blocks' medians, see rank_bound.h
+    Beyond whole{};  // of blocks' fastest frames
   };
 
   void fit_scales(std::span<const Observed> observed);
   void fit_tails(std::span<const Observed> observed);
   void fit_cumulants(std::span<const Block> blocks);
-  void rank(Side& side, std::span<const double> falling) const;
+  void rank(Beyond& side, std::span<const double> falling) const;
   void solve(Side& side) const;
   [[nodiscard]] double pooled_variance(double log_time) const;
   [[nodiscard]] double design_effect() const { return 1 + (kBlock - 1) * correlation_; }  // frames worth one
+  /// Not the setting's own alone: what slows its frames must not move the line from which they count as slow.
+  [[nodiscard]] double calm_scale(const Observed& observed) const;
   [[nodiscard]] double degrees_of(const Observed& observed) const;
   [[nodiscard]] std::size_t tier_of(const Observed& observed) const;
   [[nodiscard]] double radius(const Side& side, const Observed& observed) const;

@@ -40,6 +40,15 @@ struct MedianStatistic {
 };
 /// values: three or more, sorted
 [[nodiscard]] MedianStatistic median_statistic(std::span<const double> values);
+/// Mean of the median over all triples of frames that are of three blocks, after frames are pulled into [low, high]. Of
+/// independent blocks it is unbiased for the expected median of three independent frames, however closely a block's
+/// frames are tied: two of one block, which slow moments hit together, are never two of the three.
+/// observed: of three blocks or more
+[[nodiscard]] double median_across_blocks(const Observed& observed, double low, double high);
+/// Mean over all pairs of frames of two blocks of the lesser (or the greater), which is no more (no less) than their
+/// median with any third: what two blocks alone say. observed: of two blocks
+[[nodiscard]] double lesser_across_blocks(const Observed& observed, double low, double high);
+[[nodiscard]] double greater_across_blocks(const Observed& observed, double low, double high);
 /// Mean of the triple's median given that one of the triple is values[i], for every i: Hajek's projection.
 [[nodiscard]] std::vector<double> median_projection(std::span<const double> values);
 

@@ -9,6 +9,8 @@ namespace reliefbench {
 /// Of k independent values all but fewer than j lie beyond their t-quantile with the probability that a binomial
 /// variable of chance t is at least k - j + 1. Where that is alpha, the j-th of the k is no further beyond their centre
 /// than that quantile, but for a chance of alpha. So values that are rarely far off, by however much, are outvoted.
+///
+inline constexpr double kProne = 4;
 inline constexpr int kMostRanked = 32;  ///< counts that have a rank of their own; more values are judged as so many
 
 /// j, from 1: a quarter of the values may be off.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kernels/base/error.h"
 #include "tuner/search/chains.h"
@@ -25,6 +26,8 @@ constexpr std::size_t kLeastAudits = 10;
 constexpr int kAuditBlocks = 2;
 constexpr std::size_t kRoundGaps = 8;   // that a round is drawn for, at most two settings each
 constexpr std::size_t kFirstRound = 8;  // settings
+constexpr std::size_t kLeastRound = 4;  // settings, where so many are in question
+constexpr std::size_t kMostRivals = 16;  // that are looked through for them
 constexpr double kAuditMargin = 1.5;    // how much more slack than the failure needs
 constexpr double kPickIsSharp = 0.6;    // a pick whose bounds are so much narrower than its rival's is not drawn again
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -74,20 +77,45 @@ class Search {
     std::vector<std::size_t> round;
     for (const std::size_t i : wanted) {
       const bool is_new = !observed_[i].is_measured();
-      const auto samples = result_.samples + kBlock * (std::ssize(round) + 1);
-      if ((is_new && is_full()) || (options_.max_samples > 0 && samples > options_.max_samples)) continue;
+      if ((is_new && is_full()) || !can_draw(std::ssize(round) + 1)) continue;
       if (is_new) observed_[i].order = result_.measured++;
       round.push_back(i);
     }
     if (round.empty()) return false;
+    const bool is_all = round.size() == wanted.size();
+    accompany(round);
     draw_round(times_, round, observed_);
+    last_drawn_ = round.back();
     result_.samples += kBlock * std::ssize(round);
     if (static_cast<double>(result_.samples) >= next_refit_)
       refit();
     else
       for (const std::size_t i : round) bound(i);
     report();
-    return round.size() == wanted.size();
+    return is_all;
+  }
+
+  /// Sees to it that no setting is drawn twice in a row: one alone gets another's block between its frames, and a round
+  /// does not start with what the last one ended with.
+  void accompany(std::vector<std::size_t>& round) const {
+    if (round.size() == 1 && can_draw(2)) {
+      const std::size_t alone = round.front();
+      const auto is_other = [&](std::size_t i) { return i != alone && observed_[i].is_measured(); };
+      const WideGap widest = known_.widest();
+      const std::span<const std::size_t> all = gaps_.by_error();
+      const auto any = std::ranges::find_if(all, is_other);
+      if (is_other(widest.rival))
+        round.push_back(widest.rival);
+      else if (is_other(widest.pick))
+        round.push_back(widest.pick);
+      else if (any != all.end())
+        round.push_back(*any);
+    }
+    if (round.size() > 1 && round.front() == last_drawn_) std::ranges::rotate(round, round.begin() + 1);
+  }
+
+  [[nodiscard]] bool can_draw(std::int64_t blocks) const {
+    return options_.max_samples == 0 || result_.samples + kBlock * blocks <= options_.max_samples;
   }
 
   /// Draws kFirstBlocks blocks of each, between those of settings that are worth more of them. Whether the search goes
@@ -110,6 +138,36 @@ class Search {
       add_once(round, gap.rival);
       add_once(round, gap.pick);
     }
+  }
+
+  /// Adds settings that will have to be drawn for the widest gap, too, so that a round is of kLeastRound where so many
+  /// are in question.
+  void widen(std::vector<std::size_t>& round, const WideGap& gap) const {
+    const double ruled_out = gap.log_gap < kInfinity ? gaps_.upper(gap.pick) - std::log1p(options_.epsilon) : -kInfinity;
+    if (round.size() < kLeastRound && gap.log_gap < kInfinity) {
+      for (const std::size_t next : gaps_.next_rivals(gap, ruled_out, kMostRivals)) {
+        if (round.size() == kLeastRound) break;
+        const WideGap same{.log_gap = gap.log_gap, .pick = gap.pick, .rival = next, .budget = gap.budget};
+        add_once(round, sharpest_rival(same));
+      }
+    }
+    while (round.size() < kLeastRound) {
+      const std::optional<std::size_t> unknown = unbounded(round);
+      const std::size_t before = round.size();
+      if (unknown) add_once(round, smallest_alike(*unknown, gap.budget));
+      if (round.size() == before) break;
+    }
+  }
+
+  /// Of the settings that nothing is known of, but for those of the round, the one that the surrogate believes to be
+  /// fastest.
+  [[nodiscard]] std::optional<std::size_t> unbounded(std::span<const std::size_t> round) const {
+    std::optional<std::size_t> fastest;
+    for (const std::size_t i : gaps_.by_error()) {
+      if (gaps_.lower(i) > -kInfinity || std::ranges::find(round, i) != round.end()) continue;
+      if (!fastest || expected_[i] < expected_[*fastest]) fastest = i;
+    }
+    return fastest;
   }
 
   void bound(std::size_t candidate) {
@@ -226,6 +284,7 @@ class Search {
         const bool has_pick = gap.log_gap < kInfinity && gap.pick != rival;
         if (has_pick && width(gap.pick) > kPickIsSharp * width(rival)) add_once(round, gap.pick);
       }
+      widen(round, wide.front());
       if (!draw(round)) return;
     }
   }
@@ -240,16 +299,14 @@ class Search {
   /// smallest of its chain within the budget is drawn, as its bound then holds for all of them.
   [[nodiscard]] std::size_t sharpest_rival(const WideGap& widest) const {
     if (observed_[widest.rival].is_measured()) return widest.rival;
-    std::size_t rival = widest.rival;
-    if (gaps_.lower(rival) == -kInfinity) {
-      // Nothing is known of it: of all such, the one that the surrogate believes to be fastest.
-      for (const std::size_t i : gaps_.by_error()) {
-        if (gaps_.lower(i) == -kInfinity && expected_[i] < expected_[rival]) rival = i;
-      }
-    }
+    const bool is_known = gaps_.lower(widest.rival) > -kInfinity;
+    return smallest_alike(is_known ? widest.rival : unbounded({}).value_or(widest.rival), widest.budget);
+  }
+
+  [[nodiscard]] std::size_t smallest_alike(std::size_t rival, double budget) const {
     const double bound = gaps_.lower(rival);
     for (const std::size_t smaller : chains_.smaller(rival)) {
-      const bool is_within = space_.candidates[smaller].error <= widest.budget || bound == -kInfinity;
+      const bool is_within = space_.candidates[smaller].error <= budget || bound == -kInfinity;
       if (observed_[smaller].is_measured() || !is_within || gaps_.lower(smaller) > bound) continue;
       if (chains_.smaller(smaller).size() < chains_.smaller(rival).size()) rival = smaller;
     }
@@ -363,6 +420,7 @@ class Search {
   double next_refit_ = 0;  // samples
   std::int64_t refitted_at_ = -1;
   double next_path_ = 0;
+  std::size_t last_drawn_ = std::numeric_limits<std::size_t>::max();
   SearchResult result_;
 };
 
