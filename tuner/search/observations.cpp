@@ -21,6 +21,8 @@ void Observed::add(const std::array<double, kBlock>& block) {
   std::ranges::sort(sorted);
   medians.insert(std::ranges::upper_bound(medians, sorted[1]), sorted[1]);
   fastest.insert(std::ranges::upper_bound(fastest, sorted[0]), sorted[0]);
+  plain = median_statistic(frames);
+  if (medians.size() >= 3) across = median_across_blocks(*this, frames.front(), frames.back());
 }
 
 void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std::span<Observed> observed) {

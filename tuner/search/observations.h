@@ -10,6 +10,16 @@ namespace reliefbench {
 
 inline constexpr int kBlock = 3;  ///< frames of a setting in one round, interleaved with those of other settings
 
+/// Mean over all triples of values of the triple's median, and the variance of its first-order projection.
+/// The mean is the U-statistic of the median of three: of independent values it is unbiased for the expectation of
+/// their median, and no worse than the mean over disjoint triples, of which it is the average over all orders.
+/// source: Hoeffding, "A class of statistics with asymptotically normal distribution", 1948; and "Probability
+/// inequalities for sums of bounded random variables", 1963, section 5
+struct MedianStatistic {
+  double mean = 0;
+  double variance = 0;  ///< of one value's share: the mean's variance is about variance / n
+};
+
 /// What was drawn of one setting, on the scale of log ns.
 struct Observed {
   std::vector<double> frames{};       ///< log time of every frame, by rising time
@@ -20,6 +30,9 @@ struct Observed {
   double mean = 0;                    ///< estimate of the log median of three frames, see MedianStatistic
   double clipped = 0;                 ///< the same with slow outliers pulled in, see NoiseModel
 
+  MedianStatistic plain{};  ///< of the frames
+  double across = 0;        ///< median_across_blocks() of the frames as they are, from three blocks on
+
   void add(const std::array<double, kBlock>& block);
   [[nodiscard]] bool is_measured() const { return !frames.empty(); }
   [[nodiscard]] int count() const { return static_cast<int>(medians.size()); }  ///< of blocks
@@ -29,15 +42,6 @@ struct Observed {
 /// unless it is alone. throws: Error(bad_input): a time that is not a positive number
 void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std::span<Observed> observed);
 
-/// Mean over all triples of values of the triple's median, and the variance of its first-order projection.
-/// The mean is the U-statistic of the median of three: of independent values it is unbiased for the expectation of
-/// their median, and no worse than the mean over disjoint triples, of which it is the average over all orders.
-/// source: Hoeffding, "A class of statistics with asymptotically normal distribution", 1948; and "Probability
-/// inequalities for sums of bounded random variables", 1963, section 5
-struct MedianStatistic {
-  double mean = 0;
-  double variance = 0;  ///< of one value's share: the mean's variance is about variance / n
-};
 /// values: three or more, sorted
 [[nodiscard]] MedianStatistic median_statistic(std::span<const double> values);
 /// Mean of the median over all triples of frames that are of three blocks, after frames are pulled into [low, high]. Of

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/search/chains.h"
@@ -11,6 +12,7 @@
 #include "tuner/search/noise.h"
 #include "tuner/search/observations.h"
 #include "tuner/search/random.h"
+#include "tuner/search/rounds.h"
 
 namespace reliefbench {
 namespace {
@@ -24,12 +26,8 @@ constexpr double kPathGrowth = 1.1;         // of the samples between two points
 constexpr double kAuditShare = 0.03;        // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
 constexpr int kAuditBlocks = 2;
-constexpr std::size_t kRoundGaps = 8;   // that a round is drawn for, at most two settings each
 constexpr std::size_t kFirstRound = 8;  // settings
-constexpr std::size_t kLeastRound = 4;  // settings, where so many are in question
-constexpr std::size_t kMostRivals = 16;  // that are looked through for them
 constexpr double kAuditMargin = 1.5;    // how much more slack than the failure needs
-constexpr double kPickIsSharp = 0.6;    // a pick whose bounds are so much narrower than its rival's is not drawn again
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void check(const SearchSpace& space, const SearchOptions& options) {
@@ -53,6 +51,7 @@ class Search {
         chains_(space),
         gaps_(space),
         known_(space),
+        rounds_(space, chains_, gaps_, known_, observed_, options.epsilon),
         noise_(gaps_.by_error().size(), options.confidence),
         random_(options.seed) {
     for (const std::size_t i : gaps_.by_error()) known_.set(i, kInfinity, kInfinity);
@@ -75,6 +74,7 @@ class Search {
   bool draw(std::span<const std::size_t> wanted) {
     if (options_.should_stop && options_.should_stop()) return false;
     std::vector<std::size_t> round;
+    round.reserve(wanted.size() + 1);
     for (const std::size_t i : wanted) {
       const bool is_new = !observed_[i].is_measured();
       if ((is_new && is_full()) || !can_draw(std::ssize(round) + 1)) continue;
@@ -99,17 +99,8 @@ class Search {
   /// does not start with what the last one ended with.
   void accompany(std::vector<std::size_t>& round) const {
     if (round.size() == 1 && can_draw(2)) {
-      const std::size_t alone = round.front();
-      const auto is_other = [&](std::size_t i) { return i != alone && observed_[i].is_measured(); };
-      const WideGap widest = known_.widest();
-      const std::span<const std::size_t> all = gaps_.by_error();
-      const auto any = std::ranges::find_if(all, is_other);
-      if (is_other(widest.rival))
-        round.push_back(widest.rival);
-      else if (is_other(widest.pick))
-        round.push_back(widest.pick);
-      else if (any != all.end())
-        round.push_back(*any);
+      const std::optional<std::size_t> other = rounds_.companion_of(round.front());
+      if (other) round = {round.front(), *other};
     }
     if (round.size() > 1 && round.front() == last_drawn_) std::ranges::rotate(round, round.begin() + 1);
   }
@@ -126,48 +117,10 @@ class Search {
     const std::span<const std::size_t> allowed = settings.first(std::min(open, settings.size()));
     for (int block = 0; block < kFirstBlocks && !allowed.empty(); ++block) {
       std::vector<std::size_t> round(allowed.begin(), allowed.end());
-      add_contenders(round);
+      rounds_.add_contenders(round);
       if (!draw(round)) return false;
     }
     return allowed.size() == settings.size();
-  }
-
-  /// Adds the settings that decide the widest gaps among those timed so far.
-  void add_contenders(std::vector<std::size_t>& round) const {
-    for (const WideGap& gap : known_.wider_than(std::log1p(options_.epsilon), kRoundGaps)) {
-      add_once(round, gap.rival);
-      add_once(round, gap.pick);
-    }
-  }
-
-  /// Adds settings that will have to be drawn for the widest gap, too, so that a round is of kLeastRound where so many
-  /// are in question.
-  void widen(std::vector<std::size_t>& round, const WideGap& gap) const {
-    const double ruled_out = gap.log_gap < kInfinity ? gaps_.upper(gap.pick) - std::log1p(options_.epsilon) : -kInfinity;
-    if (round.size() < kLeastRound && gap.log_gap < kInfinity) {
-      for (const std::size_t next : gaps_.next_rivals(gap, ruled_out, kMostRivals)) {
-        if (round.size() == kLeastRound) break;
-        const WideGap same{.log_gap = gap.log_gap, .pick = gap.pick, .rival = next, .budget = gap.budget};
-        add_once(round, sharpest_rival(same));
-      }
-    }
-    while (round.size() < kLeastRound) {
-      const std::optional<std::size_t> unknown = unbounded(round);
-      const std::size_t before = round.size();
-      if (unknown) add_once(round, smallest_alike(*unknown, gap.budget));
-      if (round.size() == before) break;
-    }
-  }
-
-  /// Of the settings that nothing is known of, but for those of the round, the one that the surrogate believes to be
-  /// fastest.
-  [[nodiscard]] std::optional<std::size_t> unbounded(std::span<const std::size_t> round) const {
-    std::optional<std::size_t> fastest;
-    for (const std::size_t i : gaps_.by_error()) {
-      if (gaps_.lower(i) > -kInfinity || std::ranges::find(round, i) != round.end()) continue;
-      if (!fastest || expected_[i] < expected_[*fastest]) fastest = i;
-    }
-    return fastest;
   }
 
   void bound(std::size_t candidate) {
@@ -179,7 +132,7 @@ class Search {
 
   void set_bounds(std::size_t candidate) {
     const NoiseModel::Bounds bounds = noise_.bound(observed_[candidate]);
-    scales_[candidate] = noise_.block_deviation(observed_[candidate]);
+    scales_[candidate] = bounds.block_deviation;
     gaps_.set(candidate, bounds.lower, bounds.upper);
     if (bounds.upper < kInfinity) known_.set(candidate, bounds.lower, bounds.upper);
   }
@@ -241,8 +194,9 @@ class Search {
       }
       if (!settle(kSettleBlocks)) return false;
     }
-    expected_.resize(space_.candidates.size());
-    for (const std::size_t i : gaps_.by_error()) expected_[i] = explorer.mean(i);
+    std::vector<double> expected(space_.candidates.size());
+    for (const std::size_t i : gaps_.by_error()) expected[i] = explorer.mean(i);
+    rounds_.expect(std::move(expected));
     return true;
   }
 
@@ -253,7 +207,7 @@ class Search {
   bool settle(std::size_t most) {
     for (std::size_t blocks = 0; blocks < most;) {
       std::vector<std::size_t> round;
-      add_contenders(round);
+      rounds_.add_contenders(round);
       if (round.empty()) break;
       if (!draw(round)) return false;
       blocks += round.size();
@@ -264,7 +218,7 @@ class Search {
   void race() {
     const double goal = std::log1p(options_.epsilon);
     for (;;) {
-      const std::vector<WideGap> wide = gaps_.wider_than(goal, kRoundGaps);
+      const std::vector<WideGap> wide = gaps_.wider_than(goal, Rounds::kGaps);
       if (wide.empty()) {
         // Certified is what holds with everything known: the noise as of now, and all audits passed.
         if (refitted_at_ != result_.samples) {
@@ -277,40 +231,8 @@ class Search {
         }
         continue;
       }
-      std::vector<std::size_t> round;
-      for (const WideGap& gap : wide) {
-        const std::size_t rival = sharpest_rival(gap);
-        add_once(round, rival);
-        const bool has_pick = gap.log_gap < kInfinity && gap.pick != rival;
-        if (has_pick && width(gap.pick) > kPickIsSharp * width(rival)) add_once(round, gap.pick);
-      }
-      widen(round, wide.front());
-      if (!draw(round)) return;
+      if (!draw(rounds_.race(wide))) return;
     }
-  }
-
-  static void add_once(std::vector<std::size_t>& round, std::size_t candidate) {
-    if (std::ranges::find(round, candidate) == round.end()) round.push_back(candidate);
-  }
-
-  [[nodiscard]] double width(std::size_t i) const { return gaps_.upper(i) - gaps_.lower(i); }
-
-  /// The setting to draw for the rival's side of a gap. A rival that was not timed shares its bound with others: the
-  /// smallest of its chain within the budget is drawn, as its bound then holds for all of them.
-  [[nodiscard]] std::size_t sharpest_rival(const WideGap& widest) const {
-    if (observed_[widest.rival].is_measured()) return widest.rival;
-    const bool is_known = gaps_.lower(widest.rival) > -kInfinity;
-    return smallest_alike(is_known ? widest.rival : unbounded({}).value_or(widest.rival), widest.budget);
-  }
-
-  [[nodiscard]] std::size_t smallest_alike(std::size_t rival, double budget) const {
-    const double bound = gaps_.lower(rival);
-    for (const std::size_t smaller : chains_.smaller(rival)) {
-      const bool is_within = space_.candidates[smaller].error <= budget || bound == -kInfinity;
-      if (observed_[smaller].is_measured() || !is_within || gaps_.lower(smaller) > bound) continue;
-      if (chains_.smaller(smaller).size() < chains_.smaller(rival).size()) rival = smaller;
-    }
-    return rival;
   }
 
   /// Times some settings that were ruled out by assumption; until none of a round fails. False where the search has to
@@ -411,11 +333,11 @@ class Search {
   Chains chains_;
   Gaps gaps_;
   Gaps known_;  // the same, with only the settings that were timed
+  Rounds rounds_;
   NoiseModel noise_;
   Random random_;
-  std::vector<double> expected_;  // log time, by the surrogate
-  double slack_ = 0;              // log time
-  double audited_slack_ = 0;      // the least that failed audits allow
+  double slack_ = 0;          // log time
+  double audited_slack_ = 0;  // the least that failed audits allow
   bool is_audited_ = false;
   double next_refit_ = 0;  // samples
   std::int64_t refitted_at_ = -1;
