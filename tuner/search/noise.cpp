@@ -207,13 +207,14 @@ void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
     for (const double frame : blocks[i]) frames.emplace_back(frame, i);
   std::ranges::sort(frames);
   std::vector<double> values;
+  values.reserve(frames.size());
   for (const auto& [frame, block] : frames) values.push_back(frame);
   const std::vector<double> projection = median_projection(values);
   const double mean = std::accumulate(projection.begin(), projection.end(), 0.0) / static_cast<double>(values.size());
   std::vector<double> linear(blocks.size());
   for (std::size_t i = 0; i < frames.size(); ++i) linear[frames[i].second] += projection[i] - mean;
 
-  const double n = static_cast<double>(blocks.size());
+  const auto n = static_cast<double>(blocks.size());
   // Few blocks say little of the tails: psi is then no less than the normal one.
   const double normal = blocks.size() < kKnownTails ? design_effect() / 2 : 0;
   for (std::size_t j = 0; j < kRates; ++j) {
@@ -302,7 +303,7 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   const double inlying = frames[frames.size() * 3 / 4] - kClip * calm;
   const MedianStatistic& plain = observed.plain;
   const MedianStatistic tame = highest > outlying ? clamped_statistic(frames, lowest, outlying) : plain;
-  observed.mean = plain.mean;
+  observed.mean = observed.count() < kSeenThrice ? plain.mean : observed.across;
   observed.clipped = tame.mean;
   Bounds bounds{.block_deviation = block_deviation(own)};
   if (observed.count() < kSeenTwice) return bounds;

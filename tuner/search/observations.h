@@ -27,7 +27,7 @@ struct Observed {
   std::vector<double> medians{};      ///< of every block, by rising time
   std::vector<double> fastest{};      ///< frame of every block, by rising time
   int order = -1;                     ///< how many settings were timed before it; -1 where not timed
-  double mean = 0;                    ///< estimate of the log median of three frames, see MedianStatistic
+  double mean = 0;                    ///< estimate of the log median of three frames, see NoiseModel
   double clipped = 0;                 ///< the same with slow outliers pulled in, see NoiseModel
 
   MedianStatistic plain{};  ///< of the frames
