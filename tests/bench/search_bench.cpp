@@ -1,6 +1,7 @@
 // What a decision of the search costs at 3,000 settings. Bar: 5 ms.
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "tuner/search/explore.h"
 #include "tuner/search/gaps.h"
+#include "tuner/search/noise.h"
 #include "tuner/search/observations.h"
 #include "tuner/search/random.h"
 
@@ -82,6 +84,27 @@ void gap_update(benchmark::State& state) {
   }
 }
 BENCHMARK(gap_update)->Unit(benchmark::kMicrosecond);
+
+/// Noise estimated anew and the bounds of all settings with it: so many were timed, two to eleven blocks each.
+void refit(benchmark::State& state) {
+  const SearchSpace settings = space();
+  std::vector<Observed> observed(static_cast<std::size_t>(state.range(0)));
+  Random random(1);
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    observed[i].order = static_cast<int>(i);
+    for (std::size_t block = 0; block < 2 + i % 10; ++block) {
+      std::array<double, kBlock> frames{};
+      for (double& frame : frames) frame = log_time(settings.candidates[i]) + 0.03 * random.uniform();
+      observed[i].add(frames);
+    }
+  }
+  NoiseModel noise(kSettings, 0.95);
+  for (auto _ : state) {
+    noise.fit(observed);
+    for (Observed& setting : observed) benchmark::DoNotOptimize(noise.bound(setting));
+  }
+}
+BENCHMARK(refit)->Arg(150)->Arg(700)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace reliefbench

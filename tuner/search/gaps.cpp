@@ -103,6 +103,19 @@ std::vector<WideGap> Gaps::wider_than(double log_gap, std::size_t most) const {
   return found;
 }
 
+std::vector<std::size_t> Gaps::next_rivals(const WideGap& gap, double lower, std::size_t most) const {
+  std::vector<std::size_t> places;
+  for (std::size_t place = 0; place < candidates_.size() && error_[place] <= gap.budget; ++place) {
+    const std::size_t candidate = candidates_[place];
+    if (lower_[place] < lower && candidate != gap.pick && candidate != gap.rival) places.push_back(place);
+  }
+  const auto end = places.begin() + static_cast<std::ptrdiff_t>(std::min(most, places.size()));
+  std::ranges::partial_sort(places, end, {}, [&](std::size_t place) { return std::pair(lower_[place], place); });
+  places.erase(end, places.end());
+  for (std::size_t& place : places) place = candidates_[place];
+  return places;
+}
+
 std::vector<Gaps::Answer> Gaps::answers() const {
   std::vector<Answer> answers;
   for (Walk walk(*this); walk.next();) {

@@ -32,6 +32,10 @@ class Gaps {
   /// Gaps wider than log_gap, each once, the widest first, at most so many. O(n)
   [[nodiscard]] std::vector<WideGap> wider_than(double log_gap, std::size_t most) const;
 
+  /// Settings within the gap's budget, but for its pick and its rival, by rising lower bound, as far as that is less
+  /// than `lower`; at most so many. O(n)
+  [[nodiscard]] std::vector<std::size_t> next_rivals(const WideGap& gap, double lower, std::size_t most) const;
+
   /// A run of budgets with one pick.
   struct Answer {
     std::size_t pick = 0;

@@ -19,16 +19,25 @@ Likelihood::Likelihood(Points points, Eigen::VectorXd log_weights)
     distance_ += along;
     additive_ += rational_quadratic(along);
   }
-  const Density now = density(distance_, additive_, log_weights_[log_weights_.size() - 1], log_weights_.squaredNorm());
-  log_density_ = now.log_density;
-  variance_ = now.variance;
+  density_ = density(distance_, additive_, log_weights_[log_weights_.size() - 1]);
+  posterior_ = posterior(density_, log_weights_.squaredNorm());
 }
 
 bool Likelihood::improve(Eigen::Index weight, double log_weight) {
+  const double squares =
+      log_weights_.squaredNorm() - log_weights_[weight] * log_weights_[weight] + log_weight * log_weight;
+  // Along an axis on which all points agree, the weight changes the prior alone.
+  const bool is_axis = weight < points_.squared.cols();
+  if (is_axis && (points_.squared.col(weight) == 0).all()) {
+    if (!(posterior(density_, squares) > posterior_)) return false;
+    log_weights_[weight] = log_weight;
+    posterior_ = posterior(density_, squares);
+    return true;
+  }
   Eigen::ArrayXd distance = distance_;
   Eigen::ArrayXd additive = additive_;
   double log_odds = log_weights_[log_weights_.size() - 1];
-  if (weight < points_.squared.cols()) {
+  if (is_axis) {
     const auto squared = points_.squared.col(weight);
     const Eigen::ArrayXd before = std::exp(log_weights_[weight]) * squared;
     const Eigen::ArrayXd after = std::exp(log_weight) * squared;
@@ -37,20 +46,18 @@ bool Likelihood::improve(Eigen::Index weight, double log_weight) {
   } else {
     log_odds = log_weight;
   }
-  const double squares =
-      log_weights_.squaredNorm() - log_weights_[weight] * log_weights_[weight] + log_weight * log_weight;
-  const Density moved = density(distance, additive, log_odds, squares);
-  if (!(moved.log_density > log_density_)) return false;
+  const Density moved = density(distance, additive, log_odds);
+  if (!(posterior(moved, squares) > posterior_)) return false;
   log_weights_[weight] = log_weight;
   distance_ = std::move(distance);
   additive_ = std::move(additive);
-  log_density_ = moved.log_density;
-  variance_ = moved.variance;
+  density_ = moved;
+  posterior_ = posterior(moved, squares);
   return true;
 }
 
-Likelihood::Density Likelihood::density(const Eigen::ArrayXd& distance, const Eigen::ArrayXd& additive, double log_odds,
-                                        double squares) {
+Likelihood::Density Likelihood::density(const Eigen::ArrayXd& distance, const Eigen::ArrayXd& additive,
+                                        double log_odds) {
   const Eigen::Index n = points_.values.size();
   const double odds = std::exp(log_odds);
   const Eigen::ArrayXd kernel = mixed_kernel(odds / (1 + odds), points_.squared.cols(), distance, additive);
@@ -63,13 +70,12 @@ Likelihood::Density Likelihood::density(const Eigen::ArrayXd& distance, const Ei
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(matrix_);  // in place
   const double none = -std::numeric_limits<double>::infinity();
-  if (cholesky.info() != Eigen::Success) return {.log_density = none, .variance = variance_};
+  if (cholesky.info() != Eigen::Success) return {.log_density = none, .variance = density_.variance};
   const double fit = cholesky.matrixL().solve(points_.values).squaredNorm();
   const double variance = std::max(fit / static_cast<double>(n), 1e-8);
   double log_determinant = 0;
   for (Eigen::Index i = 0; i < n; ++i) log_determinant += std::log(matrix_(i, i));
-  return {.log_density = -static_cast<double>(n) / 2 * std::log(variance) - log_determinant - squares / 8,
-          .variance = variance};
+  return {.log_density = -static_cast<double>(n) / 2 * std::log(variance) - log_determinant, .variance = variance};
 }
 
 }  // namespace reliefbench

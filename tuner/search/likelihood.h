@@ -19,25 +19,28 @@ class Likelihood {
   /// Moves one weight where that makes the points more likely; false where it does not.
   bool improve(Eigen::Index weight, double log_weight);
   [[nodiscard]] const Eigen::VectorXd& log_weights() const { return log_weights_; }
-  [[nodiscard]] double variance() const { return variance_; }  ///< of the process, the most likely one
+  [[nodiscard]] double variance() const { return density_.variance; }  ///< of the process, the most likely one
 
  private:
   struct Density {
     double log_density;
     double variance;
   };
-  /// Up to a constant, with a normal prior on the log weights, which keeps axes that the points say nothing about
-  /// where they are. distance, additive: of the pairs, sums over the axes; squares: of the log weights
-  [[nodiscard]] Density density(const Eigen::ArrayXd& distance, const Eigen::ArrayXd& additive, double log_odds,
-                                double squares);
+  /// Up to a constant and without the prior. distance, additive: of the pairs, sums over the axes
+  [[nodiscard]] Density density(const Eigen::ArrayXd& distance, const Eigen::ArrayXd& additive, double log_odds);
+  /// With a normal prior on the log weights, which keeps axes that the points say nothing about where they are.
+  /// squares: of the log weights
+  [[nodiscard]] static double posterior(const Density& density, double squares) {
+    return density.log_density - squares / 8;
+  }
 
   Points points_;
   Eigen::VectorXd log_weights_;
   Eigen::ArrayXd distance_;
   Eigen::ArrayXd additive_;
   Eigen::MatrixXd matrix_;  // lower triangle, reused
-  double log_density_ = 0;
-  double variance_ = 1;
+  Density density_{.log_density = 0, .variance = 1};
+  double posterior_ = 0;
 };
 
 /// Along one axis; the rational quadratic kernel with all scales, so that no distance is without influence.

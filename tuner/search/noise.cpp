@@ -26,7 +26,9 @@ constexpr double kLinearVariance = 0.36;  // of three times the mean statistic's
 constexpr std::size_t kLeastTier = 16;    // settings
 constexpr int kSeenTwice = 2;             // blocks
 constexpr int kSeenThrice = 3;            // blocks from which it shows which one is odd
-constexpr double kRankAlpha = 0.25;       // of a side's alpha is for the rank bounds
+constexpr double kRankAlpha = 0.4;        // of a side's alpha is for the rank bounds, in halves
+
+constexpr double kNoBound = std::numeric_limits<double>::infinity();
 
 double square(double x) { return x * x; }
 double middle_of(std::span<const double> sorted) { return sorted[sorted.size() / 2]; }
@@ -54,7 +56,7 @@ NoiseModel::NoiseModel(std::size_t settings, double confidence) {
     const double alpha = (1 - confidence) / 2 * kTierAlpha[tier];
     const double log_alpha = std::log(static_cast<double>(tier_ends_[tier] - begin) / alpha);
     log_alpha_[tier] = log_alpha - std::log1p(-kRankAlpha);
-    tails_[tier] = tails_for(log_alpha - std::log(kRankAlpha));
+    tails_[tier] = tails_for(log_alpha - std::log(kRankAlpha / 2));
     begin = tier_ends_[tier];
   }
   for (std::size_t j = 0; j < kRates; ++j)
@@ -64,16 +66,16 @@ NoiseModel::NoiseModel(std::size_t settings, double confidence) {
   variance_.fill(square(kPriorNoise));
   for (Side* side : {&above_, &below_}) {
     for (std::size_t j = 0; j < kRates; ++j) side->linear[j] = side->block[j] = square(rates_[j]) / 2;
-    solve(*side);
-    rank(*side, {});
+    forget(*side);
+    rank(side->medians, {});
+    rank(side->fastest, {});
   }
 }
 
 void NoiseModel::fit(std::span<const Observed> observed) {
   fit_scales(observed);
   fit_tails(observed);
-  solve(above_);
-  solve(below_);
+  for (Side* side : {&above_, &below_}) forget(*side);
 }
 
 void NoiseModel::fit_scales(std::span<const Observed> observed) {
@@ -146,18 +148,28 @@ double NoiseModel::scale(const Observed& observed) const {
   return std::sqrt((kShrinkage * pooled + deviations) / (kShrinkage + degrees_of(observed)));
 }
 
-double NoiseModel::block_deviation(const Observed& observed) const {
-  return std::sqrt(kMedianVariance + (1 - kMedianVariance) * correlation_) * scale(observed);
+double NoiseModel::calm_scale(const Observed& observed, double own) const {
+  return std::min(own, std::sqrt(pooled_variance(middle_of(observed.frames))));
+}
+
+double NoiseModel::block_deviation(double scale) const {
+  return std::sqrt(kMedianVariance + (1 - kMedianVariance) * correlation_) * scale;
 }
 
 void NoiseModel::fit_tails(std::span<const Observed> observed) {
   std::vector<Block> blocks;
+  std::vector<double> fastest;  // of the blocks' frames, in the calm scale
+  std::vector<double> medians;
   for (const Observed& setting : observed) {
     if (setting.count() < kSeenThrice) continue;
     const double middle = middle_of(setting.frames);
     const auto n = static_cast<double>(setting.count());
     // Blocks lie closer to the centre of their own setting than to the true one.
-    const double unit = std::sqrt(n / (n - 1)) / scale(setting);
+    const double own = scale(setting);
+    const double unit = std::sqrt(n / (n - 1)) / own;
+    const double calm_unit = std::sqrt(n / (n - 1)) / calm_scale(setting, own);
+    for (const double frame : setting.fastest) fastest.push_back((frame - middle) * calm_unit);
+    for (const double frame : setting.medians) medians.push_back((frame - middle) * calm_unit);
     const std::size_t first = blocks.size();
     blocks.resize(first + setting.medians.size());
     std::vector<std::size_t> filled(setting.medians.size());
@@ -166,16 +178,13 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
       blocks[first + block][filled[block]++] = (setting.frames[i] - middle) * unit;  // by rising time, as frames are
     }
   }
-  std::vector<double> fastest;
-  std::vector<double> medians;
-  for (const Block& block : blocks) {
-    fastest.push_back(block[0]);
-    medians.push_back(-block[1]);
-  }
   std::ranges::sort(fastest, std::greater{});
   std::ranges::sort(medians, std::greater{});
-  rank(above_, fastest);
-  rank(below_, medians);
+  rank(above_.fastest, fastest);
+  rank(above_.medians, medians);
+  std::ranges::reverse(medians);
+  for (double& median : medians) median = -median;
+  rank(below_.medians, medians);
   if (blocks.size() < kSeenThrice) return;
   if (blocks.size() > kMostTails) {
     std::vector<Block> fewer;
@@ -198,13 +207,14 @@ void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
     for (const double frame : blocks[i]) frames.emplace_back(frame, i);
   std::ranges::sort(frames);
   std::vector<double> values;
+  values.reserve(frames.size());
   for (const auto& [frame, block] : frames) values.push_back(frame);
   const std::vector<double> projection = median_projection(values);
   const double mean = std::accumulate(projection.begin(), projection.end(), 0.0) / static_cast<double>(values.size());
   std::vector<double> linear(blocks.size());
   for (std::size_t i = 0; i < frames.size(); ++i) linear[frames[i].second] += projection[i] - mean;
 
-  const double n = static_cast<double>(blocks.size());
+  const auto n = static_cast<double>(blocks.size());
   // Few blocks say little of the tails: psi is then no less than the normal one.
   const double normal = blocks.size() < kKnownTails ? design_effect() / 2 : 0;
   for (std::size_t j = 0; j < kRates; ++j) {
@@ -226,43 +236,42 @@ void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
   }
 }
 
-void NoiseModel::rank(Side& side, std::span<const double> falling) const {
+void NoiseModel::rank(Beyond& side, std::span<const double> falling) const {
   for (std::size_t tier = 0; tier < kTiers; ++tier)
-    for (std::size_t i = 0; i < kMostRanked; ++i) side.beyond[tier][i] = beyond(falling, tails_[tier][i]);
+    for (std::size_t i = 0; i < kMostRanked; ++i) side[tier][i] = beyond(falling, tails_[tier][i]);
 }
 
-void NoiseModel::solve(Side& side) const {
+void NoiseModel::forget(Side& side) const {
+  for (std::vector<double>& radius : side.radius)
+    radius.assign(counts_.size(), std::numeric_limits<double>::quiet_NaN());
+}
+
+double NoiseModel::solved(const Side& side, std::size_t tier, int count) const {
   std::array<double, kRates> exponent{};
-  for (std::size_t tier = 0; tier < kTiers; ++tier) {
-    std::vector<double>& radius = side.radius[tier];
-    radius.clear();
-    const double target = log_alpha_[tier] + std::log(static_cast<double>(kRates));
-    for (const int count : counts_) {
-      const Cumulants& cumulant = count < kLinear ? side.block : side.linear;
-      // Newton on log sum exp(count (rate r - cumulant)) = target, convex and rising in r; started where one term alone
-      // reaches the target, so from above.
-      double r = std::numeric_limits<double>::infinity();
-      for (std::size_t j = 0; j < kRates; ++j) r = std::min(r, (cumulant[j] + target / count) / rates_[j]);
-      for (int step = 0; step < 20; ++step) {
-        double most = -std::numeric_limits<double>::infinity();
-        for (std::size_t j = 0; j < kRates; ++j) {
-          exponent[j] = count * (rates_[j] * r - cumulant[j]);
-          most = std::max(most, exponent[j]);
-        }
-        double sum = 0;
-        double slope = 0;
-        for (std::size_t j = 0; j < kRates; ++j) {
-          const double term = std::exp(exponent[j] - most);
-          sum += term;
-          slope += term * rates_[j] * count;
-        }
-        const double change = (most + std::log(sum) - target) * sum / slope;
-        r -= change;
-        if (std::abs(change) < 1e-9 * r) break;
-      }
-      radius.push_back(r);
+  const double target = log_alpha_[tier] + std::log(static_cast<double>(kRates));
+  const Cumulants& cumulant = count < kLinear ? side.block : side.linear;
+  // Newton on log sum exp(count (rate r - cumulant)) = target, convex and rising in r; started where one term alone
+  // reaches the target, so from above.
+  double r = kNoBound;
+  for (std::size_t j = 0; j < kRates; ++j) r = std::min(r, (cumulant[j] + target / count) / rates_[j]);
+  for (int step = 0; step < 20; ++step) {
+    double most = -kNoBound;
+    for (std::size_t j = 0; j < kRates; ++j) {
+      exponent[j] = count * (rates_[j] * r - cumulant[j]);
+      most = std::max(most, exponent[j]);
     }
+    double sum = 0;
+    double slope = 0;
+    for (std::size_t j = 0; j < kRates; ++j) {
+      const double term = std::exp(exponent[j] - most);
+      sum += term;
+      slope += term * rates_[j] * count;
+    }
+    const double change = (most + std::log(sum) - target) * sum / slope;
+    r -= change;
+    if (std::abs(change) < 1e-9 * r) break;
   }
+  return r;
 }
 
 std::size_t NoiseModel::tier_of(const Observed& observed) const {
@@ -272,44 +281,70 @@ std::size_t NoiseModel::tier_of(const Observed& observed) const {
 }
 
 double NoiseModel::radius(const Side& side, const Observed& observed) const {
-  const std::vector<double>& radii = side.radius[tier_of(observed)];
+  const std::size_t tier = tier_of(observed);
   const int count = observed.count();
   // Between counts that were solved the radius falls with the root of the count, but for a share of a percent.
   const auto above = std::ranges::upper_bound(counts_, count);
   const auto index = static_cast<std::size_t>(above - counts_.begin()) - 1;
-  return radii[index] * std::sqrt(static_cast<double>(counts_[index]) / count);
+  double& radius = side.radius[tier][index];
+  if (std::isnan(radius)) radius = solved(side, tier, counts_[index]);
+  return radius * std::sqrt(static_cast<double>(counts_[index]) / count);
 }
 
 NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   const double own = scale(observed);
+  const double calm = calm_scale(observed, own);
   const std::vector<double>& frames = observed.frames;
   const auto count = static_cast<double>(frames.size());
-  const auto clamped = [&](double low, double high) {
-    return frames.front() < low || frames.back() > high ? clamped_statistic(frames, low, high)
-                                                        : median_statistic(frames);
-  };
-  const MedianStatistic plain = median_statistic(frames);
-  const MedianStatistic tame = clamped(frames.front(), frames[frames.size() / 4] + kClip * own);
-  observed.mean = plain.mean;
+  const double lowest = frames.front();
+  const double highest = frames.back();
+  // Frames beyond are outliers of this setting; a line is kept by three quarters of its frames being beyond, too.
+  const double outlying = frames[frames.size() / 4] + kClip * calm;
+  const double inlying = frames[frames.size() * 3 / 4] - kClip * calm;
+  const MedianStatistic& plain = observed.plain;
+  const MedianStatistic tame = highest > outlying ? clamped_statistic(frames, lowest, outlying) : plain;
+  observed.mean = observed.count() < kSeenThrice ? plain.mean : observed.across;
   observed.clipped = tame.mean;
-  const double error = kOutlier * std::sqrt(std::max(0.0, plain.variance - tame.variance) * design_effect() / count);
+  Bounds bounds{.block_deviation = block_deviation(own)};
+  if (observed.count() < kSeenTwice) return bounds;
 
-  if (observed.count() < kSeenTwice) return {};
-
+  const auto error_without = [&](const MedianStatistic& outliers) {
+    return kOutlier * std::sqrt(std::max(0.0, plain.variance - outliers.variance) * design_effect() / count);
+  };
   const std::size_t tier = tier_of(observed);
   const std::size_t ranked = std::min<std::size_t>(observed.medians.size(), kMostRanked) - 1;
   const auto outvoted = static_cast<std::size_t>(rank_of(observed.count())) - 1;
-  const double least = observed.fastest[outvoted] - own * above_.beyond[tier][ranked];
-  const double most = observed.medians[observed.medians.size() - 1 - outvoted] + own * below_.beyond[tier][ranked];
+  const double least = std::max(observed.fastest[outvoted] - calm * above_.fastest[tier][ranked],
+                                observed.medians[outvoted] - calm * above_.medians[tier][ranked]);
+  const double most = observed.medians[observed.medians.size() - 1 - outvoted] + calm * below_.medians[tier][ranked];
+  const double slow = least + kClip * calm;
+  const double fast = std::min(most - kFastClip * own, highest);
+  const double above = own * radius(above_, observed);
+  const double below = own * radius(below_, observed) + error_without(tame);
+  if (observed.count() < kSeenThrice) {
+    const double lesser = std::min(slow, lesser_across_blocks(observed, lowest, std::max(slow, lowest)));
+    bounds.lower = std::max(least, lesser - above);
+    bounds.upper = greater_across_blocks(observed, fast, highest) + below;
+    return bounds;
+  }
 
-  const double slow = least + kClip * own;
-  const double pulled_in = clamped(frames.front(), std::max(slow, frames.front())).mean;
-  const auto outliers = static_cast<double>(frames.end() - std::ranges::upper_bound(frames, slow));
-  const double at_least =
-      outliers >= kSeenOutliers * design_effect() ? std::max(0.0, plain.mean - pulled_in - error) : 0;
-  const double raised = clamped(std::min(most - kFastClip * own, frames.back()), frames.back()).mean;
-  return {.lower = std::max(least, std::min(pulled_in, slow) + at_least - own * radius(above_, observed)),
-          .upper = raised + own * radius(below_, observed) + error};
+  const auto across = [&](double low, double high) {
+    return low <= lowest && high >= highest ? observed.across : median_across_blocks(observed, low, high);
+  };
+  double lower = std::min(slow, across(lowest, std::max(slow, lowest)));
+  const auto slow_frames = static_cast<double>(frames.end() - std::ranges::upper_bound(frames, outlying));
+  if (slow_frames >= kSeenOutliers * design_effect())
+    lower += std::max(0.0, observed.across - across(lowest, std::max(slow, outlying)) - error_without(tame));
+  double upper = across(fast, highest);
+  const auto fast_frames = static_cast<double>(std::ranges::lower_bound(frames, inlying) - frames.begin());
+  const double gained = fast_frames > 0 ? across(std::min(fast, inlying), highest) - observed.across : 0;
+  if (fast_frames >= kSeenOutliers * design_effect())
+    upper -= std::max(0.0, gained - error_without(clamped_statistic(frames, inlying, highest)));
+  // Ranks bound the middle of a setting's frames; many blocks show where its mean is.
+  const double ranked_least = observed.count() < kLinear ? least - gained : -kNoBound;
+  bounds.lower = std::max(ranked_least, lower - above);
+  bounds.upper = upper + below;
+  return bounds;
 }
 
 }  // namespace reliefbench

@@ -21,6 +21,8 @@ void Observed::add(const std::array<double, kBlock>& block) {
   std::ranges::sort(sorted);
   medians.insert(std::ranges::upper_bound(medians, sorted[1]), sorted[1]);
   fastest.insert(std::ranges::upper_bound(fastest, sorted[0]), sorted[0]);
+  plain = median_statistic(frames);
+  if (medians.size() >= 3) across = median_across_blocks(*this, frames.front(), frames.back());
 }
 
 void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std::span<Observed> observed) {
@@ -37,6 +39,48 @@ void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std:
     blocks[i % candidates.size()][i / candidates.size()] = std::log(time_ns);
   }
   for (std::size_t i = 0; i < candidates.size(); ++i) observed[candidates[i]].add(blocks[i]);
+}
+
+double median_across_blocks(const Observed& observed, double low, double high) {
+  const std::size_t n = observed.frames.size();
+  std::vector<double> below(observed.medians.size(), 0);  // frames, one a block
+  std::vector<double> above(observed.medians.size(), kBlock);
+  double tied = 0;  // pairs of a frame below and one above that are of one block
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t own = observed.blocks[i];
+    above[own] -= 1;
+    tied -= below[own];
+    const double pairs = (static_cast<double>(i) - below[own]) * (static_cast<double>(n - 1 - i) - above[own]) -
+                         (tied - below[own] * above[own]);
+    sum += pairs * std::clamp(observed.frames[i], low, high);
+    tied += above[own];
+    below[own] += 1;
+  }
+  const double k = observed.count();
+  return sum / (k * (k - 1) * (k - 2) / 6 * kBlock * kBlock * kBlock);
+}
+
+double lesser_across_blocks(const Observed& observed, double low, double high) {
+  std::array<double, 2> above{kBlock, kBlock};
+  double sum = 0;
+  for (std::size_t i = 0; i < observed.frames.size(); ++i) {
+    const std::size_t own = observed.blocks[i];
+    above[own] -= 1;
+    sum += above[1 - own] * std::clamp(observed.frames[i], low, high);
+  }
+  return sum / (kBlock * kBlock);
+}
+
+double greater_across_blocks(const Observed& observed, double low, double high) {
+  std::array<double, 2> below{};
+  double sum = 0;
+  for (std::size_t i = 0; i < observed.frames.size(); ++i) {
+    const std::size_t own = observed.blocks[i];
+    sum += below[1 - own] * std::clamp(observed.frames[i], low, high);
+    below[own] += 1;
+  }
+  return sum / (kBlock * kBlock);
 }
 
 std::vector<double> median_projection(std::span<const double> values) {

@@ -26,14 +26,15 @@ double log_upper_tail(int trials, int least, double log_chance) {
 std::array<double, kMostRanked> tails_for(double log_alpha) {
   std::array<double, kMostRanked> tails{};
   for (int count = 1; count <= kMostRanked; ++count) {
-    const double target = -log_alpha - std::log(count * (count + 1.0));  // 1/2 + 1/6 + 1/12 + ... = 1
-    double low = target;
+    // 1/2 + 1/6 + 1/12 + ... = 1. Only the prone settings need the bound.
+    const double target = std::log(kProne) - log_alpha - std::log(count * (count + 1.0));
+    double low = std::min(target, -1e-11);
     double high = -1e-12;
     for (int step = 0; step < 50; ++step) {
       const double middle = (low + high) / 2;
       (log_upper_tail(count, count - rank_of(count) + 1, middle) > target ? high : low) = middle;
     }
-    tails[static_cast<std::size_t>(count) - 1] = std::exp(low);
+    tails[static_cast<std::size_t>(count) - 1] = std::exp(low) / kProne;
   }
   return tails;
 }

@@ -9,6 +9,12 @@ namespace reliefbench {
 /// Of k independent values all but fewer than j lie beyond their t-quantile with the probability that a binomial
 /// variable of chance t is at least k - j + 1. Where that is alpha, the j-th of the k is no further beyond their centre
 /// than that quantile, but for a chance of alpha. So values that are rarely far off, by however much, are outvoted.
+///
+/// The quantile is that of the values of all settings, and these are not alike: the chance that all of k values are far
+/// off is the mean of a setting's own to the power of k. What is assumed is that no setting has more than kProne times
+/// the tail of all. The worst case is then that a kProne-th of the settings have all of it, and the bound is solved for
+/// that: the tail of these is kProne t, and their share of alpha is all of it.
+inline constexpr double kProne = 4;
 inline constexpr int kMostRanked = 32;  ///< counts that have a rank of their own; more values are judged as so many
 
 /// j, from 1: a quarter of the values may be off.

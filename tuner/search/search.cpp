@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/search/chains.h"
@@ -10,6 +12,7 @@
 #include "tuner/search/noise.h"
 #include "tuner/search/observations.h"
 #include "tuner/search/random.h"
+#include "tuner/search/rounds.h"
 
 namespace reliefbench {
 namespace {
@@ -23,10 +26,8 @@ constexpr double kPathGrowth = 1.1;         // of the samples between two points
 constexpr double kAuditShare = 0.03;        // of the settings ruled out by assumption
 constexpr std::size_t kLeastAudits = 10;
 constexpr int kAuditBlocks = 2;
-constexpr std::size_t kRoundGaps = 8;   // that a round is drawn for, at most two settings each
 constexpr std::size_t kFirstRound = 8;  // settings
 constexpr double kAuditMargin = 1.5;    // how much more slack than the failure needs
-constexpr double kPickIsSharp = 0.6;    // a pick whose bounds are so much narrower than its rival's is not drawn again
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void check(const SearchSpace& space, const SearchOptions& options) {
@@ -50,6 +51,7 @@ class Search {
         chains_(space),
         gaps_(space),
         known_(space),
+        rounds_(space, chains_, gaps_, known_, observed_, options.epsilon),
         noise_(gaps_.by_error().size(), options.confidence),
         random_(options.seed) {
     for (const std::size_t i : gaps_.by_error()) known_.set(i, kInfinity, kInfinity);
@@ -72,22 +74,39 @@ class Search {
   bool draw(std::span<const std::size_t> wanted) {
     if (options_.should_stop && options_.should_stop()) return false;
     std::vector<std::size_t> round;
+    round.reserve(wanted.size() + 1);
     for (const std::size_t i : wanted) {
       const bool is_new = !observed_[i].is_measured();
-      const auto samples = result_.samples + kBlock * (std::ssize(round) + 1);
-      if ((is_new && is_full()) || (options_.max_samples > 0 && samples > options_.max_samples)) continue;
+      if ((is_new && is_full()) || !can_draw(std::ssize(round) + 1)) continue;
       if (is_new) observed_[i].order = result_.measured++;
       round.push_back(i);
     }
     if (round.empty()) return false;
+    const bool is_all = round.size() == wanted.size();
+    accompany(round);
     draw_round(times_, round, observed_);
+    last_drawn_ = round.back();
     result_.samples += kBlock * std::ssize(round);
     if (static_cast<double>(result_.samples) >= next_refit_)
       refit();
     else
       for (const std::size_t i : round) bound(i);
     report();
-    return round.size() == wanted.size();
+    return is_all;
+  }
+
+  /// Sees to it that no setting is drawn twice in a row: one alone gets another's block between its frames, and a round
+  /// does not start with what the last one ended with.
+  void accompany(std::vector<std::size_t>& round) const {
+    if (round.size() == 1 && can_draw(2)) {
+      const std::optional<std::size_t> other = rounds_.companion_of(round.front());
+      if (other) round = {round.front(), *other};
+    }
+    if (round.size() > 1 && round.front() == last_drawn_) std::ranges::rotate(round, round.begin() + 1);
+  }
+
+  [[nodiscard]] bool can_draw(std::int64_t blocks) const {
+    return options_.max_samples == 0 || result_.samples + kBlock * blocks <= options_.max_samples;
   }
 
   /// Draws kFirstBlocks blocks of each, between those of settings that are worth more of them. Whether the search goes
@@ -98,18 +117,10 @@ class Search {
     const std::span<const std::size_t> allowed = settings.first(std::min(open, settings.size()));
     for (int block = 0; block < kFirstBlocks && !allowed.empty(); ++block) {
       std::vector<std::size_t> round(allowed.begin(), allowed.end());
-      add_contenders(round);
+      rounds_.add_contenders(round);
       if (!draw(round)) return false;
     }
     return allowed.size() == settings.size();
-  }
-
-  /// Adds the settings that decide the widest gaps among those timed so far.
-  void add_contenders(std::vector<std::size_t>& round) const {
-    for (const WideGap& gap : known_.wider_than(std::log1p(options_.epsilon), kRoundGaps)) {
-      add_once(round, gap.rival);
-      add_once(round, gap.pick);
-    }
   }
 
   void bound(std::size_t candidate) {
@@ -121,7 +132,7 @@ class Search {
 
   void set_bounds(std::size_t candidate) {
     const NoiseModel::Bounds bounds = noise_.bound(observed_[candidate]);
-    scales_[candidate] = noise_.block_deviation(observed_[candidate]);
+    scales_[candidate] = bounds.block_deviation;
     gaps_.set(candidate, bounds.lower, bounds.upper);
     if (bounds.upper < kInfinity) known_.set(candidate, bounds.lower, bounds.upper);
   }
@@ -183,8 +194,9 @@ class Search {
       }
       if (!settle(kSettleBlocks)) return false;
     }
-    expected_.resize(space_.candidates.size());
-    for (const std::size_t i : gaps_.by_error()) expected_[i] = explorer.mean(i);
+    std::vector<double> expected(space_.candidates.size());
+    for (const std::size_t i : gaps_.by_error()) expected[i] = explorer.mean(i);
+    rounds_.expect(std::move(expected));
     return true;
   }
 
@@ -195,7 +207,7 @@ class Search {
   bool settle(std::size_t most) {
     for (std::size_t blocks = 0; blocks < most;) {
       std::vector<std::size_t> round;
-      add_contenders(round);
+      rounds_.add_contenders(round);
       if (round.empty()) break;
       if (!draw(round)) return false;
       blocks += round.size();
@@ -206,7 +218,7 @@ class Search {
   void race() {
     const double goal = std::log1p(options_.epsilon);
     for (;;) {
-      const std::vector<WideGap> wide = gaps_.wider_than(goal, kRoundGaps);
+      const std::vector<WideGap> wide = gaps_.wider_than(goal, Rounds::kGaps);
       if (wide.empty()) {
         // Certified is what holds with everything known: the noise as of now, and all audits passed.
         if (refitted_at_ != result_.samples) {
@@ -219,41 +231,8 @@ class Search {
         }
         continue;
       }
-      std::vector<std::size_t> round;
-      for (const WideGap& gap : wide) {
-        const std::size_t rival = sharpest_rival(gap);
-        add_once(round, rival);
-        const bool has_pick = gap.log_gap < kInfinity && gap.pick != rival;
-        if (has_pick && width(gap.pick) > kPickIsSharp * width(rival)) add_once(round, gap.pick);
-      }
-      if (!draw(round)) return;
+      if (!draw(rounds_.race(wide))) return;
     }
-  }
-
-  static void add_once(std::vector<std::size_t>& round, std::size_t candidate) {
-    if (std::ranges::find(round, candidate) == round.end()) round.push_back(candidate);
-  }
-
-  [[nodiscard]] double width(std::size_t i) const { return gaps_.upper(i) - gaps_.lower(i); }
-
-  /// The setting to draw for the rival's side of a gap. A rival that was not timed shares its bound with others: the
-  /// smallest of its chain within the budget is drawn, as its bound then holds for all of them.
-  [[nodiscard]] std::size_t sharpest_rival(const WideGap& widest) const {
-    if (observed_[widest.rival].is_measured()) return widest.rival;
-    std::size_t rival = widest.rival;
-    if (gaps_.lower(rival) == -kInfinity) {
-      // Nothing is known of it: of all such, the one that the surrogate believes to be fastest.
-      for (const std::size_t i : gaps_.by_error()) {
-        if (gaps_.lower(i) == -kInfinity && expected_[i] < expected_[rival]) rival = i;
-      }
-    }
-    const double bound = gaps_.lower(rival);
-    for (const std::size_t smaller : chains_.smaller(rival)) {
-      const bool is_within = space_.candidates[smaller].error <= widest.budget || bound == -kInfinity;
-      if (observed_[smaller].is_measured() || !is_within || gaps_.lower(smaller) > bound) continue;
-      if (chains_.smaller(smaller).size() < chains_.smaller(rival).size()) rival = smaller;
-    }
-    return rival;
   }
 
   /// Times some settings that were ruled out by assumption; until none of a round fails. False where the search has to
@@ -354,15 +333,16 @@ class Search {
   Chains chains_;
   Gaps gaps_;
   Gaps known_;  // the same, with only the settings that were timed
+  Rounds rounds_;
   NoiseModel noise_;
   Random random_;
-  std::vector<double> expected_;  // log time, by the surrogate
-  double slack_ = 0;              // log time
-  double audited_slack_ = 0;      // the least that failed audits allow
+  double slack_ = 0;          // log time
+  double audited_slack_ = 0;  // the least that failed audits allow
   bool is_audited_ = false;
   double next_refit_ = 0;  // samples
   std::int64_t refitted_at_ = -1;
   double next_path_ = 0;
+  std::size_t last_drawn_ = std::numeric_limits<std::size_t>::max();
   SearchResult result_;
 };
 
