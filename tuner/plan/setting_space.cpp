@@ -60,16 +60,16 @@ Case parse_case(std::string_view id) {
   Case spec{.settings = Settings(find_technique(name.substr(0, at))),
             .scene_id = std::string(name.substr(std::min(at + 1, name.size()))),
             .backend = {}};
-  for (std::size_t begin = question_mark + 1; begin < id.size();) {
-    const std::size_t end = std::min(id.find('&', begin), id.size());
-    const std::string_view term = id.substr(begin, end - begin);
+  std::string_view rest = id.substr(std::min(question_mark + 1, id.size()));
+  while (!rest.empty()) {
+    const std::string_view term = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(term.size() + 1, rest.size()));
     const std::size_t equals = term.find('=');
     if (equals == std::string_view::npos) fail_input("'{}': expected parameter=value, not '{}'", id, term);
     if (term.substr(0, equals) == "backend")
       spec.backend = term.substr(equals + 1);
     else
       spec.settings.set(term.substr(0, equals), term.substr(equals + 1));
-    begin = end + 1;
   }
   return spec;
 }
