@@ -154,7 +154,9 @@ TEST_F(CliTest, a_dry_run_prints_the_plan_and_writes_nothing) {
   const CommandResult result = run({"sweep", kSmoke, "--backend", "null", "--dry-run", "-o", "run"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("cases, "));
-  EXPECT_THAT(result.out, HasSubstr("cone@fbm_32x32/oblique?cone_steps=16"));
+  EXPECT_THAT(result.out, HasSubstr("cone cone_steps=16 ["));
+  EXPECT_THAT(run({"sweep", kSmoke, "--backend", "null", "--dry-run", "--verbose"}).out,
+              HasSubstr("cone@fbm_32x32/oblique?cone_steps=16"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run"));
   const CommandResult json = run({"sweep", kSmoke, "--backend", "null", "--dry-run", "--json"});
   EXPECT_EQ(nlohmann::json::parse(json.out).at("cases").size(), 9U);
