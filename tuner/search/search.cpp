@@ -102,7 +102,7 @@ class Search {
       const std::optional<std::size_t> other = rounds_.companion_of(round.front());
       if (other) round = {round.front(), *other};
     }
-    if (round.size() > 1 && round.front() == last_drawn_) std::ranges::rotate(round, round.begin() + 1);
+    if (round.size() > 1 && round.front() == last_drawn_) std::rotate(round.begin(), round.begin() + 1, round.end());
   }
 
   [[nodiscard]] bool can_draw(std::int64_t blocks) const {
@@ -248,6 +248,7 @@ class Search {
     for (std::size_t i = 0; i < wanted; ++i) std::swap(assumed[i], assumed[i + random_.below(assumed.size() - i)]);
     assumed.resize(wanted);
     std::vector<double> lower;
+    lower.reserve(assumed.size());
     for (const std::size_t i : assumed) lower.push_back(gaps_.lower(i));
     bool goes_on = true;
     for (int block = 0; block < kAuditBlocks && goes_on; ++block)
