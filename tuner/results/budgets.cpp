@@ -28,6 +28,11 @@ bool within(std::optional<double> value, const Budget& budget) {
   return metric.lower_is_better ? *value <= budget.limit : *value >= budget.limit;
 }
 
+std::optional<double> limit_on(std::string_view metric_id, std::span<const Budget> budgets) {
+  const auto found = std::ranges::find(budgets, metric_id, &Budget::metric);
+  return found == budgets.end() ? std::nullopt : std::optional(found->limit);
+}
+
 double relative_miss(double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); }
 
 Miss miss_of(std::span<const Budget> budgets, const std::function<std::optional<double>(const Budget&)>& value) {

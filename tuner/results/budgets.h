@@ -19,6 +19,9 @@ namespace reliefbench {
 /// Whether the record is ok and within the budget.
 [[nodiscard]] bool meets(const Record& record, const Budget& budget);
 
+/// The first of the bounds on a metric; nothing where there is none.
+[[nodiscard]] std::optional<double> limit_on(std::string_view metric_id, std::span<const Budget> budgets);
+
 /// What some metrics' values miss of their budgets.
 struct Miss {
   double worst = 0;    ///< relative to the limit (to 1 where the limit is 0); 0 where all are within

@@ -67,8 +67,7 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
                       .samples = {}};
   const std::vector<Budget>& constraints = query.constraints.value();
   table.constraints = budget_texts(constraints);
-  for (const Budget& budget : query.budgets.value_or(std::vector<Budget>{}))
-    if (budget.metric == table.error_metric) table.asked_error = budget.limit;
+  if (query.budgets) table.asked_error = limit_on(table.error_metric, *query.budgets);
   const std::vector<const MetricRow*> work = work_metrics();
   double least = std::numeric_limits<double>::infinity();
   for (const TableRow& row : rows) {

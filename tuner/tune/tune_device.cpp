@@ -11,6 +11,7 @@
 #include "tuner/measure/progress.h"
 #include "tuner/measure/run_results.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/budgets.h"
 #include "tuner/results/run_files.h"
 #include "tuner/tune/tune_run.h"
 #include "tuner/tune/tune_search.h"
@@ -103,11 +104,7 @@ class DeviceSource final : public TuneSource {
     return result;
   }
 
-  std::optional<double> asked_error() const override {
-    for (const Budget& budget : config_.budgets)
-      if (budget.metric == config_.front_error) return budget.limit;
-    return std::nullopt;
-  }
+  std::optional<double> asked_error() const override { return limit_on(config_.front_error, config_.budgets); }
 
   SearchSpace space(std::span<const std::size_t> scenes) override {
     SearchSpace space = empty_setting_space();
