@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <random>
+
+#include "tests/slow_picture_metrics.h"
 
 namespace reliefbench {
 namespace {
@@ -51,6 +54,48 @@ TEST(Flip, IsTheIndependentImplementations) {
   const Pictures pictures = golden_pictures();
   expect_golden(flip_map(pictures.pair()), 0.190878,
                 {{0, 0, 0.034434}, {7, 7, 0.220072}, {20, 31, 0.129277}, {47, 39, 0.617379}, {30, 0, 0.223736}}, 2e-4);
+}
+
+/// Waves, blocks and noise; the test picture has a third of its columns as they are in the reference.
+Pictures busy_pictures(int width, int height) {
+  std::mt19937 random(7);
+  Pictures pictures;
+  for (int i = 0; i < 4 * width * height; ++i) {
+    const int x = i / 4 % width;
+    const int y = i / 4 / width;
+    const int value = (x * (3 + i % 4) / 2 + y * 2 + (x / 9 + y / 7) % 2 * 90) % 256;
+    const int noise = x / 5 % 3 == 0 ? 0 : static_cast<int>(random() % 61) - 30;
+    pictures.reference.push_back(static_cast<std::uint8_t>(value));
+    pictures.test.push_back(static_cast<std::uint8_t>(std::clamp(value + noise, 0, 255)));
+  }
+  return pictures;
+}
+
+// Sizes under a kernel's, across tiles' borders, and with rows that end within a vector.
+TEST(PictureMetrics, VectorisedIsThePlainFormInDouble) {
+  for (const auto& [width, height] : {std::pair(1, 1), {7, 5}, {23, 64}, {257, 65}, {300, 130}, {511, 129}}) {
+    const Pictures pictures = busy_pictures(width, height);
+    const PicturePair pair{.reference = pictures.reference, .test = pictures.test, .width = width, .height = height};
+    const std::vector<float> flip = flip_map(pair);
+    const std::vector<float> ssim = ssim_map(pair);
+    const std::vector<float> slow_flip = slow::flip_map(pair, kPixelsPerDegree);
+    const std::vector<float> slow_ssim = slow::ssim_map(pair);
+    ASSERT_EQ(flip.size(), slow_flip.size());
+    ASSERT_EQ(ssim.size(), slow_ssim.size());
+    for (std::size_t i = 0; i < flip.size(); ++i) {
+      EXPECT_NEAR(flip[i], slow_flip[i], 1e-4) << width << " x " << height << " at " << i;
+      EXPECT_NEAR(ssim[i], slow_ssim[i], 1e-4) << width << " x " << height << " at " << i;
+    }
+  }
+}
+
+TEST(PictureMetrics, FeaturesMadeBeforeGiveTheSameBits) {
+  const Pictures pictures = busy_pictures(300, 130);
+  PicturePair pair{.reference = pictures.reference, .test = pictures.test, .width = 300, .height = 130};
+  const std::vector<float> fresh = flip_map(pair);
+  const FlipFeatures features = flip_features(pictures.reference, 300, 130);
+  pair.reference_features = &features;
+  EXPECT_EQ(flip_map(pair), fresh);
 }
 
 // Values of scikit-image.

@@ -1,201 +1,304 @@
+// LDR-FLIP, tile by tile, vectorised, in float. The plain form in double, by which it is tested, is
+// tests/slow_picture_metrics.h.
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
-#include "kernels/judge/filter.h"
+#include "kernels/judge/flip_eye.h"
 #include "kernels/judge/picture_metrics.h"
+#include "kernels/judge/tiles.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/judge/flip.cpp"  // NOLINT(bugprone-macro-parentheses)
+// In this order:
+// clang-format off
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+#include <hwy/contrib/math/math-inl.h>
+#include "kernels/judge/tile_filter-inl.h"
+// clang-format on
+
+HWY_BEFORE_NAMESPACE();
 namespace reliefbench {
-namespace {
+namespace HWY_NAMESPACE {
 
-using Vec3 = std::array<double, 3>;
-using Planes = std::array<Plane, 3>;
+using Tag = hn::ScalableTag<float>;
+using Vec = hn::Vec<Tag>;
 
-// sRGB primaries, white D65.
-constexpr std::array<Vec3, 3> kXyzOfRgb{Vec3{10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
-                                        Vec3{2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897},
-                                        Vec3{1425312.0 / 73733382, 8788810.0 / 73733382, 70074185.0 / 73733382}};
-constexpr std::array<Vec3, 3> kRgbOfXyz{Vec3{3.241003275, -1.537398934, -0.498615861},
-                                        Vec3{-0.969224334, 1.875930071, 0.041554224},
-                                        Vec3{0.055639423, -0.204011202, 1.057148933}};
-constexpr Vec3 kWhite{0.950428545, 1.0, 1.088900371};
+HWY_INLINE Vec splat(double value) { return hn::Set(Tag{}, static_cast<float>(value)); }
 
-constexpr double kDifferencePower = 0.7;  // of the HyAB distance
-constexpr double kKneeAt = 0.4;           // share of the greatest distance
-constexpr double kKneeValue = 0.95;
-constexpr double kFeatureWidth = 0.041;  // sigma of the edge and point detectors, degrees
-constexpr double kFeaturePower = 0.5;
-
-Vec3 multiply(const std::array<Vec3, 3>& m, const Vec3& v) {
-  Vec3 result{};
-  for (std::size_t i = 0; i < 3; ++i) result[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
-  return result;
+/// base^power for base >= 0, power > 0.
+HWY_INLINE Vec power_of(Vec base, Vec power) {
+  const Tag tag;
+  const Vec least = splat(1e-30);
+  const Vec result = hn::Exp(tag, hn::Mul(power, hn::Log(tag, hn::Max(base, least))));
+  return hn::IfThenElseZero(hn::Gt(base, least), result);
 }
 
-double linear_of_srgb(std::uint8_t code) {
-  const double value = code / 255.0;
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+/// The function that CIELAB applies to a colour's share of white.
+HWY_INLINE Vec lab_root(Vec t) {
+  const Vec root = power_of(t, splat(1.0 / 3));
+  const Vec line = hn::MulAdd(t, splat(1 / (3 * kLabDelta * kLabDelta)), splat(4.0 / 29));
+  return hn::IfThenElse(hn::Gt(t, splat(kLabDelta * kLabDelta * kLabDelta)), root, line);
 }
 
-Vec3 ycxcz_of_xyz(const Vec3& xyz) {
-  const Vec3 n{xyz[0] / kWhite[0], xyz[1] / kWhite[1], xyz[2] / kWhite[2]};
-  return {116 * n[1] - 16, 500 * (n[0] - n[1]), 200 * (n[1] - n[2])};
+HWY_INLINE Vec row_times(const FlipVec3& row, Vec x, Vec y, Vec z) {
+  return hn::MulAdd(splat(row[0]), x, hn::MulAdd(splat(row[1]), y, hn::Mul(splat(row[2]), z)));
 }
 
-Vec3 xyz_of_ycxcz(const Vec3& v) {
-  const double y = (v[0] + 16) / 116;
-  return {(y + v[1] / 500) * kWhite[0], y * kWhite[1], (y - v[2] / 200) * kWhite[2]};
-}
-
-/// CIELAB with chroma scaled by lightness (Hunt effect).
-Vec3 hunt_lab(const Vec3& xyz) {
-  constexpr double kDelta = 6.0 / 29;
-  const auto f = [](double t) {
-    return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29;
-  };
-  const Vec3 n{f(xyz[0] / kWhite[0]), f(xyz[1] / kWhite[1]), f(xyz[2] / kWhite[2])};
-  const double lightness = 116 * n[1] - 16;
-  return {lightness, 0.01 * lightness * 500 * (n[0] - n[1]), 0.01 * lightness * 200 * (n[1] - n[2])};
-}
-
-double hyab(const Vec3& a, const Vec3& b) { return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]); }
-
-Planes ycxcz_planes(std::span<const std::uint8_t> rgba8, int width, int height) {
-  static const std::array<double, 256> kLinear = [] {
-    std::array<double, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) table[i] = linear_of_srgb(static_cast<std::uint8_t>(i));
-    return table;
-  }();
-  Planes planes;
-  for (Plane& plane : planes) plane = {.width = width, .height = height, .values = {}};
-  for (std::size_t i = 0; i + 3 < rgba8.size(); i += 4) {
-    const Vec3 rgb{kLinear[rgba8[i]], kLinear[rgba8[i + 1]], kLinear[rgba8[i + 2]]};
-    const Vec3 v = ycxcz_of_xyz(multiply(kXyzOfRgb, rgb));
-    for (std::size_t c = 0; c < 3; ++c) planes[c].values.push_back(static_cast<float>(v[c]));
-  }
-  return planes;
-}
-
-/// What the eye filters out of one channel: the sum of two Gaussians a sqrt(pi/b) exp(-pi^2 x^2 / b), x in degrees.
-struct Sensitivity {
-  double a1, b1, a2, b2;
-};
-constexpr std::array<Sensitivity, 3> kSensitivity{Sensitivity{1, 0.0047, 0, 1e-5}, Sensitivity{1, 0.0053, 0, 1e-5},
-                                                  Sensitivity{34.1, 0.04, 13.5, 0.025}};
-
-Plane seen(const Plane& plane, const Sensitivity& eye, double pixels_per_degree) {
-  constexpr double kPi = std::numbers::pi;
-  constexpr double kWidest = 0.04;  // the greatest b: all channels have one radius
-  const int radius = static_cast<int>(std::ceil(3 * std::sqrt(kWidest / (2 * kPi * kPi)) * pixels_per_degree));
-  const auto part = [&](double b) { return gaussian(std::sqrt(b / 2) / kPi * pixels_per_degree, radius); };
-  const auto total = [](const std::vector<double>& kernel) {
-    return std::accumulate(kernel.begin(), kernel.end(), 0.0);
-  };
-  const std::vector<double> first = part(eye.b1);
-  const std::vector<double> second = part(eye.b2);
-  const double weight1 = eye.a1 * std::sqrt(kPi / eye.b1);
-  const double weight2 = eye.a2 * std::sqrt(kPi / eye.b2);
-  const double sum = weight1 * total(first) * total(first) + weight2 * total(second) * total(second);
-  const auto scaled = [](std::vector<double> kernel, double factor) {
-    for (double& value : kernel) value *= factor;
-    return kernel;
-  };
-  Plane result = filtered(plane, scaled(first, weight1 / sum), first, Edge::replicate);
-  if (eye.a2 == 0) return result;
-  const Plane rest = filtered(plane, scaled(second, weight2 / sum), second, Edge::replicate);
-  for (std::size_t i = 0; i < result.values.size(); ++i) result.values[i] += rest.values[i];
-  return result;
-}
-
-/// Filtered as the eye does, then brought back into what a screen can show, as Hunt-adjusted CIELAB.
-std::vector<Vec3> seen_lab(const Planes& planes, double pixels_per_degree) {
-  Planes filtered_planes;
-  for (std::size_t c = 0; c < 3; ++c) filtered_planes[c] = seen(planes[c], kSensitivity[c], pixels_per_degree);
-  std::vector<Vec3> lab;
-  lab.reserve(planes[0].values.size());
-  for (std::size_t i = 0; i < planes[0].values.size(); ++i) {
-    const Vec3 v{filtered_planes[0].values[i], filtered_planes[1].values[i], filtered_planes[2].values[i]};
-    Vec3 rgb = multiply(kRgbOfXyz, xyz_of_ycxcz(v));
-    for (double& channel : rgb) channel = std::clamp(channel, 0.0, 1.0);
-    lab.push_back(hunt_lab(multiply(kXyzOfRgb, rgb)));
-  }
-  return lab;
-}
-
-/// Distances up to the knee take 95 % of the scale, the rest what is left.
-double spread(double distance, double greatest) {
-  const double knee = kKneeAt * greatest;
-  if (distance < knee) return kKneeValue / knee * distance;
-  return kKneeValue + (distance - knee) / (greatest - knee) * (1 - kKneeValue);
-}
-
-/// Scales the positive weights to a sum of 1 and the negative ones to -1, as the 2D kernel kernel(x) * across(y) has
-/// it.
-void balance(std::vector<double>& kernel, const std::vector<double>& across) {
-  const double side = std::accumulate(across.begin(), across.end(), 0.0);
-  double positive = 0;
-  double negative = 0;
-  for (const double value : kernel) (value > 0 ? positive : negative) += value;
-  for (double& value : kernel) value /= side * std::abs(value > 0 ? positive : negative);
-}
-
-struct Features {
-  Plane edges;   ///< magnitude of the first derivative
-  Plane points;  ///< of the second
+struct Lab {
+  Vec lightness, a, b;
 };
 
-Features features(const Plane& y, double pixels_per_degree) {
-  const double sigma = kFeatureWidth * pixels_per_degree;
-  const int radius = static_cast<int>(std::ceil(3 * sigma));
-  const std::vector<double> bell = gaussian(sigma, radius);
-  std::vector<double> first = bell;
-  std::vector<double> second = bell;
-  int x = -radius;
-  for (std::size_t i = 0; i < bell.size(); ++i, ++x) {
-    first[i] *= -x;
-    second[i] *= x * x / (sigma * sigma) - 1;
-  }
-  balance(first, bell);
-  balance(second, bell);
-  Plane lightness = y;
-  for (float& value : lightness.values) value = (value + 16) / 116;
-  const auto magnitude = [&](const std::vector<double>& kernel) {
-    Plane along_x = filtered(lightness, kernel, bell, Edge::replicate);
-    const Plane along_y = filtered(lightness, bell, kernel, Edge::replicate);
-    for (std::size_t i = 0; i < along_x.values.size(); ++i)
-      along_x.values[i] = std::hypot(along_x.values[i], along_y.values[i]);
-    return along_x;
+/// Hunt-adjusted CIELAB of a filtered YCxCz colour, brought back into what a screen can show.
+HWY_INLINE Lab hunt_lab(Vec luma, Vec cx, Vec cz) {
+  const Vec n1 = hn::Mul(hn::Add(luma, splat(16)), splat(1.0 / 116));
+  const Vec x = hn::Mul(hn::MulAdd(cx, splat(1.0 / 500), n1), splat(kWhite[0]));
+  const Vec z = hn::Mul(hn::NegMulAdd(cz, splat(1.0 / 200), n1), splat(kWhite[2]));
+  const auto shown = [](Vec v) { return hn::Min(hn::Max(v, splat(0)), splat(1)); };
+  const Vec red = shown(row_times(kRgbOfXyz[0], x, n1, z));
+  const Vec green = shown(row_times(kRgbOfXyz[1], x, n1, z));
+  const Vec blue = shown(row_times(kRgbOfXyz[2], x, n1, z));
+  const auto share = [&](std::size_t i) {
+    return lab_root(hn::Mul(row_times(kXyzOfRgb[i], red, green, blue), splat(1 / kWhite[i])));
   };
-  return {.edges = magnitude(first), .points = magnitude(second)};
+  const Vec fx = share(0);
+  const Vec fy = share(1);
+  const Vec fz = share(2);
+  const Vec lightness = hn::MulAdd(splat(116), fy, splat(-16));
+  return {lightness, hn::Mul(hn::Mul(lightness, splat(5)), hn::Sub(fx, fy)),
+          hn::Mul(hn::Mul(lightness, splat(2)), hn::Sub(fy, fz))};
 }
 
-double greatest_distance() {
-  const auto lab = [](const Vec3& rgb) { return hunt_lab(multiply(kXyzOfRgb, rgb)); };
-  return std::pow(hyab(lab({0, 1, 0}), lab({0, 0, 1})), kDifferencePower);
+/// YCxCz of every sRGB code of every channel: a colour is the sum of its three.
+class CodeTable {
+ public:
+  CodeTable() {
+    for (std::size_t code = 0; code < 256; ++code) {
+      const double value = static_cast<double>(code) / 255;
+      const double linear = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto share = [&](std::size_t i) { return kXyzOfRgb[i][c] * linear / kWhite[i]; };
+        entries_[c][code] = {static_cast<float>(116 * share(1) - (c == 0 ? 16 : 0)),
+                             static_cast<float>(500 * (share(0) - share(1))),
+                             static_cast<float>(200 * (share(1) - share(2)))};
+      }
+    }
+  }
+  [[nodiscard]] const std::array<float, 3>& at(std::size_t channel, std::uint8_t code) const {
+    return entries_[channel][code];
+  }
+
+ private:
+  std::array<std::array<std::array<float, 3>, 256>, 3> entries_{};
+};
+
+/// YCxCz of a tile with a border, edges replicated.
+void fill_colors(std::span<const std::uint8_t> rgba8, int width, int height, const Tile& tile, int border,
+                 std::array<TilePlane, 3>& planes) {
+  static const CodeTable table;
+  for (TilePlane& plane : planes) plane.resize(tile.width + 2 * border, tile.height + 2 * border);
+  for (int y = 0; y < planes[0].height; ++y) {
+    const auto line =
+        static_cast<std::size_t>(std::clamp(tile.y + y - border, 0, height - 1)) * static_cast<std::size_t>(width);
+    const std::array rows{planes[0].row(y), planes[1].row(y), planes[2].row(y)};
+    for (int x = 0; x < planes[0].width; ++x) {
+      const std::size_t i = 4 * (line + static_cast<std::size_t>(std::clamp(tile.x + x - border, 0, width - 1)));
+      const auto& red = table.at(0, rgba8[i]);
+      const auto& green = table.at(1, rgba8[i + 1]);
+      const auto& blue = table.at(2, rgba8[i + 2]);
+      for (std::size_t c = 0; c < 3; ++c) rows[c][x] = red[c] + green[c] + blue[c];
+    }
+  }
 }
 
-}  // namespace
+/// What a tile's planes are after a kernel along x, then along y; `in` has a border of eye.radius.
+class TileFilter {
+ public:
+  explicit TileFilter(int border) : border_(border) {}
+  void apply(const TilePlane& in, const FlipEye::Separable& kernel, TilePlane& out) {
+    along(in, kernel.along_x, rows_);
+    down(rows_, kernel.along_y, out);
+  }
+  /// Along x alone: the border above and below stays.
+  void along(const TilePlane& in, const std::vector<float>& kernel, TilePlane& out) {
+    along_rows(in, padded(kernel), out);
+  }
+  void down(const TilePlane& in, const std::vector<float>& kernel, TilePlane& out) {
+    along_columns(in, padded(kernel), out);
+  }
+
+ private:
+  /// Brought to the border's width, so that every result lies in the same place.
+  const std::vector<float>& padded(const std::vector<float>& kernel) {
+    const auto side = static_cast<std::size_t>(2 * border_ + 1);
+    if (kernel.size() == side) return kernel;
+    padded_.assign(side, 0);
+    std::ranges::copy(kernel, padded_.begin() + static_cast<std::ptrdiff_t>((side - kernel.size()) / 2));
+    return padded_;
+  }
+  int border_;
+  TilePlane rows_;
+  std::vector<float> padded_;
+};
+
+/// A tile's features, planes of the tile's size.
+struct TileFeatures {
+  TilePlane lightness, a, b, edges, points;
+};
+
+void add(const TilePlane& from, TilePlane& to) {
+  const Tag tag;
+  for (std::size_t i = 0; i + hn::Lanes(tag) <= to.values.size(); i += hn::Lanes(tag))
+    hn::StoreU(hn::Add(hn::LoadU(tag, to.values.data() + i), hn::LoadU(tag, from.values.data() + i)), tag,
+               to.values.data() + i);
+}
+
+void take_magnitude(const TilePlane& across, TilePlane& along) {
+  const Tag tag;
+  const Vec scale = splat(1.0 / 116);  // from Y to lightness; the kernels' sum is 0, so its offset does not matter
+  for (std::size_t i = 0; i + hn::Lanes(tag) <= along.values.size(); i += hn::Lanes(tag)) {
+    const Vec x = hn::LoadU(tag, along.values.data() + i);
+    const Vec y = hn::LoadU(tag, across.values.data() + i);
+    hn::StoreU(hn::Mul(scale, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y)))), tag, along.values.data() + i);
+  }
+}
+
+void tile_features(std::span<const std::uint8_t> rgba8, int width, int height, const FlipEye& eye, const Tile& tile,
+                   TileFeatures& out) {
+  const Tag tag;
+  std::array<TilePlane, 3> colors;
+  fill_colors(rgba8, width, height, tile, eye.radius, colors);
+  TileFilter filter(eye.radius);
+  std::array<TilePlane*, 3> seen{&out.lightness, &out.a, &out.b};
+  TilePlane other;
+  for (std::size_t c = 0; c < 3; ++c) filter.apply(colors[c], eye.channels[c], *seen[c]);
+  filter.apply(colors[2], eye.blue_rest, other);
+  add(other, out.b);
+  for (int y = 0; y < tile.height; ++y)
+    for (int x = 0; x < tile.width; x += static_cast<int>(hn::Lanes(tag))) {
+      const Lab lab = hunt_lab(hn::LoadU(tag, out.lightness.row(y) + x), hn::LoadU(tag, out.a.row(y) + x),
+                               hn::LoadU(tag, out.b.row(y) + x));
+      hn::StoreU(lab.lightness, tag, out.lightness.row(y) + x);
+      hn::StoreU(lab.a, tag, out.a.row(y) + x);
+      hn::StoreU(lab.b, tag, out.b.row(y) + x);
+    }
+  TilePlane belled;
+  TilePlane across;
+  filter.along(colors[0], eye.bell, belled);
+  for (const auto& [kernel, result] : {std::pair(&eye.edge, &out.edges), std::pair(&eye.point, &out.points)}) {
+    filter.along(colors[0], *kernel, other);
+    filter.down(other, eye.bell, *result);
+    filter.down(belled, *kernel, across);
+    take_magnitude(across, *result);
+  }
+}
+
+/// Stores the tile's part of a vector that may reach beyond its right edge.
+HWY_INLINE void store_part(Vec value, float* out, int left) {
+  const Tag tag;
+  const auto lanes = static_cast<int>(hn::Lanes(tag));
+  if (left >= lanes) {
+    hn::StoreU(value, tag, out);
+    return;
+  }
+  HWY_ALIGN float last[HWY_MAX_BYTES / sizeof(float)];
+  hn::Store(value, tag, last);
+  std::copy_n(last, left, out);
+}
+
+void flip_features_tile(std::span<const std::uint8_t> rgba8, int width, int height, const FlipEye& eye,
+                        const Tile& tile, FlipFeatures& out) {
+  TileFeatures features;
+  tile_features(rgba8, width, height, eye, tile, features);
+  const std::pair<const TilePlane*, std::vector<float>*> planes[] = {{&features.lightness, &out.lightness},
+                                                                     {&features.a, &out.a},
+                                                                     {&features.b, &out.b},
+                                                                     {&features.edges, &out.edges},
+                                                                     {&features.points, &out.points}};
+  for (const auto& [from, to] : planes)
+    for (int y = 0; y < tile.height; ++y)
+      std::copy_n(from->row(y), tile.width,
+                  to->data() + static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(width) + tile.x);
+}
+
+void flip_tile(const PicturePair& pictures, const FlipFeatures& reference, const FlipEye& eye, const Tile& tile,
+               float* map) {
+  const Tag tag;
+  TileFeatures test;
+  tile_features(pictures.test, pictures.width, pictures.height, eye, tile, test);
+  const double knee = kKneeAt * static_cast<double>(eye.greatest);
+  for (int y = 0; y < tile.height; ++y) {
+    const std::size_t line = static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(pictures.width) +
+                             static_cast<std::size_t>(tile.x);
+    // A row of the picture's last tile ends the planes: its last vector is read by parts.
+    for (int x = 0; x < tile.width; x += static_cast<int>(hn::Lanes(tag))) {
+      const std::size_t at = line + static_cast<std::size_t>(x);
+      const auto of_reference = [&](const std::vector<float>& plane) {
+        if (at + hn::Lanes(tag) <= plane.size()) return hn::LoadU(tag, plane.data() + at);
+        HWY_ALIGN float last[HWY_MAX_BYTES / sizeof(float)] = {};
+        std::copy(plane.begin() + static_cast<std::ptrdiff_t>(at), plane.end(), last);
+        return hn::Load(tag, last);
+      };
+      const auto of_test = [&](const TilePlane& plane) { return hn::LoadU(tag, plane.row(y) + x); };
+      const auto apart = [&](const std::vector<float>& plane, const TilePlane& tested) {
+        return hn::Sub(of_reference(plane), of_test(tested));
+      };
+      const Vec da = apart(reference.a, test.a);
+      const Vec db = apart(reference.b, test.b);
+      const Vec hyab =
+          hn::Add(hn::Abs(apart(reference.lightness, test.lightness)), hn::Sqrt(hn::MulAdd(da, da, hn::Mul(db, db))));
+      const Vec distance = power_of(hyab, splat(kDifferencePower));
+      // Distances up to the knee take 95 % of the scale, the rest what is left.
+      const Vec below = hn::Mul(distance, splat(kKneeValue / knee));
+      const Vec above =
+          hn::MulAdd(hn::Sub(distance, splat(knee)),
+                     splat((1 - kKneeValue) / (static_cast<double>(eye.greatest) - knee)), splat(kKneeValue));
+      const Vec color = hn::IfThenElse(hn::Lt(distance, splat(knee)), below, above);
+      const Vec detail =
+          hn::Max(hn::Abs(apart(reference.edges, test.edges)), hn::Abs(apart(reference.points, test.points)));
+      const Vec feature = hn::Sqrt(hn::Mul(detail, splat(1 / std::numbers::sqrt2)));
+      store_part(power_of(color, hn::Sub(splat(1), feature)), map + at, tile.width - x);
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace reliefbench
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace reliefbench {
+HWY_EXPORT(flip_features_tile);
+HWY_EXPORT(flip_tile);
+
+FlipFeatures flip_features(std::span<const std::uint8_t> rgba8, int width, int height, double pixels_per_degree) {
+  const FlipEye eye = flip_eye(pixels_per_degree);
+  FlipFeatures features;
+  features.pixels_per_degree = pixels_per_degree;
+  for (std::vector<float>* plane : {&features.lightness, &features.a, &features.b, &features.edges, &features.points})
+    plane->resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  for_each_tile(width, height, [&](const Tile& tile) {
+    HWY_DYNAMIC_DISPATCH(flip_features_tile)(rgba8, width, height, eye, tile, features);
+  });
+  return features;
+}
 
 std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree) {
-  const Planes reference = ycxcz_planes(pictures.reference, pictures.width, pictures.height);
-  const Planes test = ycxcz_planes(pictures.test, pictures.width, pictures.height);
-  const std::vector<Vec3> reference_lab = seen_lab(reference, pixels_per_degree);
-  const std::vector<Vec3> test_lab = seen_lab(test, pixels_per_degree);
-  const Features reference_features = features(reference[0], pixels_per_degree);
-  const Features test_features = features(test[0], pixels_per_degree);
-  const double greatest = greatest_distance();
-  std::vector<float> map;
-  map.reserve(reference_lab.size());
-  for (std::size_t i = 0; i < reference_lab.size(); ++i) {
-    const double color = spread(std::pow(hyab(reference_lab[i], test_lab[i]), kDifferencePower), greatest);
-    const double edges = std::abs(double{reference_features.edges.values[i]} - test_features.edges.values[i]);
-    const double points = std::abs(double{reference_features.points.values[i]} - test_features.points.values[i]);
-    const double feature = std::pow(std::max(edges, points) / std::numbers::sqrt2, kFeaturePower);
-    map.push_back(static_cast<float>(std::pow(color, 1 - feature)));
-  }
+  FlipFeatures fresh;
+  if (pictures.reference_features == nullptr)
+    fresh = flip_features(pictures.reference, pictures.width, pictures.height, pixels_per_degree);
+  const FlipFeatures& reference = pictures.reference_features == nullptr ? fresh : *pictures.reference_features;
+  assert(reference.pixels_per_degree == pixels_per_degree);
+  const FlipEye eye = flip_eye(pixels_per_degree);
+  std::vector<float> map(reference.lightness.size());
+  for_each_tile(pictures.width, pictures.height, [&](const Tile& tile) {
+    HWY_DYNAMIC_DISPATCH(flip_tile)(pictures, reference, eye, tile, map.data());
+  });
   return map;
 }
 
 }  // namespace reliefbench
+#endif  // HWY_ONCE

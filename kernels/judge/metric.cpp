@@ -77,7 +77,8 @@ void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
 }
 
 std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask) {
-  const auto [reference, test, width, height] = pictures;
+  const std::span<const std::uint8_t> reference = pictures.reference;
+  const std::span<const std::uint8_t> test = pictures.test;
   assert(reference.size() == 4 * mask.size() && test.size() == 4 * mask.size());
   std::int64_t squares = 0;
   std::int64_t values = 0;

@@ -8,21 +8,35 @@
 
 namespace reliefbench {
 
+/// What LDR-FLIP compares of a picture, a value a pixel: Hunt-adjusted CIELAB as the eye sees it, and the magnitudes of
+/// its edges and points. Made once for a reference that many pictures are held to.
+struct FlipFeatures {
+  double pixels_per_degree = 0;
+  std::vector<float> lightness, a, b;
+  std::vector<float> edges, points;
+};
+
 /// Two RGBA8 pictures of one size, row-major; alpha is ignored.
 struct PicturePair {
   std::span<const std::uint8_t> reference;
   std::span<const std::uint8_t> test;
   int width;
   int height;
+  const FlipFeatures* reference_features = nullptr;  ///< of `reference`, where they were made before
 };
 
+inline constexpr double kPixelsPerDegree = 67.02;  ///< of the eye: a 0.7 m wide 4K screen seen from 0.7 m
+
+[[nodiscard]] FlipFeatures flip_features(std::span<const std::uint8_t> rgba8, int width, int height,
+                                         double pixels_per_degree = kPixelsPerDegree);
+
 /// LDR-FLIP of every pixel, 0 (no difference to be seen) to 1. Edges are replicated.
-/// pixels_per_degree: of the eye; 67.02 is a 0.7 m wide 4K screen seen from 0.7 m
+/// In float; within 1e-4 of the same in double (tests).
 /// source: Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020
-[[nodiscard]] std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree = 67.02);
+[[nodiscard]] std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree = kPixelsPerDegree);
 
 /// Structural similarity of every pixel's luma (Rec. 601), -1 to 1: Gaussian window of sigma 1.5, 11 x 11, K1 = 0.01,
-/// K2 = 0.03, population covariance. Edges are mirrored.
+/// K2 = 0.03, population covariance. Edges are mirrored. In float; within 1e-4 of the same in double (tests).
 /// source: Wang et al., Image Quality Assessment: From Error Visibility to Structural Similarity, 2004
 [[nodiscard]] std::vector<float> ssim_map(const PicturePair& pictures);
 

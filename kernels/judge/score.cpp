@@ -7,6 +7,8 @@
 #include <limits>
 #include <numeric>
 
+#include "kernels/base/parallel.h"
+
 namespace reliefbench {
 namespace {
 
@@ -42,19 +44,22 @@ PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, i
   return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
 }
 
-/// Fills in a metric's numbers. values: of the pixels with a ray; sorted here where a percentile is asked for
+/// Fills in a metric's numbers. values: of the pixels with a ray; their order changes where a percentile is asked for
 void fill_in(const Metric& metric, std::vector<float>& values, std::span<std::optional<double>> numbers) {
-  const auto is_percentile = [](Aggregate a) { return a != Aggregate::mean && a != Aggregate::max; };
-  if (std::ranges::any_of(metric.aggregates, is_percentile)) std::ranges::sort(values);
   const auto count = static_cast<double>(values.size());
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  auto from = values.begin();  // all before it are no greater than all after it: percentiles are asked for in order
   // By nearest rank: the smallest value that at least `percent` of all do not exceed.
   const auto percentile = [&](double percent) {
-    return static_cast<double>(values[static_cast<std::size_t>(std::ceil(percent * count / 100)) - 1]);
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(percent * count / 100)) - 1;
+    std::nth_element(from, place, values.end());
+    from = place;
+    return static_cast<double>(*place);
   };
   for (std::size_t i = 0; i < metric.aggregates.size(); ++i) {
     switch (metric.aggregates[i]) {
       case Aggregate::mean:
-        numbers[i] = std::accumulate(values.begin(), values.end(), 0.0) / count;
+        numbers[i] = sum / count;
         break;
       case Aggregate::p50:
         numbers[i] = percentile(50);
@@ -66,7 +71,7 @@ void fill_in(const Metric& metric, std::vector<float>& values, std::span<std::op
         numbers[i] = percentile(99);
         break;
       case Aggregate::max:
-        numbers[i] = static_cast<double>(*std::ranges::max_element(values));
+        numbers[i] = static_cast<double>(*std::max_element(from, values.end()));
         break;
     }
   }
@@ -112,11 +117,15 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
                   int map_height) {
   assert(pixels.size() == reference.size());
   JudgedFrame frame;
-  frame.pixels.reserve(pixels.size());
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const PixelScore& score = frame.pixels.emplace_back(score_pixel(pixels[i], reference[i], map_width, map_height));
-    frame.score.pixels += score.verdict != Verdict::no_ray ? 1 : 0;
-  }
+  frame.pixels.resize(pixels.size());
+  constexpr std::size_t kShare = 1U << 16U;  // pixels a task
+  parallel_for(static_cast<int>((pixels.size() + kShare - 1) / kShare), 0, [&](int task) {
+    const std::size_t first = static_cast<std::size_t>(task) * kShare;
+    for (std::size_t i = first; i < std::min(first + kShare, pixels.size()); ++i)
+      frame.pixels[i] = score_pixel(pixels[i], reference[i], map_width, map_height);
+  });
+  frame.score.pixels = static_cast<decltype(frame.score.pixels)>(
+      std::ranges::count_if(frame.pixels, [](const PixelScore& score) { return score.verdict != Verdict::no_ray; }));
   std::vector<float> values;
   values.reserve(pixels.size());
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {

@@ -1,55 +1,130 @@
+// Structural similarity, tile by tile, vectorised. In float, but for the sums of the kernel; lumas are taken about the
+// middle of their range, since variances are small differences of large squares.
+#include <algorithm>
 #include <numeric>
 
-#include "kernels/judge/filter.h"
 #include "kernels/judge/picture_metrics.h"
+#include "kernels/judge/tiles.h"
 
+#ifndef RELIEFBENCH_SSIM_CONSTANTS
+#define RELIEFBENCH_SSIM_CONSTANTS
 namespace reliefbench {
 namespace {
-
-constexpr double kSigma = 1.5;
-constexpr int kRadius = 5;
-constexpr double kC1 = (0.01 * 255) * (0.01 * 255);
-constexpr double kC2 = (0.03 * 255) * (0.03 * 255);
-
-Plane luma(std::span<const std::uint8_t> rgba8, int width, int height) {
-  Plane plane{.width = width, .height = height, .values = {}};
-  for (std::size_t i = 0; i + 3 < rgba8.size(); i += 4)
-    plane.values.push_back(static_cast<float>(0.299 * rgba8[i] + 0.587 * rgba8[i + 1] + 0.114 * rgba8[i + 2]));
-  return plane;
-}
-
-Plane product(const Plane& a, const Plane& b) {
-  Plane result = a;
-  for (std::size_t i = 0; i < a.values.size(); ++i) result.values[i] = a.values[i] * b.values[i];
-  return result;
-}
-
+constexpr int kSsimRadius = 5;
+constexpr double kSsimSigma = 1.5;
+constexpr float kMiddle = 128;
+constexpr float kC1 = (0.01F * 255) * (0.01F * 255);
+constexpr float kC2 = (0.03F * 255) * (0.03F * 255);
 }  // namespace
+}  // namespace reliefbench
+#endif
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/judge/ssim.cpp"  // NOLINT(bugprone-macro-parentheses)
+// In this order:
+// clang-format off
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+#include "kernels/judge/tile_filter-inl.h"
+// clang-format on
+
+HWY_BEFORE_NAMESPACE();
+namespace reliefbench {
+namespace HWY_NAMESPACE {
+
+int mirrored(int i, int n) {
+  const int period = 2 * n;
+  const int j = ((i % period) + period) % period;
+  return j < n ? j : period - 1 - j;
+}
+
+/// Luma about the middle (Rec. 601) of a tile and its border of the kernel's radius.
+void fill_luma(std::span<const std::uint8_t> rgba8, int width, int height, const Tile& tile, TilePlane& plane) {
+  plane.resize(tile.width + 2 * kSsimRadius, tile.height + 2 * kSsimRadius);
+  for (int y = 0; y < plane.height; ++y) {
+    const auto line =
+        static_cast<std::size_t>(mirrored(tile.y + y - kSsimRadius, height)) * static_cast<std::size_t>(width);
+    float* const row = plane.row(y);
+    for (int x = 0; x < plane.width; ++x) {
+      const std::size_t i = 4 * (line + static_cast<std::size_t>(mirrored(tile.x + x - kSsimRadius, width)));
+      row[x] = 0.299F * rgba8[i] + 0.587F * rgba8[i + 1] + 0.114F * rgba8[i + 2] - kMiddle;
+    }
+  }
+}
+
+struct SsimScratch {
+  TilePlane a, b, product, rows;
+  TilePlane mean_a, mean_b, mean_aa, mean_bb, mean_ab;
+};
+
+void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<float>& kernel, SsimScratch& scratch,
+                     TilePlane& out) {
+  const hn::ScalableTag<float> tag;
+  scratch.product.resize(a.width, a.height);
+  for (std::size_t i = 0; i + hn::Lanes(tag) <= a.values.size(); i += hn::Lanes(tag))
+    hn::StoreU(hn::Mul(hn::LoadU(tag, a.values.data() + i), hn::LoadU(tag, b.values.data() + i)), tag,
+               scratch.product.values.data() + i);
+  along_rows(scratch.product, kernel, scratch.rows);
+  along_columns(scratch.rows, kernel, out);
+}
+
+void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, const Tile& tile, float* map) {
+  const hn::ScalableTag<float> tag;
+  const int lanes = static_cast<int>(hn::Lanes(tag));
+  SsimScratch s;
+  fill_luma(pictures.reference, pictures.width, pictures.height, tile, s.a);
+  fill_luma(pictures.test, pictures.width, pictures.height, tile, s.b);
+  along_rows(s.a, kernel, s.rows);
+  along_columns(s.rows, kernel, s.mean_a);
+  along_rows(s.b, kernel, s.rows);
+  along_columns(s.rows, kernel, s.mean_b);
+  mean_of_product(s.a, s.a, kernel, s, s.mean_aa);
+  mean_of_product(s.b, s.b, kernel, s, s.mean_bb);
+  mean_of_product(s.a, s.b, kernel, s, s.mean_ab);
+  const auto two = hn::Set(tag, 2.0F);
+  const auto c1 = hn::Set(tag, kC1);
+  const auto c2 = hn::Set(tag, kC2);
+  for (int y = 0; y < tile.height; ++y) {
+    float* const out = map + static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(pictures.width) + tile.x;
+    HWY_ALIGN float last[HWY_MAX_BYTES / sizeof(float)];
+    for (int x = 0; x < tile.width; x += lanes) {
+      const auto at = [&](const TilePlane& plane) { return hn::LoadU(tag, plane.row(y) + x); };
+      const auto da = at(s.mean_a);
+      const auto db = at(s.mean_b);
+      const auto variances = hn::Sub(hn::Add(at(s.mean_aa), at(s.mean_bb)), hn::Add(hn::Mul(da, da), hn::Mul(db, db)));
+      const auto covariance = hn::Sub(at(s.mean_ab), hn::Mul(da, db));
+      const auto ma = hn::Add(da, hn::Set(tag, kMiddle));
+      const auto mb = hn::Add(db, hn::Set(tag, kMiddle));
+      const auto above = hn::Mul(hn::Add(hn::Mul(two, hn::Mul(ma, mb)), c1), hn::Add(hn::Mul(two, covariance), c2));
+      const auto below = hn::Mul(hn::Add(hn::Add(hn::Mul(ma, ma), hn::Mul(mb, mb)), c1), hn::Add(variances, c2));
+      const auto value = hn::Div(above, below);
+      if (x + lanes <= tile.width) {
+        hn::StoreU(value, tag, out + x);
+      } else {
+        hn::Store(value, tag, last);
+        std::copy_n(last, tile.width - x, out + x);
+      }
+    }
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace reliefbench
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace reliefbench {
+HWY_EXPORT(ssim_tile);
 
 std::vector<float> ssim_map(const PicturePair& pictures) {
-  std::vector<double> kernel = gaussian(kSigma, kRadius);
-  const double sum = std::accumulate(kernel.begin(), kernel.end(), 0.0);
-  for (double& weight : kernel) weight /= sum;
-  const auto mean = [&](const Plane& plane) { return filtered(plane, kernel, kernel, Edge::mirror); };
-
-  const Plane a = luma(pictures.reference, pictures.width, pictures.height);
-  const Plane b = luma(pictures.test, pictures.width, pictures.height);
-  const Plane mean_a = mean(a);
-  const Plane mean_b = mean(b);
-  const Plane mean_aa = mean(product(a, a));
-  const Plane mean_bb = mean(product(b, b));
-  const Plane mean_ab = mean(product(a, b));
-  std::vector<float> map;
-  map.reserve(a.values.size());
-  for (std::size_t i = 0; i < a.values.size(); ++i) {
-    const double ma = mean_a.values[i];
-    const double mb = mean_b.values[i];
-    const double variances = mean_aa.values[i] - ma * ma + mean_bb.values[i] - mb * mb;
-    const double covariance = mean_ab.values[i] - ma * mb;
-    map.push_back(static_cast<float>((2 * ma * mb + kC1) * (2 * covariance + kC2) /
-                                     ((ma * ma + mb * mb + kC1) * (variances + kC2))));
-  }
+  const std::vector<double> bell = gaussian(kSsimSigma, kSsimRadius);
+  const std::vector<float> kernel = scaled(bell, 1 / std::accumulate(bell.begin(), bell.end(), 0.0));
+  std::vector<float> map(static_cast<std::size_t>(pictures.width) * static_cast<std::size_t>(pictures.height));
+  for_each_tile(pictures.width, pictures.height, [&](const Tile& tile) {
+    HWY_DYNAMIC_DISPATCH(ssim_tile)(pictures, kernel, tile, map.data());
+  });
   return map;
 }
 
 }  // namespace reliefbench
+#endif  // HWY_ONCE
