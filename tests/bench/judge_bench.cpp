@@ -47,7 +47,7 @@ void judge_all(benchmark::State& state) {
   PicturePair pair = frame.pair();
   pair.reference_features = &features;
   while (state.KeepRunning()) {
-    JudgedFrame judged = judge_frame(frame.pixels, frame.hits, 512, 512);
+    JudgedFrame judged = judge(frame.pixels, frame.hits, 512, 512);
     judge_pictures(pair, judged.pixels, judged.score);
     benchmark::DoNotOptimize(judged.score);
   }
