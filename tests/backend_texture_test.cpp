@@ -61,7 +61,7 @@ float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
   return is_float ? value : std::round(value * codes) / codes;
 }
 
-Map make_map(const TexelLayout& format) {
+Map map_of(const TexelLayout& format) {
   Map map;
   for (int i = 0; i < 64; ++i) {
     const float value = static_cast<float>(i) / 64;
@@ -90,7 +90,7 @@ TEST_P(TextureTest, every_format_is_read_back_as_uploaded) {
   on_every_device([](Rig& rig) {
     for (const Format& format : formats())
       for (const bool fetch : {true, false}) {
-        const Map map = make_map(format.relief());
+        const Map map = map_of(format.relief());
         const std::vector<ScorePixel> seen = probe(rig,
                                                    {.width = 8,
                                                     .height = 8,
@@ -126,7 +126,7 @@ TEST_P(TextureTest, a_texture_without_format_is_rgba8) {
 
 TEST_P(TextureTest, wrap_modes_and_filters_answer_for_every_place) {
   on_every_device([](Rig& rig) {
-    const Map map = make_map(kFloat);
+    const Map map = map_of(kFloat);
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
       for (const Filter filter : {Filter::nearest, Filter::linear})
         for (const int offset : {4, 6}) {  // at texel centres, and a quarter texel beyond
@@ -155,7 +155,7 @@ TEST_P(TextureTest, wrap_modes_and_filters_answer_for_every_place) {
 
 TEST_P(TextureTest, specialization_constants_reach_the_shader) {
   on_every_device([](Rig& rig) {
-    const Map map = make_map(kFloat);
+    const Map map = map_of(kFloat);
     const TextureDesc desc{.width = 8, .height = 8, .layout = kFloat, .texels = map.texels, .filter = Filter::nearest};
     EXPECT_EQ(probe(rig, desc, 4, false)[0].steps, 4);
     EXPECT_EQ(probe(rig, desc, -3, false)[0].steps, -3);

@@ -30,7 +30,7 @@ constexpr const char* kRatio =
     R"({"says": "s", "metric": "frame_time", "of": "cones", "to": "few", "quotient": 2, "tolerance": 0.1})";
 constexpr const char* kBound = R"({"says": "s", "metric": "too_wide", "of": "cones", "at_most": 0})";
 
-std::string refusal(const std::string& text) {
+std::string claim_refusal(const std::string& text) {
   try {
     (void)parse_claim(text, "x.json");
   } catch (const Error& error) {
@@ -52,13 +52,15 @@ TEST(Claims, TheBuiltInOnesAreRead) {
 
 TEST(Claims, RefusalsNameTheLineAndTheKey) {
   EXPECT_EQ(parse_claim(claim_text(kLess), "x.json").rows.size(), 2U);
-  EXPECT_THAT(refusal(claim_text(kLess, "bump?x=1")), HasSubstr("x.json:4"));
-  EXPECT_THAT(refusal(claim_text(kLess, "relief?cone_steps=1")), HasSubstr("cone_steps"));
-  EXPECT_THAT(refusal(claim_text(kLess, "cone?format=r8")), HasSubstr("r8"));
-  EXPECT_THAT(refusal(claim_text(R"({"says": "s", "metric": "beauty", "of": "few", "at_most": 1})")),
+  EXPECT_THAT(claim_refusal(claim_text(kLess, "bump?x=1")), HasSubstr("x.json:4"));
+  EXPECT_THAT(claim_refusal(claim_text(kLess, "relief?cone_steps=1")), HasSubstr("cone_steps"));
+  EXPECT_THAT(claim_refusal(claim_text(kLess, "cone?format=r8")), HasSubstr("r8"));
+  EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "beauty", "of": "few", "at_most": 1})")),
               HasSubstr("beauty"));
-  EXPECT_THAT(refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "many", "at_most": 1})")), HasSubstr("many"));
-  EXPECT_THAT(refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few"})")), HasSubstr("expected one of"));
+  EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "many", "at_most": 1})")),
+              HasSubstr("many"));
+  EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few"})")),
+              HasSubstr("expected one of"));
 }
 
 ClaimAnswer judged(const char* check, std::map<std::string, double> few, std::map<std::string, double> cones,

@@ -20,7 +20,7 @@ using ::testing::SizeIs;
 
 using StoredRun = reliefbench::Run;  // in a test body, Run is testing::Test::Run
 
-constexpr int kCases = 40;
+constexpr int kFewCases = 40;
 
 struct Synthetic {
   unsigned seed = 1;
@@ -32,7 +32,7 @@ struct Synthetic {
   double noise = 0.01;
 };
 
-std::string case_name(int i) { return "relief@rocks/top?linear_steps=" + std::to_string(i); }
+std::string relief_case(int i) { return "relief@rocks/top?linear_steps=" + std::to_string(i); }
 
 /// Rounds over all cases with control samples between, on a machine whose speed drifts by a quarter either way: far
 /// more than the threshold.
@@ -57,12 +57,12 @@ StoredRun synthetic_run(const Synthetic& made) {
                            .at_ns = at_ns});
   };
   for (int round = 0; round < made.samples; ++round) {
-    for (int i = 0; i < kCases; ++i) {
+    for (int i = 0; i < kFewCases; ++i) {
       if (i % 4 == 0 && made.with_control) sample("control@null", round, 500);
-      sample(case_name(i), round, (1000 + 100 * i) * (i < made.slow_cases ? made.slowdown : 1));
+      sample(relief_case(i), round, (1000 + 100 * i) * (i < made.slow_cases ? made.slowdown : 1));
     }
   }
-  for (int i = 0; i < kCases; ++i) run.records.push_back(make_record({.case_id = case_name(i)}));
+  for (int i = 0; i < kFewCases; ++i) run.records.push_back(make_record({.case_id = relief_case(i)}));
   return run;
 }
 
@@ -77,10 +77,10 @@ class CompareSeeds : public ::testing::TestWithParam<unsigned> {};
 TEST_P(CompareSeeds, finds_nothing_between_equal_runs_however_the_machine_drifts) {
   const Comparison comparison =
       compare_runs(synthetic_run({.seed = GetParam()}), synthetic_run({.seed = GetParam() + 1000}), {});
-  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kCases));
+  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kFewCases));
   EXPECT_EQ(count(comparison, Change::slower), 0);
   EXPECT_EQ(count(comparison, Change::faster), 0);
-  EXPECT_GT(count(comparison, Change::same), kCases / 2);
+  EXPECT_GT(count(comparison, Change::same), kFewCases / 2);
   EXPECT_NEAR(comparison.groups.at(0).ratio.ratio, 1, 0.02);
   EXPECT_EQ(comparison.groups.at(0).change, Change::same);
   EXPECT_EQ(exit_of(comparison), Exit::done);
@@ -122,7 +122,7 @@ TEST(Compare, shows_a_change_of_the_whole_device_in_the_control_case_only) {
 
   const Comparison raw = compare_runs(base, now, {.metric = "frame_time_raw"});
   EXPECT_NEAR(raw.groups.at(0).ratio.ratio, 2, 1e-9);
-  EXPECT_EQ(count(raw, Change::slower), kCases);
+  EXPECT_EQ(count(raw, Change::slower), kFewCases);
 }
 
 TEST(Compare, warns_where_there_is_no_control_case) {
@@ -146,7 +146,7 @@ TEST(Compare, is_inconclusive_where_noise_hides_what_matters) {
   const Comparison comparison = compare_runs(synthetic_run({.seed = 1, .samples = 3, .noise = 0.15}),
                                              synthetic_run({.seed = 2, .samples = 3, .noise = 0.15}), {});
   EXPECT_EQ(count(comparison, Change::slower), 0);
-  EXPECT_GT(count(comparison, Change::unclear), kCases / 2);
+  EXPECT_GT(count(comparison, Change::unclear), kFewCases / 2);
   EXPECT_TRUE(is_inconclusive(comparison));
   EXPECT_EQ(exit_of(comparison), Exit::inconclusive);
 }
@@ -154,7 +154,7 @@ TEST(Compare, is_inconclusive_where_noise_hides_what_matters) {
 TEST(Compare, knows_nothing_from_one_sample_a_case) {
   const Comparison comparison =
       compare_runs(synthetic_run({.seed = 1, .samples = 1}), synthetic_run({.seed = 2, .samples = 1}), {});
-  EXPECT_EQ(count(comparison, Change::unclear), kCases);
+  EXPECT_EQ(count(comparison, Change::unclear), kFewCases);
   EXPECT_EQ(exit_of(comparison), Exit::inconclusive);
   EXPECT_TRUE(comparison_json(comparison).at("cases").at(0).at("ci").at(1).is_null());
 }
@@ -162,7 +162,7 @@ TEST(Compare, knows_nothing_from_one_sample_a_case) {
 TEST(Compare, a_run_and_itself_are_the_same_however_noisy) {
   const StoredRun run = synthetic_run({.seed = 1, .samples = 3, .noise = 0.5});
   const Comparison comparison = compare_runs(run, run, {});
-  EXPECT_EQ(count(comparison, Change::same), kCases);
+  EXPECT_EQ(count(comparison, Change::same), kFewCases);
   for (const GroupChange& group : comparison.groups) EXPECT_EQ(group.change, Change::same) << group.group;
   EXPECT_EQ(exit_of(comparison), Exit::done);
 }
@@ -187,7 +187,7 @@ TEST(Compare, lists_errors_that_changed_and_judges_their_direction) {
   (*now.records[3].error)["e_xy.p99"] = 0.25;
   const Comparison worse = compare_runs(base, now, {});
   ASSERT_THAT(worse.errors, SizeIs(1));
-  EXPECT_EQ(worse.errors[0].case_id, case_name(3));
+  EXPECT_EQ(worse.errors[0].case_id, relief_case(3));
   EXPECT_EQ(worse.errors[0].metric, "e_xy.p99");
   EXPECT_EQ(worse.errors[0].base, 0.0);
   EXPECT_EQ(worse.errors[0].now, 0.25);
@@ -215,7 +215,7 @@ TEST(Compare, looks_at_one_error_metric_when_asked) {
   const Comparison comparison = compare_runs(base, now, {.metric = "missed_rate"});
   EXPECT_THAT(comparison.cases, IsEmpty());
   ASSERT_THAT(comparison.errors, SizeIs(1));
-  EXPECT_EQ(comparison.errors[0].case_id, case_name(1));
+  EXPECT_EQ(comparison.errors[0].case_id, relief_case(1));
   EXPECT_EQ(exit_of(comparison), Exit::answer_is_no);
   EXPECT_THROW((void)compare_runs(base, now, {.metric = "no_such"}), Error);
 }
@@ -230,8 +230,8 @@ TEST(Compare, lists_cases_of_one_run_only_and_cases_that_were_lost) {
   const Comparison comparison = compare_runs(base, now, {});
   EXPECT_THAT(comparison.only_base, ElementsAre("old"));
   EXPECT_THAT(comparison.only_new, ElementsAre("new"));
-  EXPECT_THAT(comparison.lost, ElementsAre(case_name(1) + ": compile_error why"));
-  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kCases - 2));
+  EXPECT_THAT(comparison.lost, ElementsAre(relief_case(1) + ": compile_error why"));
+  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kFewCases - 2));
   EXPECT_EQ(exit_of(comparison), Exit::answer_is_no);
 }
 
@@ -248,7 +248,7 @@ TEST(Compare, a_scene_under_another_name_is_compared_by_its_key) {
   for (Sample& sample : now.samples)
     if (sample.case_id.find("rocks") != std::string::npos) rename(sample.case_id);
   const Comparison comparison = compare_runs(base, now, {});
-  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kCases));
+  EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kFewCases));
   EXPECT_EQ(count(comparison, Change::slower), 5);
 }
 
@@ -258,7 +258,7 @@ TEST(Compare, measures_nothing_where_nothing_matches) {
   for (Record& record : now.records) record.case_id += "&more";
   const Comparison comparison = compare_runs(base, now, {});
   EXPECT_EQ(comparison.matched, 0U);
-  EXPECT_THAT(comparison.only_base, SizeIs(kCases));
+  EXPECT_THAT(comparison.only_base, SizeIs(kFewCases));
   EXPECT_EQ(exit_of(comparison), Exit::nothing_measured);
 }
 
@@ -285,20 +285,20 @@ TEST(Compare, refuses_other_devices_and_drivers_but_only_warns_of_another_host) 
 TEST(Compare, refuses_a_measured_case_without_samples) {
   const StoredRun base = synthetic_run({.seed = 1});
   StoredRun now = base;
-  std::erase_if(now.samples, [](const Sample& sample) { return sample.case_id == case_name(7); });
+  std::erase_if(now.samples, [](const Sample& sample) { return sample.case_id == relief_case(7); });
   EXPECT_THROW((void)compare_runs(base, now, {}), Error);
 }
 
 TEST(Compare, is_written_whole) {
   const StoredRun base = synthetic_run({.seed = 1});
   const nlohmann::json json = comparison_json(compare_runs(base, synthetic_run({.seed = 2, .slow_cases = 1}), {}));
-  EXPECT_EQ(json.at("matched"), kCases);
+  EXPECT_EQ(json.at("matched"), kFewCases);
   EXPECT_EQ(json.at("cases").at(0).at("change"), "slower");
   EXPECT_EQ(json.at("cases").at(0).at("ci").size(), 2U);
   EXPECT_TRUE(json.at("control_ratio").contains("null"));
   EXPECT_TRUE(json.at("between_runs").contains("null"));
   EXPECT_EQ(json.at("groups").at(0).at("group"), "all");
-  EXPECT_EQ(json.at("groups").at(0).at("cases"), kCases);
+  EXPECT_EQ(json.at("groups").at(0).at("cases"), kFewCases);
   EXPECT_EQ(json.at("assumed").size(), 2U);
   EXPECT_EQ(json.at("inconclusive"), false);
 }

@@ -13,7 +13,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr Wrap kWraps[] = {Wrap::repeat, Wrap::clamp};
 constexpr int kPerTexel = 8;
 
 /// Cones of sampled points of the surface against all sampled points: never narrower than the true ratios.
@@ -57,10 +56,6 @@ class SampledCones {
   std::vector<double> ratios_;
 };
 
-struct Size {
-  int width, height;
-};
-
 void expect_bounds_hold(const Heightfield& heights, Wrap wrap, Subdivision by, const SampledCones& sampled) {
   const BoundRequest request{.heights = heights, .wrap = wrap, .by = by, .threads = 1};
   const FineRatios lower = lower_cone_bounds(request);
@@ -79,7 +74,7 @@ void expect_bounds_hold(const Heightfield& heights, Wrap wrap, Subdivision by, c
 
 TEST(ConeBounds, HoldTheRatiosOfAllPointsBetweenThem) {
   for (const ConeTestMap& map : kConeTestMaps) {
-    for (const Size size : {Size{6, 5}, Size{7, 3}}) {
+    for (const MapSize size : {MapSize{6, 5}, MapSize{7, 3}}) {
       const Heightfield heights = map.make(size.width, size.height);
       for (const Wrap wrap : kWraps) {
         const SampledCones sampled(heights, wrap, 1);

@@ -17,13 +17,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr Wrap kWraps[] = {Wrap::repeat, Wrap::clamp};
-
-struct Size {
-  int width, height;
-};
-
-std::string label(std::string_view id, Size size, Wrap wrap) {
+std::string label(std::string_view id, MapSize size, Wrap wrap) {
   return fmt::format("{} {}x{} {}", id, size.width, size.height, wrap == Wrap::repeat ? "repeat" : "clamp");
 }
 
@@ -62,7 +56,7 @@ TEST(ConeMap, EveryRowBakesEveryCorrectionItNames) {
 }
 
 TEST(ConeMap, RefusesSidesUnderTwoTexels) {
-  for (const Size size : {Size{1, 1}, Size{1, 8}, Size{8, 1}, Size{0, 0}}) {
+  for (const MapSize size : {MapSize{1, 1}, MapSize{1, 8}, MapSize{8, 1}, MapSize{0, 0}}) {
     const Heightfield map = constant_map(size.width, size.height);
     for (const MapRow& row : map_kinds()) {
       try {
@@ -79,8 +73,8 @@ TEST(ConeMap, RefusesSidesUnderTwoTexels) {
 
 TEST(ConeMap, ConservativeHasTheBitsOfAllPairs) {
   for (const ConeTestMap& map : kConeTestMaps) {
-    for (const Size size :
-         {Size{2, 2}, Size{2, 7}, Size{3, 3}, Size{16, 16}, Size{33, 20}, Size{45, 9}, Size{37, 41}}) {
+    for (const MapSize size : {MapSize{2, 2}, MapSize{2, 7}, MapSize{3, 3}, MapSize{16, 16}, MapSize{33, 20},
+                               MapSize{45, 9}, MapSize{37, 41}}) {
       const Heightfield heights = map.make(size.width, size.height);
       for (const Wrap wrap : kWraps) {
         SCOPED_TRACE(label(map.id, size, wrap));
@@ -142,7 +136,7 @@ RC_GTEST_PROP(ConeMapProperty, BakersHaveTheBitsOfAllPairs, ()) {
 
 TEST(ConeMap, RelaxedHasTheBitsOfAllPairs) {
   for (const ConeTestMap& map : kConeTestMaps) {
-    for (const Size size : {Size{2, 2}, Size{5, 3}, Size{16, 16}, Size{21, 13}}) {
+    for (const MapSize size : {MapSize{2, 2}, MapSize{5, 3}, MapSize{16, 16}, MapSize{21, 13}}) {
       const Heightfield heights = map.make(size.width, size.height);
       for (const Wrap wrap : kWraps) {
         SCOPED_TRACE(label(map.id, size, wrap));
@@ -246,7 +240,7 @@ int surface_points_in_cones(const Heightfield& map, const std::vector<float>& ra
 
 TEST(ConeMap, SafeAndCertifiedConesNeverMeetTheInterpolatedSurface) {
   for (const ConeTestMap& map : kConeTestMaps) {
-    for (const Size size : {Size{8, 8}, Size{11, 8}, Size{4, 12}}) {
+    for (const MapSize size : {MapSize{8, 8}, MapSize{11, 8}, MapSize{4, 12}}) {
       const Heightfield heights = map.make(size.width, size.height);
       for (const Wrap wrap : kWraps) {
         for (const Correction correction : {Correction::safe, Correction::certified}) {
@@ -296,7 +290,7 @@ TEST(ConeMap, TheMinimumOfNeighboursAloneIsNotSafe) {
 }
 
 TEST(ConeMap, SafeConesStayOpenOnLongMaps) {
-  for (const Size size : {Size{32, 8}, Size{8, 32}, Size{24, 16}}) {
+  for (const MapSize size : {MapSize{32, 8}, MapSize{8, 32}, MapSize{24, 16}}) {
     const Heightfield heights = noise_map(size.width, size.height);
     for (const float ratio : bake_conservative({.heights = heights, .correction = Correction::safe, .threads = 1})) {
       ASSERT_GT(ratio, 0.2F / static_cast<float>(std::max(size.width, size.height)));

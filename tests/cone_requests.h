@@ -12,12 +12,7 @@
 
 namespace reliefbench {
 
-inline constexpr Wrap kWraps[] = {Wrap::repeat, Wrap::clamp};
 inline constexpr Correction kCorrections[] = {Correction::none, Correction::min3x3, Correction::safe};
-
-struct MapSize {
-  int width, height;
-};
 
 inline std::string label(std::string_view id, const Heightfield& map, Wrap wrap,
                          Correction correction = Correction::none) {

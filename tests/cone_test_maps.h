@@ -105,6 +105,12 @@ inline Heightfield tiny_map(int width, int height) {
   });
 }
 
+struct MapSize {
+  int width, height;
+};
+
+inline constexpr Wrap kWraps[] = {Wrap::repeat, Wrap::clamp};
+
 struct ConeTestMap {
   std::string_view id;
   Heightfield (*make)(int width, int height);

@@ -15,11 +15,11 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-Config parsed(std::string text) { return parse_config(std::move(text), "c.json"); }
+Config parsed_config(std::string text) { return parse_config(std::move(text), "c.json"); }
 
-std::string error_of(std::string text) {
+std::string config_error(std::string text) {
   try {
-    (void)parsed(std::move(text));
+    (void)parsed_config(std::move(text));
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), Exit::bad_input);
     return error.what();
@@ -31,7 +31,7 @@ std::string error_of(std::string text) {
 std::string config_with(std::string_view scene, std::string_view sweep) {
   return fmt::format("{{\n\"name\": \"n\",\n\"scenes\": [\n{}\n], \"sweeps\": [{}]}}\n", scene, sweep);
 }
-constexpr std::string_view kScene = R"({"heightmap": "rocks", "views": ["top"]})";
+constexpr std::string_view kSceneJson = R"({"heightmap": "rocks", "views": ["top"]})";
 constexpr std::string_view kSweep = R"({"technique": "relief"})";
 
 TEST(Config, DefaultsWhereNothingIsSaid) {
@@ -51,7 +51,7 @@ TEST(Config, DefaultsWhereNothingIsSaid) {
 }
 
 TEST(Config, EverythingIsRead) {
-  const Config config = parsed(R"({
+  const Config config = parsed_config(R"({
     // a comment, and /* another kind */
     "$schema": "schema/config.schema.json", "name": "all", "seed": 18446744073709551,
     "scenes": [{"heightmap": {"source": "rocks", "channel": "r", "invert": true, "normalise": true, "name": "low"},
@@ -107,9 +107,9 @@ void PrintTo(const Broken& broken, std::ostream* out) { *out << broken.name; }
 
 std::vector<Broken> broken_configs() {
   const auto scene = [](std::string_view text) { return config_with(text, kSweep); };
-  const auto sweep = [](std::string_view text) { return config_with(kScene, text); };
+  const auto sweep = [](std::string_view text) { return config_with(kSceneJson, text); };
   const auto more = [](std::string_view text) {
-    return fmt::format("{{\"scenes\": {},\n\"sweeps\": {},\n{}}}", kScene, kSweep, text);
+    return fmt::format("{{\"scenes\": {},\n\"sweeps\": {},\n{}}}", kSceneJson, kSweep, text);
   };
   return {
       {"syntax", "{\n\"a\": 1,\n\"b\" 2}", 3, "", "not valid JSON"},
@@ -123,8 +123,8 @@ std::vector<Broken> broken_configs() {
       {"far_key", more("\"colour\": []"), 3, "colour", "unknown (known: $schema, name"},
       {"no_scenes", "{\"sweeps\": []}", 1, "", "'scenes' is missing"},
       {"empty_scenes", "{\n\"scenes\": []}", 2, "scenes", "the list is empty"},
-      {"no_sweeps", fmt::format("{{\"scenes\": {}}}", kScene), 1, "", "'sweeps' is missing"},
-      {"empty_sweeps", config_with(kScene, ""), 5, "sweeps", "the list is empty"},
+      {"no_sweeps", fmt::format("{{\"scenes\": {}}}", kSceneJson), 1, "", "'sweeps' is missing"},
+      {"empty_sweeps", config_with(kSceneJson, ""), 5, "sweeps", "the list is empty"},
       {"name_type", more("\"name\": 3"), 3, "name", "expected a string, not number"},
       {"seed_negative", more("\"seed\": -1"), 3, "seed", "-1 is out of range"},
       {"seed_huge", more("\"seed\": 18446744073709551615"), 3, "seed", "18446744073709551615 is out of range"},
@@ -182,7 +182,8 @@ std::vector<Broken> broken_configs() {
        "1 is out of range (expected 2 to 16384)"},
       {"bad_name", scene(R"({"heightmap": {"source": "fbm", "name": "a b"}, "views": "top"})"), 4,
        "scenes[0].heightmap.name", "letters, digits"},
-      {"same_scene", scene(fmt::format("{},\n{}", kScene, kScene)), 5, "scenes[1]", "a second scene 'rocks/top'"},
+      {"same_scene", scene(fmt::format("{},\n{}", kSceneJson, kSceneJson)), 5, "scenes[1]",
+       "a second scene 'rocks/top'"},
       {"same_name", scene(R"({"heightmap": "rocks", "views": "top"},
                              {"heightmap": {"source": "rocks", "invert": true}, "views": "oblique"})"),
        5, "scenes[1]", "another heightmap is called 'rocks'"},
@@ -258,7 +259,7 @@ TEST_P(ConfigErrors, NameLineAndKey) {
   const Broken& broken = GetParam();
   const std::string where = broken.key.empty() ? fmt::format("c.json:{}: ", broken.line)
                                                : fmt::format("c.json:{}: key '{}': ", broken.line, broken.key);
-  EXPECT_THAT(error_of(broken.text), AllOf(StartsWith(where), HasSubstr(broken.what)));
+  EXPECT_THAT(config_error(broken.text), AllOf(StartsWith(where), HasSubstr(broken.what)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Config, ConfigErrors, ::testing::ValuesIn(broken_configs()),
@@ -266,24 +267,24 @@ INSTANTIATE_TEST_SUITE_P(Config, ConfigErrors, ::testing::ValuesIn(broken_config
 
 // Wherever the text breaks off or a byte is wrong, there is an Error or a config: never another exception.
 TEST(Config, EveryTruncationIsAnErrorWithALine) {
-  const std::string whole = config_with(kScene, R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}})");
+  const std::string whole = config_with(kSceneJson, R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}})");
   const std::size_t end = whole.rfind('}');
   for (std::size_t length = 0; length < end; ++length)
-    EXPECT_THAT(error_of(whole.substr(0, length)), StartsWith("c.json:")) << length;
+    EXPECT_THAT(config_error(whole.substr(0, length)), StartsWith("c.json:")) << length;
 }
 
 TEST(Config, EveryWrongByteIsAnErrorOrAConfig) {
-  const std::string whole = config_with(kScene, R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}})");
+  const std::string whole = config_with(kSceneJson, R"({"technique": "relief", "axes": {"linear_steps": [8, 16]}})");
   for (std::size_t i = 0; i < whole.size(); ++i)
     for (const char wrong : {'\0', '"', '}', '0', '\xff', '/', '\n'}) {
       std::string text = whole;
       text[i] = wrong;
-      EXPECT_THAT(error_of(text), testing::AnyOf("no error", StartsWith("c.json:"))) << i;
+      EXPECT_THAT(config_error(text), testing::AnyOf("no error", StartsWith("c.json:"))) << i;
     }
 }
 
 TEST(Config, SizesAndNamesTellHeightmapsApart) {
-  const Config config = parsed(config_with(
+  const Config config = parsed_config(config_with(
       R"({"heightmap": "fbm", "views": "top"}, {"heightmap": {"source": "fbm", "width": 64, "height": 32}, "views": "top"},
          {"heightmap": {"source": "fbm", "seed": 2, "name": "second"}, "views": "top"})",
       kSweep));

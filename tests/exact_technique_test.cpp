@@ -20,16 +20,9 @@ const std::vector<Settings>& exact_settings() {
   return list;
 }
 
-std::vector<ReferenceHit> reference_of(const std::vector<ScorePixel>& pixels, const StoredMap& map, Wrap wrap) {
-  std::vector<TextureRay> rays;
-  rays.reserve(pixels.size());
-  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
-  return ReferenceTracer(map.surface, wrap).trace(rays);
-}
-
 /// No first hit stepped over, none short of the surface, none past it inside.
 void expect_exact(const std::vector<ScorePixel>& pixels, const StoredMap& map, const Scene& scene) {
-  const std::vector<ReferenceHit> reference = reference_of(pixels, map, scene.wrap);
+  const std::vector<ReferenceHit> reference = exact_hits(ReferenceTracer(map.surface, scene.wrap), pixels);
   const JudgedFrame frame = judge(pixels, reference, map.surface.width, map.surface.height);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const Verdict verdict = frame.pixels[i].verdict;
@@ -108,7 +101,9 @@ TEST_P(ExactTechnique, maxima_of_texels_do_skip) {
                                              find_format("r32f"), find_encoding("ratio")),
                         .surface = heights};
     const auto pixels = trace_frame(rig, settings, map, small_scene(view_presets()[2], Wrap::repeat));
-    EXPECT_GT(judge(pixels, reference_of(pixels, map, Wrap::repeat), 48, 48).score.at("missed_rate"), 0);
+    EXPECT_GT(
+        judge(pixels, exact_hits(ReferenceTracer(map.surface, Wrap::repeat), pixels), 48, 48).score.at("missed_rate"),
+        0);
   });
 }
 
@@ -172,7 +167,8 @@ TEST_P(ExactTechnique, refined_searches_are_near_on_a_smooth_relief) {
         const auto pipeline = score_pipeline(rig, settings, Wrap::repeat);
         for (const View& view : view_presets()) {
           const auto pixels = trace_frame(rig, *pipeline, map, small_scene(view, Wrap::repeat));
-          const FrameScore score = judge(pixels, reference_of(pixels, map, Wrap::repeat), 32, 32).score;
+          const FrameScore score =
+              judge(pixels, exact_hits(ReferenceTracer(map.surface, Wrap::repeat), pixels), 32, 32).score;
           EXPECT_LT(score.at("e_xy.p95"), 0.1) << settings.text() << " " << view.id;
           EXPECT_LT(score.at("missed_rate"), 0.01) << settings.text() << " " << view.id;
           EXPECT_EQ(score.at("unconverged_rate"), 0) << settings.text() << " " << view.id;

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 class FrameTest : public BackendTest {};
 
-constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
+constexpr TexelLayout kFloatTexel{.type = TexelType::float32, .channels = 1};
 
 /// The head of a fragment shader for both APIs; BINDING as in platform.glsl.
 Spirv fragment(const Rig& rig, std::string_view body) {
@@ -29,12 +29,12 @@ Spirv fragment(const Rig& rig, std::string_view body) {
 std::unique_ptr<Texture> one_texel(const Rig& rig, float value) {
   return rig.backend->upload({.width = 1,
                               .height = 1,
-                              .layout = kFloat,
+                              .layout = kFloatTexel,
                               .texels = std::as_bytes(std::span(&value, 1)),
                               .filter = Filter::nearest});
 }
 
-FrameUniforms frame_of(int width, int height, float mark = 0) {
+FrameUniforms marked_frame(int width, int height, float mark = 0) {
   FrameUniforms frame{};
   frame.sizes = {width, height, 1, 1};
   frame.position[0] = mark;
@@ -47,7 +47,7 @@ std::vector<float> floats(const std::vector<std::uint8_t>& bytes) {
   return values;
 }
 
-const Target kOneFloat{.attachments = {{"out_value", kFloat}}};
+const Target kOneFloat{.attachments = {{"out_value", kFloatTexel}}};
 
 TEST_P(FrameTest, textures_are_bound_by_the_names_of_the_samplers) {
   on_every_device([](Rig& rig) {
@@ -64,7 +64,7 @@ void main() { out_value = 10.0 * texel(first) + texelFetch(second, ivec2(0), 0).
     const auto two = one_texel(rig, 2);
     const auto three = one_texel(rig, 3);
     const auto value_of = [&](Textures textures) {
-      rig.backend->render({.pipeline = pipeline.get(), .textures = std::move(textures), .frame = frame_of(1, 1)}, 1,
+      rig.backend->render({.pipeline = pipeline.get(), .textures = std::move(textures), .frame = marked_frame(1, 1)}, 1,
                           Timer::fenced_wall);
       return floats(rig.backend->read("out_value")).at(0);
     };
@@ -79,7 +79,7 @@ TEST_P(FrameTest, outputs_that_are_not_the_targets_attachments_are_refused) {
   on_every_device([](Rig& rig) {
     const Spirv one = fragment(rig, "layout(location = 0) out float out_value;\nvoid main() { out_value = 1.0; }\n");
     EXPECT_THAT(message_of([&] { (void)rig.pipeline(one, Target::color); }), HasSubstr("`out_color`"));
-    const Target two{.attachments = {{"out_value", kFloat}, {"out_other", kFloat}}};
+    const Target two{.attachments = {{"out_value", kFloatTexel}, {"out_other", kFloatTexel}}};
     EXPECT_THAT(message_of([&] { (void)rig.pipeline(one, two); }), AllOf(HasSubstr("`out_other`"), HasSubstr("1")));
     const Spirv both = fragment(rig,
                                 "layout(location = 0) out float out_value;\nlayout(location = 1) out float out_other;\n"
@@ -108,7 +108,7 @@ void main() {
 TEST_P(FrameTest, of_several_draws_the_nearest_fragments_stay_and_each_draw_has_its_own_uniforms) {
   on_every_device([](Rig& rig) {
     const Target target{
-        .attachments = {{"out_value", kFloat}, {"out_color", {.type = TexelType::unorm8, .channels = 4}}},
+        .attachments = {{"out_value", kFloatTexel}, {"out_color", {.type = TexelType::unorm8, .channels = 4}}},
         .has_depth = true};
     const Spirv column = fragment(rig, kColumn);
     const auto from = [&](int first, int depth) {
@@ -117,9 +117,9 @@ TEST_P(FrameTest, of_several_draws_the_nearest_fragments_stay_and_each_draw_has_
     const auto far = from(1, 6);
     const auto near = from(3, 2);
     const auto middle = from(2, 4);  // drawn last, behind `near`
-    const std::array frame{Draw{.pipeline = far.get(), .frame = frame_of(4, 2, 0.5F)},
-                           Draw{.pipeline = near.get(), .frame = frame_of(4, 2, 7)},
-                           Draw{.pipeline = middle.get(), .frame = frame_of(4, 2, 9)}};
+    const std::array frame{Draw{.pipeline = far.get(), .frame = marked_frame(4, 2, 0.5F)},
+                           Draw{.pipeline = near.get(), .frame = marked_frame(4, 2, 7)},
+                           Draw{.pipeline = middle.get(), .frame = marked_frame(4, 2, 9)}};
     for (const int frames : {1, 3, 65}) {
       const BatchTime time = rig.backend->render(frame, frames, Timer::fenced_wall);
       EXPECT_GT(time.wall_ns, 0);
@@ -145,15 +145,15 @@ void main() { out_value = float(VALUE); }
     const auto flat = rig.pipeline(constant, kOneFloat, {{.id = 0, .value = 1}});
     const auto other = rig.pipeline(constant, deep, {{.id = 0, .value = 2}});
     const auto draw = [&](const Pipeline& pipeline, int width) {
-      rig.backend->render({.pipeline = &pipeline, .frame = frame_of(width, 1)}, 1, Timer::fenced_wall);
+      rig.backend->render({.pipeline = &pipeline, .frame = marked_frame(width, 1)}, 1, Timer::fenced_wall);
       return floats(rig.backend->read("out_value"));
     };
     EXPECT_THAT(draw(*flat, 2), ElementsAre(1, 1));
     EXPECT_THAT(draw(*other, 3), ElementsAre(2, 2, 2));
     EXPECT_THAT(draw(*flat, 1), ElementsAre(1));
     EXPECT_EQ(floats(rig.backend->read("depth")).size(), 3U);
-    const std::array mixed{Draw{.pipeline = flat.get(), .frame = frame_of(1, 1)},
-                           Draw{.pipeline = other.get(), .frame = frame_of(1, 1)}};
+    const std::array mixed{Draw{.pipeline = flat.get(), .frame = marked_frame(1, 1)},
+                           Draw{.pipeline = other.get(), .frame = marked_frame(1, 1)}};
     EXPECT_THAT(message_of([&] { rig.backend->render(mixed, 1, Timer::fenced_wall); }), HasSubstr("different targets"));
     EXPECT_THAT(message_of([&] { rig.backend->render(std::span<const Draw>{}, 1, Timer::fenced_wall); }),
                 HasSubstr("0 draws"));
@@ -173,7 +173,7 @@ TEST_P(FrameTest, a_frame_too_large_for_the_device_is_out_of_memory_by_its_code)
     const auto pipeline = backend->compile(
         {.label = "flat", .vertex = vertex, .fragment = flat, .constants = {}, .target = Target::score});
     const auto draw = [&](int side) {
-      backend->render({.pipeline = pipeline.get(), .frame = frame_of(side, side)}, 1, Timer::fenced_wall);
+      backend->render({.pipeline = pipeline.get(), .frame = marked_frame(side, side)}, 1, Timer::fenced_wall);
     };
     try {
       draw(16384);

@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 
 class GpuBakeTest : public BackendTest {};
 
-constexpr std::pair<int, int> kSizes[] = {{2, 2}, {3, 5}, {29, 18}};
+constexpr std::pair<int, int> kBakeSizes[] = {{2, 2}, {3, 5}, {29, 18}};
 
 GpuBaker baker(const Rig& rig, MapKind kind) { return {*rig.backend, rig.row.dialect, kind}; }
 
@@ -28,7 +28,7 @@ std::vector<Correction> corrections_of(MapKind kind) {
 }
 
 /// The CPU's bits, with what is wrong in words if they are not.
-void expect_same(const std::vector<float>& found, const std::vector<float>& expected) {
+void expect_same_bits(const std::vector<float>& found, const std::vector<float>& expected) {
   ASSERT_EQ(found.size(), expected.size());
   std::size_t above = 0;
   std::size_t below = 0;
@@ -43,7 +43,7 @@ void expect_same(const std::vector<float>& found, const std::vector<float>& expe
 }
 
 void expect_cpu_bits(const GpuBaker& baker, MapKind kind, const BakeRequest& request) {
-  expect_same(baker.bake(request), find_map(kind).bake(request));
+  expect_same_bits(baker.bake(request), find_map(kind).bake(request));
 }
 
 TEST_P(GpuBakeTest, every_baker_has_the_bits_of_the_cpu) {
@@ -51,7 +51,7 @@ TEST_P(GpuBakeTest, every_baker_has_the_bits_of_the_cpu) {
     for (const MapKind kind : gpu_bakers()) {
       const GpuBaker gpu = baker(rig, kind);
       for (const ConeTestMap& map : kConeTestMaps)
-        for (const auto& [width, height] : kSizes)
+        for (const auto& [width, height] : kBakeSizes)
           for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
             SCOPED_TRACE(
                 fmt::format("{} {} {}x{} wrap {}", find_map(kind).id, map.id, width, height, static_cast<int>(wrap)));

@@ -12,13 +12,6 @@
 namespace reliefbench {
 namespace {
 
-std::vector<ReferenceHit> reference_of(const std::vector<ScorePixel>& pixels, const Heightfield& surface, Wrap wrap) {
-  std::vector<TextureRay> rays;
-  rays.reserve(pixels.size());
-  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
-  return ReferenceTracer(surface, wrap).trace(rays);
-}
-
 Scene scene_of(const View& view, Wrap wrap) {
   return {.view = view, .tiling = wrap == Wrap::repeat ? 2.0 : 1.0, .wrap = wrap, .width_px = 64, .height_px = 64};
 }
@@ -76,7 +69,7 @@ TEST_P(GuaranteeTest, is_kept_on_every_map_wrap_and_view) {
           const StoredMap map = store_map(settings, row.generate(32, 32, 7), wrap);
           for (const View& view : view_presets()) {
             const auto pixels = trace_frame(rig, *pipeline, map, small_scene_of(view, wrap));
-            const auto reference = reference_of(pixels, map.surface, wrap);
+            const auto reference = exact_hits(ReferenceTracer(map.surface, wrap), pixels);
             const JudgedFrame frame = judge(pixels, reference, 32, 32);
             rays += frame.score.pixels;
             for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -104,7 +97,7 @@ TEST_P(GuaranteeTest, relaxed_cones_with_solved_cells_arrive) {
           "relaxed_cone", {{"cone_steps", "300"}, {"step", step}, {"format", "rg16"}, {"filter", "manual"}});
       const StoredMap map = store_map(settings, row.generate(32, 32, 7), Wrap::repeat);
       const auto pixels = trace_frame(rig, settings, map, small_scene_of(view_presets()[2], Wrap::repeat));
-      return judge(pixels, reference_of(pixels, map.surface, Wrap::repeat), 32, 32).score;
+      return judge(pixels, exact_hits(ReferenceTracer(map.surface, Wrap::repeat), pixels), 32, 32).score;
     };
     double plain_error = 0;
     double solved_error = 0;
@@ -137,7 +130,7 @@ TEST_P(GuaranteeTest, coarse_levels_never_pass_the_base_surface) {
           const StoredMap map = store_map(settings, row.generate(75, 50, 7), wrap);
           for (const View& view : view_presets()) {
             const auto pixels = trace_frame(rig, *pipeline, map, small_scene_of(view, wrap));
-            const auto reference = reference_of(pixels, map.surface, wrap);
+            const auto reference = exact_hits(ReferenceTracer(map.surface, wrap), pixels);
             for (std::size_t i = 0; i < pixels.size(); ++i) {
               if (static_cast<PixelStatus>(pixels[i].status) == PixelStatus::no_ray) continue;
               ASSERT_LE(pixels[i].t, reference[i].t_enter + 1e-5) << row.id << " " << step << " " << view.id;
@@ -193,7 +186,9 @@ TEST_P(GuaranteeTest, linear_steps_do_skip_spikes) {
     const StoredMap map =
         store_map(settings, load_heightmap({.source = "spikes", .width = 64, .height = 64}), Wrap::repeat);
     const auto pixels = trace_frame(rig, settings, map, scene_of(view_presets()[2], Wrap::repeat));
-    EXPECT_GT(judge(pixels, reference_of(pixels, map.surface, Wrap::repeat), 64, 64).score.at("missed_rate"), 0);
+    EXPECT_GT(
+        judge(pixels, exact_hits(ReferenceTracer(map.surface, Wrap::repeat), pixels), 64, 64).score.at("missed_rate"),
+        0);
   });
 }
 

@@ -61,17 +61,17 @@ class IdentityTest : public ::testing::Test {
   TempFolder folder_;
 };
 
-const json kSmall = {{"source", "fbm"}, {"width", 32}, {"height", 32}};
+const json kSmallMap = {{"source", "fbm"}, {"width", 32}, {"height", 32}};
 
 TEST_F(IdentityTest, runs_that_differ_in_seed_depth_or_frame_have_no_case_in_common) {
-  const reliefbench::Run base = sweep({{"heightmap", kSmall}}, "base");
-  json seeded = kSmall;
+  const reliefbench::Run base = sweep({{"heightmap", kSmallMap}}, "base");
+  json seeded = kSmallMap;
   seeded["seed"] = 2;
   const std::vector<json> others = {{{"heightmap", seeded}},
-                                    {{"heightmap", kSmall}, {"relief_depth", 0.2}},
-                                    {{"heightmap", kSmall}, {"frame_px", {48, 32}}},
-                                    {{"heightmap", kSmall}, {"tiling", 2}},
-                                    {{"heightmap", kSmall}, {"wrap", "clamp"}}};
+                                    {{"heightmap", kSmallMap}, {"relief_depth", 0.2}},
+                                    {{"heightmap", kSmallMap}, {"frame_px", {48, 32}}},
+                                    {{"heightmap", kSmallMap}, {"tiling", 2}},
+                                    {{"heightmap", kSmallMap}, {"wrap", "clamp"}}};
   const std::vector<std::string> differs = {"heights ", "relief depth 0.1, now 0.2\n", "frame 32x32, now 48x32\n",
                                             "tiling 1, now 2\n", "wrap repeat, now clamp\n"};
   for (std::size_t i = 0; i < others.size(); ++i) {
@@ -118,7 +118,7 @@ TEST(RecordGroups, of_one_name_and_two_keys_are_two) {
 }
 
 TEST_F(IdentityTest, records_and_tables_have_the_key_and_one_name_has_one) {
-  const reliefbench::Run made = sweep({{"heightmap", kSmall}}, "run");
+  const reliefbench::Run made = sweep({{"heightmap", kSmallMap}}, "run");
   ASSERT_EQ(made.scenes.size(), 1U);
   EXPECT_EQ(schema_errors(made.info, "run"), "");
   for (const Record& record : made.records) EXPECT_EQ(record.scene_key, made.scenes[0].key);
@@ -147,7 +147,7 @@ TEST(RecordedTables, without_keys_are_read_by_their_scenes_ids) {
 }
 
 TEST_F(IdentityTest, runs_of_the_schema_before_are_refused_in_one_line) {
-  static_cast<void>(sweep({{"heightmap", kSmall}}, "run"));
+  static_cast<void>(sweep({{"heightmap", kSmallMap}}, "run"));
   json info = json::parse(file_text(folder_ / "run/run.json"));
   info["identity"]["schema"] = kSchemaVersion - 1;
   info["identity"]["kernels_sha256"] = std::string(64, '0');  // as the build of then had it
@@ -156,7 +156,7 @@ TEST_F(IdentityTest, runs_of_the_schema_before_are_refused_in_one_line) {
   const CommandResult result = run({"recommend", "run"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr(refusal));
-  EXPECT_THAT([&] { (void)sweep({{"heightmap", kSmall}}, "run"); }, ThrowsMessage<Error>(HasSubstr(refusal)));
+  EXPECT_THAT([&] { (void)sweep({{"heightmap", kSmallMap}}, "run"); }, ThrowsMessage<Error>(HasSubstr(refusal)));
 }
 
 class ChangedHeightmap : public IdentityTest {

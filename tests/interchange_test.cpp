@@ -53,7 +53,7 @@ TEST(Csv, what_is_broken_is_named_with_its_line) {
   fails("a,b\rc,d", "f.csv:1: a carriage return");
 }
 
-void expect_same(const TableRow& a, const TableRow& b) {
+void expect_same_row(const TableRow& a, const TableRow& b) {
   EXPECT_EQ(a.case_id, b.case_id);
   EXPECT_EQ(&a.settings.technique(), &b.settings.technique());
   EXPECT_EQ(a.settings.text(), b.settings.text());
@@ -80,7 +80,7 @@ TEST(CaseTable, every_case_comes_back_up_to_the_digits_of_its_samples) {
   const std::vector<TableRow> rows = case_table(sampled_run({.device = kHostileText, .cases = 40}));
   const std::vector<TableRow> read = parse_case_table(case_table_csv(rows), "table.csv");
   ASSERT_EQ(read.size(), rows.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) expect_same(rows[i], read[i]);
+  for (std::size_t i = 0; i < rows.size(); ++i) expect_same_row(rows[i], read[i]);
 }
 
 TEST(CaseTable, samples_are_free_of_drift) {

@@ -91,11 +91,11 @@ TEST(Ktx2, FloatsSaySo) {
   EXPECT_EQ(word(file, alpha + 12), std::bit_cast<std::uint32_t>(1.0F));
 }
 
-constexpr TexelType kTypes[] = {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32};
+constexpr TexelType kFileTypes[] = {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32};
 
 TEST(Ktx2, ComesBackBitForBit) {
   const TempFolder folder;
-  for (const TexelType type : kTypes) {
+  for (const TexelType type : kFileTypes) {
     for (const int channels : {1, 2, 4}) {
       for (const int levels : {1, 4}) {
         const Ktx2File file{.image = counting_image(13, 6, {.type = type, .channels = channels}, levels),
@@ -115,27 +115,27 @@ TEST(Ktx2, ComesBackBitForBit) {
   }
 }
 
-const Ktx2File kSmall{.image = counting_image(4, 4, {.type = TexelType::unorm8, .channels = 2}, 3),
-                      .metadata = {{"key", "value"}}};
+const Ktx2File kSmallFile{.image = counting_image(4, 4, {.type = TexelType::unorm8, .channels = 2}, 3),
+                          .metadata = {{"key", "value"}}};
 
-std::string refusal(const std::string& bytes) {
+std::string ktx2_refusal(const std::string& bytes) {
   return input_error([&] { (void)decode_ktx2(std::as_bytes(std::span(bytes)), "x.ktx2"); });
 }
 
 TEST(Ktx2, EveryCutIsRefused) {
-  const std::string whole = encode_ktx2(kSmall);
+  const std::string whole = encode_ktx2(kSmallFile);
   for (std::size_t size = 0; size < whole.size(); ++size)
-    EXPECT_THAT(refusal(whole.substr(0, size)), StartsWith("x.ktx2: "));
+    EXPECT_THAT(ktx2_refusal(whole.substr(0, size)), StartsWith("x.ktx2: "));
 }
 
 TEST(Ktx2, SaysWhatIsWrong) {
-  const std::string whole = encode_ktx2(kSmall);
+  const std::string whole = encode_ktx2(kSmallFile);
   const auto with = [&](std::size_t at, std::uint32_t value) {
     std::string bytes = whole;
     std::memcpy(bytes.data() + at, &value, sizeof(value));
-    return refusal(bytes);
+    return ktx2_refusal(bytes);
   };
-  EXPECT_THAT(refusal("PNG and more bytes than an identifier"), HasSubstr("not a KTX 2.0 file"));
+  EXPECT_THAT(ktx2_refusal("PNG and more bytes than an identifier"), HasSubstr("not a KTX 2.0 file"));
   EXPECT_THAT(with(12, 23), HasSubstr("VkFormat 23"));
   EXPECT_THAT(with(16, 2), HasSubstr("type size"));
   EXPECT_THAT(with(20, 0), HasSubstr("0 x 4 texels"));
@@ -154,12 +154,12 @@ TEST(Ktx2, SaysWhatIsWrong) {
 }
 
 RC_GTEST_PROP(Ktx2Property, NoByteThatIsChangedBreaksTheReader, ()) {
-  std::string bytes = encode_ktx2(kSmall);
+  std::string bytes = encode_ktx2(kSmallFile);
   const auto at = *rc::gen::inRange<std::size_t>(0, bytes.size());
   bytes[at] = static_cast<char>(*rc::gen::inRange(0, 256));
   try {
     const Ktx2File file = decode_ktx2(std::as_bytes(std::span(bytes)), "x.ktx2");
-    RC_ASSERT(file.image.texels.size() == kSmall.image.texels.size());
+    RC_ASSERT(file.image.texels.size() == kSmallFile.image.texels.size());
   } catch (const Error& error) {
     RC_ASSERT(error.code() == Exit::bad_input);
   }

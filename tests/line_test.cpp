@@ -17,7 +17,7 @@ namespace {
 using ::testing::Each;
 using ::testing::ElementsAre;
 
-const Scene kSmall{.view = view_presets()[1], .width_px = 24, .height_px = 16};
+const Scene kSmallScene{.view = view_presets()[1], .width_px = 24, .height_px = 16};
 
 Heightfield terrain() { return load_heightmap({.source = "fbm", .width = 16, .height = 12}); }
 
@@ -79,25 +79,25 @@ TEST(Line, recent_values_are_made_once_until_others_were_asked_for) {
 TEST(Line, pack_is_pack_map_and_nothing_where_no_map_is_read) {
   const Settings cone = parse_setting("cone?format=rg16");
   const BakedMap map = bake(bake_spec(cone, Wrap::repeat), terrain());
-  const std::optional<MapTextures> textures = pack(cone, map, kSmall);
+  const std::optional<MapTextures> textures = pack(cone, map, kSmallScene);
   ASSERT_TRUE(textures);
   const MapStorage storage = storage_of(cone);
   EXPECT_EQ(textures->relief.texels, pack_map({.map = storage.map, .heights = map.heights, .values = map.values},
                                               storage.format, storage.encoding)
                                          .relief.texels);
-  EXPECT_FALSE(pack(parse_setting("flat"), map, kSmall));
+  EXPECT_FALSE(pack(parse_setting("flat"), map, kSmallScene));
 }
 
 TEST(Line, upload_names_textures_for_every_sampler_of_a_technique) {
   const std::unique_ptr<Backend> backend = open_null(0, {});
-  const UploadedScene scene = upload(*backend, kSmall, terrain());
+  const UploadedScene scene = upload(*backend, kSmallScene, terrain());
   EXPECT_THAT(scene.frame.sizes, ElementsAre(24, 16, 16, 12));
   const Frame flat = upload(*backend, std::nullopt, scene);
   EXPECT_EQ(flat.relief, nullptr);
   for (const char* sampler : {kReliefMap, kNormalMap, kExtraMap})
     EXPECT_EQ(flat.draw.textures.at(sampler), scene.normals.get());
   const Settings quad = parse_setting("interval");
-  const Frame frame = upload(*backend, pack(quad, bake(bake_spec(quad, Wrap::repeat), terrain()), kSmall), scene);
+  const Frame frame = upload(*backend, pack(quad, bake(bake_spec(quad, Wrap::repeat), terrain()), kSmallScene), scene);
   EXPECT_EQ(frame.draw.textures.at(kReliefMap), frame.relief.get());
   EXPECT_EQ(frame.draw.textures.at(kExtraMap), frame.extra ? frame.extra.get() : scene.normals.get());
   EXPECT_EQ(frame.draw.pipeline, nullptr);
@@ -108,15 +108,15 @@ TEST(Line, a_frame_is_traced_and_judged_against_its_own_rays) {
   Session session(find_backend("null"), 0, split, false);
   const Heightfield heights = terrain();
   const Settings settings = parse_setting("relief");
-  const UploadedScene scene = upload(session.backend(), kSmall, heights);
-  const Frame frame =
-      upload(session.backend(), pack(settings, bake(bake_spec(settings, kSmall.wrap), heights), kSmall), scene);
-  const Draw draw = frame.with(*session.pipeline(settings, Target::score, kSmall.wrap).pipeline);
+  const UploadedScene scene = upload(session.backend(), kSmallScene, heights);
+  const Frame frame = upload(session.backend(),
+                             pack(settings, bake(bake_spec(settings, kSmallScene.wrap), heights), kSmallScene), scene);
+  const Draw draw = frame.with(*session.pipeline(settings, Target::score, kSmallScene.wrap).pipeline);
   std::vector<ScorePixel> pixels = trace_frame(session.backend(), draw);
   ASSERT_EQ(pixels.size(), 24U * 16);
   pixels.front().status = static_cast<float>(PixelStatus::no_ray);
 
-  const ReferenceTracer tracer(heights, kSmall.wrap);
+  const ReferenceTracer tracer(heights, kSmallScene.wrap);
   const std::vector<ReferenceHit> hits = exact_hits(tracer, pixels);
   ASSERT_EQ(hits.size(), pixels.size());
   EXPECT_EQ(hits.front().t_enter, 0);
@@ -133,9 +133,9 @@ class TimedLine : public ::testing::Test {
   void open() {
     session_.emplace(find_backend("null"), 0, split_, true, devices_.opener());
     session_->calibrate(measure_.batch_ms, nullptr);
-    scene_ = upload(session_->backend(), kSmall, terrain());
+    scene_ = upload(session_->backend(), kSmallScene, terrain());
     frame_ = upload(session_->backend(), std::nullopt, scene_);
-    draw_ = frame_.with(*session_->pipeline(parse_setting("flat"), Target::color, kSmall.wrap).pipeline);
+    draw_ = frame_.with(*session_->pipeline(parse_setting("flat"), Target::color, kSmallScene.wrap).pipeline);
     book_.emplace(SampleBook::Control{.id = "control@null", .reference_ns = session_->calibration().reference_ns});
     records_[0].case_id = "a";
     records_[1].case_id = "b";

@@ -17,8 +17,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr Wrap kWraps[] = {Wrap::repeat, Wrap::clamp};
-
 struct Storage {
   std::string_view format;
   std::string_view encoding;
@@ -214,19 +212,19 @@ int slow_too_wide(const Heightfield& heights, const std::vector<float>& ratios, 
   return count;
 }
 
-struct RandomMap {
+struct CodedMap {
   Heightfield heights;
   std::vector<float> ratios;
   Wrap wrap;
 };
-RandomMap random_map() {
+CodedMap coded_map() {
   const int width = *rc::gen::inRange(2, 10);
   const int height = *rc::gen::inRange(2, 10);
   const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const auto codes = *rc::gen::container<std::vector<int>>(2 * count, rc::gen::inRange(0, 10));
-  RandomMap map{.heights = {.width = width, .height = height, .texels = {}},
-                .ratios = {},
-                .wrap = *rc::gen::element(Wrap::repeat, Wrap::clamp)};
+  CodedMap map{.heights = {.width = width, .height = height, .texels = {}},
+               .ratios = {},
+               .wrap = *rc::gen::element(Wrap::repeat, Wrap::clamp)};
   for (std::size_t i = 0; i < count; ++i) {
     map.heights.texels.push_back(static_cast<float>(codes[i]) / 9.0F);
     map.ratios.push_back(0.0937F * static_cast<float>(codes[count + i]));
@@ -235,7 +233,7 @@ RandomMap random_map() {
 }
 
 RC_GTEST_PROP(MapVerifyProperty, TexelsAreCountedAsAllPairsCountThem, ()) {
-  const RandomMap random = random_map();
+  const CodedMap random = coded_map();
   const Storage storage{"rg32f", "ratio"};
   const auto count = [&](MapKind kind) {
     const MapRow& map = find_map(kind);

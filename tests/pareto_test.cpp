@@ -88,7 +88,7 @@ TEST(ParetoFront, refuses_nan_and_uneven_lengths) {
   EXPECT_THROW((void)front_of({1, 2}, {0}), Error);
 }
 
-std::vector<std::string> ids(const std::vector<const Record*>& records) {
+std::vector<std::string> ids_of(const std::vector<const Record*>& records) {
   std::vector<std::string> result;
   for (const Record* record : records) result.push_back(record->case_id);
   return result;
@@ -132,7 +132,7 @@ TEST(Fronts, name_the_cases_that_measurement_cannot_tell_apart) {
   };
   const std::vector<Front> result = fronts(records, "e_xy.p99", {});
   ASSERT_EQ(result.at(0).points.size(), 1U);
-  EXPECT_EQ(ids(result[0].points[0].equivalents), (std::vector<std::string>{"twin", "within noise"}));
+  EXPECT_EQ(ids_of(result[0].points[0].equivalents), (std::vector<std::string>{"twin", "within noise"}));
 }
 
 TEST(Fronts, refuse_metrics_that_no_front_can_have) {

@@ -29,13 +29,13 @@ Config config_of(std::string_view sweeps, std::string_view views = R"("top")") {
       "c.json");
 }
 
-std::vector<std::string> ids(const Plan& plan) {
+std::vector<std::string> case_ids(const Plan& plan) {
   std::vector<std::string> list;
   for (const Case& c : plan.cases) list.push_back(c.id());
   return list;
 }
 
-std::vector<std::string> settings_of(std::string_view sweep) {
+std::vector<std::string> setting_texts(std::string_view sweep) {
   std::vector<std::string> list;
   for (const Case& c : make_plan(config_of(sweep), kOne, "").cases) list.push_back(c.settings.text());
   return list;
@@ -43,27 +43,27 @@ std::vector<std::string> settings_of(std::string_view sweep) {
 
 TEST(Plan, CaseIdSpellsOutTheDefaults) {
   const Plan plan = make_plan(config_of(R"({"technique": "relief"}, {"technique": "flat"})"), kOne, "");
-  EXPECT_THAT(ids(plan), testing::UnorderedElementsAre(
-                             "relief@rocks/top?linear_steps=16&refinement=binary&binary_steps=5&loop=early_exit&"
-                             "format=r8&filter=hardware&backend=null",
-                             "flat@rocks/top?backend=null"));
+  EXPECT_THAT(case_ids(plan), testing::UnorderedElementsAre(
+                                  "relief@rocks/top?linear_steps=16&refinement=binary&binary_steps=5&loop=early_exit&"
+                                  "format=r8&filter=hardware&backend=null",
+                                  "flat@rocks/top?backend=null"));
 }
 
 TEST(Plan, ProductAndZip) {
-  EXPECT_THAT(settings_of(R"({"technique": "parallax", "axes": {"variant": ["plain", "offset_limited"],
+  EXPECT_THAT(setting_texts(R"({"technique": "parallax", "axes": {"variant": ["plain", "offset_limited"],
                               "filter": ["hardware", "manual"]}})"),
               ElementsAre("variant=plain&format=r8&filter=hardware", "variant=plain&format=r8&filter=manual",
                           "variant=offset_limited&format=r8&filter=hardware",
                           "variant=offset_limited&format=r8&filter=manual"));
   EXPECT_THAT(
-      settings_of(R"({"technique": "parallax", "combine": "zip", "axes": {
+      setting_texts(R"({"technique": "parallax", "combine": "zip", "axes": {
                               "variant": ["plain", "offset_limited"], "filter": ["hardware", "manual"],
                               "format": "r16"}})"),
       ElementsAre("variant=plain&format=r16&filter=hardware", "variant=offset_limited&format=r16&filter=manual"));
 }
 
 TEST(Plan, LinkedAxesMoveTogether) {
-  const auto list = settings_of(R"({"technique": "relief", "axes": {"format": ["r8", "r16"],
+  const auto list = setting_texts(R"({"technique": "relief", "axes": {"format": ["r8", "r16"],
                                     "linear_steps,binary_steps": [[16, 5], [32, 6]]}})");
   ASSERT_EQ(list.size(), 4U);
   for (const std::string& text : list)
@@ -71,23 +71,23 @@ TEST(Plan, LinkedAxesMoveTogether) {
 }
 
 TEST(Plan, InactiveParametersMakeNoDuplicates) {
-  EXPECT_EQ(settings_of(R"({"technique": "relief", "axes": {"refinement": ["none", "binary"],
+  EXPECT_EQ(setting_texts(R"({"technique": "relief", "axes": {"refinement": ["none", "binary"],
                             "binary_steps": [4, 5, 6]}})")
                 .size(),
             4U);
   // The same case from two sweeps, or from a value that stands twice, is one case.
   EXPECT_EQ(
-      settings_of(R"({"technique": "relief", "axes": {"linear_steps": [16, 16]}}, {"technique": "relief"})").size(),
+      setting_texts(R"({"technique": "relief", "axes": {"linear_steps": [16, 16]}}, {"technique": "relief"})").size(),
       1U);
 }
 
 TEST(Plan, WhereLeavesOut) {
   const auto list =
-      settings_of(R"({"technique": "relief", "axes": {"format": ["r8", "r16"], "filter": ["hardware", "manual"]},
+      setting_texts(R"({"technique": "relief", "axes": {"format": ["r8", "r16"], "filter": ["hardware", "manual"]},
                                     "where": [{"if": {"format": ["r8"]}, "then": {"filter": ["hardware"]}}]})");
   EXPECT_EQ(list.size(), 3U);
   // An inactive parameter never makes an `if` true, and never breaks a `then`.
-  EXPECT_EQ(settings_of(R"({"technique": "relief", "axes": {"refinement": ["none", "binary"], "binary_steps": [4, 5]},
+  EXPECT_EQ(setting_texts(R"({"technique": "relief", "axes": {"refinement": ["none", "binary"], "binary_steps": [4, 5]},
                             "where": [{"if": {"binary_steps": 5}, "then": {"refinement": "none"}},
                                       {"if": {"refinement": "none"}, "then": {"binary_steps": 9}}]})"),
             (std::vector<std::string>{

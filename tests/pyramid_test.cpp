@@ -200,7 +200,7 @@ RC_GTEST_PROP(Distance, the_texture_rounds_down_by_less_than_one_code, ()) {
   }
 }
 
-std::string refusal(const BakeRequest& request, MapKind kind) {
+std::string bake_refusal(const BakeRequest& request, MapKind kind) {
   try {
     static_cast<void>(find_map(kind).bake(request));
   } catch (const Error& error) {
@@ -212,11 +212,11 @@ std::string refusal(const BakeRequest& request, MapKind kind) {
 
 TEST(Distance, volumes_that_no_texture_holds_are_refused) {
   const Heightfield map = constant_map(2, 4097);
-  EXPECT_THAT(refusal({.heights = map, .parameters = {{kDistanceSlices.id, 4}}}, MapKind::distance),
+  EXPECT_THAT(bake_refusal({.heights = map, .parameters = {{kDistanceSlices.id, 4}}}, MapKind::distance),
               HasSubstr("4 slices of 4097 rows lie below one another in one texture, expected at most 16384"));
-  EXPECT_THAT(refusal({.heights = map, .parameters = {{kDistanceSlices.id, 3}}}, MapKind::distance),
+  EXPECT_THAT(bake_refusal({.heights = map, .parameters = {{kDistanceSlices.id, 3}}}, MapKind::distance),
               HasSubstr("expected 4 to 256"));
-  EXPECT_THAT(refusal({.heights = map, .parameters = {{kDistanceSlices.id, 257}}}, MapKind::distance),
+  EXPECT_THAT(bake_refusal({.heights = map, .parameters = {{kDistanceSlices.id, 257}}}, MapKind::distance),
               HasSubstr("expected 4 to 256"));
   const Heightfield fits = constant_map(2, 4096);
   EXPECT_EQ(bake_distance({.heights = fits, .parameters = {{kDistanceSlices.id, 4}}}).size(), 2U * 16384);
@@ -225,7 +225,7 @@ TEST(Distance, volumes_that_no_texture_holds_are_refused) {
 TEST(MaxMip, maps_under_two_texels_are_refused) {
   const Heightfield map = constant_map(1, 4);
   for (const MapKind kind : {MapKind::max_mip, MapKind::quadtree, MapKind::distance})
-    EXPECT_THAT(refusal({.heights = map}, kind), HasSubstr("at least 2 x 2"));
+    EXPECT_THAT(bake_refusal({.heights = map}, kind), HasSubstr("at least 2 x 2"));
 }
 
 }  // namespace

@@ -11,11 +11,11 @@
 namespace reliefbench {
 namespace {
 
-const std::filesystem::path kSource = RELIEFBENCH_SOURCE_DIR;
+const std::filesystem::path kRoot = RELIEFBENCH_SOURCE_DIR;
 
 /// The lines of the ```sh blocks.
 std::vector<std::string> readme_commands() {
-  std::ifstream in(kSource / "README.md");
+  std::ifstream in(kRoot / "README.md");
   std::vector<std::string> commands;
   bool inside = false;
   for (std::string line; std::getline(in, line);) {
@@ -34,7 +34,7 @@ TEST(ReadmeTest, its_commands_run) {
   const TempFolder folder;
   std::filesystem::create_directories(folder / "configs");
   std::filesystem::create_directories(folder / "build/release");
-  std::filesystem::copy_file(kSource / "configs/smoke.json", folder / "configs/quickstart.json");
+  std::filesystem::copy_file(kRoot / "configs/smoke.json", folder / "configs/quickstart.json");
   std::filesystem::create_symlink(RELIEFBENCH_BINARY, folder / "build/release/reliefbench");
   const std::vector<std::string> commands = readme_commands();
   ASSERT_GE(commands.size(), 8U);
@@ -54,7 +54,7 @@ TEST(ReadmeTest, its_commands_run) {
 }
 
 TEST(ReadmeTest, names_every_command_and_exit_code) {
-  const std::string text = file_text(kSource / "README.md");
+  const std::string text = file_text(kRoot / "README.md");
   for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
                                     "compare", "bake", "stress", "claims", "list", "devices"})
     EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
@@ -62,7 +62,7 @@ TEST(ReadmeTest, names_every_command_and_exit_code) {
 
 TEST(ReadmeTest, lists_the_papers_that_the_sources_cite) {
   std::vector<std::string> listed;
-  std::ifstream in(kSource / "README.md");
+  std::ifstream in(kRoot / "README.md");
   for (std::string line; std::getline(in, line);)
     if (line.starts_with("- [")) listed.push_back(line);
   std::vector<std::string> known;

@@ -15,16 +15,16 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
-using Random = std::mt19937;
+constexpr double kNoExit = std::numeric_limits<double>::infinity();
+using Twister = std::mt19937;
 
-struct Size {
+struct FieldSize {
   int width;
   int height;
 };
 
 template <typename Height>
-Heightfield make_map(Size size, const Height& height) {
+Heightfield make_field(FieldSize size, const Height& height) {
   Heightfield map{.width = size.width, .height = size.height, .texels = {}};
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) map.texels.push_back(static_cast<float>(height(x, y)));
@@ -32,36 +32,39 @@ Heightfield make_map(Size size, const Height& height) {
   return map;
 }
 
-double uniform(Random& random, double low, double high) {
+double uniform(Twister& random, double low, double high) {
   return std::uniform_real_distribution<double>(low, high)(random);
 }
-int pick(Random& random, int count) { return std::uniform_int_distribution<int>(0, count - 1)(random); }
+int pick(Twister& random, int count) { return std::uniform_int_distribution<int>(0, count - 1)(random); }
 
 struct MapKindRow {
   const char* name;
-  Heightfield (*make)(Size, Random&);
+  Heightfield (*make)(FieldSize, Twister&);
 };
 const MapKindRow kMapKinds[] = {
-    {"constant", [](Size s, Random&) { return make_map(s, [](int, int) { return 0.625; }); }},
-    {"zero", [](Size s, Random&) { return make_map(s, [](int, int) { return 0.0; }); }},
-    {"full", [](Size s, Random&) { return make_map(s, [](int, int) { return 1.0; }); }},
-    {"ramp", [](Size s, Random&) { return make_map(s, [&](int x, int) { return x / (s.width - 1.0); }); }},
-    {"cliff", [](Size s, Random&) { return make_map(s, [&](int, int y) { return 2 * y < s.height ? 0.0 : 1.0; }); }},
-    {"spike", [](Size s, Random&) { return make_map(s, [&](int x, int y) { return x == s.width / 2 && y == 1; }); }},
-    {"checker", [](Size s, Random&) { return make_map(s, [](int x, int y) { return (x + y) % 2; }); }},
-    {"noise", [](Size s, Random& r) { return make_map(s, [&](int, int) { return uniform(r, 0, 1); }); }},
-    {"sparse", [](Size s, Random& r) { return make_map(s, [&](int, int) { return uniform(r, 0, 1) > 0.95; }); }},
-    {"quantised", [](Size s, Random& r) { return make_map(s, [&](int, int) { return pick(r, 5) / 4.0; }); }},
+    {"constant", [](FieldSize s, Twister&) { return make_field(s, [](int, int) { return 0.625; }); }},
+    {"zero", [](FieldSize s, Twister&) { return make_field(s, [](int, int) { return 0.0; }); }},
+    {"full", [](FieldSize s, Twister&) { return make_field(s, [](int, int) { return 1.0; }); }},
+    {"ramp", [](FieldSize s, Twister&) { return make_field(s, [&](int x, int) { return x / (s.width - 1.0); }); }},
+    {"cliff",
+     [](FieldSize s, Twister&) { return make_field(s, [&](int, int y) { return 2 * y < s.height ? 0.0 : 1.0; }); }},
+    {"spike",
+     [](FieldSize s, Twister&) { return make_field(s, [&](int x, int y) { return x == s.width / 2 && y == 1; }); }},
+    {"checker", [](FieldSize s, Twister&) { return make_field(s, [](int x, int y) { return (x + y) % 2; }); }},
+    {"noise", [](FieldSize s, Twister& r) { return make_field(s, [&](int, int) { return uniform(r, 0, 1); }); }},
+    {"sparse",
+     [](FieldSize s, Twister& r) { return make_field(s, [&](int, int) { return uniform(r, 0, 1) > 0.95; }); }},
+    {"quantised", [](FieldSize s, Twister& r) { return make_field(s, [&](int, int) { return pick(r, 5) / 4.0; }); }},
     {"waves",
-     [](Size s, Random& r) {
+     [](FieldSize s, Twister& r) {
        const double phase = uniform(r, 0, 6);
-       return make_map(s,
-                       [&](int x, int y) { return 0.5 + 0.25 * std::sin(0.7 * x + phase) + 0.25 * std::sin(0.3 * y); });
+       return make_field(
+           s, [&](int x, int y) { return 0.5 + 0.25 * std::sin(0.7 * x + phase) + 0.25 * std::sin(0.3 * y); });
      }},
 };
-constexpr Size kSizes[] = {{2, 2}, {3, 2}, {2, 5}, {7, 5}, {8, 8}, {17, 16}, {33, 31}, {64, 16}};
+constexpr FieldSize kFieldSizes[] = {{2, 2}, {3, 2}, {2, 5}, {7, 5}, {8, 8}, {17, 16}, {33, 31}, {64, 16}};
 
-TextureRay random_ray(Size size, Random& random) {
+TextureRay random_ray(FieldSize size, Twister& random) {
   const auto centre = [&](int side) { return static_cast<float>((pick(random, 3 * side) - side + 0.5) / side); };
   const auto anywhere = [&] { return static_cast<float>(uniform(random, -1.5, 2.5)); };
   const auto slope = [&] {
@@ -113,9 +116,9 @@ void check_is_first_solid(const Heightfield& map, Wrap wrap, const TextureRay& r
   ASSERT_GE(hit.t_exit, hit.t_enter);
   EXPECT_GE(static_cast<double>(slow.range(0, hit.t_enter).lowest), -tolerance) << "solid before t_enter";
   EXPECT_LE(slow.above(hit.t_enter), tolerance) << "t_enter is in the air";
-  const double end = hit.t_exit == kNever ? 1 : hit.t_exit;
+  const double end = hit.t_exit == kNoExit ? 1 : hit.t_exit;
   EXPECT_LE(static_cast<double>(slow.range(hit.t_enter, end).highest), tolerance) << "air before t_exit";
-  if (hit.t_exit != kNever) {
+  if (hit.t_exit != kNoExit) {
     EXPECT_GE(slow.above(hit.t_exit), -tolerance) << "t_exit is in the solid";
   }
 }
@@ -129,10 +132,10 @@ bool is_same(const ReferenceHit& hit, const SlowReference::Hit& slow) {
 class EveryMapAndRay : public testing::TestWithParam<MapKindRow> {};
 
 TEST_P(EveryMapAndRay, AgreesWithTheOracle) {
-  Random random(1);
+  Twister random(1);
   int rays = 0;
   int differing = 0;
-  for (const Size size : kSizes) {
+  for (const FieldSize size : kFieldSizes) {
     const Heightfield map = GetParam().make(size, random);
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
       const ReferenceTracer tracer(map, wrap);
@@ -154,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(Reference, EveryMapAndRay, testing::ValuesIn(kMapKinds)
                          [](const auto& row) { return std::string(row.param.name); });
 
 TEST(Reference, OracleAgreesOnExtremeSlopesAndPlaces) {
-  Random random(7);
+  Twister random(7);
   const Heightfield map = kMapKinds[7].make({4, 3}, random);
   const float slopes[] = {1e4F, -777.7F, 0};
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
@@ -173,12 +176,12 @@ TEST(Reference, OracleAgreesOnExtremeSlopesAndPlaces) {
 
 TEST(Reference, FlatSurfaceIsHitAtItsHeight) {
   for (const double h : {0.0, 0.25, 0.7, 1.0}) {
-    const Heightfield map = make_map({5, 3}, [&](int, int) { return h; });
+    const Heightfield map = make_field({5, 3}, [&](int, int) { return h; });
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
       for (const TextureRay& ray : {TextureRay{0.5F, 0.5F, 0, 0}, TextureRay{-3, 7, 900, -0.01F}}) {
         const ReferenceHit hit = ReferenceTracer(map, wrap).trace(ray);
         EXPECT_EQ(hit.t_enter, 1 - static_cast<double>(map.at(0, 0)));
-        EXPECT_EQ(hit.t_exit, kNever);
+        EXPECT_EQ(hit.t_exit, kNoExit);
       }
     }
   }
@@ -186,23 +189,23 @@ TEST(Reference, FlatSurfaceIsHitAtItsHeight) {
 
 TEST(Reference, RampIsHitWhereTheLinesMeet) {
   // Surface x/8 over texels x = 0..8; the ray starts at x = 1 and goes 4 texels per unit of height.
-  const Heightfield map = make_map({9, 4}, [](int x, int) { return x / 8.0; });
+  const Heightfield map = make_field({9, 4}, [](int x, int) { return x / 8.0; });
   const ReferenceHit hit = ReferenceTracer(map, Wrap::clamp).trace({1.5F / 9, 0.5F, 4.0F / 9, 0});
   EXPECT_NEAR(hit.t_enter, (1 - 1.0 / 8) / (1 + 4.0 / 8), 1e-7);  // float uv
-  EXPECT_EQ(hit.t_exit, kNever);
+  EXPECT_EQ(hit.t_exit, kNoExit);
 }
 
 TEST(Reference, StepIsHitOnItsFlank) {
   // 0 up to texel 3, 1 from texel 4: the flank between them is x - 3.
-  const Heightfield map = make_map({8, 8}, [](int x, int) { return x > 3; });
+  const Heightfield map = make_field({8, 8}, [](int x, int) { return x > 3; });
   const ReferenceHit hit = ReferenceTracer(map, Wrap::clamp).trace({1.5F / 8, 0.5F, 0.5F, 0});
   EXPECT_DOUBLE_EQ(hit.t_enter, 3.0 / 5);  // 1 - t = 1 + 4 t - 3
-  EXPECT_EQ(hit.t_exit, kNever);
+  EXPECT_EQ(hit.t_exit, kNoExit);
 }
 
 TEST(Reference, SpikeIsEnteredAndLeft) {
   // 1 - |x - 4| along the spike's row; 8 texels per unit of height from x = 2.
-  const Heightfield map = make_map({8, 8}, [](int x, int y) { return x == 4 && y == 4; });
+  const Heightfield map = make_field({8, 8}, [](int x, int y) { return x == 4 && y == 4; });
   const TextureRay ray{2.5F / 8, 4.5F / 8, 1, 0};
   const ReferenceHit hit = ReferenceTracer(map, Wrap::repeat).trace(ray);
   EXPECT_DOUBLE_EQ(hit.t_enter, 2.0 / 9);  // 1 - t = 1 - (4 - x), x = 2 + 8 t
@@ -213,15 +216,15 @@ TEST(Reference, SpikeIsEnteredAndLeft) {
 
 TEST(Reference, SaddleIsHitOnItsDiagonal) {
   // S = 2 f (1 - f) along the diagonal of the cell, and f = t.
-  const Heightfield map = make_map({2, 2}, [](int x, int y) { return x != y; });
+  const Heightfield map = make_field({2, 2}, [](int x, int y) { return x != y; });
   const ReferenceHit hit = ReferenceTracer(map, Wrap::clamp).trace({0.25F, 0.25F, 0.5F, 0.5F});
   EXPECT_DOUBLE_EQ(hit.t_enter, 0.5);
-  EXPECT_EQ(hit.t_exit, kNever);
+  EXPECT_EQ(hit.t_exit, kNoExit);
 }
 
 TEST(Reference, BulgeIsEnteredAndLeftInOneCell) {
   // S = 2 f (1 - f) again, but seen from lower slopes: f = 1/2 + 8 (t - 1/2) keeps both crossings inside the cell.
-  const Heightfield map = make_map({2, 2}, [](int x, int y) { return x != y; });
+  const Heightfield map = make_field({2, 2}, [](int x, int y) { return x != y; });
   const float start = (0.5F - 4 + 0.5F) / 2;
   const TextureRay ray{start, start, 4, 4};
   const ReferenceHit hit = ReferenceTracer(map, Wrap::clamp).trace(ray);
@@ -232,28 +235,28 @@ TEST(Reference, BulgeIsEnteredAndLeftInOneCell) {
 }
 
 TEST(Reference, TopPlateIsHitAtOnce) {
-  const Heightfield spike = make_map({8, 8}, [](int x, int y) { return x == 4 && y == 4; });
+  const Heightfield spike = make_field({8, 8}, [](int x, int y) { return x == 4 && y == 4; });
   const ReferenceTracer tracer(spike, Wrap::repeat);
   const ReferenceHit along = tracer.trace({4.5F / 8, 4.5F / 8, 1.0F / 16, 0});
   EXPECT_EQ(along.t_enter, 0);
-  EXPECT_EQ(along.t_exit, kNever);
+  EXPECT_EQ(along.t_exit, kNoExit);
   const ReferenceHit touch = tracer.trace({4.5F / 8, 4.5F / 8, 1, 0});  // the flank falls faster than the ray
   EXPECT_EQ(touch.t_enter, 0);
   EXPECT_EQ(touch.t_exit, 0);
 }
 
 TEST(Reference, RepeatSeesTheNextTileAndClampTheBorder) {
-  const Heightfield map = make_map({4, 4}, [](int x, int) { return x == 0; });
+  const Heightfield map = make_field({4, 4}, [](int x, int) { return x == 0; });
   const TextureRay ray{0.625F, 0.5F, 1, 0};  // from texel 2 over the seam to texel 4 = texel 0
   EXPECT_DOUBLE_EQ(ReferenceTracer(map, Wrap::repeat).trace(ray).t_enter, 2.0 / 5);  // 1 - t = x - 3, x = 2 + 4 t
   EXPECT_EQ(ReferenceTracer(map, Wrap::clamp).trace(ray).t_enter, 1);
   const ReferenceHit outside = ReferenceTracer(map, Wrap::clamp).trace({-7, 0.5F, 0.25F, 0});
   EXPECT_EQ(outside.t_enter, 0);
-  EXPECT_EQ(outside.t_exit, kNever);
+  EXPECT_EQ(outside.t_exit, kNoExit);
 }
 
 TEST(Reference, RaysWithoutAPlaceAreParallelToThePlate) {
-  const Heightfield map = make_map({4, 4}, [](int x, int) { return x / 4.0; });
+  const Heightfield map = make_field({4, 4}, [](int x, int) { return x / 4.0; });
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
@@ -263,7 +266,7 @@ TEST(Reference, RaysWithoutAPlaceAreParallelToThePlate) {
           TextureRay{0, 0, 0, -kInfinity}, TextureRay{0, 0, 1e38F, 0}, TextureRay{0, 0, 0, -1e10F}}) {
       const ReferenceHit hit = tracer.trace(ray);
       EXPECT_EQ(hit.t_enter, 0.25);
-      EXPECT_EQ(hit.t_exit, kNever);
+      EXPECT_EQ(hit.t_exit, kNoExit);
     }
     // Huge places are places.
     const ReferenceHit far = tracer.trace({3e38F, -3e38F, 0, 0});
@@ -273,8 +276,8 @@ TEST(Reference, RaysWithoutAPlaceAreParallelToThePlate) {
 }
 
 TEST(Reference, ManyRaysAreTheSameOnAnyThreads) {
-  Random random(3);
-  const Size size{33, 31};
+  Twister random(3);
+  const FieldSize size{33, 31};
   const Heightfield map = kMapKinds[7].make(size, random);
   const ReferenceTracer tracer(map, Wrap::repeat);
   std::vector<TextureRay> rays(5000);
@@ -295,14 +298,14 @@ TEST(Reference, ManyRaysAreTheSameOnAnyThreads) {
 }
 
 TEST(Reference, RefusesMapsWithoutACell) {
-  EXPECT_THROW(ReferenceTracer(make_map({1, 1}, [](int, int) { return 0; }), Wrap::repeat), Error);
-  EXPECT_THROW(ReferenceTracer(make_map({1, 9}, [](int, int) { return 0; }), Wrap::clamp), Error);
+  EXPECT_THROW(ReferenceTracer(make_field({1, 1}, [](int, int) { return 0; }), Wrap::repeat), Error);
+  EXPECT_THROW(ReferenceTracer(make_field({1, 9}, [](int, int) { return 0; }), Wrap::clamp), Error);
 }
 
 // A march by samples, over any map and ray: nothing solid before t_enter, nothing but solid up to t_exit.
 RC_GTEST_PROP(ReferenceProperty, AMarchFindsNothingEarlier, ()) {
-  Random random(*rc::gen::arbitrary<unsigned>());
-  const Size size{*rc::gen::inRange(2, 40), *rc::gen::inRange(2, 40)};
+  Twister random(*rc::gen::arbitrary<unsigned>());
+  const FieldSize size{*rc::gen::inRange(2, 40), *rc::gen::inRange(2, 40)};
   const Wrap wrap = *rc::gen::element(Wrap::repeat, Wrap::clamp);
   const Heightfield map = kMapKinds[static_cast<std::size_t>(*rc::gen::inRange(0, 11))].make(size, random);
   const ReferenceTracer tracer(map, wrap);
@@ -323,8 +326,8 @@ RC_GTEST_PROP(ReferenceProperty, AMarchFindsNothingEarlier, ()) {
 
 // Only a touch has t_exit == t_enter: just behind it is air.
 RC_GTEST_PROP(ReferenceProperty, AnEmptySolidIsATouch, ()) {
-  Random random(*rc::gen::arbitrary<unsigned>());
-  const Size size{*rc::gen::inRange(2, 20), *rc::gen::inRange(2, 20)};
+  Twister random(*rc::gen::arbitrary<unsigned>());
+  const FieldSize size{*rc::gen::inRange(2, 20), *rc::gen::inRange(2, 20)};
   const Heightfield map = kMapKinds[9].make(size, random);
   const ReferenceTracer tracer(map, Wrap::repeat);
   for (int i = 0; i < 20; ++i) {

@@ -22,7 +22,7 @@ constexpr int kSide = 100;  // with a slope of (0.6, 0.8): 100 texels per t
 ScorePixel pixel(float t, float status = kHit, float taps = 0) {
   return {.ray = {.u = 0.1F, .v = 0.2F, .slope_u = 0.6F, .slope_v = 0.8F}, .t = t, .status = status, .taps = taps};
 }
-PixelScore score_of(const ScorePixel& pixel, const ReferenceHit& reference = kSolid) {
+PixelScore pixel_score(const ScorePixel& pixel, const ReferenceHit& reference = kSolid) {
   return judge({&pixel, 1}, {&reference, 1}, kSide, kSide).pixels.front();
 }
 
@@ -34,7 +34,7 @@ struct VerdictCase {
 };
 class Verdicts : public testing::TestWithParam<VerdictCase> {};
 TEST_P(Verdicts, FollowTheReference) {
-  EXPECT_EQ(score_of(pixel(GetParam().t, GetParam().status)).verdict, GetParam().verdict);
+  EXPECT_EQ(pixel_score(pixel(GetParam().t, GetParam().status)).verdict, GetParam().verdict);
 }
 INSTANTIATE_TEST_SUITE_P(
     Score, Verdicts,
@@ -54,7 +54,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& row) { return std::string(row.param.name); });
 
 TEST(Score, ErrorsAreAlongTheRay) {
-  const PixelScore score = score_of(pixel(0.375F));
+  const PixelScore score = pixel_score(pixel(0.375F));
   EXPECT_FLOAT_EQ(score.e_z, 0.125F);
   EXPECT_FLOAT_EQ(score.e_xy, 12.5F);
 }
@@ -65,7 +65,7 @@ TEST(Score, TexelsCountPerAxis) {
 }
 
 TEST(Score, NonFiniteHitCostsTheWholeTravel) {
-  const PixelScore score = score_of(pixel(std::numeric_limits<float>::infinity()));
+  const PixelScore score = pixel_score(pixel(std::numeric_limits<float>::infinity()));
   EXPECT_FLOAT_EQ(score.e_xy, 100);
   EXPECT_EQ(score.e_z, 1);
 }
@@ -73,24 +73,24 @@ TEST(Score, NonFiniteHitCostsTheWholeTravel) {
 TEST(Score, NonFiniteRayIsNoRay) {
   ScorePixel broken = pixel(0.25F);
   broken.ray.slope_u = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(score_of(broken).verdict, Verdict::no_ray);
+  EXPECT_EQ(pixel_score(broken).verdict, Verdict::no_ray);
 }
 
 TEST(Score, ErrorsStayFinite) {
   ScorePixel horizon = pixel(0.5F);
   horizon.ray.slope_u = 1e38F;
-  EXPECT_EQ(score_of(horizon).e_xy, std::numeric_limits<float>::max());
+  EXPECT_EQ(pixel_score(horizon).e_xy, std::numeric_limits<float>::max());
 }
 
 TEST(Score, ATouchThatIsFoundIsNotMissed) {
   const ReferenceHit touch{.t_enter = 1.0 / 3, .t_exit = 1.0 / 3};
   const float nearest = 1.0F / 3;
-  EXPECT_EQ(score_of(pixel(nearest), touch).verdict, Verdict::good);
-  EXPECT_EQ(score_of(pixel(nearest + 1e-6F), touch).verdict, Verdict::missed);
+  EXPECT_EQ(pixel_score(pixel(nearest), touch).verdict, Verdict::good);
+  EXPECT_EQ(pixel_score(pixel(nearest + 1e-6F), touch).verdict, Verdict::missed);
 }
 
 TEST(Score, WhatNeverEndsIsNeverMissed) {
-  EXPECT_EQ(score_of(pixel(1), {.t_enter = 0.25, .t_exit = kNever}).verdict, Verdict::inside);
+  EXPECT_EQ(pixel_score(pixel(1), {.t_enter = 0.25, .t_exit = kNever}).verdict, Verdict::inside);
 }
 
 TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {

@@ -11,7 +11,7 @@
 namespace reliefbench {
 namespace {
 
-const Heightfield& test_map() {
+const Heightfield& searched_map() {
   static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
   return map;
 }
@@ -37,7 +37,7 @@ void expect_same_work(const std::vector<ScorePixel>& a, const std::vector<ScoreP
 TEST_P(SearchOnDevices, interval_steps_are_secant_probes_and_a_last_chord) {
   on_every_device([](const Rig& rig) {
     const auto frame = [&](const Settings& settings) {
-      return trace_frame(rig, settings, store_map(settings, test_map(), kTiled.wrap), kTiled);
+      return trace_frame(rig, settings, store_map(settings, searched_map(), kTiled.wrap), kTiled);
     };
     for (const std::string_view chords : {"0", "1", "4"}) {
       const std::string_view refinement = chords == "0" ? "none" : "secant";
@@ -55,7 +55,7 @@ TEST_P(SearchOnDevices, interval_steps_are_secant_probes_and_a_last_chord) {
 TEST_P(SearchOnDevices, depth_slices_take_the_highest_plane_under_the_surface) {
   on_every_device([](const Rig& rig) {
     const Settings linear = settings_of("relief", {{"linear_steps", "20"}, {"refinement", "none"}});
-    const StoredMap map = store_map(linear, test_map(), kTiled.wrap);
+    const StoredMap map = store_map(linear, searched_map(), kTiled.wrap);
     const auto expected = trace_frame(rig, linear, map, kTiled);
     for (const std::string_view loop : {"fixed", "early_exit"}) {
       const auto found = trace_frame(rig, settings_of("depth_slices", {{"slices", "20"}, {"loop", loop}}), map, kTiled);
@@ -83,7 +83,8 @@ TEST_P(SearchOnDevices, four_texel_minima_are_wider_than_dilated_cones) {
                                                      {"filter", filter}});
       double steps = 0;
       double taps_per_look = 0;
-      for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, test_map(), kTiled.wrap), kTiled)) {
+      for (const ScorePixel& pixel :
+           trace_frame(rig, settings, store_map(settings, searched_map(), kTiled.wrap), kTiled)) {
         if (static_cast<PixelStatus>(pixel.status) != PixelStatus::hit) continue;
         steps += pixel.steps;
         taps_per_look = pixel.taps / (pixel.steps + 1);  // the last look arrives

@@ -30,7 +30,7 @@ bool contains_text(const Spirv& spirv, std::string_view text) {
   return bytes.find(text) != std::string_view::npos;
 }
 
-std::string error_of(std::string_view text, Dialect dialect) {
+std::string compile_error(std::string_view text, Dialect dialect) {
   try {
     (void)compile_fragment({.name = "probe.glsl", .text = std::string(text)}, Target::score, dialect);
   } catch (const Error& error) {
@@ -75,23 +75,23 @@ TEST_P(ShaderCompiler, a_given_source_equals_the_embedded_one) {
 }
 
 TEST_P(ShaderCompiler, an_error_names_file_line_and_cause) {
-  EXPECT_THAT(error_of("Hit trace(Ray ray) {\n  return nonsense;\n}\n", GetParam()),
+  EXPECT_THAT(compile_error("Hit trace(Ray ray) {\n  return nonsense;\n}\n", GetParam()),
               AllOf(StartsWith("probe.glsl:2: "), HasSubstr("nonsense"), HasSubstr("undeclared")));
 }
 
 TEST_P(ShaderCompiler, an_error_is_one_line) {
-  const std::string message = error_of("Hit trace(Ray ray) {\n  a = 1; b = 2;\n  return 3\n}\n", GetParam());
+  const std::string message = compile_error("Hit trace(Ray ray) {\n  a = 1; b = 2;\n  return 3\n}\n", GetParam());
   EXPECT_THAT(message, StartsWith("probe.glsl:2: "));
   EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 0);
 }
 
 TEST_P(ShaderCompiler, a_missing_include_is_named) {
-  EXPECT_THAT(error_of("#include \"nowhere.glsl\"\n", GetParam()),
+  EXPECT_THAT(compile_error("#include \"nowhere.glsl\"\n", GetParam()),
               AllOf(StartsWith("probe.glsl:1: "), HasSubstr("nowhere.glsl")));
 }
 
 TEST_P(ShaderCompiler, a_technique_without_a_trace_is_refused) {
-  EXPECT_THAT(error_of("float unused() { return 0.0; }\n", GetParam()), HasSubstr("trace"));
+  EXPECT_THAT(compile_error("float unused() { return 0.0; }\n", GetParam()), HasSubstr("trace"));
 }
 
 TEST_P(ShaderCompiler, an_unknown_technique_is_named) {
@@ -128,7 +128,7 @@ TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator)
 }
 
 TEST_P(ShaderCompiler, it_works_again_after_an_error) {
-  (void)error_of("syntax error", GetParam());
+  (void)compile_error("syntax error", GetParam());
   EXPECT_EQ(compile_vertex(GetParam())[0], kMagic);
 }
 

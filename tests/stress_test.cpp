@@ -26,7 +26,7 @@ std::string extremes_text(const std::string& rest, const std::string& settings =
          rest + "}]}";
 }
 
-std::string refusal(const std::string& text) {
+std::string extremes_refusal(const std::string& text) {
   try {
     (void)parse_extremes(text, "x.json");
   } catch (const Error& error) {
@@ -47,12 +47,13 @@ TEST(Extremes, TheBuiltInOnesAreReadAndTouchEveryTechnique) {
 
 TEST(Extremes, RefusalsNameTheLineAndTheKey) {
   EXPECT_EQ(parse_extremes(extremes_text(""), "x.json").list.size(), 1U);
-  EXPECT_THAT(refusal(extremes_text(", \"lagre\": true")), HasSubstr("x.json:4"));
-  EXPECT_THAT(refusal(extremes_text(", \"settings\": {\"stepz\": 3}")), HasSubstr("stepz"));
-  EXPECT_THAT(refusal(extremes_text("}, {\"id\": \"one\", \"about\": \"again\", \"scene\": {\"heightmap\": \"fbm\", "
-                                    "\"views\": \"top\"}")),
-              HasSubstr("a second extreme 'one'"));
-  EXPECT_THAT(refusal("{\"extremes\": []}"), HasSubstr("frame_px"));
+  EXPECT_THAT(extremes_refusal(extremes_text(", \"lagre\": true")), HasSubstr("x.json:4"));
+  EXPECT_THAT(extremes_refusal(extremes_text(", \"settings\": {\"stepz\": 3}")), HasSubstr("stepz"));
+  EXPECT_THAT(
+      extremes_refusal(extremes_text("}, {\"id\": \"one\", \"about\": \"again\", \"scene\": {\"heightmap\": \"fbm\", "
+                                     "\"views\": \"top\"}")),
+      HasSubstr("a second extreme 'one'"));
+  EXPECT_THAT(extremes_refusal("{\"extremes\": []}"), HasSubstr("frame_px"));
 }
 
 TEST(Extremes, StepsStandForEveryCountAndAreBroughtIntoRange) {

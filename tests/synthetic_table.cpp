@@ -11,9 +11,9 @@ namespace reliefbench {
 namespace {
 
 /// Uniform and normal numbers that do not differ between standard libraries.
-class Random {
+class MadeRandom {
  public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  explicit MadeRandom(std::uint64_t seed) : engine_(seed) {}
   double uniform() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   double normal() {
@@ -25,7 +25,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-struct Technique {
+struct MadeTechnique {
   double base_ms;        // of a pixel's setup
   double step_ms;        // of a march step
   double refinement_ms;  // of a refinement step
@@ -35,7 +35,7 @@ struct Technique {
   double floor;          // error that no step count removes
 };
 
-Technique technique(Random& random) {
+MadeTechnique technique(MadeRandom& random) {
   return {.base_ms = random.uniform(0.6, 1.6),
           .step_ms = random.uniform(0.05, 0.4),
           .refinement_ms = random.uniform(0.03, 0.12),
@@ -48,7 +48,7 @@ Technique technique(Random& random) {
 }  // namespace
 
 RecordedTable synthetic_table(const SyntheticTable& options) {
-  Random random(options.seed);
+  MadeRandom random(options.seed);
   RecordedTable table;
   table.backend = "synthetic";
   table.device = "none";
@@ -59,7 +59,7 @@ RecordedTable synthetic_table(const SyntheticTable& options) {
 
   std::vector<double> log_ms;
   for (int t = 0; t < options.techniques; ++t) {
-    const Technique own = technique(random);
+    const MadeTechnique own = technique(random);
     for (int format = 0; format < options.formats; ++format) {
       for (int filter = 0; filter < options.filters; ++filter) {
         const double interaction = options.interaction * random.normal();

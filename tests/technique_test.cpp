@@ -17,7 +17,7 @@
 namespace reliefbench {
 namespace {
 
-const Heightfield& test_map() {
+const Heightfield& small_fbm() {
   static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
   return map;
 }
@@ -232,8 +232,8 @@ TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
         after.set(param.id, before.get(param.id) == param.fallback ? other_value(param) : param.fallback);
         if (!conflict(after).empty()) after.set(param.id, param.id == "format" ? "rg32f" : after.choice(param.id));
         ASSERT_EQ(conflict(after), "");
-        const StoredMap map_before = store_map(before, test_map(), scene.wrap);
-        const StoredMap map_after = store_map(after, test_map(), scene.wrap);
+        const StoredMap map_before = store_map(before, small_fbm(), scene.wrap);
+        const StoredMap map_after = store_map(after, small_fbm(), scene.wrap);
         const auto frame_before = trace_frame(rig, before, map_before, scene);
         const auto frame_after = trace_frame(rig, after, map_after, scene);
         const bool same =
@@ -275,7 +275,7 @@ TEST_P(TechniqueOnDevices, no_cone_steps_leave_every_ray_at_the_top) {
   on_every_device([](const Rig& rig) {
     const Settings settings = settings_of("cone", {{"cone_steps", "0"}});
     const Scene scene{.view = view_presets()[0], .width_px = 16, .height_px = 16};
-    for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, test_map(), scene.wrap), scene)) {
+    for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, small_fbm(), scene.wrap), scene)) {
       EXPECT_EQ(pixel.t, 0);
       EXPECT_EQ(pixel.taps, 1);
     }
@@ -288,7 +288,7 @@ TEST_P(TechniqueOnDevices, the_two_loops_find_the_same_hits) {
     for (const Technique& technique : techniques()) {
       if (technique.find("loop") == nullptr) continue;
       Settings settings(technique);
-      const StoredMap map = store_map(settings, test_map(), scene.wrap);
+      const StoredMap map = store_map(settings, small_fbm(), scene.wrap);
       settings.set("loop", "fixed");
       const auto fixed = trace_frame(rig, settings, map, scene);
       settings.set("loop", "early_exit");

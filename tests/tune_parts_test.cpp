@@ -17,13 +17,13 @@
 namespace reliefbench {
 namespace {
 
-Settings settings_of(std::string_view technique, const std::vector<std::pair<std::string_view, int>>& values) {
+Settings settings_with(std::string_view technique, const std::vector<std::pair<std::string_view, int>>& values) {
   Settings settings(find_technique(technique));
   for (const auto& [id, value] : values) settings.set(id, value);
   return settings;
 }
 
-FrameScore score_of(double error) {
+FrameScore score_with(double error) {
   FrameScore score = made_score();
   score["e_xy.p99"] = error;
   return score;
@@ -37,7 +37,7 @@ TEST(SettingIds, are_read_back_for_every_technique) {
     EXPECT_EQ(parse_setting(setting_id(settings)), settings);
   }
   EXPECT_EQ(setting_id(parse_setting("relief@rocks/top?linear_steps=32&backend=vulkan")),
-            setting_id(settings_of("relief", {{"linear_steps", 32}})));
+            setting_id(settings_with("relief", {{"linear_steps", 32}})));
   EXPECT_THROW(static_cast<void>(parse_setting("relief?linear_steps")), Error);
   EXPECT_THROW(static_cast<void>(parse_setting("relief?linear_stepz=3")), Error);
   EXPECT_THROW(static_cast<void>(parse_setting("releif")), Error);
@@ -54,7 +54,7 @@ RC_GTEST_PROP(CaseIds, are_read_back_whole, ()) {
 TEST(SettingNames, say_what_differs_from_the_defaults_and_a_key) {
   const Settings plain(find_technique("relief"));
   EXPECT_EQ(short_name(plain), "relief");
-  const Settings changed = settings_of("relief", {{"linear_steps", 48}, {"binary_steps", 7}});
+  const Settings changed = settings_with("relief", {{"linear_steps", 48}, {"binary_steps", 7}});
   EXPECT_EQ(short_name(changed), "relief linear_steps=48 binary_steps=7");
   EXPECT_TRUE(is_setting_key(setting_key(changed)));
   EXPECT_NE(setting_key(changed), setting_key(plain));
@@ -68,8 +68,8 @@ TEST(SettingNames, say_what_differs_from_the_defaults_and_a_key) {
 
 TEST(SettingSpace, chains_differ_in_names_and_lattices_in_counts) {
   const SearchSpace space = empty_setting_space();
-  const Candidate a = candidate_of(settings_of("relief", {{"linear_steps", 16}}), "a");
-  const Candidate b = candidate_of(settings_of("relief", {{"linear_steps", 32}}), "b");
+  const Candidate a = candidate_of(settings_with("relief", {{"linear_steps", 16}}), "a");
+  const Candidate b = candidate_of(settings_with("relief", {{"linear_steps", 32}}), "b");
   Settings other(find_technique("relief"));
   other.set("filter", "manual");
   EXPECT_EQ(a.categories, b.categories);
@@ -84,7 +84,7 @@ std::vector<Settings> two_lines(int count) {
   std::vector<Settings> settings;
   for (const std::string_view filter : {"hardware", "manual"})
     for (int i = 0; i < count; ++i) {
-      settings.push_back(settings_of("relief", {{"linear_steps", 4 * (i + 1)}}));
+      settings.push_back(settings_with("relief", {{"linear_steps", 4 * (i + 1)}}));
       settings.back().set("filter", filter);
     }
   return settings;
@@ -97,7 +97,7 @@ RC_GTEST_PROP(ErrorPass, bisection_finds_what_a_full_pass_finds_where_error_fall
   std::size_t frames = 0;
   const auto judge = [&](std::size_t i, std::size_t) {
     ++frames;
-    return score_of(count - settings[i].get("linear_steps") / 4);
+    return score_with(count - settings[i].get("linear_steps") / 4);
   };
   const auto meets = [&](const FrameScore& score) { return score.at("e_xy.p99") <= limit; };
   ErrorPass full_pass(settings, 1, {.judge = judge, .should_stop = never});
@@ -123,7 +123,7 @@ RC_GTEST_PROP(ErrorPass, bisection_finds_what_a_full_pass_finds_where_error_fall
 TEST(ErrorPass, failures_stay_with_their_setting_and_a_stop_leaves_the_rest) {
   const auto judge = [](std::size_t i, std::size_t) {
     if (i == 1) fail_environment("no such thing");
-    return score_of(1);
+    return score_with(1);
   };
   const std::vector<Settings> settings = two_lines(2);
   ErrorPass pass(settings, 2, {.judge = judge, .should_stop = [](std::size_t done) { return done == 3; }});
@@ -142,7 +142,7 @@ TEST(ErrorPass, a_short_limit_still_scores_something_of_every_technique_and_noth
   std::vector<int> frames(settings.size());
   const auto judge = [&](std::size_t i, std::size_t) {
     ++frames[i];
-    return score_of(1);
+    return score_with(1);
   };
   const std::size_t few = techniques().size();
   ErrorPass pass(settings, 1, {.judge = judge, .should_stop = [&](std::size_t done) { return done == few; }});
@@ -166,7 +166,7 @@ RC_GTEST_PROP(ErrorPass, bisection_after_a_coarse_pass_still_draws_the_first_tha
   const double limit = *rc::gen::inRange(0, 45);
   const auto error = [&](std::size_t i) { return 40 - settings[i].get("linear_steps") / 4; };
   ErrorPass pass(settings, 1,
-                 {.judge = [&](std::size_t i, std::size_t) { return score_of(error(i)); }, .should_stop = never});
+                 {.judge = [&](std::size_t i, std::size_t) { return score_with(error(i)); }, .should_stop = never});
   pass.score_coarse();
   pass.bisect([&](const FrameScore& score) { return score.at("e_xy.p99") <= limit; });
   const auto scores = pass.take();

@@ -133,7 +133,7 @@ class TileFilter {
  private:
   /// Brought to the border's width, so that every result lies in the same place.
   const std::vector<float>& padded(const std::vector<float>& kernel) {
-    const auto side = static_cast<std::size_t>(2 * border_ + 1);
+    const auto side = 2 * static_cast<std::size_t>(border_) + 1;
     if (kernel.size() == side) return kernel;
     padded_.assign(side, 0);
     std::ranges::copy(kernel, padded_.begin() + static_cast<std::ptrdiff_t>((side - kernel.size()) / 2));

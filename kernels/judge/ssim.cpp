@@ -47,7 +47,8 @@ void fill_luma(std::span<const std::uint8_t> rgba8, int width, int height, const
     float* const row = plane.row(y);
     for (int x = 0; x < plane.width; ++x) {
       const std::size_t i = 4 * (line + static_cast<std::size_t>(mirrored(tile.x + x - kSsimRadius, width)));
-      row[x] = 0.299F * rgba8[i] + 0.587F * rgba8[i + 1] + 0.114F * rgba8[i + 2] - kMiddle;
+      const auto channel = [&](std::size_t c) { return static_cast<float>(rgba8[i + c]); };
+      row[x] = 0.299F * channel(0) + 0.587F * channel(1) + 0.114F * channel(2) - kMiddle;
     }
   }
 }

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct BakeArguments {
   std::string heightmap;
   std::string map;
   std::string correction;
@@ -50,7 +50,7 @@ std::string option_of(std::string_view param_id) {
   return option;
 }
 
-BakeJob job_of(const Arguments& arguments) {
+BakeJob job_of(const BakeArguments& arguments) {
   const MapRow& map = find_map(arguments.map);
   const Encoding& encoding = find_encoding(arguments.encoding);
   const Correction correction =
@@ -178,7 +178,7 @@ void print_text(const BakeJob& job, const BakeResult& result) {
   put("{}", columns(rows));
 }
 
-void run(const Arguments& arguments, int& exit_code) {
+void bake_command(const BakeArguments& arguments, int& exit_code) {
   const BakeJob job = job_of(arguments);
   const BakeResult result = run_bake(job);
   print_reading(result.reading);
@@ -192,7 +192,7 @@ void run(const Arguments& arguments, int& exit_code) {
 
 void add_bake_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("bake", "bake one map, prove it, write it");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BakeArguments>();
   command->add_option("HEIGHTMAP", arguments->heightmap, "a file, or a name of `reliefbench list heightmaps`")
       ->required();
   command->add_option("--map", arguments->map, "kind, see `reliefbench list maps`")->required();
@@ -215,7 +215,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Example:\n  reliefbench bake rocks --map conservative --correction safe --verify -o rocks.ktx2\n"
       "Exit: 0 done, 1 the guarantee is broken, 4 neither proved nor broken.");
-  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] { bake_command(*arguments, exit_code); });
 }
 
 }  // namespace reliefbench

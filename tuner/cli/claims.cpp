@@ -16,7 +16,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct ClaimsArguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
@@ -60,7 +60,7 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   put("\n");
 }
 
-void run(const Arguments& arguments, int& exit_code) {
+void claims_command(const ClaimsArguments& arguments, int& exit_code) {
   std::vector<Claim> claims = built_in_claims();
   std::erase_if(claims, [&](const Claim& claim) {
     return !arguments.filter.empty() && !glob_matches(arguments.filter, claim.id);
@@ -87,14 +87,14 @@ void run(const Arguments& arguments, int& exit_code) {
 void add_claims_command(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("claims", "the papers' tables re-run: their figures beside ours, a verdict each");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ClaimsArguments>();
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
   command->add_option("--filter", arguments->filter, "only claims whose id matches this glob, e.g. 'bvbv24*'");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "as JSON");
   command->footer("Example:\n  reliefbench claims --backend vulkan");
-  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] { claims_command(*arguments, exit_code); });
 }
 
 }  // namespace reliefbench

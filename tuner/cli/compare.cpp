@@ -15,7 +15,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::string base;
   std::string now;
   CompareOptions options;
@@ -111,7 +111,7 @@ void print_unmatched(std::string_view what, const std::vector<std::string>& ids,
   for (const std::string& id : ids) put("  {}\n", names.whole_case(id));
 }
 
-Exit run(const Arguments& arguments) {
+Exit compare_command(const CompareArguments& arguments) {
   if (!std::isfinite(arguments.options.threshold) || arguments.options.threshold <= 0) {
     fail_input("--threshold {}: expected a share above 0, e.g. 0.05", arguments.options.threshold);
   }
@@ -160,12 +160,12 @@ void add_compare_command(CLI::App& app, int& exit_code) {
     CompareOptions options;
     options.metric = value_or(metric, options.metric);
     options.threshold = value_or(threshold, options.threshold);
-    exit_code = static_cast<int>(run({.base = base->as<std::string>(),
-                                      .now = now->as<std::string>(),
-                                      .options = options,
-                                      .all = is_set(all),
-                                      .names = {.verbose = is_set(verbose)},
-                                      .json = is_set(json)}));
+    exit_code = static_cast<int>(compare_command({.base = base->as<std::string>(),
+                                                  .now = now->as<std::string>(),
+                                                  .options = options,
+                                                  .all = is_set(all),
+                                                  .names = {.verbose = is_set(verbose)},
+                                                  .json = is_set(json)}));
   });
 }
 

@@ -15,7 +15,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct DevicesArguments {
   std::string backend;  ///< "" = every real one
   std::optional<int> device;
   bool audit = false;
@@ -29,7 +29,7 @@ struct Found {
   std::string failure;            ///< why the audit could not be done, or found no timer to measure with
 };
 
-std::vector<Found> find_devices(const Arguments& arguments) {
+std::vector<Found> find_devices(const DevicesArguments& arguments) {
   if (!arguments.backend.empty()) (void)find_backend(arguments.backend);
   std::vector<Found> found;
   for (const BackendRow& row : backends()) {
@@ -95,7 +95,7 @@ nlohmann::json devices_json(const std::vector<Found>& devices, bool audited) {
   return {{"devices", std::move(list)}};
 }
 
-Exit run(const Arguments& arguments) {
+Exit devices_command(const DevicesArguments& arguments) {
   std::vector<Found> devices = find_devices(arguments);
   if (devices.empty()) {
     fail_environment("no device{} on {}", arguments.device ? fmt::format(" {}", *arguments.device) : "",
@@ -133,12 +133,12 @@ void add_devices_command(CLI::App& app, int& exit_code) {
       "work (`doubling` near 2). Exit code 3 where there is no device, or one has no timer to measure with.\n"
       "Example:\n  reliefbench devices --audit --backend vulkan");
   command->callback([=, &exit_code] {
-    Arguments arguments{.backend = value_or(backend, std::string()),
-                        .device = std::nullopt,
-                        .audit = is_set(audit),
-                        .json = is_set(json)};
+    DevicesArguments arguments{.backend = value_or(backend, std::string()),
+                               .device = std::nullopt,
+                               .audit = is_set(audit),
+                               .json = is_set(json)};
     if (!device->empty()) arguments.device = device->as<int>();
-    exit_code = static_cast<int>(run(arguments));
+    exit_code = static_cast<int>(devices_command(arguments));
   });
 }
 

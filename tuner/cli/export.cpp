@@ -15,7 +15,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   SettingArguments setting;
   std::string output;
   bool json = false;
@@ -67,7 +67,7 @@ void print_export(const ExportJob& job, const Export& exported, const std::strin
   put("\n{}\nwritten: {}\n", columns(rows, "  "), folder);
 }
 
-void run(const Arguments& arguments) {
+void export_command(const ExportArguments& arguments) {
   ExportJob job{.heightmap = {}, .settings = Settings(techniques().front())};
   const Export exported = export_of(arguments.setting, job);
   write_export(exported, arguments.output);
@@ -81,7 +81,7 @@ void run(const Arguments& arguments) {
 
 void add_export_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("export", "what ships: textures, one shader file, the settings");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExportArguments>();
   CLI::Option* presets = add_setting_options(*command, arguments->setting);
   command->add_option("--backend", arguments->setting.choice.backend, "whose presets: opengl | vulkan")->needs(presets);
   command->add_option("-o,--output", arguments->output, "folder; files of an earlier export there are replaced")
@@ -96,7 +96,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "  reliefbench export --run out/tune --case 'relief@rocks/grazing?...' -o shipped\n"
       "  reliefbench export rocks --case 'relief?linear_steps=32&format=r16' -o shipped");
   command->callback([=, &exit_code] {
-    run(*arguments);
+    export_command(*arguments);
     exit_code = static_cast<int>(Exit::done);
   });
 }

@@ -188,7 +188,7 @@ void print_techniques(const Json& rows, const Paint& paint) {
   }
 }
 
-void run(const std::string& what, bool json) {
+void list_command(const std::string& what, bool json) {
   const auto* const list =
       std::find_if(kLists.begin(), kLists.end(), [&](const ListRow& candidate) { return candidate.id == what; });
   if (list == kLists.end()) {
@@ -220,7 +220,7 @@ void add_list_command(CLI::App& app, int& exit_code) {
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer("Example:\n  reliefbench list techniques");
   command->callback([=, &exit_code] {
-    run(what->as<std::string>(), is_set(json));
+    list_command(what->as<std::string>(), is_set(json));
     exit_code = static_cast<int>(Exit::done);
   });
 }

@@ -16,7 +16,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct PresetsArguments {
   std::vector<std::string> folders;
   std::string output;
   std::string header;
@@ -46,7 +46,7 @@ void print_device(const DevicePresets& device, const Presets& presets, const Nam
   put("{}", columns(rows, "  "));
 }
 
-void run(const Arguments& arguments) {
+void presets_command(const PresetsArguments& arguments) {
   std::vector<Run> runs;
   for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
   const Presets presets = make_presets(runs, arguments.query);
@@ -98,15 +98,15 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       "  reliefbench presets out/quickstart -o presets.json --header presets.h\n"
       "  reliefbench presets out/rocks out/bricks -o presets.json");
   command->callback([=, &exit_code] {
-    Arguments arguments{.folders = *folders,
-                        .output = output->as<std::string>(),
-                        .header = value_or(header, std::string()),
-                        .query = {},
-                        .names = {.verbose = is_set(verbose)},
-                        .json = is_set(json)};
+    PresetsArguments arguments{.folders = *folders,
+                               .output = output->as<std::string>(),
+                               .header = value_or(header, std::string()),
+                               .query = {},
+                               .names = {.verbose = is_set(verbose)},
+                               .json = is_set(json)};
     if (!error->empty()) arguments.query.error_metric = error->as<std::string>();
     if (!constraints->empty()) arguments.query.constraints = parse_budgets(constraints->as<std::vector<std::string>>());
-    run(arguments);
+    presets_command(arguments);
     exit_code = 0;
   });
 }

@@ -22,7 +22,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct RecommendArguments {
   std::string folder;
   std::vector<std::string> max_error;
   std::optional<double> max_time_ms;
@@ -33,7 +33,7 @@ struct Arguments {
 
 constexpr std::string_view kIndent = "              ";
 
-Question question_of(const Arguments& arguments, const RunQuestion& own) {
+Question question_of(const RecommendArguments& arguments, const RunQuestion& own) {
   Question question{.budgets = parse_budgets(arguments.max_error), .error_metric = own.error_metric};
   if (arguments.max_time_ms && !(std::isfinite(*arguments.max_time_ms) && *arguments.max_time_ms > 0)) {
     fail_input("--max-time-ms {}: expected a time above 0", *arguments.max_time_ms);
@@ -158,7 +158,7 @@ void print_answer(const Answer& answer, const Question& question, const Run& run
     put_command(fmt::format("  {:<12}{}", "again", paint.dim(command)));
 }
 
-Exit run(const Arguments& arguments) {
+Exit recommend_command(const RecommendArguments& arguments) {
   Run stored = load_run(arguments.folder);
   const Question question = question_of(arguments, question_of(stored));
   if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
@@ -202,14 +202,14 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
       "  reliefbench recommend out/quickstart --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001'\n"
       "  reliefbench recommend out/quickstart --max-time-ms 2");
   command->callback([=, &exit_code] {
-    Arguments arguments{.folder = folder->as<std::string>(),
-                        .max_error = value_or(max_error, std::vector<std::string>{}),
-                        .max_time_ms = std::nullopt,
-                        .scene = value_or(scene, std::string()),
-                        .names = {.verbose = is_set(verbose)},
-                        .json = is_set(json)};
+    RecommendArguments arguments{.folder = folder->as<std::string>(),
+                                 .max_error = value_or(max_error, std::vector<std::string>{}),
+                                 .max_time_ms = std::nullopt,
+                                 .scene = value_or(scene, std::string()),
+                                 .names = {.verbose = is_set(verbose)},
+                                 .json = is_set(json)};
     if (!max_time->empty()) arguments.max_time_ms = max_time->as<double>();
-    exit_code = static_cast<int>(run(arguments));
+    exit_code = static_cast<int>(recommend_command(arguments));
   });
 }
 

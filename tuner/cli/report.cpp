@@ -20,13 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ReportArguments {
   std::vector<fs::path> folders;
   fs::path stress;
   fs::path output;
 };
 
-void run_report(const Arguments& arguments) {
+void report_command(const ReportArguments& arguments) {
   const auto& [folders, stress, output] = arguments;
   const auto extremes = std::ranges::find_if(folders, is_stress_folder);
   if (extremes != folders.end() && (folders.size() > 1 || !stress.empty()))
@@ -45,7 +45,7 @@ void run_report(const Arguments& arguments) {
 
 void add_report_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("report", "write the HTML report of one or more runs, or of a stress folder");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ReportArguments>();
   command
       ->add_option("runs", arguments->folders,
                    "run folders; several are compared by device. Or one folder of `stress`: its page again")
@@ -59,7 +59,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
       "  reliefbench report out/quickstart --stress out/stress -o out/report.html\n"
       "  reliefbench report out/llvmpipe out/h200 -o hardware.html");
   command->callback([arguments, &exit_code] {
-    run_report(*arguments);
+    report_command(*arguments);
     exit_code = static_cast<int>(Exit::done);
   });
 }

@@ -19,7 +19,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct StressArguments {
   std::string extremes;
   std::string output;
   std::string backend = "all";
@@ -101,7 +101,7 @@ void print_faults(const StressReport& report, const Names& names, const Paint& p
   if (all > 20) put("... and {} more, all in stress.json\n", all - 20);
 }
 
-void run(const Arguments& arguments, int& exit_code) {
+void stress_command(const StressArguments& arguments, int& exit_code) {
   const Extremes extremes = arguments.extremes.empty() ? built_in_extremes() : load_extremes(arguments.extremes);
   if (!arguments.output.empty()) prepare_stress_folder(arguments.output);  // before the work, not after it
   const StressReport report = run_stress(extremes, {.backends = choose_backends(arguments.backend),
@@ -134,7 +134,7 @@ void run(const Arguments& arguments, int& exit_code) {
 
 void add_stress_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("stress", "every technique, map and format at the extremes: what holds");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<StressArguments>();
   command->add_option("EXTREMES", arguments->extremes, "a file of extremes; default: configs/extremes/standard.json");
   command->add_option("-o,--output", arguments->output, "folder for stress.json, stress.html and the worst pictures");
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
@@ -145,7 +145,7 @@ void add_stress_command(CLI::App& app, int& exit_code) {
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "all results on standard output");
   command->footer("Example:\n  reliefbench stress --backend all -o out/stress");
-  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] { stress_command(*arguments, exit_code); });
 }
 
 }  // namespace reliefbench

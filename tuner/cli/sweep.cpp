@@ -18,7 +18,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct SweepArguments {
   std::string config;
   std::string output;
   std::string backend = "all";
@@ -93,7 +93,7 @@ void print_failures(const SweepSummary& summary) {
       is_tried_again ? "; the same command tries again what timed out, lost the device or ran out of memory" : "");
 }
 
-void run(const Arguments& arguments, int& exit_code) {
+void sweep_command(const SweepArguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
   if (arguments.dry_run) {
@@ -122,7 +122,7 @@ void run(const Arguments& arguments, int& exit_code) {
 
 void add_sweep_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("sweep", "measure every case of a config: frame time and error");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SweepArguments>();
   command->add_option("CONFIG", arguments->config, "what to measure, JSON (configs/)")->required();
   command->add_option("-o,--output", arguments->output, "folder of the run; an interrupted run there is continued");
   command->add_option("--backend", arguments->backend, "opengl | vulkan | null | all (that are real)")
@@ -142,7 +142,7 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");
   command->footer("Example:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all");
-  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] { sweep_command(*arguments, exit_code); });
 }
 
 }  // namespace reliefbench

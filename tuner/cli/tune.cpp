@@ -23,7 +23,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct TuneArguments {
   std::string subject;
   std::string output;
   std::vector<std::string> scenes;
@@ -96,13 +96,13 @@ std::vector<double> parse_weights(const std::string& text) {
 
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
-SceneOptions scene_options_of(const Arguments& arguments) {
+SceneOptions scene_options_of(const TuneArguments& arguments) {
   SceneOptions options{.relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
   if (!arguments.frame_px.empty()) options.frame_px = parse_size(arguments.frame_px, "--frame-px", "pixels");
   return options;
 }
 
-Config config_of(const Arguments& arguments) {
+Config config_of(const TuneArguments& arguments) {
   SceneOptions options = scene_options_of(arguments);
   if (!is_config(arguments.subject)) {
     options.views = arguments.scenes;
@@ -127,7 +127,7 @@ Config config_of(const Arguments& arguments) {
   return config;
 }
 
-std::vector<SceneSpec> holdout_of(const Arguments& arguments, const Config& config) {
+std::vector<SceneSpec> holdout_of(const TuneArguments& arguments, const Config& config) {
   std::vector<SceneSpec> scenes;
   for (const std::string& heightmap : arguments.holdout) {
     std::vector<SceneSpec> same_views = default_tune_config({.source = heightmap}, {}).scenes;
@@ -141,7 +141,7 @@ std::vector<SceneSpec> holdout_of(const Arguments& arguments, const Config& conf
   return scenes;
 }
 
-TuneOptions options_of(const Arguments& arguments) {
+TuneOptions options_of(const TuneArguments& arguments) {
   TuneOptions options;
   options.output = arguments.output;
   options.backend = arguments.backend;
@@ -171,7 +171,7 @@ Exit exit_of(const TuneResult& result) {
 }
 
 /// out/tune_HEIGHTMAP_VIEW_KEY: the key stands for the whole question, so that another question has another folder.
-std::filesystem::path default_folder(const Arguments& arguments, const Config& config, const TuneOptions& options) {
+std::filesystem::path default_folder(const TuneArguments& arguments, const Config& config, const TuneOptions& options) {
   std::string question = config.text + arguments.combine + arguments.weights + options.backend;
   for (const SceneSpec& scene : config.scenes) question += scene.id + "\n";
   for (const std::string& bound : arguments.max_error) question += bound + "\n";
@@ -188,7 +188,7 @@ std::string chosen_backend(const std::string& name) {
   return std::ranges::find(all, "vulkan") != all.end() ? "vulkan" : all.front();
 }
 
-void run(const Arguments& arguments, int& exit_code) {
+void tune_command(const TuneArguments& arguments, int& exit_code) {
   TuneOptions options = options_of(arguments);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_interrupt);
   TuneResult result;
@@ -220,7 +220,7 @@ void run(const Arguments& arguments, int& exit_code) {
 
 void add_tune_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("tune", "search for the settings to ship, and say how sure the answer is");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<TuneArguments>();
   command->add_option("SUBJECT", arguments->subject,
                       "a heightmap (name or file) on the built-in space, or a config whose sweeps are the space");
   command->add_option(
@@ -269,7 +269,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       "Example:\n"
       "  reliefbench tune rocks --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001' --time-limit 3m -o "
       "out/tune");
-  command->callback([arguments, &exit_code] { run(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] { tune_command(*arguments, exit_code); });
 }
 
 }  // namespace reliefbench

@@ -16,7 +16,7 @@
 namespace reliefbench {
 namespace {
 
-struct Arguments {
+struct TunersArguments {
   std::string path;
   RecordedQuery query;
   int seeds = 20;
@@ -28,7 +28,7 @@ struct Arguments {
   bool json = false;
 };
 
-std::string percent(double ratio) {
+std::string percent_or_none(double ratio) {
   return std::isinf(ratio) ? "none" : fmt::format("{} %", format_number(100 * ratio));
 }
 
@@ -45,19 +45,20 @@ void print_line(const TunerLine& line, const Paint& paint) {
   std::vector<std::vector<std::string>> rows = {
       {"budget", "settings", "frames", "worst regret", "mean regret", "hypervolume", "false front"}};
   for (const TunerPoint& point : line.points)
-    rows.push_back({point.share < 1 ? percent(point.share) : "to its end", both(point.timed, count),
-                    both(point.samples, count), both(point.worst_regret, percent), both(point.mean_regret, percent),
-                    both(point.hypervolume, share), both(point.false_front, percent)});
+    rows.push_back({point.share < 1 ? percent_or_none(point.share) : "to its end", both(point.timed, count),
+                    both(point.samples, count), both(point.worst_regret, percent_or_none),
+                    both(point.mean_regret, percent_or_none), both(point.hypervolume, share),
+                    both(point.false_front, percent_or_none)});
   put("{}", columns(rows, "  "));
 }
 
 void print_certificate(const CertificateCheck& check, double correlation) {
   if (check.seeds == 0) return;
   const auto frames = [](double value) { return fmt::format("{:.2f}", value); };
-  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n", percent(check.epsilon),
-      percent(check.confidence), check.held, check.seeds, check.certified);
+  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
+      percent_or_none(check.epsilon), percent_or_none(check.confidence), check.held, check.seeds, check.certified);
   put("  frames a setting {}, worst regret {}, frames of a round correlated by {}\n",
-      both(check.frames_per_setting, frames), both(check.worst_regret, percent), format_number(correlation));
+      both(check.frames_per_setting, frames), both(check.worst_regret, percent_or_none), format_number(correlation));
 }
 
 void print_comparison(const TunerComparison& comparison) {
@@ -73,7 +74,7 @@ void print_comparison(const TunerComparison& comparison) {
   print_certificate(comparison.certificate, comparison.correlation);
 }
 
-void run(const Arguments& arguments) {
+void tuners_command(const TunersArguments& arguments) {
   const RecordedTable table = load_recorded(arguments.path, arguments.query);
   Progress progress(arguments.quiet);
   TunersOptions options{
@@ -128,18 +129,19 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
       "Example:\n"
       "  reliefbench tuners out/quickstart --backend opengl --scene rocks/grazing -o tuners.html");
   command->callback([=, &exit_code] {
-    Arguments arguments{.path = path->as<std::string>(),
-                        .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
-                        .seeds = value_or(seeds, 20),
-                        .certificates = value_or(certificates, value_or(seeds, 20)),
-                        .correlation = value_or(correlation, 0.0),
-                        .shares = value_or(shares, std::vector<double>{}),
-                        .output = value_or(output, std::string()),
-                        .quiet = is_set(quiet),
-                        .json = is_set(json)};
+    TunersArguments arguments{
+        .path = path->as<std::string>(),
+        .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
+        .seeds = value_or(seeds, 20),
+        .certificates = value_or(certificates, value_or(seeds, 20)),
+        .correlation = value_or(correlation, 0.0),
+        .shares = value_or(shares, std::vector<double>{}),
+        .output = value_or(output, std::string()),
+        .quiet = is_set(quiet),
+        .json = is_set(json)};
     if (!error->empty()) arguments.query.error_metric = error->as<std::string>();
     if (!constraints->empty()) arguments.query.constraints = parse_budgets(constraints->as<std::vector<std::string>>());
-    run(arguments);
+    tuners_command(arguments);
     exit_code = 0;
   });
 }
