@@ -3,25 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <string>
 
+#include "tests/command.h"
 #include "tests/temp_folder.h"
 
 namespace reliefbench {
-
-inline std::string output_of(const std::string& command) {
-  const auto close = [](FILE* pipe) { pclose(pipe); };
-  const std::unique_ptr<FILE, decltype(close)> pipe(popen(command.c_str(), "r"), close);
-  std::string text;
-  std::array<char, 1 << 16> buffer{};
-  for (std::size_t n = 0; (n = fread(buffer.data(), 1, buffer.size(), pipe.get())) > 0;) text.append(buffer.data(), n);
-  return text;
-}
 
 /// Opens pages in headless Chromium, as a reader does: from a file, without a network.
 class InBrowser : public testing::Test {

@@ -1,5 +1,6 @@
 #include "backends/opengl/egl.h"
 
+#include <dlfcn.h>
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -13,6 +14,16 @@ namespace {
 [[noreturn]] void fail_egl(const char* call) {
   const EGLint error = eglGetError();
   fail_device(fault_of_egl(error), "EGL: {} failed (0x{:04x})", call, error);
+}
+
+/// A machine may have EGL and not OpenGL's own library: libepoxy ends the process there at the first call of OpenGL.
+bool has_opengl_library() {
+  for (const char* name : {"libOpenGL.so.0", "libGL.so.1"})
+    if (void* library = dlopen(name, RTLD_LAZY)) {
+      dlclose(library);
+      return true;
+    }
+  return false;
 }
 
 std::vector<EGLDeviceEXT> enumerated_devices() {
@@ -85,7 +96,8 @@ Fault fault_of_egl(EGLint error) {
 std::vector<EGLDisplay> egl_displays() {
   // Mesa writes to stderr about every device that another vendor's driver owns, unless it is told otherwise.
   setenv("EGL_LOG_LEVEL", "fatal", 0);
-  if (!epoxy_has_egl() || !epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) return {};
+  if (!epoxy_has_egl() || !has_opengl_library()) return {};
+  if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_platform_base")) return {};
 
   std::vector<EGLDisplay> displays;
   std::vector<EGLDeviceEXT> opened;
