@@ -117,7 +117,7 @@ class OpenglBackend final : public Backend {
     list->emplace_back(text, static_cast<std::size_t>(length));
   }
 
-  FrameTarget& prepare_target(const Draw& first);
+  GlTarget& prepare_target(const Draw& first);
   void write_uniforms(std::span<const Draw> frame);
   void bind(const Draw& draw, std::size_t index) const;
   void draw_frame(std::span<const Draw> frame) const;
@@ -132,12 +132,12 @@ class OpenglBackend final : public Backend {
   std::size_t uniform_slots_ = 0;  ///< draws that `uniforms_` has room for
   GLuint elapsed_ = 0;
   std::array<GLuint, 2> stamps_{};
-  std::vector<FrameTarget> targets_;  ///< the one drawn last at the end
+  std::vector<GlTarget> targets_;  ///< the one drawn last at the end
 };
 
-FrameTarget& OpenglBackend::prepare_target(const Draw& first) {
+GlTarget& OpenglBackend::prepare_target(const Draw& first) {
   const Target& wanted = static_cast<const OpenglPipeline&>(*first.pipeline).target();
-  const auto found = std::ranges::find(targets_, wanted, &FrameTarget::target);
+  const auto found = std::ranges::find(targets_, wanted, &GlTarget::target);
   if (found == targets_.end())
     targets_.push_back({.target = wanted});
   else
@@ -184,7 +184,7 @@ BatchTime OpenglBackend::render(std::span<const Draw> frame, int frames, Timer t
     fail_environment("OpenGL: {} does not offer the timer {}", device_.name, timer_id(timer));
   if (frame.empty() || frames < 1) fail_environment("OpenGL: a batch of {} frames of {} draws", frames, frame.size());
   context_.make_current();
-  const FrameTarget& target = prepare_target(frame.front());
+  const GlTarget& target = prepare_target(frame.front());
   for (const Draw& draw : frame)
     if (static_cast<const OpenglPipeline&>(*draw.pipeline).target() != target.target)
       fail_environment("OpenGL: the draws of a frame go into different targets");

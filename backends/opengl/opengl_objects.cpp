@@ -176,7 +176,7 @@ OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& de
                           OpenglProgram::Stage{.kind = GL_FRAGMENT_SHADER, .spirv = desc.fragment}},
                desc.constants) {}
 
-void FrameTarget::resize(int new_width, int new_height) {
+void GlTarget::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;
   glDeleteFramebuffers(1, &framebuffer);
   glDeleteTextures(static_cast<GLsizei>(textures.size()), textures.data());
@@ -203,7 +203,7 @@ void FrameTarget::resize(int new_width, int new_height) {
   height = new_height;
 }
 
-void FrameTarget::clear() const {
+void GlTarget::clear() const {
   if (!target.has_depth) return;
   constexpr std::array<GLfloat, 4> kBlack{};
   constexpr GLfloat kFarthest = 1;
@@ -212,7 +212,7 @@ void FrameTarget::clear() const {
   glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &kFarthest);
 }
 
-std::optional<std::vector<std::uint8_t>> FrameTarget::read(std::string_view attachment) const {
+std::optional<std::vector<std::uint8_t>> GlTarget::read(std::string_view attachment) const {
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const bool is_depth = i == target.attachments.size();
     const Attachment& here = is_depth ? kDepth : target.attachments[i];

@@ -70,7 +70,7 @@ class OpenglPipeline final : public Pipeline {
 };
 
 /// The attachments that frames of one Target are drawn into. The context frees them.
-struct FrameTarget {
+struct GlTarget {
   Target target;
   int width = 0;  ///< 0: nothing was drawn yet
   int height = 0;

@@ -44,8 +44,8 @@ class VulkanBackend final : public Backend {
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return device_.instance().messages(); }
 
  private:
-  const FrameTarget& prepare_target(std::span<const Draw> frame);
-  void record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const FrameTarget& target, int frames);
+  const VulkanTarget& prepare_target(std::span<const Draw> frame);
+  void record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const VulkanTarget& target, int frames);
   void record_bound(VkCommandBuffer commands, const Draw& draw, std::size_t index);
 
   VulkanDevice device_;
@@ -55,7 +55,7 @@ class VulkanBackend final : public Backend {
   Timestamps stamps_;
 };
 
-const FrameTarget& VulkanBackend::prepare_target(std::span<const Draw> frame) {
+const VulkanTarget& VulkanBackend::prepare_target(std::span<const Draw> frame) {
   const auto& sizes = frame.front().frame.sizes;
   if (sizes[0] < 1 || sizes[1] < 1) fail_environment("vulkan: no frame of {}x{} pixels", sizes[0], sizes[1]);
   const Target& target = own<VulkanPipeline>(frame.front().pipeline, "pipeline").target;
@@ -77,7 +77,7 @@ void VulkanBackend::record_bound(VkCommandBuffer commands, const Draw& draw, std
                                nullptr);
 }
 
-void VulkanBackend::record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const FrameTarget& target,
+void VulkanBackend::record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const VulkanTarget& target,
                                   int frames) {
   const VolkDeviceTable& vk = device_.calls();
   const VkRect2D area{.extent = target.extent};
@@ -111,7 +111,7 @@ BatchTime VulkanBackend::render(std::span<const Draw> frame, int frames, Timer t
     fail_environment("vulkan: this device has no timer {}", timer_id(timer));
   }
   if (frame.empty() || frames < 1) fail_environment("vulkan: a batch of {} frames of {} draws", frames, frame.size());
-  const FrameTarget& target = prepare_target(frame);
+  const VulkanTarget& target = prepare_target(frame);
   bindings_.write(frame);
 
   const VkCommandBufferUsageFlags replayed = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;

@@ -80,16 +80,16 @@ DeviceImage make_depth(const VulkanDevice& device, VkExtent2D extent) {
 
 }  // namespace
 
-FrameTarget& FrameTargets::find(const Target& target) {
-  const auto found = std::ranges::find(targets_, target, &FrameTarget::target);
+VulkanTarget& FrameTargets::find(const Target& target) {
+  const auto found = std::ranges::find(targets_, target, &VulkanTarget::target);
   if (found != targets_.end()) return *found;
   return targets_.emplace_back(
-      FrameTarget{.target = target, .pass = {device_.logical(), make_render_pass(device_, target)}});
+      VulkanTarget{.target = target, .pass = {device_.logical(), make_render_pass(device_, target)}});
 }
 
-const FrameTarget& FrameTargets::prepare(const Target& target, VkExtent2D extent) {
-  FrameTarget& frame = find(target);
-  targets_.splice(targets_.begin(), targets_, std::ranges::find(targets_, target, &FrameTarget::target));
+const VulkanTarget& FrameTargets::prepare(const Target& target, VkExtent2D extent) {
+  VulkanTarget& frame = find(target);
+  targets_.splice(targets_.begin(), targets_, std::ranges::find(targets_, target, &VulkanTarget::target));
   if (!frame.images.empty() && frame.extent.width == extent.width && frame.extent.height == extent.height) return frame;
 
   // The old images go first, so that both never take memory at once.
@@ -121,7 +121,7 @@ const FrameTarget& FrameTargets::prepare(const Target& target, VkExtent2D extent
 }
 
 std::optional<FrameTargets::Drawn> FrameTargets::drawn(std::string_view attachment) const {
-  for (const FrameTarget& frame : targets_) {
+  for (const VulkanTarget& frame : targets_) {
     const std::vector<Attachment>& colors = frame.target.attachments;
     for (std::size_t i = 0; i < frame.images.size(); ++i) {
       const Attachment& here = i < colors.size() ? colors[i] : kDepth;

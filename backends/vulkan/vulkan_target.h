@@ -10,7 +10,7 @@
 namespace reliefbench {
 
 /// A Target with the images that its frames were last drawn into.
-struct FrameTarget {
+struct VulkanTarget {
   Target target;
   Owned<VkRenderPass, &VolkDeviceTable::vkDestroyRenderPass> pass;
   std::vector<DeviceImage> images{};  ///< the colors, then the depth; empty: nothing was drawn yet
@@ -27,7 +27,7 @@ class FrameTargets {
   [[nodiscard]] VkRenderPass render_pass(const Target& target) { return find(target).pass.get(); }
   /// Makes the images anew where the size changed.
   /// throws: Error(environment): the device cannot draw into a frame of this size
-  [[nodiscard]] const FrameTarget& prepare(const Target& target, VkExtent2D extent);
+  [[nodiscard]] const VulkanTarget& prepare(const Target& target, VkExtent2D extent);
   struct Drawn {
     const DeviceImage& image;
     std::size_t texel_bytes;
@@ -36,10 +36,10 @@ class FrameTargets {
   [[nodiscard]] std::optional<Drawn> drawn(std::string_view attachment) const;
 
  private:
-  [[nodiscard]] FrameTarget& find(const Target& target);
+  [[nodiscard]] VulkanTarget& find(const Target& target);
 
   const VulkanDevice& device_;
-  std::list<FrameTarget> targets_;  ///< the one prepared last at the front
+  std::list<VulkanTarget> targets_;  ///< the one prepared last at the front
 };
 
 }  // namespace reliefbench

@@ -75,7 +75,7 @@ bool colours_differ(const Image& image) {
 }
 
 /// The channel that heights are taken from, or luminance.
-struct Choice {
+struct ChannelChoice {
   int first = 0;  ///< index of the channel; of luminance, of the first
   bool is_luminance = false;
 };
@@ -84,7 +84,7 @@ bool is_constant(const std::vector<float>& values) {
   return std::ranges::all_of(values, [&](float value) { return value == values.front(); });
 }
 
-Choice choose_channel(const Image& image, std::string_view channel, const std::string& name) {
+ChannelChoice choose_channel(const Image& image, std::string_view channel, const std::string& name) {
   const bool has_rgb = colours(image) == 3;
   if (channel == "auto") {
     if (has_rgb && image.alpha >= 0 && !is_constant(channel_values(image, image.alpha, false)))
@@ -100,7 +100,7 @@ Choice choose_channel(const Image& image, std::string_view channel, const std::s
 }
 
 /// "512x512, 16-bit grey (alpha ignored)"
-std::string reading_of(const Image& image, const Choice& choice) {
+std::string reading_of(const Image& image, const ChannelChoice& choice) {
   const bool is_grey = colours(image) < 3;
   const bool is_alpha = choice.first == image.alpha;
   std::string taken = "channel " + image.channels[static_cast<std::size_t>(choice.first)];
@@ -143,7 +143,7 @@ void stretch(std::vector<float>& texels) {
 Heightfield read_heightmap(const fs::path& path, std::string_view channel, bool normalise, std::string& reading) {
   const std::string name = path.string();
   const Image image = load_image(path);
-  const Choice choice = choose_channel(image, channel, name);
+  const ChannelChoice choice = choose_channel(image, channel, name);
   Heightfield heights{
       .width = image.width, .height = image.height, .texels = channel_values(image, choice.first, choice.is_luminance)};
   check_finite(heights, name);

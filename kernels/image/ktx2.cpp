@@ -53,7 +53,7 @@ struct FormatRow {
   TexelLayout layout;
   std::uint32_t vk_format = 0;
 };
-constexpr std::array kFormats{
+constexpr std::array kKtx2Formats{
     FormatRow{{TexelType::unorm8, 1}, 9},    FormatRow{{TexelType::unorm8, 2}, 16},
     FormatRow{{TexelType::unorm8, 4}, 37},   FormatRow{{TexelType::unorm16, 1}, 70},
     FormatRow{{TexelType::unorm16, 2}, 77},  FormatRow{{TexelType::unorm16, 4}, 91},
@@ -147,9 +147,9 @@ class Reader {
 };
 
 TextureImage checked_image(const Reader& reader, const Header& header) {
-  const auto* const row = std::find_if(kFormats.begin(), kFormats.end(),
+  const auto* const row = std::find_if(kKtx2Formats.begin(), kKtx2Formats.end(),
                                        [&](const FormatRow& format) { return format.vk_format == header.vk_format; });
-  if (row == kFormats.end()) reader.fail("VkFormat {} is none that maps are stored in", header.vk_format);
+  if (row == kKtx2Formats.end()) reader.fail("VkFormat {} is none that maps are stored in", header.vk_format);
   const auto is_side = [](std::uint32_t side) { return side >= 1 && side <= 1U << 20U; };
   if (!is_side(header.width) || !is_side(header.height))
     reader.fail("{} x {} texels are not possible", header.width, header.height);
@@ -195,9 +195,9 @@ std::map<std::string, std::string> decoded_metadata(const Reader& reader, const 
 
 std::string encode_ktx2(const Ktx2File& file) {
   const TextureImage& image = file.image;
-  const auto* const row = std::find_if(kFormats.begin(), kFormats.end(),
+  const auto* const row = std::find_if(kKtx2Formats.begin(), kKtx2Formats.end(),
                                        [&](const FormatRow& format) { return format.layout == image.layout; });
-  if (row == kFormats.end()) fail_input("KTX2: no format of {} channels", image.layout.channels);
+  if (row == kKtx2Formats.end()) fail_input("KTX2: no format of {} channels", image.layout.channels);
   const auto levels = static_cast<std::size_t>(image.levels);
   const std::string format_block = descriptor(image.layout);
   const std::string metadata = encoded_metadata(file.metadata);

@@ -92,7 +92,7 @@ float code(const std::byte* sample) {
   return static_cast<float>(stored<T>(sample)) / static_cast<float>(std::numeric_limits<T>::max());
 }
 template <typename T>
-float scaled(const std::byte* sample) {
+float share_of_range(const std::byte* sample) {
   return static_cast<float>(stored<T>(sample)) * (1.0F / static_cast<float>(std::numeric_limits<T>::max()));
 }
 template <typename T>
@@ -104,10 +104,10 @@ float half_float(const std::byte* sample) { return half(half::FromBits, stored<s
 constexpr std::array kSamples{
     SampleRow{SAMPLEFORMAT_UINT, 8, "8-bit", code<std::uint8_t>},
     SampleRow{SAMPLEFORMAT_UINT, 16, "16-bit", code<std::uint16_t>},
-    SampleRow{SAMPLEFORMAT_UINT, 32, "32-bit", scaled<std::uint32_t>},
-    SampleRow{SAMPLEFORMAT_INT, 8, "signed 8-bit", scaled<std::int8_t>},
-    SampleRow{SAMPLEFORMAT_INT, 16, "signed 16-bit", scaled<std::int16_t>},
-    SampleRow{SAMPLEFORMAT_INT, 32, "signed 32-bit", scaled<std::int32_t>},
+    SampleRow{SAMPLEFORMAT_UINT, 32, "32-bit", share_of_range<std::uint32_t>},
+    SampleRow{SAMPLEFORMAT_INT, 8, "signed 8-bit", share_of_range<std::int8_t>},
+    SampleRow{SAMPLEFORMAT_INT, 16, "signed 16-bit", share_of_range<std::int16_t>},
+    SampleRow{SAMPLEFORMAT_INT, 32, "signed 32-bit", share_of_range<std::int32_t>},
     SampleRow{SAMPLEFORMAT_IEEEFP, 16, "half-float", half_float},
     SampleRow{SAMPLEFORMAT_IEEEFP, 32, "float", real<float>},
     SampleRow{SAMPLEFORMAT_IEEEFP, 64, "double", real<double>},

@@ -100,53 +100,40 @@ void fill_colors(std::span<const std::uint8_t> rgba8, int width, int height, con
                  std::array<TilePlane, 3>& planes) {
   static const CodeTable table;
   for (TilePlane& plane : planes) plane.resize(tile.width + 2 * border, tile.height + 2 * border);
+  std::vector<std::size_t> columns(static_cast<std::size_t>(planes[0].width));
+  for (std::size_t x = 0; x < columns.size(); ++x)
+    columns[x] = 4 * static_cast<std::size_t>(std::clamp(tile.x + static_cast<int>(x) - border, 0, width - 1));
   for (int y = 0; y < planes[0].height; ++y) {
-    const auto line =
-        static_cast<std::size_t>(std::clamp(tile.y + y - border, 0, height - 1)) * static_cast<std::size_t>(width);
+    const auto line = static_cast<std::size_t>(std::clamp(tile.y + y - border, 0, height - 1));
+    const std::uint8_t* const from = rgba8.data() + 4 * line * static_cast<std::size_t>(width);
     const std::array rows{planes[0].row(y), planes[1].row(y), planes[2].row(y)};
-    for (int x = 0; x < planes[0].width; ++x) {
-      const std::size_t i = 4 * (line + static_cast<std::size_t>(std::clamp(tile.x + x - border, 0, width - 1)));
-      const auto& red = table.at(0, rgba8[i]);
-      const auto& green = table.at(1, rgba8[i + 1]);
-      const auto& blue = table.at(2, rgba8[i + 2]);
+    for (std::size_t x = 0; x < columns.size(); ++x) {
+      const auto& red = table.at(0, from[columns[x]]);
+      const auto& green = table.at(1, from[columns[x] + 1]);
+      const auto& blue = table.at(2, from[columns[x] + 2]);
       for (std::size_t c = 0; c < 3; ++c) rows[c][x] = red[c] + green[c] + blue[c];
     }
   }
 }
 
-/// What a tile's planes are after a kernel along x, then along y; `in` has a border of eye.radius.
+/// What a tile's planes are after a kernel along x, then along y; `in` has a border that no kernel reaches beyond.
 class TileFilter {
  public:
-  explicit TileFilter(int border) : border_(border) {}
-  void apply(const TilePlane& in, const FlipEye::Separable& kernel, TilePlane& out) {
-    along(in, kernel.along_x, rows_);
-    down(rows_, kernel.along_y, out);
-  }
-  /// Along x alone: the border above and below stays.
-  void along(const TilePlane& in, const std::vector<float>& kernel, TilePlane& out) {
-    along_rows(in, padded(kernel), out);
-  }
-  void down(const TilePlane& in, const std::vector<float>& kernel, TilePlane& out) {
-    along_columns(in, padded(kernel), out);
+  void apply(const TilePlane& in, const FlipEye::Separable& kernel, int border, TilePlane& out) {
+    along_rows(in, kernel.along_x, border, rows_);
+    along_columns(rows_, kernel.along_y, border, out);
   }
 
  private:
-  /// Brought to the border's width, so that every result lies in the same place.
-  const std::vector<float>& padded(const std::vector<float>& kernel) {
-    const auto side = 2 * static_cast<std::size_t>(border_) + 1;
-    if (kernel.size() == side) return kernel;
-    padded_.assign(side, 0);
-    std::ranges::copy(kernel, padded_.begin() + static_cast<std::ptrdiff_t>((side - kernel.size()) / 2));
-    return padded_;
-  }
-  int border_;
   TilePlane rows_;
-  std::vector<float> padded_;
 };
 
-/// A tile's features, planes of the tile's size.
+/// A tile's features, planes of the tile's size; and what they are made of. A thread uses its own again and again.
 struct TileFeatures {
   TilePlane lightness, a, b, edges, points;
+  std::array<TilePlane, 3> colors;
+  TilePlane belled, across, other;
+  TileFilter filter;
 };
 
 void add(const TilePlane& from, TilePlane& to) {
@@ -169,14 +156,11 @@ void take_magnitude(const TilePlane& across, TilePlane& along) {
 void tile_features(std::span<const std::uint8_t> rgba8, int width, int height, const FlipEye& eye, const Tile& tile,
                    TileFeatures& out) {
   const Tag tag;
-  std::array<TilePlane, 3> colors;
-  fill_colors(rgba8, width, height, tile, eye.radius, colors);
-  TileFilter filter(eye.radius);
+  fill_colors(rgba8, width, height, tile, eye.radius, out.colors);
   std::array<TilePlane*, 3> seen{&out.lightness, &out.a, &out.b};
-  TilePlane other;
-  for (std::size_t c = 0; c < 3; ++c) filter.apply(colors[c], eye.channels[c], *seen[c]);
-  filter.apply(colors[2], eye.blue_rest, other);
-  add(other, out.b);
+  for (std::size_t c = 0; c < 3; ++c) out.filter.apply(out.colors[c], eye.channels[c], eye.radius, *seen[c]);
+  out.filter.apply(out.colors[2], eye.blue_rest, eye.radius, out.other);
+  add(out.other, out.b);
   for (int y = 0; y < tile.height; ++y)
     for (int x = 0; x < tile.width; x += static_cast<int>(hn::Lanes(tag))) {
       const Lab lab = hunt_lab(hn::LoadU(tag, out.lightness.row(y) + x), hn::LoadU(tag, out.a.row(y) + x),
@@ -185,14 +169,12 @@ void tile_features(std::span<const std::uint8_t> rgba8, int width, int height, c
       hn::StoreU(lab.a, tag, out.a.row(y) + x);
       hn::StoreU(lab.b, tag, out.b.row(y) + x);
     }
-  TilePlane belled;
-  TilePlane across;
-  filter.along(colors[0], eye.bell, belled);
+  along_rows(out.colors[0], eye.bell, eye.radius, out.belled);
   for (const auto& [kernel, result] : {std::pair(&eye.edge, &out.edges), std::pair(&eye.point, &out.points)}) {
-    filter.along(colors[0], *kernel, other);
-    filter.down(other, eye.bell, *result);
-    filter.down(belled, *kernel, across);
-    take_magnitude(across, *result);
+    along_rows(out.colors[0], *kernel, eye.radius, out.other);
+    along_columns(out.other, eye.bell, eye.radius, *result);
+    along_columns(out.belled, *kernel, eye.radius, out.across);
+    take_magnitude(out.across, *result);
   }
 }
 
@@ -211,7 +193,7 @@ HWY_INLINE void store_part(Vec value, float* out, int left) {
 
 void flip_features_tile(std::span<const std::uint8_t> rgba8, int width, int height, const FlipEye& eye,
                         const Tile& tile, FlipFeatures& out) {
-  TileFeatures features;
+  static thread_local TileFeatures features;
   tile_features(rgba8, width, height, eye, tile, features);
   const std::pair<const TilePlane*, std::vector<float>*> planes[] = {{&features.lightness, &out.lightness},
                                                                      {&features.a, &out.a},
@@ -227,7 +209,7 @@ void flip_features_tile(std::span<const std::uint8_t> rgba8, int width, int heig
 void flip_tile(const PicturePair& pictures, const FlipFeatures& reference, const FlipEye& eye, const Tile& tile,
                float* map) {
   const Tag tag;
-  TileFeatures test;
+  static thread_local TileFeatures test;
   tile_features(pictures.test, pictures.width, pictures.height, eye, tile, test);
   const double knee = kKneeAt * static_cast<double>(eye.greatest);
   for (int y = 0; y < tile.height; ++y) {

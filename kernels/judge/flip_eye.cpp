@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -38,6 +39,13 @@ constexpr std::array<Sensitivity, 3> kSensitivity{Sensitivity{1, 0.0047, 0, 1e-5
 
 double total(const std::vector<double>& kernel) { return std::accumulate(kernel.begin(), kernel.end(), 0.0); }
 
+/// A symmetric kernel times a factor, without the ends that a float does not see beside the middle.
+std::vector<float> seen(const std::vector<double>& kernel, double factor) {
+  const double least = kernel[kernel.size() / 2] * std::numeric_limits<float>::epsilon() / 2;
+  const auto ends = std::ranges::find_if(kernel, [&](double weight) { return weight > least; }) - kernel.begin();
+  return scaled({kernel.begin() + ends, kernel.end() - ends}, factor);
+}
+
 /// Scales the positive weights to a sum of 1 and the negative ones to -1, as the 2D kernel kernel(x) * across(y) has
 /// it.
 std::vector<float> balanced(const std::vector<double>& kernel, const std::vector<double>& across) {
@@ -71,8 +79,8 @@ FlipEye flip_eye(double pixels_per_degree) {
     const double weight1 = channel.a1 * std::sqrt(kPi / channel.b1);
     const double weight2 = channel.a2 * std::sqrt(kPi / channel.b2);
     const double sum = weight1 * total(first) * total(first) + weight2 * total(second) * total(second);
-    eye.channels[c] = {.along_x = scaled(first, weight1 / sum), .along_y = scaled(first, 1)};
-    if (channel.a2 != 0) eye.blue_rest = {.along_x = scaled(second, weight2 / sum), .along_y = scaled(second, 1)};
+    eye.channels[c] = {.along_x = seen(first, weight1 / sum), .along_y = seen(first, 1)};
+    if (channel.a2 != 0) eye.blue_rest = {.along_x = seen(second, weight2 / sum), .along_y = seen(second, 1)};
   }
 
   const std::vector<double> bell = gaussian(sigma, feature_radius);

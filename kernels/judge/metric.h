@@ -37,7 +37,8 @@ enum class NoValue {
 };
 
 /// A metric's function, by what it looks at.
-using OfPixels = void (*)(const JudgedPixels& pixels, std::vector<float>& values);  ///< appends one a pixel with a ray
+using OfPixels = void (*)(const JudgedPixels& pixels,
+                          std::vector<float>& values);  ///< appends one a judged pixel, none negative
 using OfPictures = std::optional<double> (*)(const PicturePair& pictures, std::span<const PixelScore> mask);
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
 

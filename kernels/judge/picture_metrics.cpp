@@ -3,24 +3,32 @@
 #include <cassert>
 #include <cstdlib>
 
+#include "kernels/base/parallel.h"
+
 namespace reliefbench {
-namespace {
-
-bool has_ray(const PixelScore& pixel) { return pixel.verdict != Verdict::no_ray; }
-
-}  // namespace
-
 std::optional<double> masked_mean(std::span<const float> map, std::span<const PixelScore> mask) {
   assert(map.size() == mask.size());
-  double sum = 0;
-  std::int64_t count = 0;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (!has_ray(mask[i])) continue;
-    sum += static_cast<double>(map[i]);
-    ++count;
+  struct Sum {
+    double values = 0;
+    std::int64_t count = 0;
+  };
+  std::vector<Sum> sums(share_count(map.size()));
+  for_each_share(map.size(), [&](std::size_t share, std::size_t first, std::size_t count) {
+    Sum sum;
+    for (std::size_t i = first; i < first + count; ++i) {
+      if (!is_judged(mask[i])) continue;
+      sum.values += static_cast<double>(map[i]);
+      ++sum.count;
+    }
+    sums[share] = sum;
+  });
+  Sum whole;
+  for (const Sum& sum : sums) {
+    whole.values += sum.values;
+    whole.count += sum.count;
   }
-  if (count == 0) return std::nullopt;
-  return sum / static_cast<double>(count);
+  if (whole.count == 0) return std::nullopt;
+  return whole.values / static_cast<double>(whole.count);
 }
 
 std::optional<double> flicker(const FlickerFrame& before, const FlickerFrame& now) {
@@ -29,7 +37,7 @@ std::optional<double> flicker(const FlickerFrame& before, const FlickerFrame& no
   std::int64_t sum = 0;
   std::int64_t count = 0;
   for (std::size_t i = 0; i < now.mask.size(); ++i) {
-    if (!has_ray(before.mask[i]) || !has_ray(now.mask[i])) continue;
+    if (!is_judged(before.mask[i]) || !is_judged(now.mask[i])) continue;
     for (std::size_t c = 4 * i; c < 4 * i + 3; ++c) sum += std::abs(error(now, c) - error(before, c));
     count += 3;
   }

@@ -49,8 +49,8 @@ Root first_root(const Quadratic& f, bool crossed) {
 }
 
 /// One coordinate of a ray, in cells of the padded map, and the node of 2^level cells that it is in.
-struct Axis {
-  Axis(double start_cell, double cells_per_t, int cell_count, Wrap wrap)
+struct RayAxis {
+  RayAxis(double start_cell, double cells_per_t, int cell_count, Wrap wrap)
       : start(start_cell), speed(cells_per_t), cells(cell_count), forward(cells_per_t >= 0 ? 1 : 0) {
     // At rest every edge is too far ahead to reach; finite, so that 0 times it is no NaN.
     inverse = speed == 0 ? std::numeric_limits<double>::max() : 1 / speed;
@@ -134,12 +134,12 @@ class ReferenceTracer::Walk {
   template <bool kSolid>
   void advance();
   template <bool kSolid>
-  void step(Axis& crossed);
+  void step(RayAxis& crossed);
   [[nodiscard]] double exit_in_hit_cell() const;
 
   const ReferenceTracer& map_;
-  Axis x_;
-  Axis y_;
+  RayAxis x_;
+  RayAxis y_;
   double t_ = 0;       ///< entry of the node
   double t_next_ = 0;  ///< and exit
   double t_end_ = 1;   ///< at the lowest texel
@@ -239,7 +239,7 @@ Root ReferenceTracer::Walk::solve() {
 }
 
 template <bool kSolid>
-void ReferenceTracer::Walk::step(Axis& crossed) {
+void ReferenceTracer::Walk::step(RayAxis& crossed) {
   // Out of the parent too, which may be skipped whole. In the solid it may be even when it was not before.
   const bool new_parent = (crossed.node & 1) == crossed.forward;
   crossed.cross(level_);

@@ -1,9 +1,13 @@
 #include "kernels/judge/score.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -26,9 +30,8 @@ float to_float(double error) {
 Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
   const double t = pixel.t;
   // The found t is a float: the two around t_enter are as good as it can be, even where the ray only touches.
-  const auto nearest = static_cast<float>(reference.t_enter);
-  const bool is_beyond = pixel.t > std::nextafter(nearest, 2.0F);
-  if (is_beyond && t >= reference.t_exit) return Verdict::missed;
+  if (t >= reference.t_exit && pixel.t > std::nextafter(static_cast<float>(reference.t_enter), 2.0F))
+    return Verdict::missed;
   if (e_xy <= kRecoverableTexels) return Verdict::good;
   if (t < reference.t_enter || pixel.status == static_cast<float>(PixelStatus::step_cap)) return Verdict::unconverged;
   return Verdict::inside;
@@ -36,45 +39,123 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
 
 PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, int map_width, int map_height) {
   if (!has_ray(pixel)) return {};
-  const double travel_texels = std::hypot(static_cast<double>(pixel.ray.slope_u) * map_width,
-                                          static_cast<double>(pixel.ray.slope_v) * map_height);
+  // Squares of floats neither overflow a double nor vanish in it.
+  const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
+  const double travel_v = static_cast<double>(pixel.ray.slope_v) * map_height;
+  const double travel_texels = std::sqrt(travel_u * travel_u + travel_v * travel_v);
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
   const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
   const double e_xy = e_z * travel_texels;
   return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
 }
 
-/// Fills in a metric's numbers. values: of the pixels with a ray; their order changes where a percentile is asked for
-void fill_in(const Metric& metric, std::vector<float>& values, std::span<std::optional<double>> numbers) {
-  const auto count = static_cast<double>(values.size());
-  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-  auto from = values.begin();  // all before it are no greater than all after it: percentiles are asked for in order
-  // By nearest rank: the smallest value that at least `percent` of all do not exceed.
-  const auto percentile = [&](double percent) {
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(percent * count / 100)) - 1;
-    std::nth_element(from, place, values.end());
-    from = place;
-    return static_cast<double>(*place);
-  };
-  for (std::size_t i = 0; i < metric.aggregates.size(); ++i) {
-    switch (metric.aggregates[i]) {
-      case Aggregate::mean:
-        numbers[i] = sum / count;
-        break;
-      case Aggregate::p50:
-        numbers[i] = percentile(50);
-        break;
-      case Aggregate::p95:
-        numbers[i] = percentile(95);
-        break;
-      case Aggregate::p99:
-        numbers[i] = percentile(99);
-        break;
-      case Aggregate::max:
-        numbers[i] = static_cast<double>(*std::max_element(from, values.end()));
-        break;
+/// Sums in eight lanes: one addition need not wait for the one before.
+double sum_of(std::span<const float> values) {
+  std::array<double, 8> lanes{};
+  std::size_t i = 0;
+  for (; i + lanes.size() <= values.size(); i += lanes.size())
+    for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] += static_cast<double>(values[i + lane]);
+  for (; i < values.size(); ++i) lanes[0] += static_cast<double>(values[i]);
+  return std::accumulate(lanes.begin(), lanes.end(), 0.0);
+}
+
+/// The values of a metric, one a judged pixel, in shares that threads fill.
+class MetricValues {
+ public:
+  MetricValues(const JudgedPixels& pixels, OfPixels function) : shares_(share_count(pixels.scores.size())) {
+    for_each_share(pixels.scores.size(), [&](std::size_t at, std::size_t first, std::size_t count) {
+      Share& share = shares_[at];
+      function({.traced = pixels.traced.subspan(first, count), .scores = pixels.scores.subspan(first, count)},
+               share.values);
+      share.sum = sum_of(share.values);
+      for (const float value : share.values) share.max = std::max(share.max, value);
+    });
+    for (const Share& share : shares_) {
+      sum_ += share.sum;
+      max_ = std::max(max_, share.max);
+      count_ += share.values.size();
     }
   }
+
+  [[nodiscard]] double mean() const { return sum_ / static_cast<double>(count_); }
+  [[nodiscard]] double max() const { return static_cast<double>(max_); }
+  /// By nearest rank: the smallest value that at least `percent` of all do not exceed.
+  [[nodiscard]] double percentile(double percent) {
+    if (histogram_.empty()) count_bins();
+    auto rank = static_cast<std::int64_t>(std::ceil(percent * static_cast<double>(count_) / 100)) - 1;
+    std::size_t bin = 0;
+    for (; rank >= histogram_[bin]; ++bin) rank -= histogram_[bin];
+    std::vector<float> same = values_of(bin);
+    std::ranges::nth_element(same, same.begin() + rank);
+    return static_cast<double>(same[static_cast<std::size_t>(rank)]);
+  }
+
+ private:
+  /// Values are not negative, so that their bits lie as they do. A bin is an exponent and three bits of the mantissa.
+  static constexpr int kBinShift = 20;
+  static constexpr std::size_t kBins = 1U << (31 - kBinShift);
+  static std::size_t bin_of(float value) { return std::bit_cast<std::uint32_t>(value) >> kBinShift; }
+
+  struct Share {
+    std::vector<float> values;
+    double sum = 0;
+    float max = 0;
+    std::vector<std::int64_t> counts;  // a bin
+  };
+
+  template <typename Work>
+  void each_share(const Work& work) {
+    parallel_for(static_cast<int>(shares_.size()), 0, [&](int at) { work(static_cast<std::size_t>(at)); });
+  }
+
+  void count_bins() {
+    each_share([&](std::size_t at) {
+      Share& share = shares_[at];
+      share.counts.assign(kBins, 0);
+      for (const float value : share.values) ++share.counts[bin_of(value)];
+    });
+    histogram_.assign(kBins, 0);
+    for (const Share& share : shares_)
+      std::ranges::transform(histogram_, share.counts, histogram_.begin(), std::plus());
+  }
+
+  std::vector<float> values_of(std::size_t bin) {
+    std::vector<std::int64_t> begins;
+    begins.reserve(shares_.size());
+    std::int64_t count = 0;
+    for (const Share& share : shares_) {
+      begins.push_back(count);
+      count += share.counts[bin];
+    }
+    std::vector<float> found(static_cast<std::size_t>(count));
+    each_share([&](std::size_t at) {
+      std::ranges::copy_if(shares_[at].values, found.begin() + begins[at],
+                           [&](float value) { return bin_of(value) == bin; });
+    });
+    return found;
+  }
+
+  std::vector<Share> shares_;
+  double sum_ = 0;
+  float max_ = 0;
+  std::size_t count_ = 0;
+  std::vector<std::int64_t> histogram_;
+};
+
+double number_of(MetricValues& values, Aggregate aggregate) {
+  switch (aggregate) {
+    case Aggregate::mean:
+      return values.mean();
+    case Aggregate::p50:
+      return values.percentile(50);
+    case Aggregate::p95:
+      return values.percentile(95);
+    case Aggregate::p99:
+      return values.percentile(99);
+    case Aggregate::max:
+      return values.max();
+  }
+  return 0;
 }
 
 /// Calls use(function, numbers) for the metrics whose function is of one kind.
@@ -118,22 +199,19 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
   assert(pixels.size() == reference.size());
   JudgedFrame frame;
   frame.pixels.resize(pixels.size());
-  constexpr std::size_t kShare = 1U << 16U;  // pixels a task
-  parallel_for(static_cast<int>((pixels.size() + kShare - 1) / kShare), 0, [&](int task) {
-    const std::size_t first = static_cast<std::size_t>(task) * kShare;
-    for (std::size_t i = first; i < std::min(first + kShare, pixels.size()); ++i)
+  std::vector<std::int64_t> judged(share_count(pixels.size()));
+  for_each_share(pixels.size(), [&](std::size_t share, std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) {
       frame.pixels[i] = score_pixel(pixels[i], reference[i], map_width, map_height);
+      judged[share] += is_judged(frame.pixels[i]) ? 1 : 0;
+    }
   });
-  frame.score.pixels = static_cast<decltype(frame.score.pixels)>(
-      std::ranges::count_if(frame.pixels, [](const PixelScore& score) { return score.verdict != Verdict::no_ray; }));
-  std::vector<float> values;
-  values.reserve(pixels.size());
+  frame.score.pixels = std::accumulate(judged.begin(), judged.end(), std::int64_t{0});
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
     std::ranges::fill(numbers, 0);
     if (frame.score.pixels == 0) return;
-    values.clear();
-    function({.traced = pixels, .scores = frame.pixels}, values);
-    fill_in(metric, values, numbers);
+    MetricValues values({.traced = pixels, .scores = frame.pixels}, function);
+    std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
   });
   return frame;
 }

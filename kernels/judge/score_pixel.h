@@ -35,6 +35,7 @@ struct PixelScore {
   float e_z = 0;   ///< height
   Verdict verdict = Verdict::no_ray;
 };
+[[nodiscard]] inline bool is_judged(const PixelScore& score) { return score.verdict != Verdict::no_ray; }
 
 /// The pixels of a frame as they were traced and as they were judged; frame size, row-major.
 struct JudgedPixels {

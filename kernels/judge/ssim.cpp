@@ -41,13 +41,15 @@ int mirrored(int i, int n) {
 /// Luma about the middle (Rec. 601) of a tile and its border of the kernel's radius.
 void fill_luma(std::span<const std::uint8_t> rgba8, int width, int height, const Tile& tile, TilePlane& plane) {
   plane.resize(tile.width + 2 * kSsimRadius, tile.height + 2 * kSsimRadius);
+  std::vector<std::size_t> columns(static_cast<std::size_t>(plane.width));
+  for (std::size_t x = 0; x < columns.size(); ++x)
+    columns[x] = 4 * static_cast<std::size_t>(mirrored(tile.x + static_cast<int>(x) - kSsimRadius, width));
   for (int y = 0; y < plane.height; ++y) {
-    const auto line =
-        static_cast<std::size_t>(mirrored(tile.y + y - kSsimRadius, height)) * static_cast<std::size_t>(width);
+    const auto line = static_cast<std::size_t>(mirrored(tile.y + y - kSsimRadius, height));
+    const std::uint8_t* const from = rgba8.data() + 4 * line * static_cast<std::size_t>(width);
     float* const row = plane.row(y);
-    for (int x = 0; x < plane.width; ++x) {
-      const std::size_t i = 4 * (line + static_cast<std::size_t>(mirrored(tile.x + x - kSsimRadius, width)));
-      const auto channel = [&](std::size_t c) { return static_cast<float>(rgba8[i + c]); };
+    for (std::size_t x = 0; x < columns.size(); ++x) {
+      const auto channel = [&](std::size_t c) { return static_cast<float>(from[columns[x] + c]); };
       row[x] = 0.299F * channel(0) + 0.587F * channel(1) + 0.114F * channel(2) - kMiddle;
     }
   }
@@ -65,20 +67,20 @@ void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<f
   for (std::size_t i = 0; i + hn::Lanes(tag) <= a.values.size(); i += hn::Lanes(tag))
     hn::StoreU(hn::Mul(hn::LoadU(tag, a.values.data() + i), hn::LoadU(tag, b.values.data() + i)), tag,
                scratch.product.values.data() + i);
-  along_rows(scratch.product, kernel, scratch.rows);
-  along_columns(scratch.rows, kernel, out);
+  along_rows(scratch.product, kernel, kSsimRadius, scratch.rows);
+  along_columns(scratch.rows, kernel, kSsimRadius, out);
 }
 
 void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, const Tile& tile, float* map) {
   const hn::ScalableTag<float> tag;
   const int lanes = static_cast<int>(hn::Lanes(tag));
-  SsimScratch s;
+  static thread_local SsimScratch s;
   fill_luma(pictures.reference, pictures.width, pictures.height, tile, s.a);
   fill_luma(pictures.test, pictures.width, pictures.height, tile, s.b);
-  along_rows(s.a, kernel, s.rows);
-  along_columns(s.rows, kernel, s.mean_a);
-  along_rows(s.b, kernel, s.rows);
-  along_columns(s.rows, kernel, s.mean_b);
+  along_rows(s.a, kernel, kSsimRadius, s.rows);
+  along_columns(s.rows, kernel, kSsimRadius, s.mean_a);
+  along_rows(s.b, kernel, kSsimRadius, s.rows);
+  along_columns(s.rows, kernel, kSsimRadius, s.mean_b);
   mean_of_product(s.a, s.a, kernel, s, s.mean_aa);
   mean_of_product(s.b, s.b, kernel, s, s.mean_bb);
   mean_of_product(s.a, s.b, kernel, s, s.mean_ab);

@@ -62,16 +62,23 @@ HWY_INLINE void weighted_row(const float* in, std::size_t step, const std::vecto
   }
 }
 
-/// out(x, y) = sum over k of weights[k] in(x + k, y): as wide as `in` less the kernel, as high.
-HWY_INLINE void along_rows(const TilePlane& in, const std::vector<float>& weights, TilePlane& out) {
-  out.resize(in.width - static_cast<int>(weights.size()) + 1, in.height);
-  for (int y = 0; y < out.height; ++y) weighted_row(in.row(y), 1, weights, out.width, out.row(y));
+/// Where a kernel's first weight lies in a border that it need not fill.
+HWY_INLINE int before(const std::vector<float>& weights, int border) {
+  return border - static_cast<int>(weights.size() / 2);
 }
 
-/// out(x, y) = sum over k of weights[k] in(x, y + k): as high as `in` less the kernel, as wide.
-HWY_INLINE void along_columns(const TilePlane& in, const std::vector<float>& weights, TilePlane& out) {
-  out.resize(in.width, in.height - static_cast<int>(weights.size()) + 1);
-  for (int y = 0; y < out.height; ++y) weighted_row(in.row(y), in.stride, weights, out.width, out.row(y));
+/// out(x, y) = sum over k of weights[k] in(x + border - radius + k, y): narrower than `in` by its border, as high.
+HWY_INLINE void along_rows(const TilePlane& in, const std::vector<float>& weights, int border, TilePlane& out) {
+  out.resize(in.width - 2 * border, in.height);
+  for (int y = 0; y < out.height; ++y)
+    weighted_row(in.row(y) + before(weights, border), 1, weights, out.width, out.row(y));
+}
+
+/// out(x, y) = sum over k of weights[k] in(x, y + border - radius + k): lower than `in` by its border, as wide.
+HWY_INLINE void along_columns(const TilePlane& in, const std::vector<float>& weights, int border, TilePlane& out) {
+  out.resize(in.width, in.height - 2 * border);
+  for (int y = 0; y < out.height; ++y)
+    weighted_row(in.row(y + before(weights, border)), in.stride, weights, out.width, out.row(y));
 }
 
 }  // namespace HWY_NAMESPACE

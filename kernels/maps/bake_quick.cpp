@@ -39,9 +39,10 @@ struct Extent {
   int high = 0;
 };
 
-class Axis {
+class MapAxis {
  public:
-  Axis(int side, Wrap wrap, Footpoint footpoint) : side_(side), repeats_(wrap == Wrap::repeat), footpoint_(footpoint) {}
+  MapAxis(int side, Wrap wrap, Footpoint footpoint)
+      : side_(side), repeats_(wrap == Wrap::repeat), footpoint_(footpoint) {}
 
   [[nodiscard]] Stop stop(int texel, int level) const {
     const int nodes = nodes_at(level);
@@ -100,7 +101,7 @@ class Axis {
 };
 
 /// The stops of all texels along an axis, the levels of a texel together.
-std::vector<Stop> stops(const Axis& axis, int side, int levels) {
+std::vector<Stop> stops(const MapAxis& axis, int side, int levels) {
   std::vector<Stop> all;
   all.reserve(static_cast<std::size_t>(side) * static_cast<std::size_t>(levels));
   for (int texel = 0; texel < side; ++texel) {
@@ -217,7 +218,7 @@ std::vector<float> region_growing(const BakeRequest& request, Footpoint footpoin
   const MaxPyramid pyramid(heights);
   const auto levels = pyramid.levels().size() - 1;  // the root has no neighbours
   const auto stops_of = [&](int side) {
-    return stops(Axis(side, request.wrap, footpoint), side, static_cast<int>(levels));
+    return stops(MapAxis(side, request.wrap, footpoint), side, static_cast<int>(levels));
   };
   const std::vector<Stop> columns = stops_of(heights.width);
   const std::vector<Stop> rows = stops_of(heights.height);

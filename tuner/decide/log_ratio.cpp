@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMedianOfSquare = 0.4549;  // of a standard normal variable
-constexpr int kMostDf = 200;
 
 int whole_df(double df) { return static_cast<int>(std::min<double>(df, kMostDf)); }
 

@@ -111,7 +111,7 @@ std::map<DeviceKey, DeviceCases> gather(std::span<const Run> runs) {
 }
 
 /// A setting that counts.
-struct Candidate {
+struct LevelCandidate {
   std::vector<PresetEvidence> evidence{};  ///< parallel to the device's scenes
   double relative_time = 0;
   double error = 0;
@@ -122,11 +122,11 @@ struct Candidate {
 const Summary& time_of(const PresetEvidence& evidence) { return evidence.record->frame_time->summary; }
 
 /// The settings of all scenes, with the errors of the worst one.
-std::vector<Candidate> shared_settings(const DeviceCases& device, const Presets& presets) {
+std::vector<LevelCandidate> shared_settings(const DeviceCases& device, const Presets& presets) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  std::vector<Candidate> candidates;
+  std::vector<LevelCandidate> candidates;
   for (const auto& [text, ignored] : device.scenes.begin()->second) {
-    Candidate candidate;
+    LevelCandidate candidate;
     for (const auto& [scene, cases] : device.scenes) {
       const auto found = cases.find(text);
       if (found == cases.end()) break;
@@ -144,34 +144,34 @@ std::vector<Candidate> shared_settings(const DeviceCases& device, const Presets&
 }
 
 /// Finds the fastest of each scene, and every setting's time relative to it.
-std::vector<SceneFloor> set_relative_times(std::vector<Candidate>& candidates) {
+std::vector<SceneFloor> set_relative_times(std::vector<LevelCandidate>& candidates) {
   std::vector<SceneFloor> floors;
   for (std::size_t s = 0; s < candidates.front().evidence.size(); ++s) {
-    const Candidate& fastest = *std::ranges::min_element(
-        candidates, {}, [s](const Candidate& candidate) { return time_of(candidate.evidence[s]).median; });
+    const LevelCandidate& fastest = *std::ranges::min_element(
+        candidates, {}, [s](const LevelCandidate& candidate) { return time_of(candidate.evidence[s]).median; });
     floors.push_back({.scene = fastest.evidence[s].record->scene, .fastest = fastest.evidence[s].record});
     const double fastest_ns = floors[s].fastest->frame_time->summary.median;
-    for (Candidate& candidate : candidates) {
+    for (LevelCandidate& candidate : candidates) {
       const Summary& time = time_of(candidate.evidence[s]);
       candidate.relative_time = std::max(candidate.relative_time, time.median / fastest_ns);
       candidate.contender.low_ns = std::max(candidate.contender.low_ns, time.ci_low / fastest_ns);
       candidate.contender.high_ns = std::max(candidate.contender.high_ns, time.ci_high / fastest_ns);
     }
   }
-  for (Candidate& candidate : candidates)
+  for (LevelCandidate& candidate : candidates)
     candidate.contender.simplicity = simplicity(*candidate.evidence.front().record);
   return floors;
 }
 
 /// By rising time and falling error, in what levels are spaced by.
-std::vector<Candidate> front_of(const std::vector<Candidate>& candidates) {
+std::vector<LevelCandidate> front_of(const std::vector<LevelCandidate>& candidates) {
   std::vector<double> times;
   std::vector<double> errors;
-  for (const Candidate& candidate : candidates) {
+  for (const LevelCandidate& candidate : candidates) {
     times.push_back(candidate.relative_time);
     errors.push_back(candidate.level_error);
   }
-  std::vector<Candidate> front;
+  std::vector<LevelCandidate> front;
   for (const std::size_t i : pareto_front(times, errors)) front.push_back(candidates[i]);
   return front;
 }
@@ -185,17 +185,17 @@ double level_limit(double loosest, double least, int quality, bool is_linear) {
 }
 
 /// candidates, front: not empty
-std::vector<PresetLevel> levels_of(const std::vector<Candidate>& candidates, const std::vector<Candidate>& front,
-                                   bool is_linear) {
+std::vector<PresetLevel> levels_of(const std::vector<LevelCandidate>& candidates,
+                                   const std::vector<LevelCandidate>& front, bool is_linear) {
   std::vector<PresetLevel> levels;  // from the best down
-  const Candidate* above = nullptr;
+  const LevelCandidate* above = nullptr;
   for (int quality = kBestPreset; quality >= 0; quality -= kPresetStep) {
     const double limit =
         level_limit(front.front().level_error, front.back().level_error, quality, is_linear) * (1 + kSlack);
     std::vector<std::size_t> as_good;
     std::vector<Contender> contenders;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      const Candidate& candidate = candidates[i];
+      const LevelCandidate& candidate = candidates[i];
       const bool keeps_order =
           above == nullptr || &candidate == above ||
           (candidate.relative_time <= above->relative_time && candidate.level_error >= above->level_error);
@@ -203,7 +203,7 @@ std::vector<PresetLevel> levels_of(const std::vector<Candidate>& candidates, con
       as_good.push_back(i);
       contenders.push_back(candidate.contender);
     }
-    const Candidate& picked = candidates[as_good[choose(contenders).pick]];
+    const LevelCandidate& picked = candidates[as_good[choose(contenders).pick]];
     if (above == &picked) levels.pop_back();  // the lower of two equal levels stays
     above = &picked;
     levels.push_back({.quality = quality,
@@ -225,19 +225,19 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
     counts.push_back(fmt::format("{}: {}", scene, cases.size()));
   }
   result.measured = static_cast<int>(measured.size());
-  std::vector<Candidate> candidates = shared_settings(device, presets);
+  std::vector<LevelCandidate> candidates = shared_settings(device, presets);
   result.shared = static_cast<int>(candidates.size());
   if (candidates.empty())
     fail_input("{}, {}: no setting was measured in all of its {} scenes ({}); sweep them with the same settings",
                key.first, key.second, device.scenes.size(), fmt::join(counts, ", "));
-  const auto is_feasible = [&](const Candidate& candidate) {
+  const auto is_feasible = [&](const LevelCandidate& candidate) {
     return std::isfinite(candidate.error) &&
            std::ranges::all_of(candidate.evidence, [&](const PresetEvidence& evidence) {
              return std::ranges::all_of(presets.constraints,
                                         [&](const Budget& budget) { return meets(*evidence.record, budget); });
            });
   };
-  std::erase_if(candidates, [&](const Candidate& candidate) { return !is_feasible(candidate); });
+  std::erase_if(candidates, [&](const LevelCandidate& candidate) { return !is_feasible(candidate); });
   result.feasible = static_cast<int>(candidates.size());
   if (candidates.empty()) {
     throw Error(
@@ -248,7 +248,7 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
                     fmt::join(budget_texts(presets.constraints), ", ")));
   }
   result.scenes = set_relative_times(candidates);
-  const std::vector<Candidate> front = front_of(candidates);
+  const std::vector<LevelCandidate> front = front_of(candidates);
   result.on_front = static_cast<int>(front.size());
   result.levels = levels_of(candidates, front, presets.level_metric == kSeen);
   if (result.levels.size() < kFewLevels)

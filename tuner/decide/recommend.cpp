@@ -6,13 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "kernels/base/clock.h"
 #include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
 
 namespace reliefbench {
 namespace {
-
-constexpr double kNsPerMs = 1e6;
 
 bool measured(const Record& record) { return record.status == Status::ok && record.frame_time && record.error; }
 

@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kRounds = 9;  // samples of a row's time
 constexpr double kBatch_ms = 5;
-constexpr double kNsPerMs = 1e6;
 
 using Figures = std::map<std::string, double>;
 

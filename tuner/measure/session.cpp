@@ -19,8 +19,8 @@ constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
 constexpr double kLeastRenderLimit_s = 1;
-constexpr double kLeastPatience_s = 60;  // with a device that was left behind in the middle of a frame
-constexpr double kPatience = 10;         // times the limit
+constexpr double kLeastRenderPatience_s = 60;  // with a device that was left behind in the middle of a frame
+constexpr double kRenderPatience = 10;         // times the limit
 
 std::string shader_key(std::string_view source, const Target& target) {
   return fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
@@ -59,7 +59,7 @@ void Session::reopen() {
   try {
     backend_ = open_(row_, device_index_);
     // What was left behind may keep the device busy for a while.
-    backend_->set_render_limit(std::max(kPatience * render_limit_s_, kLeastPatience_s));
+    backend_->set_render_limit(std::max(kRenderPatience * render_limit_s_, kLeastRenderPatience_s));
     if (calibration_.frames > 0) make_control();
     backend_->set_render_limit(render_limit_s_);
   } catch (const Error& error) {

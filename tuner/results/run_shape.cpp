@@ -14,45 +14,45 @@ using nlohmann::json;
 
 enum class Type { text, number, boolean, object, array };
 
-struct Key {
+struct KnownKey {
   std::string_view path;  ///< parts between dots; "*": every element of a list
   Type type;
 };
 
 // configs/schema/run.schema.json says more; this is what code relies on.
 constexpr std::array kKeys = {
-    Key{"identity", Type::object},
-    Key{"identity.devices", Type::array},
-    Key{"identity.devices.*", Type::object},
-    Key{"identity.devices.*.backend", Type::text},
-    Key{"identity.devices.*.name", Type::text},
-    Key{"identity.devices.*.driver", Type::text},
-    Key{"name", Type::text},
-    Key{"version", Type::text},
-    Key{"git_sha", Type::text},
-    Key{"started", Type::text},
-    Key{"started_unix_ns", Type::number},
-    Key{"host", Type::object},
-    Key{"host.cpu", Type::text},
-    Key{"host.os", Type::text},
-    Key{"config_path", Type::text},
-    Key{"bisected", Type::boolean},
-    Key{"devices", Type::array},
-    Key{"devices.*", Type::object},
-    Key{"devices.*.backend", Type::text},
-    Key{"devices.*.index", Type::number},
-    Key{"devices.*.name", Type::text},
-    Key{"devices.*.driver", Type::text},
-    Key{"devices.*.timer", Type::text},
-    Key{"devices.*.control_load_steps", Type::number},
-    Key{"devices.*.control_frames", Type::number},
-    Key{"devices.*.control_reference_ns", Type::number},
-    Key{"front", Type::object},
-    Key{"front.error", Type::text},
-    Key{"front.constraints", Type::array},
-    Key{"front.constraints.*", Type::text},
-    Key{"budgets", Type::array},
-    Key{"budgets.*", Type::text},
+    KnownKey{"identity", Type::object},
+    KnownKey{"identity.devices", Type::array},
+    KnownKey{"identity.devices.*", Type::object},
+    KnownKey{"identity.devices.*.backend", Type::text},
+    KnownKey{"identity.devices.*.name", Type::text},
+    KnownKey{"identity.devices.*.driver", Type::text},
+    KnownKey{"name", Type::text},
+    KnownKey{"version", Type::text},
+    KnownKey{"git_sha", Type::text},
+    KnownKey{"started", Type::text},
+    KnownKey{"started_unix_ns", Type::number},
+    KnownKey{"host", Type::object},
+    KnownKey{"host.cpu", Type::text},
+    KnownKey{"host.os", Type::text},
+    KnownKey{"config_path", Type::text},
+    KnownKey{"bisected", Type::boolean},
+    KnownKey{"devices", Type::array},
+    KnownKey{"devices.*", Type::object},
+    KnownKey{"devices.*.backend", Type::text},
+    KnownKey{"devices.*.index", Type::number},
+    KnownKey{"devices.*.name", Type::text},
+    KnownKey{"devices.*.driver", Type::text},
+    KnownKey{"devices.*.timer", Type::text},
+    KnownKey{"devices.*.control_load_steps", Type::number},
+    KnownKey{"devices.*.control_frames", Type::number},
+    KnownKey{"devices.*.control_reference_ns", Type::number},
+    KnownKey{"front", Type::object},
+    KnownKey{"front.error", Type::text},
+    KnownKey{"front.constraints", Type::array},
+    KnownKey{"front.constraints.*", Type::text},
+    KnownKey{"budgets", Type::array},
+    KnownKey{"budgets.*", Type::text},
 };
 
 bool is(const json& value, Type type) {
@@ -96,7 +96,7 @@ void check(const json& value, std::string_view rest, Type type, const std::strin
 }  // namespace
 
 void check_run_shape(const json& info, const std::filesystem::path& path) {
-  for (const Key& key : kKeys) check(info, key.path, key.type, "", path);
+  for (const KnownKey& key : kKeys) check(info, key.path, key.type, "", path);
 }
 
 }  // namespace reliefbench

@@ -17,8 +17,6 @@ namespace {
 constexpr double kConfidence = 0.95;        // of summarise()
 constexpr double kMadToDeviation = 1.4826;  // of a normal distribution
 constexpr double kHuber = 1.5;              // robust standard deviations; 96 % efficient for normal values
-constexpr int kMostDf =
-    200;  // from here on Student's t is taken to be this one: wider than the normal by half a percent
 
 double median_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

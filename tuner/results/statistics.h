@@ -28,6 +28,8 @@ struct Summary {
 
 [[nodiscard]] double geometric_mean(std::span<const double> values);
 
+/// From here on Student's t is taken to be this one: wider than the normal by half a percent.
+inline constexpr int kMostDf = 200;
 /// Two-sided p of Student's t: P(|T| >= |t|). df: at least 1
 [[nodiscard]] double student_t_p(double t, int df);
 /// The t that |T| exceeds with probability p.

@@ -11,14 +11,13 @@
 #include <numeric>
 #include <set>
 
+#include "kernels/base/clock.h"
 #include "tuner/decide/choose.h"
 #include "tuner/plan/features.h"
 #include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
-
-constexpr double kNsPerMs = 1e6;
 
 /// What `more` has and `less` has not.
 std::vector<std::string> without(const std::vector<std::string>& more, const std::vector<std::string>& less) {
