@@ -144,6 +144,8 @@ Spirv compile_compute(std::string_view name, Dialect dialect, const ShaderText& 
   return compile_stage(fmt::format("{}.comp", name), EShLangCompute, dialect, {{contract.name, contract}});
 }
 
+Spirv compile_filter(Dialect dialect) { return compile_stage("filter.frag", EShLangFragment, dialect); }
+
 Spirv compile_load(Dialect dialect) { return compile_stage("load.frag", EShLangFragment, dialect); }
 
 }  // namespace reliefbench

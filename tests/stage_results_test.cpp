@@ -85,6 +85,16 @@ std::map<std::string, std::string> results() {
       errors += fmt::format("{:.6g} ", find_metric(id).value(score).value());
     errors += fmt::format("{}\n", score.pixels);
   }
+  // Pictures are compared in float, which differs in the last digits from one instruction set to the next.
+  std::vector<std::uint8_t> shown[2];
+  for (int i = 0; i < 4 * 20 * 14; ++i) {
+    shown[0].push_back(static_cast<std::uint8_t>(i * 37 % 251));
+    shown[1].push_back(static_cast<std::uint8_t>(i * 37 % 251 / 2 + i % 90));
+  }
+  FrameScore pictures;
+  judge_pictures({.reference = shown[0], .test = shown[1], .width = 20, .height = 14},
+                 std::vector<PixelScore>(20 * 14, PixelScore{.verdict = Verdict::good}), pictures);
+  errors += fmt::format("{:.6g} {:.3f} {:.3f}", pictures.at("psnr"), pictures.at("flip"), pictures.at("ssim"));
   all["reference"] = digest(hits);
   all["judge"] = digest(errors);
   return all;
@@ -105,7 +115,7 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.relaxed_po07 2", "7048a069c46e"},
                                                     {"bake.safety_shape 1", "a864ae0d17ae"},
                                                     {"encode 1", "17891125c519"},
-                                                    {"judge 1", "c9741dad3b0a"},
+                                                    {"judge 2", "be14e8339c85"},
                                                     {"pack 1", "518f06010e87"},
                                                     {"reference 1", "5fbb2ce04c31"}};
   std::map<std::string, int> versions;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "backends/filter_audit.h"
 #include "backends/timer_audit.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
@@ -25,8 +26,9 @@ struct DevicesArguments {
 struct Found {
   const BackendRow* backend = nullptr;
   DeviceInfo info;
-  std::vector<TimerAudit> audit;  ///< empty where none was asked for
-  std::string failure;            ///< why the audit could not be done, or found no timer to measure with
+  std::vector<TimerAudit> audit;    ///< empty where none was asked for
+  std::vector<FilterAudit> filter;  ///< likewise
+  std::string failure;              ///< why the audit could not be done, or found no timer to measure with
 };
 
 std::vector<Found> find_devices(const DevicesArguments& arguments) {
@@ -36,7 +38,7 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
     if (arguments.backend.empty() ? !row.real : row.id != arguments.backend) continue;
     for (const DeviceInfo& info : row.devices()) {
       if (arguments.device && info.index != *arguments.device) continue;
-      found.push_back({.backend = &row, .info = info, .audit = {}, .failure = {}});
+      found.push_back({.backend = &row, .info = info, .audit = {}, .filter = {}, .failure = {}});
     }
   }
   return found;
@@ -46,6 +48,7 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
 void audit_device(Found& found) {
   try {
     const std::unique_ptr<Backend> backend = found.backend->open(found.info.index, {});
+    if (found.backend->real) found.filter = audit_filter(*backend, found.backend->dialect);
     found.audit = audit_timers(*backend, found.backend->dialect);
     (void)choose_timer(found.audit);
   } catch (const Error& error) {
@@ -64,6 +67,20 @@ void print_devices(const std::vector<Found>& devices, const Paint& paint) {
   put("{}", columns(rows));
 }
 
+std::string weight_text(const FilterPrecision& shown, int reported_bits) {
+  if (shown.bits >= kMostFilterBits) return fmt::format("{} bits or more", kMostFilterBits);
+  return fmt::format("{} bits, {}{}", shown.bits, shown.rounds ? "rounded" : "cut off",
+                     shown.bits < reported_bits ? ": less than reported" : "");
+}
+
+void print_filter(const Found& found) {
+  std::vector<std::vector<std::string>> rows = {{"texels", "filter's weight", "off by at most"}};
+  for (const FilterAudit& audit : found.filter)
+    rows.push_back({std::string(texel_type_id(audit.type)), weight_text(audit.precision, found.info.subtexel_bits),
+                    format_number(audit.precision.worst())});
+  if (!found.filter.empty()) put("{}", columns(rows, "  "));
+}
+
 void print_audits(const std::vector<Found>& devices, const Paint& paint) {
   for (const Found& found : devices) {
     put("\n{}\n", paint.bold(fmt::format("{} {}, {}", found.info.backend, found.info.index, found.info.name)));
@@ -78,6 +95,7 @@ void print_audits(const std::vector<Found>& devices, const Paint& paint) {
     } else {
       put("  {}\n", paint.bad(found.failure));
     }
+    print_filter(found);
   }
 }
 
@@ -87,6 +105,7 @@ nlohmann::json devices_json(const std::vector<Found>& devices, bool audited) {
     nlohmann::json entry = device_json(found.info);
     if (audited) {
       entry["audit"] = audit_json(found.audit);
+      entry["filter"] = filter_json(found.filter);
       entry["failure"] = found.failure;
       entry["timer"] = found.failure.empty() ? nlohmann::json(timer_id(choose_timer(found.audit))) : nlohmann::json();
     }
@@ -125,12 +144,18 @@ void add_devices_command(CLI::App& app, int& exit_code) {
   const CLI::Option* backend =
       command->add_option("--backend", "opengl | vulkan | null; every real one")->type_name("ID");
   const CLI::Option* device = command->add_option("--device", "index on the backend")->type_name("INDEX");
-  const CLI::Option* audit = add_switch(*command, "--audit", "check every timer against known work and the wall clock");
+  const CLI::Option* audit =
+      add_switch(*command, "--audit",
+                 "check every timer against known work and the wall clock, and how exactly the sampler weighs");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles with "
       "the\n"
-      "work (`doubling` near 2). Exit code 3 where there is no device, or one has no timer to measure with.\n"
+      "work (`doubling` near 2). The linear filter's weights are read off two enlarged texels of every type: what "
+      "they\n"
+      "are off by, times the difference of two neighbours, is what a sampled height is off by. Exit code 3 where "
+      "there\n"
+      "is no device, or one has no timer to measure with.\n"
       "Example:\n  reliefbench devices --audit --backend vulkan");
   command->callback([=, &exit_code] {
     DevicesArguments arguments{.backend = value_or(backend, std::string()),

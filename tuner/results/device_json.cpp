@@ -25,4 +25,16 @@ nlohmann::json audit_json(std::span<const TimerAudit> audit) {
   return list;
 }
 
+nlohmann::json filter_json(std::span<const FilterAudit> audit) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const FilterAudit& row : audit) {
+    list.push_back({{"texels", texel_type_id(row.type)},
+                    {"bits", row.precision.bits},
+                    {"rounds", row.precision.rounds},
+                    {"least", row.precision.least},
+                    {"greatest", row.precision.greatest}});
+  }
+  return list;
+}
+
 }  // namespace reliefbench

@@ -2,6 +2,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 
+#include "backends/filter_audit.h"
 #include "backends/timer_audit.h"
 
 namespace reliefbench {
@@ -11,5 +12,8 @@ namespace reliefbench {
 
 /// [{"timer", "valid", "wall_ratio", "doubling", "reason"}]
 [[nodiscard]] nlohmann::json audit_json(std::span<const TimerAudit> audit);
+
+/// [{"texels", "bits", "rounds", "least", "greatest"}]
+[[nodiscard]] nlohmann::json filter_json(std::span<const FilterAudit> audit);
 
 }  // namespace reliefbench

@@ -29,7 +29,7 @@ const std::vector<StageVersion>& stage_versions() {
                              {.id = "pack", .version = 1},
                              {.id = "trace", .version = 1},
                              {.id = "reference", .version = ReferenceTracer::kVersion},
-                             {.id = "judge", .version = 1},
+                             {.id = "judge", .version = 2},
                              {.id = "harness", .version = 2}});
     return list;
   }();
