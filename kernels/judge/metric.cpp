@@ -97,7 +97,7 @@ std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelSco
     for (std::size_t i = first; i < first + count; ++i) {
       if (!is_judged(mask[i])) continue;
       for (std::size_t channel = 4 * i; channel < 4 * i + 3; ++channel) {
-        const int difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
+        const std::int64_t difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
         sum.squares += difference * difference;
       }
       sum.values += 3;
