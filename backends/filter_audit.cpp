@@ -58,7 +58,7 @@ FilterPrecision filter_precision(std::span<const float> weights) {
   // A step is where the weight has grown by more than what arithmetic on the same weight may differ by.
   const double least_step = 0.5 / count;
   int steps = 0;
-  double at = static_cast<double>(weights.front());
+  auto at = static_cast<double>(weights.front());
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const auto shown = static_cast<double>(weights[i]);
     const double off = shown - static_cast<double>(i) / count;
