@@ -1,11 +1,12 @@
 #include "backends/filter_audit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 
 #include "backends/shader_compiler.h"
+#include "kernels/maps/texel.h"
 
 namespace reliefbench {
 namespace {
@@ -13,34 +14,20 @@ namespace {
 constexpr int kSide_px = 128;  // filter.frag's
 static_assert(kSide_px * kSide_px == 1 << kMostFilterBits);
 
-/// Two texels of one channel, 0 and 1.
-std::vector<std::byte> two_texels(TexelType type) {
-  const auto bytes = [](auto one) {
-    std::vector<std::byte> texels(2 * sizeof one);
-    std::memcpy(texels.data() + sizeof one, &one, sizeof one);
-    return texels;
-  };
-  switch (type) {
-    case TexelType::unorm8:
-      return bytes(std::uint8_t{255});
-    case TexelType::unorm16:
-      return bytes(std::uint16_t{65535});
-    case TexelType::float16:
-      return bytes(std::uint16_t{0x3c00});
-    case TexelType::float32:
-      return bytes(1.0F);
-  }
-  return {};
+/// Two texels, 0 and 1.
+std::vector<std::byte> two_texels(const TexelLayout& layout) {
+  const std::uint32_t one = nearest_code(1, layout.type);
+  const auto bytes = static_cast<std::size_t>(layout.bytes());
+  std::vector<std::byte> texels(2 * bytes);
+  std::memcpy(texels.data() + bytes, &one, bytes);
+  return texels;
 }
 
 std::vector<float> shown_weights(Backend& backend, const Pipeline& pipeline, TexelType type) {
-  const std::vector<std::byte> texels = two_texels(type);
-  const auto texture = backend.upload({.width = 2,
-                                       .height = 1,
-                                       .layout = {.type = type, .channels = 1},
-                                       .texels = texels,
-                                       .wrap = Wrap::clamp,
-                                       .filter = Filter::linear});
+  const TexelLayout layout{.type = type, .channels = 1};
+  const std::vector<std::byte> texels = two_texels(layout);
+  const auto texture = backend.upload(
+      {.width = 2, .height = 1, .layout = layout, .texels = texels, .wrap = Wrap::clamp, .filter = Filter::linear});
   Draw draw{.pipeline = &pipeline, .textures = {{"two_texels", texture.get()}}};
   draw.frame.sizes = {kSide_px, kSide_px, 2, 1};
   static_cast<void>(backend.render(draw, 1, Timer::fenced_wall));

@@ -13,6 +13,7 @@
 
 namespace reliefbench {
 
+inline constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
 inline constexpr Scene kScene{
     .view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35}, .width_px = 40, .height_px = 24};
 

@@ -72,8 +72,6 @@ Map map_of(const TexelLayout& format) {
   return map;
 }
 
-constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
-
 /// The probe's frame of `size` px square.
 std::vector<ScorePixel> probe(const Rig& rig, const TextureDesc& desc, int offset, bool fetch, int size = 8) {
   const auto texture = rig.backend->upload(desc);

@@ -15,8 +15,6 @@ using ::testing::HasSubstr;
 
 class FrameTest : public BackendTest {};
 
-constexpr TexelLayout kFloatTexel{.type = TexelType::float32, .channels = 1};
-
 /// The head of a fragment shader for both APIs; BINDING as in platform.glsl.
 Spirv fragment(const Rig& rig, std::string_view body) {
   return compile_whole_fragment(
@@ -29,7 +27,7 @@ Spirv fragment(const Rig& rig, std::string_view body) {
 std::unique_ptr<Texture> one_texel(const Rig& rig, float value) {
   return rig.backend->upload({.width = 1,
                               .height = 1,
-                              .layout = kFloatTexel,
+                              .layout = kFloat,
                               .texels = std::as_bytes(std::span(&value, 1)),
                               .filter = Filter::nearest});
 }
@@ -47,7 +45,7 @@ std::vector<float> floats(const std::vector<std::uint8_t>& bytes) {
   return values;
 }
 
-const Target kOneFloat{.attachments = {{"out_value", kFloatTexel}}};
+const Target kOneFloat{.attachments = {{"out_value", kFloat}}};
 
 TEST_P(FrameTest, textures_are_bound_by_the_names_of_the_samplers) {
   on_every_device([](Rig& rig) {
@@ -79,7 +77,7 @@ TEST_P(FrameTest, outputs_that_are_not_the_targets_attachments_are_refused) {
   on_every_device([](Rig& rig) {
     const Spirv one = fragment(rig, "layout(location = 0) out float out_value;\nvoid main() { out_value = 1.0; }\n");
     EXPECT_THAT(message_of([&] { (void)rig.pipeline(one, Target::color); }), HasSubstr("`out_color`"));
-    const Target two{.attachments = {{"out_value", kFloatTexel}, {"out_other", kFloatTexel}}};
+    const Target two{.attachments = {{"out_value", kFloat}, {"out_other", kFloat}}};
     EXPECT_THAT(message_of([&] { (void)rig.pipeline(one, two); }), AllOf(HasSubstr("`out_other`"), HasSubstr("1")));
     const Spirv both = fragment(rig,
                                 "layout(location = 0) out float out_value;\nlayout(location = 1) out float out_other;\n"
@@ -108,7 +106,7 @@ void main() {
 TEST_P(FrameTest, of_several_draws_the_nearest_fragments_stay_and_each_draw_has_its_own_uniforms) {
   on_every_device([](Rig& rig) {
     const Target target{
-        .attachments = {{"out_value", kFloatTexel}, {"out_color", {.type = TexelType::unorm8, .channels = 4}}},
+        .attachments = {{"out_value", kFloat}, {"out_color", {.type = TexelType::unorm8, .channels = 4}}},
         .has_depth = true};
     const Spirv column = fragment(rig, kColumn);
     const auto from = [&](int first, int depth) {

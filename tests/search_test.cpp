@@ -11,11 +11,6 @@
 namespace reliefbench {
 namespace {
 
-const Heightfield& searched_map() {
-  static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
-  return map;
-}
-
 constexpr Scene kTiled{.view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35},
                        .tiling = 2,
                        .width_px = 48,
@@ -37,7 +32,7 @@ void expect_same_work(const std::vector<ScorePixel>& a, const std::vector<ScoreP
 TEST_P(SearchOnDevices, interval_steps_are_secant_probes_and_a_last_chord) {
   on_every_device([](const Rig& rig) {
     const auto frame = [&](const Settings& settings) {
-      return trace_frame(rig, settings, store_map(settings, searched_map(), kTiled.wrap), kTiled);
+      return trace_frame(rig, settings, store_map(settings, small_fbm(), kTiled.wrap), kTiled);
     };
     for (const std::string_view chords : {"0", "1", "4"}) {
       const std::string_view refinement = chords == "0" ? "none" : "secant";
@@ -55,7 +50,7 @@ TEST_P(SearchOnDevices, interval_steps_are_secant_probes_and_a_last_chord) {
 TEST_P(SearchOnDevices, depth_slices_take_the_highest_plane_under_the_surface) {
   on_every_device([](const Rig& rig) {
     const Settings linear = settings_of("relief", {{"linear_steps", "20"}, {"refinement", "none"}});
-    const StoredMap map = store_map(linear, searched_map(), kTiled.wrap);
+    const StoredMap map = store_map(linear, small_fbm(), kTiled.wrap);
     const auto expected = trace_frame(rig, linear, map, kTiled);
     for (const std::string_view loop : {"fixed", "early_exit"}) {
       const auto found = trace_frame(rig, settings_of("depth_slices", {{"slices", "20"}, {"loop", loop}}), map, kTiled);
@@ -84,7 +79,7 @@ TEST_P(SearchOnDevices, four_texel_minima_are_wider_than_dilated_cones) {
       double steps = 0;
       double taps_per_look = 0;
       for (const ScorePixel& pixel :
-           trace_frame(rig, settings, store_map(settings, searched_map(), kTiled.wrap), kTiled)) {
+           trace_frame(rig, settings, store_map(settings, small_fbm(), kTiled.wrap), kTiled)) {
         if (static_cast<PixelStatus>(pixel.status) != PixelStatus::hit) continue;
         steps += pixel.steps;
         taps_per_look = pixel.taps / (pixel.steps + 1);  // the last look arrives

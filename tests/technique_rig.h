@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "kernels/image/heightfield.h"
+#include "kernels/image/heightmap.h"
 #include "kernels/maps/texel.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
@@ -10,6 +11,11 @@
 #include "tuner/measure/session.h"
 
 namespace reliefbench {
+
+inline const Heightfield& small_fbm() {
+  static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
+  return map;
+}
 
 /// A relief map as a technique samples it, and the surface that it then stands for.
 struct StoredMap {

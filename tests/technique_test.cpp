@@ -17,11 +17,6 @@
 namespace reliefbench {
 namespace {
 
-const Heightfield& small_fbm() {
-  static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
-  return map;
-}
-
 std::string upper(std::string_view text) {
   std::string out(text);
   std::transform(out.begin(), out.end(), out.begin(),

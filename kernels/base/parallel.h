@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <vector>
 
 namespace reliefbench {
 
@@ -13,5 +14,17 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body);
 [[nodiscard]] std::size_t share_count(std::size_t count);
 /// Calls work(share, first, size) for each, on all of the machine's threads, in any order.
 void for_each_share(std::size_t count, const std::function<void(std::size_t, std::size_t, std::size_t)>& work);
+
+/// The shares' sums, added in their order. of_share: (first, size) -> Sum, which has +=
+template <typename OfShare>
+[[nodiscard]] auto sum_of_shares(std::size_t count, const OfShare& of_share) {
+  using Sum = decltype(of_share(count, count));
+  std::vector<Sum> sums(share_count(count));
+  for_each_share(count,
+                 [&](std::size_t share, std::size_t first, std::size_t size) { sums[share] = of_share(first, size); });
+  Sum whole{};
+  for (const Sum& sum : sums) whole += sum;
+  return whole;
+}
 
 }  // namespace reliefbench

@@ -116,24 +116,11 @@ void fill_colors(std::span<const std::uint8_t> rgba8, int width, int height, con
   }
 }
 
-/// What a tile's planes are after a kernel along x, then along y; `in` has a border that no kernel reaches beyond.
-class TileFilter {
- public:
-  void apply(const TilePlane& in, const FlipEye::Separable& kernel, int border, TilePlane& out) {
-    along_rows(in, kernel.along_x, border, rows_);
-    along_columns(rows_, kernel.along_y, border, out);
-  }
-
- private:
-  TilePlane rows_;
-};
-
 /// A tile's features, planes of the tile's size; and what they are made of. A thread uses its own again and again.
 struct TileFeatures {
   TilePlane lightness, a, b, edges, points;
   std::array<TilePlane, 3> colors;
-  TilePlane belled, across, other;
-  TileFilter filter;
+  TilePlane belled, across, other, rows;
 };
 
 void add(const TilePlane& from, TilePlane& to) {
@@ -158,8 +145,11 @@ void tile_features(std::span<const std::uint8_t> rgba8, int width, int height, c
   const Tag tag;
   fill_colors(rgba8, width, height, tile, eye.radius, out.colors);
   std::array<TilePlane*, 3> seen{&out.lightness, &out.a, &out.b};
-  for (std::size_t c = 0; c < 3; ++c) out.filter.apply(out.colors[c], eye.channels[c], eye.radius, *seen[c]);
-  out.filter.apply(out.colors[2], eye.blue_rest, eye.radius, out.other);
+  const auto filter = [&](const TilePlane& in, const FlipEye::Separable& kernel, TilePlane& result) {
+    along_both(in, kernel.along_x, kernel.along_y, eye.radius, out.rows, result);
+  };
+  for (std::size_t c = 0; c < 3; ++c) filter(out.colors[c], eye.channels[c], *seen[c]);
+  filter(out.colors[2], eye.blue_rest, out.other);
   add(out.other, out.b);
   for (int y = 0; y < tile.height; ++y)
     for (int x = 0; x < tile.width; x += static_cast<int>(hn::Lanes(tag))) {

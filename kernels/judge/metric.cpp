@@ -87,31 +87,20 @@ std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelSco
   const std::span<const std::uint8_t> reference = pictures.reference;
   const std::span<const std::uint8_t> test = pictures.test;
   assert(reference.size() == 4 * mask.size() && test.size() == 4 * mask.size());
-  struct Sum {
-    std::int64_t squares = 0;
-    std::int64_t values = 0;
-  };
-  std::vector<Sum> sums(share_count(mask.size()));
-  for_each_share(mask.size(), [&](std::size_t share, std::size_t first, std::size_t count) {
-    Sum sum;
+  const std::int64_t pixels = judged_count(mask);
+  const std::int64_t squares = sum_of_shares(mask.size(), [&](std::size_t first, std::size_t count) {
+    std::int64_t sum = 0;
     for (std::size_t i = first; i < first + count; ++i) {
       if (!is_judged(mask[i])) continue;
       for (std::size_t channel = 4 * i; channel < 4 * i + 3; ++channel) {
         const std::int64_t difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
-        sum.squares += difference * difference;
+        sum += difference * difference;
       }
-      sum.values += 3;
     }
-    sums[share] = sum;
+    return sum;
   });
-  std::int64_t squares = 0;
-  std::int64_t values = 0;
-  for (const Sum& sum : sums) {
-    squares += sum.squares;
-    values += sum.values;
-  }
   if (squares == 0) return std::nullopt;
-  const double mean_square = static_cast<double>(squares) / static_cast<double>(values);
+  const double mean_square = static_cast<double>(squares) / static_cast<double>(3 * pixels);
   return 10 * std::log10(255.0 * 255.0 / mean_square);
 }
 

@@ -8,27 +8,15 @@
 namespace reliefbench {
 std::optional<double> masked_mean(std::span<const float> map, std::span<const PixelScore> mask) {
   assert(map.size() == mask.size());
-  struct Sum {
-    double values = 0;
-    std::int64_t count = 0;
-  };
-  std::vector<Sum> sums(share_count(map.size()));
-  for_each_share(map.size(), [&](std::size_t share, std::size_t first, std::size_t count) {
-    Sum sum;
-    for (std::size_t i = first; i < first + count; ++i) {
-      if (!is_judged(mask[i])) continue;
-      sum.values += static_cast<double>(map[i]);
-      ++sum.count;
-    }
-    sums[share] = sum;
+  const std::int64_t count = judged_count(mask);
+  if (count == 0) return std::nullopt;
+  const double sum = sum_of_shares(map.size(), [&](std::size_t first, std::size_t size) {
+    double of_share = 0;
+    for (std::size_t i = first; i < first + size; ++i)
+      if (is_judged(mask[i])) of_share += static_cast<double>(map[i]);
+    return of_share;
   });
-  Sum whole;
-  for (const Sum& sum : sums) {
-    whole.values += sum.values;
-    whole.count += sum.count;
-  }
-  if (whole.count == 0) return std::nullopt;
-  return whole.values / static_cast<double>(whole.count);
+  return sum / static_cast<double>(count);
 }
 
 std::optional<double> flicker(const FlickerFrame& before, const FlickerFrame& now) {

@@ -171,6 +171,12 @@ void each_metric(FrameScore& score, const Use& use) {
 
 }  // namespace
 
+std::int64_t judged_count(std::span<const PixelScore> scores) {
+  return sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
+    return static_cast<std::int64_t>(std::ranges::count_if(scores.subspan(first, size), is_judged));
+  });
+}
+
 std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
   std::vector<TextureRay> rays;
   rays.reserve(pixels.size());
@@ -199,14 +205,11 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
   assert(pixels.size() == reference.size());
   JudgedFrame frame;
   frame.pixels.resize(pixels.size());
-  std::vector<std::int64_t> judged(share_count(pixels.size()));
-  for_each_share(pixels.size(), [&](std::size_t share, std::size_t first, std::size_t count) {
-    for (std::size_t i = first; i < first + count; ++i) {
+  for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i)
       frame.pixels[i] = score_pixel(pixels[i], reference[i], map_width, map_height);
-      judged[share] += is_judged(frame.pixels[i]) ? 1 : 0;
-    }
   });
-  frame.score.pixels = std::accumulate(judged.begin(), judged.end(), std::int64_t{0});
+  frame.score.pixels = judged_count(frame.pixels);
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
     std::ranges::fill(numbers, 0);
     if (frame.score.pixels == 0) return;

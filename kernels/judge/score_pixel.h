@@ -36,6 +36,7 @@ struct PixelScore {
   Verdict verdict = Verdict::no_ray;
 };
 [[nodiscard]] inline bool is_judged(const PixelScore& score) { return score.verdict != Verdict::no_ray; }
+[[nodiscard]] std::int64_t judged_count(std::span<const PixelScore> scores);
 
 /// The pixels of a frame as they were traced and as they were judged; frame size, row-major.
 struct JudgedPixels {

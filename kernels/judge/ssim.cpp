@@ -67,8 +67,7 @@ void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<f
   for (std::size_t i = 0; i + hn::Lanes(tag) <= a.values.size(); i += hn::Lanes(tag))
     hn::StoreU(hn::Mul(hn::LoadU(tag, a.values.data() + i), hn::LoadU(tag, b.values.data() + i)), tag,
                scratch.product.values.data() + i);
-  along_rows(scratch.product, kernel, kSsimRadius, scratch.rows);
-  along_columns(scratch.rows, kernel, kSsimRadius, out);
+  along_both(scratch.product, kernel, kernel, kSsimRadius, scratch.rows, out);
 }
 
 void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, const Tile& tile, float* map) {
@@ -77,10 +76,8 @@ void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, co
   static thread_local SsimScratch s;
   fill_luma(pictures.reference, pictures.width, pictures.height, tile, s.a);
   fill_luma(pictures.test, pictures.width, pictures.height, tile, s.b);
-  along_rows(s.a, kernel, kSsimRadius, s.rows);
-  along_columns(s.rows, kernel, kSsimRadius, s.mean_a);
-  along_rows(s.b, kernel, kSsimRadius, s.rows);
-  along_columns(s.rows, kernel, kSsimRadius, s.mean_b);
+  along_both(s.a, kernel, kernel, kSsimRadius, s.rows, s.mean_a);
+  along_both(s.b, kernel, kernel, kSsimRadius, s.rows, s.mean_b);
   mean_of_product(s.a, s.a, kernel, s, s.mean_aa);
   mean_of_product(s.b, s.b, kernel, s, s.mean_bb);
   mean_of_product(s.a, s.b, kernel, s, s.mean_ab);

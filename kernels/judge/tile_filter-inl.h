@@ -81,6 +81,13 @@ HWY_INLINE void along_columns(const TilePlane& in, const std::vector<float>& wei
     weighted_row(in.row(y + before(weights, border)), in.stride, weights, out.width, out.row(y));
 }
 
+/// A kernel along x, then one along y, the rows between them in `rows`: smaller than `in` by its border on all sides.
+HWY_INLINE void along_both(const TilePlane& in, const std::vector<float>& along_x, const std::vector<float>& along_y,
+                           int border, TilePlane& rows, TilePlane& out) {
+  along_rows(in, along_x, border, rows);
+  along_columns(rows, along_y, border, out);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace reliefbench
 HWY_AFTER_NAMESPACE();
