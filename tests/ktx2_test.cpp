@@ -153,6 +153,14 @@ TEST(Ktx2, SaysWhatIsWrong) {
   EXPECT_THAT(input_error([] { (void)read_ktx2("/nowhere/x.ktx2"); }), HasSubstr("/nowhere/x.ktx2: cannot be read"));
 }
 
+// A property test found it: the levels that were left lay in their places.
+TEST(Ktx2, FewerLevelsThanTheIndexHasAreRefused) {
+  std::string bytes = encode_ktx2(kSmallFile);
+  ASSERT_EQ(bytes[40], 3);
+  bytes[40] = 1;
+  EXPECT_THAT(ktx2_refusal(bytes), HasSubstr("does not follow an index of 1 mip levels"));
+}
+
 RC_GTEST_PROP(Ktx2Property, NoByteThatIsChangedBreaksTheReader, ()) {
   std::string bytes = encode_ktx2(kSmallFile);
   const auto at = *rc::gen::inRange<std::size_t>(0, bytes.size());

@@ -237,6 +237,8 @@ Ktx2File decode_ktx2(std::span<const std::byte> bytes, std::string_view name) {
   Ktx2File file{.image = checked_image(reader, header), .metadata = decoded_metadata(reader, header)};
   const std::string expected = descriptor(file.image.layout);
   const auto found = reader.part(header.descriptor_offset, header.descriptor_bytes, "the format descriptor");
+  if (header.descriptor_offset != sizeof(Header) + header.levels * sizeof(LevelIndex))
+    reader.fail("the format descriptor does not follow an index of {} mip levels", header.levels);
   if (found.size() != expected.size() || std::memcmp(found.data(), expected.data(), expected.size()) != 0)
     reader.fail("its format descriptor is not that of VkFormat {}, linear", header.vk_format);
   for (int level = 0; level < file.image.levels; ++level) {
