@@ -113,25 +113,50 @@ struct Draw {
   int vertices = 3;       ///< there are no vertex buffers; three make the full-screen triangle
 };
 
-/// Storage buffers of a compute shader; its inputs follow one another from kFirstInputBinding on.
-inline constexpr int kOutputBinding = 0;
-inline constexpr int kBandBinding = 1;  ///< int: row of workgroups that this dispatch starts at
-inline constexpr int kFirstInputBinding = 2;
+/// Where a compute shader finds {int first_group_row, int argument}, and from where on the buffers of its pass.
+inline constexpr int kDispatchBinding = 0;
+inline constexpr int kFirstBufferBinding = 1;
 
 struct ComputeDesc {
   std::string label;                     ///< for messages and debuggers
   std::span<const std::uint32_t> spirv;  ///< in the backend's dialect
-  int inputs = 0;                        ///< storage buffers that it reads
+  int buffers = 0;                       ///< storage buffers, beside the dispatch's own
 };
 
-/// A compute shader run over a grid of workgroups. It runs as many dispatches, each a band of whole rows of workgroups,
-/// short enough for any watchdog; so a workgroup's row is the band's first row + gl_WorkGroupID.y.
-struct ComputeJob {
-  const Pipeline* pipeline = nullptr;                ///< of compile_compute
-  std::vector<std::span<const std::byte>> inputs{};  ///< as many as the pipeline reads, none empty
-  std::size_t output_bytes = 0;                      ///< at least 1
+/// A storage buffer of a compute job.
+struct ComputeBuffer {
+  std::size_t bytes = 0;                  ///< at least 1
+  std::span<const std::byte> contents{};  ///< what it starts with, all of it; empty: nothing that counts
+};
+
+/// A compute shader run over a grid of workgroups, after all passes before it. A workgroup's row is
+/// first_group_row + gl_WorkGroupID.y.
+struct ComputePass {
+  std::string_view part;               ///< whose time it is: passes that follow one another may share one
+  const Pipeline* pipeline = nullptr;  ///< of compile_compute
+  std::vector<int> buffers{};          ///< places in ComputeJob::buffers, as many as the pipeline has
   int groups_x = 1;
   int groups_y = 1;
+  int groups_z = 1;
+  int argument = 0;
+  bool may_be_long = false;  ///< cut into bands of rows where a first small one shows that a watchdog could bark
+};
+
+struct ComputeJob {
+  std::vector<ComputeBuffer> buffers{};
+  std::vector<ComputePass> passes{};
+  int result = 0;  ///< place in `buffers` of what is read back
+};
+
+/// Time of a part of a job on the device's own clock.
+struct ComputeTime {
+  std::string part;
+  double ns = 0;
+};
+
+struct ComputeResult {
+  std::vector<std::byte> bytes;
+  std::vector<ComputeTime> times{};  ///< "upload", the passes' parts, "read_back"; none where the device has no clock
 };
 
 /// Times of a whole batch of frames.
@@ -166,9 +191,9 @@ class Backend {
   [[nodiscard]] virtual std::vector<std::uint8_t> read(std::string_view attachment) = 0;
   /// throws: Error(environment): a shader that the device does not take, or no compute at all
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) = 0;
-  /// Runs the job to its end; returns the output buffer.
+  /// Runs the job to its end.
   /// throws: Error(environment): a buffer over the device's limits
-  [[nodiscard]] virtual std::vector<std::byte> compute(const ComputeJob& job) = 0;
+  [[nodiscard]] virtual ComputeResult compute(const ComputeJob& job) = 0;
   /// Warnings and errors of the API's debug output (Vulkan validation, GL debug) so far; tests want it empty.
   [[nodiscard]] virtual std::vector<std::string> debug_messages() const = 0;
 

@@ -2,128 +2,148 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
+#include <deque>
+#include <optional>
+#include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/base/rounding.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/cone_search.h"
-#include "kernels/maps/max_pyramid.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr int kGroupSide = 8;  // texels
 
-using Bytes = std::vector<std::byte>;
+/// Fewer texels than this never take a device so long that its watchdog barks, but where every pair is looked at.
+constexpr std::size_t kShortTexels = 512 * 512;
+
+/// Which texel of a node the quick bakers measure the distance to.
+enum Footpoint : std::int32_t { kNearest, kUnvisited, kCentre };
+
+/// In place of the ratio of a texel whose search the device did not carry to its end.
+constexpr float kCutShort = -1;
 
 /// Head of the Bake buffer of bake_common.glsl; the levels follow.
 struct BakeHead {
   double weight_x = 1;
   double weight_y = 1;
   double slack = 0;
+  double side = 1;
   double widest_key = 0;
+  float aspect = 1;
+  float slack_in_rows = 0;
+  float widest_in_rows = 0;
+  float rows_to_ratio = 0;
   std::array<std::int32_t, 2> size{};
-  std::int32_t root = 0;
-  std::int32_t search_steps = 0;
+  std::int32_t top_level = 0;
   std::int32_t pyramids = 1;
-  std::int32_t pyramid_nodes = 0;
-  std::int32_t heights = 0;
+  std::int32_t pyramid_quads = 0;
   std::int32_t repeats = 0;
+  std::int32_t exact_distances = 0;
   std::int32_t footpoint = 0;
+  std::int32_t search_steps = 0;
   std::int32_t padding = 0;
 };
 struct BakeLevel {
-  std::int32_t first_node, stride;
+  std::int32_t first_quad, stride;
 };
-
-BakeHead head_of(const BakeRequest& request) {
-  const Heightfield& heights = request.heights;
-  const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
-  const double widest = metric.side * static_cast<double>(request.max_ratio);
-  return {.weight_x = metric.weight_x,
-          .weight_y = metric.weight_y,
-          .slack = metric.slack,
-          .widest_key = widest * widest,
-          .size = {heights.width, heights.height},
-          .search_steps = request.value(kSearchSteps),
-          .repeats = request.wrap == Wrap::repeat ? 1 : 0};
-}
-
-template <typename T>
-void append(Bytes& bytes, std::span<const T> values) {
-  const std::size_t end = bytes.size();
-  bytes.resize(end + values.size_bytes());
-  std::memcpy(bytes.data() + end, values.data(), values.size_bytes());
-}
-
-/// Appends the nodes of all levels, level 0 first; returns where each level begins in the pyramid.
-std::vector<BakeLevel> append(Bytes& nodes, const MaxPyramid& pyramid) {
-  std::vector<BakeLevel> levels;
-  std::size_t node = 0;
-  for (const MaxPyramid::Level& level : pyramid.levels()) {
-    levels.push_back(
-        {.first_node = static_cast<std::int32_t>(node), .stride = static_cast<std::int32_t>(level.stride)});
-    node += level.nodes.size();
-    append<float>(nodes, level.nodes);
-  }
-  return levels;
-}
-
-/// Which texel of a node the quick bakers measure the distance to.
-enum Footpoint : std::int32_t { kNearest, kUnvisited, kCentre };
+constexpr std::size_t kQuadBytes = 4 * sizeof(float);
 
 /// What the shaders share with this file, as GLSL: bake_contract.glsl.
-std::string bake_contract() {
+std::string bake_contract(BakeNumbers numbers) {
   std::string text;
   const auto add = [&](std::string_view name, int value) { text += fmt::format("#define {} {}\n", name, value); };
   add("GROUP_SIDE", kGroupSide);
-  add("OUTPUT_BINDING", kOutputBinding);
-  add("BAND_BINDING", kBandBinding);
-  add("FIRST_INPUT_BINDING", kFirstInputBinding);
+  add("DISPATCH_BINDING", kDispatchBinding);
+  add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
   add("FOOTPOINT_NEAREST", kNearest);      // the nearest one
   add("FOOTPOINT_UNVISITED", kUnvisited);  // the nearest one that no finer level has visited
   add("FOOTPOINT_CENTRE", kCentre);
+  text += fmt::format("#define CUT_SHORT {:.1f}\n", kCutShort);
+  if (numbers == BakeNumbers::doubles) text += "#define HAS_DOUBLES\n";
   return text;
 }
 
-struct Row {
-  MapKind kind;
+/// A cone for every texel, from one pyramid or several.
+struct Search {
   std::string_view shader;  ///< name of the .comp file
-  bool quadrants = false;   ///< bake_exact.comp: one pyramid each
+  bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
   Footpoint footpoint = kNearest;
 };
+constexpr Search kConservative{.shader = "bake_exact"};
+constexpr Search kRelaxed{.shader = "bake_exact", .quadrants = true};
+
+struct Row {
+  MapKind kind;
+  Search search;
+  std::optional<Search> other{};  ///< the map is the mean of the two
+  bool needs_doubles = false;
+};
 constexpr std::array kRows{
-    Row{.kind = MapKind::conservative, .shader = "bake_exact"},
-    Row{.kind = MapKind::relaxed, .shader = "bake_exact", .quadrants = true},
-    Row{.kind = MapKind::relaxed_po07, .shader = "bake_relaxed_po07"},
-    Row{.kind = MapKind::quick_naive, .shader = "bake_quick", .footpoint = kNearest},
-    Row{.kind = MapKind::quick, .shader = "bake_quick", .footpoint = kUnvisited},
-    Row{.kind = MapKind::quick_centre, .shader = "bake_quick", .footpoint = kCentre},
+    Row{.kind = MapKind::conservative, .search = kConservative},
+    Row{.kind = MapKind::relaxed, .search = kRelaxed},
+    Row{.kind = MapKind::relaxed_po07, .search = {.shader = "bake_relaxed_po07"}, .needs_doubles = true},
+    Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = kNearest}},
+    Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = kUnvisited}},
+    Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = kCentre}},
+    Row{.kind = MapKind::hybrid, .search = kConservative, .other = kRelaxed, .needs_doubles = true},
 };
+constexpr std::string_view kPyramidShader = "bake_pyramid";
+constexpr std::string_view kMeanShader = "bake_mean";
+constexpr std::string_view kMinimumShader = "bake_min3x3";
 
-struct Inputs {
-  Bytes bake;
-  Bytes nodes;
+int nodes_at(int side, int level) { return ((side - 1) >> level) + 1; }
+
+/// The levels of a pyramid of quads, level 1 first, and how many quads it has.
+struct QuadLevels {
+  std::vector<BakeLevel> levels;
+  int quads = 0;
 };
-
-/// The pyramid of all texels; or one a quadrant, of the texels that bound a relaxed cone in it, then the map's heights.
-Inputs make_inputs(const Row& row, const BakeRequest& request) {
-  Inputs inputs;
-  BakeHead head = head_of(request);
-  head.footpoint = row.footpoint;
-  if (row.quadrants) {
-    for (const int y : {1, -1})
-      for (const int x : {1, -1})
-        append(inputs.nodes, MaxPyramid(limiting_heights(request.heights, request.wrap, x, y)));
-    head.pyramids = 4;
-    head.heights = static_cast<std::int32_t>(inputs.nodes.size() / sizeof(float));
-    head.pyramid_nodes = head.heights / head.pyramids;
+QuadLevels quad_levels(const Heightfield& heights) {
+  QuadLevels all;
+  for (int level = 1;; ++level) {
+    const int width = nodes_at(heights.width, level);
+    const int height = nodes_at(heights.height, level);
+    all.levels.push_back({.first_quad = all.quads, .stride = width});
+    all.quads += width * height;
+    if (width == 1 && height == 1) return all;
   }
-  const std::vector<BakeLevel> levels = append(inputs.nodes, MaxPyramid(request.heights));
-  head.root = static_cast<std::int32_t>(levels.size()) - 1;
-  append<BakeHead>(inputs.bake, {&head, 1});
-  append<BakeLevel>(inputs.bake, levels);
-  return inputs;
+}
+
+/// Bytes of the Bake buffer of one search.
+std::vector<std::byte> bake_buffer(const BakeRequest& request, const Search& search, const QuadLevels& levels) {
+  const Heightfield& heights = request.heights;
+  const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
+  const double widest = metric.side * static_cast<double>(request.max_ratio);
+  const int side = std::max(heights.width, heights.height);
+  // Squares of up to a whole side, in halves of a texel, are to be whole numbers of 24 bits.
+  const bool is_exact = metric.weight_x == metric.weight_y && side <= 1448;
+  const double to_ratio = std::sqrt(metric.weight_y) / metric.side * (1 - 1e-6);  // over the roots' rounding
+  const BakeHead head{.weight_x = metric.weight_x,
+                      .weight_y = metric.weight_y,
+                      .slack = metric.slack,
+                      .side = metric.side,
+                      .widest_key = widest * widest,
+                      .aspect = static_cast<float>(metric.weight_x / metric.weight_y),
+                      .slack_in_rows = static_cast<float>(metric.slack / metric.weight_y),
+                      .widest_in_rows = static_cast<float>(widest * widest / metric.weight_y),
+                      .rows_to_ratio = rounded_down(to_ratio),
+                      .size = {heights.width, heights.height},
+                      .top_level = static_cast<std::int32_t>(levels.levels.size()),
+                      .pyramids = search.quadrants ? 4 : 1,
+                      .pyramid_quads = levels.quads,
+                      .repeats = request.wrap == Wrap::repeat ? 1 : 0,
+                      .exact_distances = is_exact ? 1 : 0,
+                      .footpoint = search.footpoint,
+                      .search_steps = request.value(kSearchSteps)};
+  std::vector<std::byte> bytes(sizeof head + std::span(levels.levels).size_bytes());
+  std::memcpy(bytes.data(), &head, sizeof head);
+  std::memcpy(bytes.data() + sizeof head, levels.levels.data(), bytes.size() - sizeof head);
+  return bytes;
 }
 
 constexpr std::array kCorrections{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
@@ -141,6 +161,98 @@ void check_correction(Correction correction) {
 
 int groups(int texels) { return (texels + kGroupSide - 1) / kGroupSide; }
 
+/// Storage buffers of each shader.
+int buffers_of(std::string_view shader) { return shader == kMinimumShader ? 3 : 4; }
+
+/// The passes of a bake as they are added, and the buffers between them.
+class BakePasses {
+ public:
+  using Pipelines = std::map<std::string, std::unique_ptr<Pipeline>>;
+
+  BakePasses(const Pipelines& pipelines, const BakeRequest& request, bool sees_pairs)
+      : pipelines_(pipelines),
+        request_(request),
+        levels_(quad_levels(request.heights)),
+        may_be_long_(sees_pairs || request.heights.texels.size() > kShortTexels),
+        heights_(add_buffer(std::as_bytes(std::span(request.heights.texels)))) {}
+
+  // Each returns the buffer of the ratios that it makes.
+
+  int add_search(const Search& search) {
+    const int bake = add_head(search);
+    const int pyramids = search.quadrants ? 4 : 1;
+    const int quads = add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(levels_.quads) *
+                                 kQuadBytes);
+    const int ratios = add_ratios();
+    for (int level = 1; level <= static_cast<int>(levels_.levels.size()); ++level)
+      job_.passes.push_back({.part = "pyramid",
+                             .pipeline = pipeline(kPyramidShader),
+                             .buffers = {bake, heights_, quads, ratios},
+                             .groups_x = groups(nodes_at(request_.heights.width, level)),
+                             .groups_y = groups(nodes_at(request_.heights.height, level)),
+                             .groups_z = pyramids,
+                             .argument = level});
+    add_pass("search", search.shader, {bake, heights_, quads, ratios});
+    job_.passes.back().may_be_long = may_be_long_;
+    return ratios;
+  }
+
+  int add_mean(int first, int second) {
+    const int means = add_ratios();
+    add_pass("correction", kMeanShader, {head_, first, second, means});
+    return means;
+  }
+
+  int add_minimum(int ratios) {
+    const int least = add_ratios();
+    add_pass("correction", kMinimumShader, {head_, ratios, least});
+    return least;
+  }
+
+  /// The whole, for what is in one of its buffers. The passes' contents live as long as this.
+  [[nodiscard]] ComputeJob job(int result) const {
+    ComputeJob whole = job_;
+    whole.result = result;
+    return whole;
+  }
+
+ private:
+  int add_buffer(std::size_t bytes) {
+    job_.buffers.push_back({.bytes = bytes});
+    return static_cast<int>(job_.buffers.size()) - 1;
+  }
+  int add_buffer(std::span<const std::byte> contents) {
+    const int place = add_buffer(contents.size());
+    job_.buffers.back().contents = contents;
+    return place;
+  }
+  int add_ratios() { return add_buffer(std::span(request_.heights.texels).size_bytes()); }
+  int add_head(const Search& search) {
+    heads_.push_back(bake_buffer(request_, search, levels_));
+    head_ = add_buffer(heads_.back());
+    return head_;
+  }
+  void add_pass(std::string_view part, std::string_view shader, std::vector<int> buffers) {
+    job_.passes.push_back({.part = part,
+                           .pipeline = pipeline(shader),
+                           .buffers = std::move(buffers),
+                           .groups_x = groups(request_.heights.width),
+                           .groups_y = groups(request_.heights.height)});
+  }
+  [[nodiscard]] const Pipeline* pipeline(std::string_view shader) const {
+    return pipelines_.at(std::string(shader)).get();
+  }
+
+  const Pipelines& pipelines_;
+  const BakeRequest& request_;
+  QuadLevels levels_;
+  bool may_be_long_;
+  ComputeJob job_;
+  std::deque<std::vector<std::byte>> heads_;  ///< of the searches
+  int heights_;
+  int head_ = 0;  ///< any search's: all know the map's size and wrap
+};
+
 }  // namespace
 
 std::span<const MapKind> gpu_bakers() {
@@ -152,37 +264,49 @@ std::span<const MapKind> gpu_bakers() {
   return kinds;
 }
 
-Spirv compile_baker(MapKind kind, Dialect dialect) {
-  return compile_compute(find_row(kind).shader, dialect, {.name = "bake_contract.glsl", .text = bake_contract()});
+std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNumbers numbers) {
+  const Row& row = find_row(kind);
+  if (row.needs_doubles && numbers == BakeNumbers::floats)
+    fail_environment("{}: its GPU baker needs double precision in shaders", find_map(kind).id);
+  std::vector<std::string_view> names{kPyramidShader, row.search.shader, kMinimumShader};
+  if (row.other) names.insert(names.end(), {row.other->shader, kMeanShader});
+  std::map<std::string, Spirv> shaders;
+  for (const std::string_view name : names)
+    shaders.emplace(name,
+                    compile_compute(name, dialect, {.name = "bake_contract.glsl", .text = bake_contract(numbers)}));
+  return shaders;
 }
 
-GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind) : backend_(backend), kind_(kind) {
-  const DeviceInfo& device = backend.device();
-  if (!device.float64) fail_environment("{}: no double precision in shaders, which a bake needs", device.name);
-  const Spirv spirv = compile_baker(kind, dialect);
-  pipeline_ = backend.compile_compute({.label = std::string(find_map(kind).id), .spirv = spirv, .inputs = 2});
+GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind)
+    : GpuBaker(backend, dialect, kind, backend.device().float64 ? BakeNumbers::doubles : BakeNumbers::floats) {}
+
+GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind, BakeNumbers numbers)
+    : backend_(backend), kind_(kind) {
+  for (const auto& [name, spirv] : compile_baker(kind, dialect, numbers))
+    pipelines_.emplace(name, backend.compile_compute({.label = name, .spirv = spirv, .buffers = buffers_of(name)}));
 }
 
 std::span<const Correction> gpu_corrections() { return kCorrections; }
 
-std::vector<float> GpuBaker::bake(const BakeRequest& request) const {
+GpuBake GpuBaker::bake(const BakeRequest& request) const {
   check_request(request, kind_);
   check_correction(request.correction);
-  const Inputs inputs = make_inputs(find_row(kind_), request);
-  const Heightfield& heights = request.heights;
-  std::vector<double> keys(heights.texels.size());
-  const Bytes output = backend_.compute({.pipeline = pipeline_.get(),
-                                         .inputs = {inputs.bake, inputs.nodes},
-                                         .output_bytes = std::span(keys).size_bytes(),
-                                         .groups_x = groups(heights.width),
-                                         .groups_y = groups(heights.height)});
-  std::memcpy(keys.data(), output.data(), output.size());
-
-  const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
-  std::vector<float> ratios(keys.size());
-  std::ranges::transform(keys, ratios.begin(), [&](double key) { return ratio_of_key(key, metric); });
-  if (request.correction != Correction::min3x3 && request.correction != Correction::safe) return ratios;
-  return min3x3(ratios, heights.width, heights.height, request.wrap);
+  const Row& row = find_row(kind_);
+  // A mean's two maps are as they are, and its minimum comes last.
+  BakeRequest searched = request;
+  if (row.other) searched.correction = Correction::none;
+  BakePasses passes(pipelines_, searched, find_map(kind_).sees_pairs);
+  int ratios = passes.add_search(row.search);
+  if (row.other) ratios = passes.add_mean(ratios, passes.add_search(*row.other));
+  if (request.correction == Correction::min3x3 || request.correction == Correction::safe)
+    ratios = passes.add_minimum(ratios);
+  const ComputeResult computed = backend_.compute(passes.job(ratios));
+  GpuBake bake{.values = std::vector<float>(request.heights.texels.size()), .times = computed.times};
+  std::memcpy(bake.values.data(), computed.bytes.data(), computed.bytes.size());
+  if (std::ranges::find(bake.values, kCutShort) != bake.values.end())
+    fail_environment("{} ends a shader's loops before the search of this {} map is done; the CPU bakes it",
+                     backend_.device().name, find_map(kind_).id);
+  return bake;
 }
 
 }  // namespace reliefbench

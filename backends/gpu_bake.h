@@ -1,6 +1,8 @@
 #pragma once
+#include <map>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "backends/backend.h"
@@ -15,28 +17,42 @@ namespace reliefbench {
 /// Corrections that they make, of those that a map kind has.
 [[nodiscard]] std::span<const Correction> gpu_corrections();
 
-/// The compute shader of a map kind. throws: Error(bad_input): a kind that gpu_bakers() has not
-[[nodiscard]] Spirv compile_baker(MapKind kind, Dialect dialect);
+/// Whether the bakers' shaders have doubles. Without, `conservative`, `relaxed` and the quick kinds are still baked:
+/// ratios then are at most kMostUlpsUnder under the CPU's, and never above.
+enum class BakeNumbers { doubles, floats };
+inline constexpr int kMostUlpsUnder = 70;
 
-/// The compute-shader baker of a map kind, compiled once. The search runs in the shader; the host builds the pyramid
-/// before it and takes the square root, the rounding to float and the 3x3 minimum after it.
+/// The compute shaders that a map kind's baker runs, by name.
+/// throws: Error(bad_input): a kind that gpu_bakers() has not, or one that floats cannot make
+[[nodiscard]] std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNumbers numbers);
+
+/// A map that a GPU baked.
+struct GpuBake {
+  std::vector<float> values;       ///< what MapRow::bake gives
+  std::vector<ComputeTime> times;  ///< on the device's clock: upload, pyramid, search, correction, read_back
+};
+
+/// The compute-shader baker of a map kind, compiled once. All of the work is the device's: the pyramid, the search, the
+/// roots and their rounding, the 3x3 minimum.
 class GpuBaker {
  public:
   /// dialect: of the backend's row
-  /// throws: Error(bad_input): a kind that gpu_bakers() has not; Error(environment): a device without doubles in
-  /// shaders
+  /// throws: Error(bad_input): a kind that gpu_bakers() has not; Error(environment): a device that has no doubles for a
+  /// kind that needs them, or no compute
   GpuBaker(Backend& backend, Dialect dialect, MapKind kind);
+  /// numbers: instead of what the device has
+  GpuBaker(Backend& backend, Dialect dialect, MapKind kind, BakeNumbers numbers);
 
-  /// What MapRow::bake gives; `threads` counts for nothing. It has the bits of the CPU's baker on every device whose
-  /// double additions and products round to nearest: divisions are put right in the shader (bake_common.glsl).
+  /// `threads` counts for nothing. With doubles the map has the bits of the CPU's baker on every device whose double
+  /// additions and products round to nearest: divisions and roots are put right in the shader.
   /// throws: Error(bad_input) as the CPU's baker does, or for a correction that gpu_corrections() has not;
   /// Error(environment): the map is too large for the device's buffers
-  [[nodiscard]] std::vector<float> bake(const BakeRequest& request) const;
+  [[nodiscard]] GpuBake bake(const BakeRequest& request) const;
 
  private:
   Backend& backend_;
   MapKind kind_;
-  std::unique_ptr<Pipeline> pipeline_;
+  std::map<std::string, std::unique_ptr<Pipeline>> pipelines_;
 };
 
 }  // namespace reliefbench

@@ -1,4 +1,4 @@
-// `reliefbench bake` as a user meets it. It needs no device, so these tests run beside others.
+// `reliefbench bake` as a user meets it. Nothing is timed for its own sake, so these tests run beside others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -74,6 +74,20 @@ TEST_F(BakeCommand, maps_that_promise_nothing_break_nothing) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("cross twice"));
   EXPECT_THAT(result.out, HasSubstr("promises nothing"));
+}
+
+TEST_F(BakeCommand, a_devices_bake_says_where_its_time_went) {
+  const std::vector<std::string> arguments = {"fbm", "--size", "32x32", "--map", "hybrid", "--device", "vulkan"};
+  std::vector<std::string> as_json = arguments;
+  as_json.insert(as_json.end(), {"--repeat", "3", "--json"});
+  const auto json = nlohmann::json::parse(bake(as_json).out);
+  EXPECT_EQ(json.at("device"), "vulkan");
+  for (const char* part : {"upload", "pyramid", "search", "correction", "read_back"})
+    EXPECT_GE(json.at("device_ms").at(part), 0) << part;
+  EXPECT_EQ(json.at("device_ms").size(), 5U);
+  EXPECT_GT(json.at("device_ms").at("search"), 0);
+  EXPECT_THAT(bake(arguments).out, ContainsRegex("\n  search +[0-9]"));
+  expect_refused({"fbm", "--map", "quick", "--repeat", "0"}, 2, "--repeat");
 }
 
 TEST_F(BakeCommand, json_has_all_figures) {

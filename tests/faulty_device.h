@@ -52,7 +52,7 @@ class FaultyDevices {
     std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
       return inner_->compile_compute(desc);
     }
-    std::vector<std::byte> compute(const ComputeJob& job) override { return inner_->compute(job); }
+    ComputeResult compute(const ComputeJob& job) override { return inner_->compute(job); }
     std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
 
    private:

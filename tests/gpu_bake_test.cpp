@@ -1,6 +1,8 @@
 #include "backends/gpu_bake.h"
 
 #include <algorithm>
+#include <bit>
+#include <functional>
 #include <limits>
 
 #include "kernels/maps/cone_map.h"
@@ -11,6 +13,7 @@ namespace reliefbench {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class GpuBakeTest : public BackendTest {};
@@ -43,7 +46,7 @@ void expect_same_bits(const std::vector<float>& found, const std::vector<float>&
 }
 
 void expect_cpu_bits(const GpuBaker& baker, MapKind kind, const BakeRequest& request) {
-  expect_same_bits(baker.bake(request), find_map(kind).bake(request));
+  expect_same_bits(baker.bake(request).values, find_map(kind).bake(request));
 }
 
 TEST_P(GpuBakeTest, every_baker_has_the_bits_of_the_cpu) {
@@ -91,8 +94,55 @@ TEST_P(GpuBakeTest, the_steps_of_the_exit_search_count) {
 
 TEST_P(GpuBakeTest, a_map_of_several_dispatches_has_the_bits_of_the_cpu) {
   on_every_device([](Rig& rig) {
-    const Heightfield heights = fbm_map(11, 300);
-    expect_cpu_bits(baker(rig, MapKind::conservative), MapKind::conservative, {.heights = heights, .threads = 1});
+    const Heightfield heights = fbm_map(521, 514);  // sides over 2^9: a deep pyramid, most of its last nodes outside
+    for (const MapKind kind : {MapKind::conservative, MapKind::quick})
+      expect_cpu_bits(baker(rig, kind), kind, {.heights = heights});
+  });
+}
+
+TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_under_it) {
+  on_every_device([](Rig& rig) {
+    const Heightfield bricks = bricks_map(48, 48);
+    const Heightfield long_map = fbm_map(96, 64);  // 1.5 times as long as wide: most of a distance is slack
+    for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::quick, MapKind::quick_centre}) {
+      const GpuBaker gpu(*rig.backend, rig.row.dialect, kind, BakeNumbers::floats);
+      for (const Heightfield* heights : {&bricks, &long_map})
+        for (const Correction correction : corrections_of(kind)) {
+          SCOPED_TRACE(fmt::format("{} {}", find_map(kind).id, correction_id(correction)));
+          const BakeRequest request{.heights = *heights, .correction = correction};
+          const std::vector<float> found = gpu.bake(request).values;
+          const std::vector<float> expected = find_map(kind).bake(request);
+          int most_ulps = 0;
+          for (std::size_t i = 0; i < found.size(); ++i)
+            most_ulps = std::max(most_ulps, std::bit_cast<int>(expected[i]) - std::bit_cast<int>(found[i]));
+          EXPECT_TRUE(std::ranges::equal(found, expected, std::less_equal<>()));
+          EXPECT_LE(most_ulps, kMostUlpsUnder);
+        }
+    }
+    EXPECT_THROW(GpuBaker(*rig.backend, rig.row.dialect, MapKind::relaxed_po07, BakeNumbers::floats), Error);
+  });
+}
+
+TEST_P(GpuBakeTest, the_parts_of_a_bake_are_timed_in_their_order) {
+  on_every_device([](Rig& rig) {
+    const Heightfield heights = fbm_map(64, 64);
+    const GpuBake bake = baker(rig, MapKind::conservative).bake({.heights = heights, .correction = Correction::safe});
+    std::vector<std::string> parts;
+    for (const ComputeTime& time : bake.times) {
+      parts.push_back(time.part);
+      EXPECT_GE(time.ns, 0) << time.part;
+    }
+    EXPECT_THAT(parts, ElementsAre("upload", "pyramid", "search", "correction", "read_back"));
+  });
+}
+
+TEST_P(GpuBakeTest, a_search_that_the_device_cuts_short_is_an_environment_error) {
+  on_every_device([](Rig& rig) {
+    if (!rig.backend->device().software) return;  // llvmpipe leaves loops after 65,535 turns
+    const Heightfield heights = fbm_map(96, 96);
+    const GpuBaker gpu = baker(rig, MapKind::relaxed_po07);
+    EXPECT_THAT(message_of([&] { (void)gpu.bake({.heights = heights, .parameters = {{kSearchSteps.id, 4096}}}); }),
+                AllOf(HasSubstr("relaxed_po07"), HasSubstr(rig.backend->device().name)));
   });
 }
 
@@ -110,11 +160,8 @@ TEST_P(GpuBakeTest, what_the_cpu_refuses_is_refused) {
 
 TEST_P(GpuBakeTest, a_buffer_over_the_devices_limit_is_an_environment_error_that_names_the_device) {
   on_every_device([](Rig& rig) {
-    const Spirv spirv = compile_baker(MapKind::conservative, rig.row.dialect);
-    const auto pipeline = rig.backend->compile_compute({.label = "huge", .spirv = spirv, .inputs = 2});
     constexpr std::size_t kHuge = std::numeric_limits<std::size_t>::max() / 4;
-    const std::array<std::byte, 8> some{};
-    const ComputeJob job{.pipeline = pipeline.get(), .inputs = {some, some}, .output_bytes = kHuge};
+    const ComputeJob job{.buffers = {{.bytes = kHuge}}};
     EXPECT_THAT(message_of([&] { (void)rig.backend->compute(job); }),
                 AllOf(HasSubstr(std::to_string(kHuge)), HasSubstr(rig.backend->device().name)));
   });
@@ -126,6 +173,8 @@ TEST(GpuBake, the_null_backend_has_no_compute) {
               HasSubstr("null: no compute"));
   EXPECT_THAT(message_of([&] { (void)backend->compute({}); }), HasSubstr("null: no compute"));
   EXPECT_THAT(message_of([&] { (void)GpuBaker(*backend, Dialect::vulkan, MapKind::conservative); }),
+              HasSubstr("null: no compute"));
+  EXPECT_THAT(message_of([&] { (void)GpuBaker(*backend, Dialect::vulkan, MapKind::hybrid); }),
               HasSubstr("double precision"));
 }
 

@@ -118,7 +118,11 @@ TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator)
     write(std::string(technique.id) + ".shade", compile_fragment(technique.id, Target::color, GetParam()));
     write(std::string(technique.id) + ".score", compile_fragment(technique.id, Target::score, GetParam()));
   }
-  for (const MapKind kind : gpu_bakers()) write(std::string(find_map(kind).id), compile_baker(kind, GetParam()));
+  for (const MapKind kind : gpu_bakers())
+    for (const auto& [name, spirv] : compile_baker(kind, GetParam(), BakeNumbers::doubles))
+      write(fmt::format("{}.{}", find_map(kind).id, name), spirv);
+  for (const auto& [name, spirv] : compile_baker(MapKind::conservative, GetParam(), BakeNumbers::floats))
+    write(fmt::format("floats.{}", name), spirv);
   const std::string command = fmt::format(
       "cd '{}' && for module in *.spv; do spirv-val --target-env {} $module || echo in $module; done >log 2>&1",
       folder.path().string(), GetParam() == Dialect::vulkan ? "vulkan1.1" : "spv1.0");

@@ -46,7 +46,7 @@ class ClockedBackend final : public Backend {
   }
   std::vector<std::uint8_t> read(std::string_view) override { return {}; }
   std::unique_ptr<Pipeline> compile_compute(const ComputeDesc&) override { return nullptr; }
-  std::vector<std::byte> compute(const ComputeJob&) override { return {}; }
+  ComputeResult compute(const ComputeJob&) override { return {}; }
   std::vector<std::string> debug_messages() const override { return {}; }
 
  private:

@@ -101,10 +101,9 @@ class OpenglBackend final : public Backend {
     context_.make_current();
     return std::make_unique<OpenglCompute>(context_, desc);
   }
-  [[nodiscard]] std::vector<std::byte> compute(const ComputeJob& job) override {
-    assert(job.pipeline);
+  [[nodiscard]] ComputeResult compute(const ComputeJob& job) override {
     context_.make_current();
-    return static_cast<const OpenglCompute&>(*job.pipeline).run(job);
+    return run_compute(context_, job);
   }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return messages_; }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cassert>
+#include <deque>
 
 #include "backends/compute_bands.h"
 #include "kernels/base/error.h"
@@ -9,25 +10,27 @@
 namespace reliefbench {
 namespace {
 
-/// A shader storage buffer, bound to its binding point.
 class StorageBuffer {
  public:
-  /// data: null for a buffer of no content yet
-  StorageBuffer(const EglContext& context, int binding, std::size_t bytes, const void* data) : context_(context) {
+  StorageBuffer(const EglContext& context, std::size_t bytes) : context_(context) {
     GLint64 limit = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
     if (bytes > static_cast<std::size_t>(limit))
       fail_environment("OpenGL: a buffer of {} bytes; {} takes {}", bytes,
                        reinterpret_cast<const char*>(glGetString(GL_RENDERER)), limit);
     glCreateBuffers(1, &id_);
-    glNamedBufferStorage(id_, static_cast<GLsizeiptr>(bytes), data, GL_DYNAMIC_STORAGE_BIT);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(binding), id_);
+    glNamedBufferStorage(id_, static_cast<GLsizeiptr>(bytes), nullptr, GL_DYNAMIC_STORAGE_BIT);
   }
   ~StorageBuffer() {
     if (context_.can_free()) glDeleteBuffers(1, &id_);
   }
   StorageBuffer(const StorageBuffer&) = delete;
   StorageBuffer& operator=(const StorageBuffer&) = delete;
+
+  void write(std::span<const std::byte> bytes) const {
+    glNamedBufferSubData(id_, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+  }
+  void bind(int binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(binding), id_); }
   [[nodiscard]] GLuint id() const { return id_; }
 
  private:
@@ -35,38 +38,107 @@ class StorageBuffer {
   GLuint id_ = 0;
 };
 
+/// Stamps of the device's clock at the boundaries of a job's parts; none where it has no clock.
+class PartClock {
+ public:
+  explicit PartClock(const EglContext& context) : context_(context) {
+    GLint bits = 0;
+    glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &bits);
+    is_available_ = bits > 0;
+  }
+  ~PartClock() {
+    if (context_.can_free()) glDeleteQueries(static_cast<GLsizei>(stamps_.size()), stamps_.data());
+  }
+  PartClock(const PartClock&) = delete;
+  PartClock& operator=(const PartClock&) = delete;
+
+  /// The part before it ends here. part: "" for none
+  void begin(std::string_view part) {
+    if (!is_available_ || (!parts_.empty() && parts_.back() == part)) return;
+    parts_.emplace_back(part);
+    GLuint stamp = 0;
+    glCreateQueries(GL_TIMESTAMP, 1, &stamp);
+    glFlush();
+    glQueryCounter(stamp, GL_TIMESTAMP);
+    glFlush();
+    stamps_.push_back(stamp);
+  }
+
+  [[nodiscard]] std::vector<ComputeTime> times() const {
+    std::vector<GLuint64> ns(stamps_.size());
+    for (std::size_t i = 0; i < ns.size(); ++i) glGetQueryObjectui64v(stamps_[i], GL_QUERY_RESULT, &ns[i]);
+    std::vector<ComputeTime> times;
+    for (std::size_t i = 0; i + 1 < ns.size(); ++i)
+      add_time(times, parts_[i], static_cast<double>(ns[i + 1] - ns[i]));
+    return times;
+  }
+
+ private:
+  const EglContext& context_;
+  bool is_available_ = false;
+  std::vector<std::string> parts_;
+  std::vector<GLuint> stamps_;
+};
+
+const OpenglCompute& program_of(const ComputePass& pass) {
+  assert(pass.pipeline);
+  return static_cast<const OpenglCompute&>(*pass.pipeline);
+}
+
+void run_pass(const ComputePass& pass, const StorageBuffer& dispatch, const std::deque<StorageBuffer>& buffers) {
+  const OpenglCompute& pipeline = program_of(pass);
+  assert(pipeline.buffers() == pass.buffers.size());
+  glUseProgram(pipeline.program());
+  dispatch.bind(kDispatchBinding);
+  int binding = kFirstBufferBinding;
+  for (const int buffer : pass.buffers) buffers[static_cast<std::size_t>(buffer)].bind(binding++);
+  const auto run_rows = [&](int first, int count) {
+    const std::array<GLint, 2> values{first, pass.argument};
+    dispatch.write(std::as_bytes(std::span(values)));
+    glDispatchCompute(static_cast<GLuint>(pass.groups_x), static_cast<GLuint>(count),
+                      static_cast<GLuint>(pass.groups_z));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  };
+  if (pass.may_be_long) {
+    run_in_bands(pass.groups_y, [&](int first, int count) {
+      run_rows(first, count);
+      glFinish();
+    });
+  } else {
+    run_rows(0, pass.groups_y);
+  }
+  check_gl(fmt::format("run {}", pipeline.label()));
+}
+
 }  // namespace
 
 OpenglCompute::OpenglCompute(const EglContext& context, const ComputeDesc& desc)
-    : context_(context),
-      label_(desc.label),
-      inputs_(desc.inputs),
+    : label_(desc.label),
+      buffers_(static_cast<std::size_t>(desc.buffers)),
       program_(context, desc.label, std::array{OpenglProgram::Stage{.kind = GL_COMPUTE_SHADER, .spirv = desc.spirv}},
                {}) {}
 
-std::vector<std::byte> OpenglCompute::run(const ComputeJob& job) const {
-  assert(static_cast<int>(job.inputs.size()) == inputs_);
-  const StorageBuffer output(context_, kOutputBinding, job.output_bytes, nullptr);
-  const StorageBuffer band(context_, kBandBinding, sizeof(GLint), nullptr);
-  std::vector<std::unique_ptr<StorageBuffer>> inputs;
-  for (const std::span<const std::byte> bytes : job.inputs) {
-    const int binding = kFirstInputBinding + static_cast<int>(inputs.size());
-    inputs.push_back(std::make_unique<StorageBuffer>(context_, binding, bytes.size(), bytes.data()));
-  }
-  check_gl(fmt::format("make the buffers of {}", label_));
+ComputeResult run_compute(const EglContext& context, const ComputeJob& job) {
+  std::deque<StorageBuffer> buffers;
+  for (const ComputeBuffer& buffer : job.buffers) buffers.emplace_back(context, buffer.bytes);
+  const StorageBuffer dispatch(context, 2 * sizeof(GLint));
+  check_gl("make a job's buffers");
 
-  glUseProgram(program_.id());
-  run_in_bands(job.groups_y, [&](int first, int count) {
-    glNamedBufferSubData(band.id(), 0, sizeof(first), &first);
-    glDispatchCompute(static_cast<GLuint>(job.groups_x), static_cast<GLuint>(count), 1);
-    glFinish();
-    check_gl(fmt::format("run {}", label_));
-  });
-  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-  std::vector<std::byte> result(job.output_bytes);
-  glGetNamedBufferSubData(output.id(), 0, static_cast<GLsizeiptr>(result.size()), result.data());
-  check_gl(fmt::format("read the result of {}", label_));
-  return result;
+  PartClock clock(context);
+  clock.begin("upload");
+  for (std::size_t i = 0; i < buffers.size(); ++i)
+    if (!job.buffers[i].contents.empty()) buffers[i].write(job.buffers[i].contents);
+  for (const ComputePass& pass : job.passes) {
+    clock.begin(pass.part);
+    run_pass(pass, dispatch, buffers);
+  }
+  clock.begin("read_back");
+  const auto result = static_cast<std::size_t>(job.result);
+  std::vector<std::byte> bytes(job.buffers[result].bytes);
+  glGetNamedBufferSubData(buffers[result].id(), 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+  clock.begin("");
+  check_gl("read a job's result");
+  return {.bytes = std::move(bytes), .times = clock.times()};
 }
 
 }  // namespace reliefbench

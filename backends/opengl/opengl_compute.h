@@ -1,7 +1,5 @@
 #pragma once
-#include <cstddef>
 #include <string>
-#include <vector>
 
 #include "backends/opengl/opengl_objects.h"
 
@@ -11,14 +9,18 @@ namespace reliefbench {
 class OpenglCompute final : public Pipeline {
  public:
   OpenglCompute(const EglContext& context, const ComputeDesc& desc);
-  /// Backend::compute, on the current context
-  [[nodiscard]] std::vector<std::byte> run(const ComputeJob& job) const;
+
+  [[nodiscard]] const std::string& label() const { return label_; }
+  [[nodiscard]] std::size_t buffers() const { return buffers_; }
+  [[nodiscard]] GLuint program() const { return program_.id(); }
 
  private:
-  const EglContext& context_;
   std::string label_;
-  int inputs_;
+  std::size_t buffers_;
   OpenglProgram program_;
 };
+
+/// Backend::compute, on the current context.
+[[nodiscard]] ComputeResult run_compute(const EglContext& context, const ComputeJob& job);
 
 }  // namespace reliefbench

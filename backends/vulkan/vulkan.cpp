@@ -3,6 +3,7 @@
 #include "backends/backend.h"
 #include "backends/vulkan/vulkan_bindings.h"
 #include "backends/vulkan/vulkan_compute.h"
+#include "backends/vulkan/vulkan_compute_job.h"
 #include "backends/vulkan/vulkan_device.h"
 #include "backends/vulkan/vulkan_memory.h"
 #include "backends/vulkan/vulkan_pipeline.h"
@@ -38,8 +39,9 @@ class VulkanBackend final : public Backend {
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     return std::make_unique<VulkanCompute>(device_, desc);
   }
-  [[nodiscard]] std::vector<std::byte> compute(const ComputeJob& job) override {
-    return own<VulkanCompute>(job.pipeline, "compute pipeline").run(job);
+  [[nodiscard]] ComputeResult compute(const ComputeJob& job) override {
+    for (const ComputePass& pass : job.passes) (void)own<VulkanCompute>(pass.pipeline, "compute pipeline");
+    return VulkanComputeJob(device_, job).run();
   }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return device_.instance().messages(); }
 

@@ -1,33 +1,31 @@
 #pragma once
-#include <cstddef>
-#include <string>
-#include <vector>
+#include <cstdint>
 
 #include "backends/vulkan/vulkan_device.h"
 
 namespace reliefbench {
 
-/// A compute shader with its descriptor set.
+/// A compute shader, and the layout of the descriptor set that its passes have.
 class VulkanCompute final : public Pipeline {
  public:
   VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc);
-  /// Backend::compute
-  [[nodiscard]] std::vector<std::byte> run(const ComputeJob& job) const;
+
+  [[nodiscard]] std::uint32_t bindings() const { return bindings_; }  ///< storage buffers, at 0, 1, ...
+  [[nodiscard]] VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
+  [[nodiscard]] VkPipelineLayout layout() const { return layout_.get(); }
+  [[nodiscard]] VkPipeline handle() const { return pipeline_.get(); }
 
  private:
-  void make_layouts();
-  void make_pipeline(const ComputeDesc& desc);
-  void make_set();
-  void bind(std::span<const VkBuffer> buffers) const;
-  void dispatch(int groups_x, int groups_y) const;
+  void make_layouts(const VulkanDevice& device);
+  void make_pipeline(const VulkanDevice& device, const ComputeDesc& desc);
 
-  const VulkanDevice& device_;
-  std::uint32_t buffers_;  ///< at bindings 0, 1, ...
+  std::uint32_t bindings_;
   Owned<VkDescriptorSetLayout, &VolkDeviceTable::vkDestroyDescriptorSetLayout> set_layout_;
   Owned<VkPipelineLayout, &VolkDeviceTable::vkDestroyPipelineLayout> layout_;
   Owned<VkPipeline, &VolkDeviceTable::vkDestroyPipeline> pipeline_;
-  Owned<VkDescriptorPool, &VolkDeviceTable::vkDestroyDescriptorPool> pool_;
-  VkDescriptorSet set_ = VK_NULL_HANDLE;  ///< the pool's
 };
+
+[[noreturn]] void fail_limit(const VulkanDevice& device, std::string_view what, std::size_t wanted,
+                             std::uint32_t limit);
 
 }  // namespace reliefbench

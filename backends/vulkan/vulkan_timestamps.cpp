@@ -5,10 +5,10 @@
 
 namespace reliefbench {
 
-Timestamps::Timestamps(const VulkanDevice& device) : device_(device) {
+Timestamps::Timestamps(const VulkanDevice& device, std::uint32_t pairs) : device_(device) {
   if (device.physical().timestamp_bits == 0 || device.physical().properties.limits.timestampPeriod <= 0) return;
   const VkQueryPoolCreateInfo info{
-      .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2};
+      .sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO, .queryType = VK_QUERY_TYPE_TIMESTAMP, .queryCount = 2 * pairs};
   VkQueryPool queries = VK_NULL_HANDLE;
   vk_check(device.calls().vkCreateQueryPool(device.handle(), &info, nullptr, &queries), "vkCreateQueryPool");
   queries_ = {device.logical(), queries};
@@ -28,17 +28,19 @@ void Timestamps::record_stamp(VkCommandBuffer commands, std::uint32_t query) con
   barrier();
 }
 
-void Timestamps::record_start(VkCommandBuffer commands) const {
-  device_.calls().vkCmdResetQueryPool(commands, queries_.get(), 0, 2);
-  record_stamp(commands, 0);
+void Timestamps::record_start(VkCommandBuffer commands, std::uint32_t pair) const {
+  device_.calls().vkCmdResetQueryPool(commands, queries_.get(), 2 * pair, 2);
+  record_stamp(commands, 2 * pair);
 }
 
-void Timestamps::record_end(VkCommandBuffer commands) const { record_stamp(commands, 1); }
+void Timestamps::record_end(VkCommandBuffer commands, std::uint32_t pair) const {
+  record_stamp(commands, 2 * pair + 1);
+}
 
-double Timestamps::elapsed_ns() const {
+double Timestamps::elapsed_ns(std::uint32_t pair) const {
   std::array<std::uint64_t, 2> ticks{};
-  vk_check(device_.calls().vkGetQueryPoolResults(device_.handle(), queries_.get(), 0, 2, sizeof ticks, ticks.data(),
-                                                 sizeof ticks[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+  vk_check(device_.calls().vkGetQueryPoolResults(device_.handle(), queries_.get(), 2 * pair, 2, sizeof ticks,
+                                                 ticks.data(), sizeof ticks[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
            "vkGetQueryPoolResults");
   // Only these bits count, and they may have wrapped round between the stamps.
   const std::uint32_t bits = device_.physical().timestamp_bits;

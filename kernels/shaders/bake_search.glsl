@@ -1,140 +1,142 @@
-#include "bake_common.glsl"
+// Branch and bound on the max pyramid, near child first, for bakers that ask over all higher texels for the least of a
+// key: see kernels/maps/cone_search.cpp. The including file defines try_texel and
+// finish.
 
-// Branch and bound on the max pyramid, nearest child first, for bakers that ask over all higher texels for the least of
-// a key. Boxes are pruned in float with a margin, and what remains is evaluated in double: see
-// kernels/maps/cone_search.cpp. The including file defines pair_key.
-
-// Two texels whose key may be under the least one found yet.
-struct Pair {
-  dvec2 offset;      // texels from the owner of the cone to the target or, under repeat, to its nearest image
-  double distance2;  // in the unit of `bake`
-  double target_height;
-  double rise;  // target_height - owner_height, > 0
-};
-
-// returns: the pair's key, at least distance2 / rise^2; any value from least_key on where it is not under it
-double pair_key(Pair pair);
-
-const float FLOAT_MARGIN = 1.000004;            // over the rounding of a bound in float
-const double DOUBLE_MARGIN = 1.000000000001lf;  // and in double
-
+ivec2 owner;
 int pyramid;   // the one that is searched
 ivec2 facing;  // signs of its quadrant; 0: all texels count
-ivec2 owner;
-double owner_height;
-double least_key;
-float limit;  // least_key in units of weight_y, rounded up
 
-void set_least(double key) {
-  least_key = key;
-  limit = float(key / bake.weight_y) * FLOAT_MARGIN;
+// A texel of the height `top` whose distance and rise alone would lower the key. texels: to it along the axes
+void try_texel(ivec2 texel, vec2 texels, float top);
+// Stores the owner's ratio.
+void finish(ivec2 owner);
+
+// From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
+float distance_to(float offset, float reach, float side, int sign) {
+  if (sign == 0) {
+    float middle = abs(offset);
+    if (bake.repeats) middle = min(middle, side - middle);
+    return max(middle - reach, 0.0);
+  }
+  const float NEVER = 1e9;
+  float first = float(sign) * offset - reach;
+  float last = float(sign) * offset + reach;
+  if (first >= 0.0) return first;
+  if (last >= 0.0) return 0.0;
+  return bake.repeats ? max(first + side, 0.0) : NEVER;
 }
 
-// Whether a key is so much over the least one that rounding cannot have made it so.
-bool is_over_least(double distance2, double rise) { return distance2 > least_key * (rise * rise) * DOUBLE_MARGIN; }
+// Of one level of the pyramid, where the search is.
+struct Branch {
+  int level;
+  ivec2 quad;
+};
 
-// The texels from `from` to `to` along an axis, in the direction of `sign`, or the nearest way for 0; under repeat in
-// (-side/2, side/2] then. Under clamp the target lies in that direction.
-int offset(int from, int to, int side, int sign) {
-  int d = to - from;
-  if (!bake.repeats) return d;
-  if (sign == 0 ? 2 * d > side : sign < 0 && d > 0) return d - side;
-  if (sign == 0 ? 2 * d <= -side : sign > 0 && d < 0) return d + side;
-  return d;
+// The nodes of a quad that may lower the key, a bit each.
+struct Promising {
+  uint nodes;
+  uint near;  // the node that is nearest
+};
+
+Promising look(Branch at) {
+  vec4 tops = quads[quad_index(pyramid, at.level, at.quad)];
+  float size = float(1 << (at.level - 1));
+  float reach = 0.5 * (size - 1.0);
+  vec2 side = vec2(bake.size);
+  vec2 first = vec2(2 * at.quad) * size + reach - vec2(owner);
+  vec2 x = vec2(distance_to(first.x, reach, side.x, facing.x), distance_to(first.x + size, reach, side.x, facing.x));
+  vec2 y = vec2(distance_to(first.y, reach, side.y, facing.y), distance_to(first.y + size, reach, side.y, facing.y));
+  vec2 x2 = bake.aspect * x * x;
+  vec2 y2 = y * y;
+  vec4 rise = max(tops - owner_height, 0.0);
+  vec4 slack = bake.slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
+  bvec4 may_improve = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + slack);
+  if (at.level == 1) {
+    if (may_improve.x) try_texel(2 * at.quad, vec2(x.x, y.x), tops.x);
+    if (may_improve.y) try_texel(2 * at.quad + ivec2(1, 0), vec2(x.y, y.x), tops.y);
+    if (may_improve.z) try_texel(2 * at.quad + ivec2(0, 1), vec2(x.x, y.y), tops.z);
+    if (may_improve.w) try_texel(2 * at.quad + ivec2(1, 1), vec2(x.y, y.y), tops.w);
+    return Promising(0u, 0u);
+  }
+  uvec4 bits = uvec4(may_improve) << uvec4(0, 1, 2, 3);
+  return Promising(bits.x | bits.y | bits.z | bits.w, uint(x.y < x.x) | (uint(y.y < y.x) << 1));
 }
 
-// The texels to the nearest of [low, high] along an axis, in the direction of `sign`, or either for 0.
-float distance_to(int from, int low, int high, int side, int sign) {
-  const float NEVER = 1e18;
-  high = min(high, side - 1);  // beyond it is padding
-  float around = bake.repeats ? float(side) : NEVER;
-  float up = from > high ? float(low - from) + around : max(float(low - from), 0.0);
-  float down = from < low ? float(from - high) + around : max(float(from - high), 0.0);
-  return sign == 0 ? min(up, down) : (sign > 0 ? up : down);
+// The same nodes, node n at bit n ^ near.
+uint by_rank(Promising promising) {
+  uint nodes = promising.nodes;
+  if ((promising.near & 1u) != 0u) nodes = ((nodes & 5u) << 1) | ((nodes >> 1) & 5u);
+  if ((promising.near & 2u) != 0u) nodes = ((nodes & 3u) << 2) | (nodes >> 2);
+  return nodes;
 }
 
-// Per axis, the texels from the owner to a node.
-vec2 distance_to_node(int level, ivec2 node) {
-  ivec2 low = node << level;
-  ivec2 high = low + (1 << level) - 1;
-  return vec2(distance_to(owner.x, low.x, high.x, bake.size.x, facing.x),
-              distance_to(owner.y, low.y, high.y, bake.size.y, facing.y));
+// What waits on the levels above: four bits a level, those of the lowest lowest.
+uvec2 waiting;
+uint nears;  // two bits a level
+
+void drop_levels(uint levels) {
+  uint bits = 4u * levels;
+  waiting.x = bits < 32u ? (waiting.x >> bits) | (bits == 0u ? 0u : waiting.y << (32u - bits)) : waiting.y;
+  waiting.y = bits < 32u ? waiting.y >> bits : 0u;
+  nears >>= 2u * levels;
 }
 
-// Whether a texel under this node may lower the least key.
-bool may_improve(int level, ivec2 node) {
-  float rise = node_at(pyramid, level, node) - float(owner_height);
-  if (rise <= 0.0) return false;  // padding too
-  vec2 d = distance_to_node(level, node);
-  float distance2 = float(bake.weight_x / bake.weight_y) * d.x * d.x + d.y * d.y;
-  return distance2 < limit * rise * rise + float(bake.slack / bake.weight_y);
+// The next quad to look at; false: there is none.
+bool next(inout Branch at) {
+  if (waiting.x == 0u) {
+    if (waiting.y == 0u) return false;
+    drop_levels(8u);
+    at.quad >>= 8;
+    at.level += 8;
+  }
+  uint done = uint(findLSB(waiting.x)) >> 2;  // levels without any
+  drop_levels(done);
+  at.quad >>= int(done);
+  at.level += int(done);
+  uint rank = uint(findLSB(waiting.x & 15u));
+  waiting.x &= waiting.x - 1u;
+  uint node = rank ^ (nears & 3u);
+  at.quad = 2 * at.quad + ivec2(node & 1u, node >> 1);
+  at.level -= 1;
+  return true;
 }
 
-void evaluate(ivec2 texel) {
-  if (!may_improve(0, texel)) return;
-  Pair pair;
-  pair.target_height = double(node_at(pyramid, 0, texel));
-  precise double rise = pair.target_height - owner_height;
-  pair.rise = rise;
-  pair.offset = dvec2(offset(owner.x, texel.x, bake.size.x, facing.x), offset(owner.y, texel.y, bake.size.y, facing.y));
-  precise double distance2 =
-      pair.offset.x * pair.offset.x * bake.weight_x + pair.offset.y * pair.offset.y * bake.weight_y - bake.slack;
-  if (is_over_least(distance2, rise)) return;
-  pair.distance2 = distance2;
-  double key = pair_key(pair);
-  if (key < least_key) set_least(key);
-}
-
-// Which of a node's children is the nearest to the owner: 0 or 1 along each axis.
-ivec2 near_child(int level, ivec2 node) {
-  vec2 first = distance_to_node(level - 1, 2 * node);
-  vec2 second = distance_to_node(level - 1, 2 * node + 1);
-  return ivec2(lessThan(second, first));
-}
-
-// The node to go on with after this one and all below it; a level over the root ends the search. No stack: a child's
-// rank among its siblings follows from where the owner is.
-void advance(inout int level, inout ivec2 node) {
-  while (level < bake.root) {
-    ivec2 parent = node >> 1;
-    ivec2 near = near_child(level + 1, parent);
-    ivec2 rank = (node & 1) ^ near;
-    if (rank != ivec2(1)) {
-      rank = rank.x == 0 ? ivec2(1, rank.y) : ivec2(0, 1);
-      node = 2 * parent + (rank ^ near);
-      return;
+void try_neighbours() {
+  for (int y = -1; y <= 1; ++y)
+    for (int x = -1; x <= 1; ++x) {
+      ivec2 texel = wrapped(owner + ivec2(x, y));
+      vec2 offset = vec2(texel - owner);
+      vec2 texels = vec2(distance_to(offset.x, 0.0, float(bake.size.x), facing.x),
+                         distance_to(offset.y, 0.0, float(bake.size.y), facing.y));
+      try_texel(texel, texels, node_at(pyramid, 0, texel));
     }
-    node = parent;
-    level += 1;
-  }
-  level = bake.root + 1;
 }
 
-void search_pyramid() {
-  int level = bake.root;
-  ivec2 node = ivec2(0);
-  while (level <= bake.root) {
-    if (level == 0) {
-      evaluate(node);
-    } else if (may_improve(level, node)) {
-      node = 2 * node + near_child(level, node);
-      level -= 1;
-      continue;
+Branch start_pyramid() {
+  facing = bake.pyramids == 1 ? ivec2(0) : 1 - 2 * ivec2(pyramid & 1, pyramid >> 1);
+  try_neighbours();
+  waiting = uvec2(0u);
+  nears = 0u;
+  return Branch(bake.top_level, ivec2(0));
+}
+
+// Searches all pyramids, then stores the ratio. It is stored within the loop, by a turn of its own: a device that leaves
+// loops before their end, as llvmpipe does after 65,535 turns of all of them together, leaves CUT_SHORT in its place.
+void search() {
+  pyramid = 0;
+  Branch at = start_pyramid();
+  for (bool has_more = true;;) {
+    if (!has_more) {
+      pyramid += 1;
+      if (pyramid == bake.pyramids) {
+        finish(owner);
+        return;
+      }
+      at = start_pyramid();
     }
-    advance(level, node);
+    Promising promising = look(at);
+    waiting = uvec2((waiting.x << 4) | by_rank(promising), (waiting.y << 4) | (waiting.x >> 28));
+    nears = (nears << 2) | promising.near;
+    has_more = next(at);
   }
-}
-
-void main() {
-  owner = own_texel();
-  if (any(greaterThanEqual(owner, bake.size))) return;
-  owner_height = height_at(owner);
-  set_least(bake.widest_key);
-  for (pyramid = 0; pyramid < bake.pyramids; ++pyramid) {
-    facing = bake.pyramids == 1 ? ivec2(0) : 1 - 2 * ivec2(pyramid & 1, pyramid >> 1);
-    for (int y = -1; y <= 1; ++y)
-      for (int x = -1; x <= 1; ++x) evaluate(wrapped(owner + ivec2(x, y)));
-    search_pyramid();
-  }
-  store_key(owner, least_key);
 }

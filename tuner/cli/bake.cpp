@@ -32,6 +32,7 @@ struct BakeArguments {
   std::map<std::string_view, std::optional<std::string>> parameters;  ///< of map kinds, by id
   int threads = 0;
   std::string device = "cpu";
+  int repeat = 1;
   std::string output;
   bool verify = false;
   bool json = false;
@@ -67,6 +68,7 @@ BakeJob job_of(const BakeArguments& arguments) {
                        .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
                        .threads = arguments.threads},
               .device = arguments.device,
+              .repeat = arguments.repeat,
               .verify = arguments.verify,
               .output = arguments.output};
   choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
@@ -116,6 +118,7 @@ void print_json(const BakeJob& job, const BakeResult& result) {
               {"width", result.width},
               {"height", result.height},
               {"time_ms", result.bake_time_ns * 1e-6}};
+  for (const ComputeTime& time : result.device_times) out["device_ms"][time.part] = time.ns * 1e-6;
   if (storage.map.ratios > 0) {
     out["mean_ratio"] = result.mean_ratio;
     out["closed_share"] = result.closed_share;
@@ -165,6 +168,7 @@ void print_text(const BakeJob& job, const BakeResult& result) {
                    has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "", job.heightmap.source,
                    result.width, result.height, job.spec.wrap == Wrap::repeat ? "repeat" : "clamp")},
       {"time", fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
+  for (const ComputeTime& time : result.device_times) rows.push_back({"  " + time.part, format_time_ns(time.ns)});
   if (has_ratios)
     rows.push_back({"mean ratio", fmt::format("{}; {} % closed", format_number(result.mean_ratio),
                                               format_number(100 * result.closed_share))});
@@ -209,6 +213,9 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   add_reading_options(*command, arguments->reading);
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
   command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();
+  command->add_option("--repeat", arguments->repeat, "bake so many times, for the median of their times")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   command->add_option("-o,--output", arguments->output, ".ktx2 (as stored), .exr (decoded) or .png");
   command->add_flag("--verify", arguments->verify, "prove the stored map: exit 1 if it breaks its kind's guarantee");
   command->add_flag("--json", arguments->json, "figures as JSON");

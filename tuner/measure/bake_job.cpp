@@ -10,21 +10,71 @@
 #include "kernels/maps/map_file.h"
 #include "kernels/trace/technique.h"
 #include "tuner/results/host.h"
+#include "tuner/results/statistics.h"
 
 namespace reliefbench {
 namespace {
 
-/// Bakes on a device, which is opened, its shader compiled, before the time is taken.
-BakedMap bake_on_device(std::string_view device, const BakeSpec& spec, const Heightfield& heights) {
-  if (device == "cpu") return bake(spec, heights);
-  const MapRow& map = spec.storage.map;
-  if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end())
-    fail_environment("no GPU baker for {} on {}", map.id, device);
-  const BackendRow& row = find_backend(device);
-  const std::unique_ptr<Backend> backend = row.open(0, {});
-  const GpuBaker baker(*backend, row.dialect, map.kind);
-  return bake(spec, heights, [&](const MapRow&, const BakeRequest& request, const std::string&) {
-    return timed_bake([&] { return baker.bake(request); });
+/// The medians of several bakes' times.
+class BakeTimes {
+ public:
+  void add(double wall_ns, const std::vector<ComputeTime>& parts) {
+    wall_ns_.push_back(wall_ns);
+    if (parts_.empty())
+      for (const ComputeTime& time : parts) parts_.push_back({.part = time.part, .ns = {}});
+    for (std::size_t i = 0; i < parts.size(); ++i) parts_[i].ns.push_back(parts[i].ns);
+  }
+  [[nodiscard]] double wall_ns() const { return wall_ns_.empty() ? 0 : median(wall_ns_); }
+  [[nodiscard]] std::vector<ComputeTime> parts() const {
+    std::vector<ComputeTime> medians;
+    for (const Part& part : parts_) medians.push_back({.part = part.part, .ns = median(part.ns)});
+    return medians;
+  }
+
+ private:
+  struct Part {
+    std::string part;
+    std::vector<double> ns;
+  };
+  std::vector<double> wall_ns_;
+  std::vector<Part> parts_;
+};
+
+/// What bakes on a device, which is opened, its shaders compiled, before any time is taken.
+class OpenBaker {
+ public:
+  OpenBaker(std::string_view device, const MapRow& map) {
+    if (device == "cpu") return;
+    if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end())
+      fail_environment("no GPU baker for {} on {}", map.id, device);
+    const BackendRow& row = find_backend(device);
+    backend_ = row.open(0, {});
+    baker_.emplace(*backend_, row.dialect, map.kind);
+  }
+  [[nodiscard]] GpuBake bake(const MapRow& map, const BakeRequest& request) const {
+    return baker_ ? baker_->bake(request) : GpuBake{.values = map.bake(request), .times = {}};
+  }
+
+ private:
+  std::unique_ptr<Backend> backend_;
+  std::optional<GpuBaker> baker_;
+};
+
+BakedMap bake_on_device(const BakeJob& job, const Heightfield& heights, BakeTimes& times) {
+  const OpenBaker baker(job.device, job.spec.storage.map);
+  return bake(job.spec, heights, [&](const MapRow& map, const BakeRequest& request, const std::string&) {
+    BakedValues baked;
+    for (int i = 0; i < job.repeat; ++i) {
+      std::vector<ComputeTime> parts;
+      baked = timed_bake([&] {
+        GpuBake one = baker.bake(map, request);
+        parts = std::move(one.times);
+        return std::move(one.values);
+      });
+      times.add(baked.time_ns, parts);
+    }
+    baked.time_ns = times.wall_ns();
+    return baked;
   });
 }
 
@@ -102,7 +152,8 @@ BakeResult run_bake(const BakeJob& job) {
   const auto& [storage, wrap, parameters, threads] = job.spec;
   std::string reading;
   const Heightfield heights = load_heightmap(job.heightmap, &reading);
-  const BakedMap map = bake_on_device(job.device, job.spec, heights);
+  BakeTimes times;
+  const BakedMap map = bake_on_device(job, heights, times);
   const MapTextures textures =
       pack_map({.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap}, storage.format,
                storage.encoding);
@@ -110,6 +161,7 @@ BakeResult run_bake(const BakeJob& job) {
                     .width = heights.width,
                     .height = heights.height,
                     .bake_time_ns = map.bake_time_ns,
+                    .device_times = times.parts(),
                     .bytes = textures.bytes(),
                     .verdict = {},
                     .files = {}};

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "backends/backend.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/map_verify.h"
 #include "tuner/measure/bake.h"
@@ -17,6 +18,7 @@ struct BakeJob {
   HeightmapSpec heightmap;
   BakeSpec spec;
   std::string device = "cpu";  ///< cpu | opengl | vulkan
+  int repeat = 1;              ///< bakes; their times' medians are taken
   bool verify = false;
   std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
 };
@@ -25,7 +27,8 @@ struct BakeResult {
   std::string reading{};  ///< what was read of the heightmap's file; "" of a procedural one
   int width = 0;
   int height = 0;
-  double bake_time_ns = 0;
+  double bake_time_ns = 0;  ///< on the host's clock, of all of it
+  std::vector<ComputeTime> device_times{};  ///< of a GPU's bake, on its own clock
   double mean_ratio = 0;    ///< of the ratios as stored; a map without ratios: 0
   double closed_share = 0;  ///< of ratios that are stored as 0
   std::size_t bytes = 0;    ///< of all textures

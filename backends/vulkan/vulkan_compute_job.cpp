@@ -1,0 +1,196 @@
+#include "backends/vulkan/vulkan_compute_job.h"
+
+#include <array>
+#include <cassert>
+#include <cstring>
+
+#include "backends/compute_bands.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::size_t kDispatchStride = 256;  // the greatest minStorageBufferOffsetAlignment that Vulkan allows
+
+struct Access {
+  VkPipelineStageFlags stage;
+  VkAccessFlags access;
+};
+constexpr Access kCopied{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT};
+constexpr Access kCopying{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT};
+constexpr Access kComputed{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
+constexpr Access kComputing{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+constexpr Access kRead{VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT};
+
+void barrier(const VulkanDevice& device, VkCommandBuffer commands, const Access& from, const Access& to) {
+  const VkMemoryBarrier memory{
+      .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = from.access, .dstAccessMask = to.access};
+  device.calls().vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
+}
+
+void copy(const VulkanDevice& device, VkCommandBuffer commands, VkBuffer from, VkBuffer to, std::size_t bytes) {
+  const VkBufferCopy all{.size = bytes};
+  device.calls().vkCmdCopyBuffer(commands, from, to, 1, &all);
+}
+
+const VulkanCompute& pipeline_of(const ComputePass& pass) {
+  assert(pass.pipeline);
+  return static_cast<const VulkanCompute&>(*pass.pipeline);
+}
+
+DeviceBuffer make_buffer(const VulkanDevice& device, const ComputeBuffer& buffer) {
+  assert(buffer.contents.empty() || buffer.contents.size() == buffer.bytes);
+  const std::uint32_t limit = device.physical().properties.limits.maxStorageBufferRange;
+  if (buffer.bytes > limit) fail_limit(device, "bytes in a buffer", buffer.bytes, limit);
+  return make_device_buffer(device, buffer.bytes,
+                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                                VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+}
+
+}  // namespace
+
+VulkanComputeJob::VulkanComputeJob(const VulkanDevice& device, const ComputeJob& job)
+    : device_(device), job_(job), stamps_(device, static_cast<std::uint32_t>(job.passes.size() + 2)) {
+  for (const ComputeBuffer& buffer : job.buffers) buffers_.push_back(make_buffer(device, buffer));
+  dispatches_ =
+      make_host_buffer(device, job.passes.size() * kDispatchStride, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0);
+  make_sets();
+}
+
+void VulkanComputeJob::make_sets() {
+  std::uint32_t bindings = 0;
+  std::vector<VkDescriptorSetLayout> layouts;
+  for (const ComputePass& pass : job_.passes) {
+    bindings += pipeline_of(pass).bindings();
+    layouts.push_back(pipeline_of(pass).set_layout());
+  }
+  const VkDescriptorPoolSize size{.type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, .descriptorCount = bindings};
+  const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                             .maxSets = static_cast<std::uint32_t>(layouts.size()),
+                                             .poolSizeCount = 1,
+                                             .pPoolSizes = &size};
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  vk_check(device_.calls().vkCreateDescriptorPool(device_.handle(), &pool_info, nullptr, &pool),
+           "vkCreateDescriptorPool");
+  pool_ = {device_.logical(), pool};
+  const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                         .descriptorPool = pool,
+                                         .descriptorSetCount = static_cast<std::uint32_t>(layouts.size()),
+                                         .pSetLayouts = layouts.data()};
+  sets_.resize(layouts.size());
+  vk_check(device_.calls().vkAllocateDescriptorSets(device_.handle(), &info, sets_.data()),
+           "vkAllocateDescriptorSets");
+  for (std::size_t i = 0; i < sets_.size(); ++i) {
+    const ComputePass& pass = job_.passes[i];
+    assert(pipeline_of(pass).bindings() == kFirstBufferBinding + pass.buffers.size());
+    const auto write = [&](int binding, const VkDescriptorBufferInfo& buffer) {
+      const VkWriteDescriptorSet written{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                         .dstSet = sets_[i],
+                                         .dstBinding = static_cast<std::uint32_t>(binding),
+                                         .descriptorCount = 1,
+                                         .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+                                         .pBufferInfo = &buffer};
+      device_.calls().vkUpdateDescriptorSets(device_.handle(), 1, &written, 0, nullptr);
+    };
+    write(kDispatchBinding,
+          {.buffer = dispatches_.buffer.get(), .offset = i * kDispatchStride, .range = kDispatchStride});
+    int binding = kFirstBufferBinding;
+    for (const int buffer : pass.buffers)
+      write(binding++,
+            {.buffer = buffers_[static_cast<std::size_t>(buffer)].buffer.get(), .range = VK_WHOLE_SIZE});
+  }
+}
+
+VkCommandBuffer VulkanComputeJob::commands() {
+  if (!recording_) recording_.emplace(device_, VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT);
+  return recording_->handle();
+}
+
+void VulkanComputeJob::begin_part(std::string_view part) {
+  if (is_in_part_ && parts_.back() == part) return;
+  end_part();
+  parts_.push_back(part);
+  is_in_part_ = true;
+  if (stamps_.available()) stamps_.record_start(commands(), static_cast<std::uint32_t>(parts_.size() - 1));
+}
+
+void VulkanComputeJob::end_part() {
+  if (!is_in_part_) return;
+  is_in_part_ = false;
+  if (stamps_.available()) stamps_.record_end(commands(), static_cast<std::uint32_t>(parts_.size() - 1));
+}
+
+void VulkanComputeJob::submit() {
+  if (!recording_) return;
+  end_part();
+  const VkCommandBuffer recorded = recording_->end();
+  device_.run({&recorded, 1});
+  recording_.reset();
+  staged_.clear();
+  for (std::size_t i = 0; i < parts_.size() && stamps_.available(); ++i)
+    add_time(times_, parts_[i], stamps_.elapsed_ns(static_cast<std::uint32_t>(i)));
+  parts_.clear();
+}
+
+void VulkanComputeJob::upload() {
+  begin_part("upload");
+  for (std::size_t i = 0; i < buffers_.size(); ++i) {
+    const std::span<const std::byte> bytes = job_.buffers[i].contents;
+    if (bytes.empty()) continue;
+    staged_.push_back(make_host_buffer(device_, bytes.size(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, 0));
+    std::memcpy(staged_.back().bytes.data(), bytes.data(), bytes.size());
+    copy(device_, commands(), staged_.back().buffer.get(), buffers_[i].buffer.get(), bytes.size());
+  }
+  barrier(device_, commands(), kCopied, kComputing);
+}
+
+void VulkanComputeJob::dispatch(std::size_t pass, int first_row, int rows) {
+  const ComputePass& what = job_.passes[pass];
+  const VulkanCompute& pipeline = pipeline_of(what);
+  // Written before the submit that reads it, which makes it visible; no earlier one reads it any more.
+  const std::array<int, 2> values{first_row, what.argument};
+  std::memcpy(dispatches_.bytes.data() + pass * kDispatchStride, values.data(), sizeof values);
+  begin_part(what.part);
+  const VolkDeviceTable& vk = device_.calls();
+  barrier(device_, commands(), kComputed, kComputing);
+  vk.vkCmdBindPipeline(commands(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
+  vk.vkCmdBindDescriptorSets(commands(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &sets_[pass], 0,
+                             nullptr);
+  vk.vkCmdDispatch(commands(), static_cast<std::uint32_t>(what.groups_x), static_cast<std::uint32_t>(rows),
+                   static_cast<std::uint32_t>(what.groups_z));
+}
+
+void VulkanComputeJob::run(std::size_t pass) {
+  const ComputePass& what = job_.passes[pass];
+  if (!what.may_be_long) {
+    dispatch(pass, 0, what.groups_y);
+    return;
+  }
+  submit();
+  run_in_bands(what.groups_y, [&](int first, int count) {
+    dispatch(pass, first, count);
+    submit();
+  });
+}
+
+std::vector<std::byte> VulkanComputeJob::read_back() {
+  const auto result = static_cast<std::size_t>(job_.result);
+  const std::size_t bytes = job_.buffers[result].bytes;
+  const HostBuffer staging =
+      make_host_buffer(device_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+  begin_part("read_back");
+  barrier(device_, commands(), kComputed, kCopying);
+  copy(device_, commands(), buffers_[result].buffer.get(), staging.buffer.get(), bytes);
+  barrier(device_, commands(), kCopied, kRead);
+  submit();
+  return {staging.bytes.begin(), staging.bytes.end()};
+}
+
+ComputeResult VulkanComputeJob::run() {
+  upload();
+  for (std::size_t pass = 0; pass < job_.passes.size(); ++pass) run(pass);
+  std::vector<std::byte> bytes = read_back();
+  return {.bytes = std::move(bytes), .times = std::move(times_)};
+}
+
+}  // namespace reliefbench

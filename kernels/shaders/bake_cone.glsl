@@ -1,0 +1,32 @@
+#include "bake_common.glsl"
+#include "bake_pyramid.glsl"
+#ifdef HAS_DOUBLES
+#include "bake_exact_arithmetic.glsl"
+#endif
+
+// What every shader has that makes a cone map's ratios. A ratio is the root of the least key of all higher texels,
+// distance^2 / rise^2. Keys are compared in float, in units of weight_y; double precision decides where float's rounding
+// could, so that a ratio has the bits of the bakers in kernels/.
+
+layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer Heights { float heights[]; };
+layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer Quads { vec4 quads[]; };
+layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Ratios { float ratios[]; };
+
+// A key in float is off by less than this share of it. The worst is the distance of a direct neighbour under `safe`, on
+// a map 1.5 times as long as wide: taking off the slack leaves a fifth of it, and so five times its share of rounding.
+const float KEY_ERROR = 2e-6;
+
+float node_at(int pyramid, int level, ivec2 node) {
+  return quads[quad_index(pyramid, level + 1, node >> 1)][2 * (node.y & 1) + (node.x & 1)];
+}
+float height_at(ivec2 texel) { return heights[index_of(texel)]; }
+
+float owner_height;  // of the texel whose cone it is
+float limit;         // keys from here on are no better than the best
+
+
+#ifdef HAS_DOUBLES
+void store_key(ivec2 texel, double key) {
+  ratios[index_of(texel)] = rounded_down(divide(square_root(key), bake.side));
+}
+#endif
