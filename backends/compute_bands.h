@@ -19,11 +19,11 @@ inline void add_time(std::vector<ComputeTime>& times, std::string_view part, dou
   }
 }
 
-/// Runs dispatch(first, count) over bands that cover [0, rows) in order, so that a watchdog of seconds never sees a long
-/// one. The first is a 64th of them. After each, the rest runs at once where it will take under half a second at the
-/// band's speed; else bands grow fourfold while one takes under 50 ms (a small one does not fill a large device, and
-/// takes no less than a larger), and halve where one takes over 200 ms.
-/// dispatch: returns when the device has done the work
+/// Runs dispatch(first, count) over bands that cover [0, rows) in order, so that a watchdog of seconds never sees a
+/// long one. The first is a 64th of them. After each, the rest runs at once where it will take under a second at the
+/// band's speed; else bands grow fourfold while one takes under 200 ms (a small one does not fill a large device, and
+/// takes no less than a larger), and halve where one takes over 800 ms. dispatch: returns when the device has done the
+/// work
 template <typename Dispatch>
 void run_in_bands(int rows, const Dispatch& dispatch) {
   using Clock = std::chrono::steady_clock;
@@ -35,11 +35,11 @@ void run_in_bands(int rows, const Dispatch& dispatch) {
     dispatch(first, count);
     const Clock::duration time = Clock::now() - start;
     first += count;
-    if (time * (rows - first) < milliseconds(500) * count) {
+    if (time * (rows - first) < milliseconds(1000) * count) {
       band = rows;
-    } else if (time < milliseconds(50)) {
+    } else if (time < milliseconds(200)) {
       band = std::min(4 * band, rows);
-    } else if (time > milliseconds(200)) {
+    } else if (time > milliseconds(800)) {
       band = std::max(band / 2, 1);
     }
   }

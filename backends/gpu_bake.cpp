@@ -46,7 +46,7 @@ struct BakeHead {
   std::int32_t exact_distances = 0;
   std::int32_t footpoint = 0;
   std::int32_t search_steps = 0;
-  std::int32_t padding = 0;
+  float step_share = 1;
 };
 struct BakeLevel {
   std::int32_t first_quad, stride;
@@ -139,7 +139,8 @@ std::vector<std::byte> bake_buffer(const BakeRequest& request, const Search& sea
                       .repeats = request.wrap == Wrap::repeat ? 1 : 0,
                       .exact_distances = is_exact ? 1 : 0,
                       .footpoint = search.footpoint,
-                      .search_steps = request.value(kSearchSteps)};
+                      .search_steps = request.value(kSearchSteps),
+                      .step_share = 1 / static_cast<float>(request.value(kSearchSteps))};
   std::vector<std::byte> bytes(sizeof head + std::span(levels.levels).size_bytes());
   std::memcpy(bytes.data(), &head, sizeof head);
   std::memcpy(bytes.data() + sizeof head, levels.levels.data(), bytes.size() - sizeof head);
@@ -181,8 +182,8 @@ class BakePasses {
   int add_search(const Search& search) {
     const int bake = add_head(search);
     const int pyramids = search.quadrants ? 4 : 1;
-    const int quads = add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(levels_.quads) *
-                                 kQuadBytes);
+    const int quads =
+        add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(levels_.quads) * kQuadBytes);
     const int ratios = add_ratios();
     for (int level = 1; level <= static_cast<int>(levels_.levels.size()); ++level)
       job_.passes.push_back({.part = "pyramid",

@@ -138,9 +138,7 @@ class NullBackend final : public Backend {
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     fail_environment("null: no compute, asked for {}", desc.label);
   }
-  [[nodiscard]] ComputeResult compute(const ComputeJob& /*job*/) override {
-    fail_environment("null: no compute");
-  }
+  [[nodiscard]] ComputeResult compute(const ComputeJob& /*job*/) override { fail_environment("null: no compute"); }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return {}; }
 
  private:

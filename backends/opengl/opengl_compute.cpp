@@ -68,8 +68,7 @@ class PartClock {
     std::vector<GLuint64> ns(stamps_.size());
     for (std::size_t i = 0; i < ns.size(); ++i) glGetQueryObjectui64v(stamps_[i], GL_QUERY_RESULT, &ns[i]);
     std::vector<ComputeTime> times;
-    for (std::size_t i = 0; i + 1 < ns.size(); ++i)
-      add_time(times, parts_[i], static_cast<double>(ns[i + 1] - ns[i]));
+    for (std::size_t i = 0; i + 1 < ns.size(); ++i) add_time(times, parts_[i], static_cast<double>(ns[i + 1] - ns[i]));
     return times;
   }
 

@@ -42,9 +42,9 @@ DeviceBuffer make_buffer(const VulkanDevice& device, const ComputeBuffer& buffer
   assert(buffer.contents.empty() || buffer.contents.size() == buffer.bytes);
   const std::uint32_t limit = device.physical().properties.limits.maxStorageBufferRange;
   if (buffer.bytes > limit) fail_limit(device, "bytes in a buffer", buffer.bytes, limit);
-  return make_device_buffer(device, buffer.bytes,
-                            VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                                VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+  return make_device_buffer(
+      device, buffer.bytes,
+      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
 }
 
 }  // namespace
@@ -52,8 +52,7 @@ DeviceBuffer make_buffer(const VulkanDevice& device, const ComputeBuffer& buffer
 VulkanComputeJob::VulkanComputeJob(const VulkanDevice& device, const ComputeJob& job)
     : device_(device), job_(job), stamps_(device, static_cast<std::uint32_t>(job.passes.size() + 2)) {
   for (const ComputeBuffer& buffer : job.buffers) buffers_.push_back(make_buffer(device, buffer));
-  dispatches_ =
-      make_host_buffer(device, job.passes.size() * kDispatchStride, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0);
+  dispatches_ = make_host_buffer(device, job.passes.size() * kDispatchStride, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0);
   make_sets();
 }
 
@@ -78,8 +77,7 @@ void VulkanComputeJob::make_sets() {
                                          .descriptorSetCount = static_cast<std::uint32_t>(layouts.size()),
                                          .pSetLayouts = layouts.data()};
   sets_.resize(layouts.size());
-  vk_check(device_.calls().vkAllocateDescriptorSets(device_.handle(), &info, sets_.data()),
-           "vkAllocateDescriptorSets");
+  vk_check(device_.calls().vkAllocateDescriptorSets(device_.handle(), &info, sets_.data()), "vkAllocateDescriptorSets");
   for (std::size_t i = 0; i < sets_.size(); ++i) {
     const ComputePass& pass = job_.passes[i];
     assert(pipeline_of(pass).bindings() == kFirstBufferBinding + pass.buffers.size());
@@ -96,8 +94,7 @@ void VulkanComputeJob::make_sets() {
           {.buffer = dispatches_.buffer.get(), .offset = i * kDispatchStride, .range = kDispatchStride});
     int binding = kFirstBufferBinding;
     for (const int buffer : pass.buffers)
-      write(binding++,
-            {.buffer = buffers_[static_cast<std::size_t>(buffer)].buffer.get(), .range = VK_WHOLE_SIZE});
+      write(binding++, {.buffer = buffers_[static_cast<std::size_t>(buffer)].buffer.get(), .range = VK_WHOLE_SIZE});
   }
 }
 

@@ -39,9 +39,10 @@ void Timestamps::record_end(VkCommandBuffer commands, std::uint32_t pair) const 
 
 double Timestamps::elapsed_ns(std::uint32_t pair) const {
   std::array<std::uint64_t, 2> ticks{};
-  vk_check(device_.calls().vkGetQueryPoolResults(device_.handle(), queries_.get(), 2 * pair, 2, sizeof ticks,
-                                                 ticks.data(), sizeof ticks[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-           "vkGetQueryPoolResults");
+  vk_check(
+      device_.calls().vkGetQueryPoolResults(device_.handle(), queries_.get(), 2 * pair, 2, sizeof ticks, ticks.data(),
+                                            sizeof ticks[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+      "vkGetQueryPoolResults");
   // Only these bits count, and they may have wrapped round between the stamps.
   const std::uint32_t bits = device_.physical().timestamp_bits;
   const std::uint64_t mask = std::numeric_limits<std::uint64_t>::max() >> (64 - bits);

@@ -35,7 +35,7 @@ layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
   bool exact_distances;   // squared distances in units of weight_y have no rounding in float
   int footpoint;          // FOOTPOINT_*
   int search_steps;       // relaxed_po07
-  int padding;
+  float step_share;       // 1 / search_steps
   ivec2 levels[];         // [i] of level i + 1: its first quad, quads from row to row
 } bake;
 // clang-format on

@@ -5,8 +5,8 @@
 #endif
 
 // What every shader has that makes a cone map's ratios. A ratio is the root of the least key of all higher texels,
-// distance^2 / rise^2. Keys are compared in float, in units of weight_y; double precision decides where float's rounding
-// could, so that a ratio has the bits of the bakers in kernels/.
+// distance^2 / rise^2. Keys are compared in float, in units of weight_y; double precision decides where float's
+// rounding could, so that a ratio has the bits of the bakers in kernels/.
 
 layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer Heights { float heights[]; };
 layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer Quads { vec4 quads[]; };
@@ -24,9 +24,6 @@ float height_at(ivec2 texel) { return heights[index_of(texel)]; }
 float owner_height;  // of the texel whose cone it is
 float limit;         // keys from here on are no better than the best
 
-
 #ifdef HAS_DOUBLES
-void store_key(ivec2 texel, double key) {
-  ratios[index_of(texel)] = rounded_down(divide(square_root(key), bake.side));
-}
+void store_key(ivec2 texel, double key) { ratios[index_of(texel)] = rounded_down(divide(square_root(key), bake.side)); }
 #endif

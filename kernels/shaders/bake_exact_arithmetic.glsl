@@ -44,8 +44,8 @@ double square_root(double a) {
   precise double root = sqrt(a);
   for (int i = 0; i < 2; ++i) root = root + 0.5lf * residual(a, root, root) / root;  // now at most a neighbour of it
   double rest = residual(a, root, root);
-  // The root is over root + ulp / 2 where a is over root^2 + root ulp + ulp^2 / 4. In units of ulp^2 all these are whole
-  // numbers but for the quarter.
+  // The root is over root + ulp / 2 where a is over root^2 + root ulp + ulp^2 / 4. In units of ulp^2 all these are
+  // whole numbers but for the quarter.
   double ulp = neighbour(root, true) - root;
   precise double half_way = root * ulp;
   if (rest > half_way) return neighbour(root, true);

@@ -59,8 +59,7 @@ Stop stop_at(int texel, int level, int side) {
   ivec2 visited = level > 0 ? block(texel, level - 1, side) : ivec2(0);
   Stop stop = Stop(node, Side(UNREACHED, UNREACHED, node), Side(UNREACHED, UNREACHED, node));
   // Two nodes on a ring are neighbours once; one has none.
-  if (bake.repeats ? last > 0 : node > 0)
-    stop.low = neighbour(texel, node > 0 ? node - 1 : last, level, visited, side);
+  if (bake.repeats ? last > 0 : node > 0) stop.low = neighbour(texel, node > 0 ? node - 1 : last, level, visited, side);
   if (bake.repeats ? last > 1 : node < last)
     stop.high = neighbour(texel, node < last ? node + 1 : 0, level, visited, side);
   return stop;
@@ -84,8 +83,7 @@ void main() {
     lower(vec2(column.high.far, 0), vec2(column.high.far, 0), level, column.high.node, row.node);
     lower(vec2(0, row.low.far), vec2(0, row.low.far), level, column.node, row.low.node);
     lower(vec2(0, row.high.far), vec2(0, row.high.far), level, column.node, row.high.node);
-    lower(vec2(column.low.near, row.low.near), vec2(column.low.far, row.low.far), level, column.low.node,
-          row.low.node);
+    lower(vec2(column.low.near, row.low.near), vec2(column.low.far, row.low.far), level, column.low.node, row.low.node);
     lower(vec2(column.high.near, row.low.near), vec2(column.high.far, row.low.far), level, column.high.node,
           row.low.node);
     lower(vec2(column.low.near, row.high.near), vec2(column.low.far, row.high.far), level, column.low.node,

@@ -4,8 +4,9 @@
 #include "bake_search.glsl"
 
 // The relaxed cone map of [PO07], to the bit as kernels/maps/bake_relaxed_po07.cpp has it: the ray from the top plate
-// over the owner, through the target, goes on below it until it leaves the relief. Nearly all pairs are done with in
-// float, which bounds their keys from below; what remains is walked again in double.
+// over the owner, through the target, goes on below it until it leaves the relief. Rays are walked in float, whose
+// error is bounded; double precision decides where that is not enough, and makes the keys of those that lower the least
+// one.
 
 double least_key;
 
@@ -43,33 +44,6 @@ float surface(vec2 position) {
   return mix(top, bottom, row.fraction);
 }
 
-float sum_of(vec2 v) { return abs(v.x) + abs(v.y); }
-
-// Whether the pair's key is no better than the least one, whatever float rounds.
-bool cannot_improve(vec2 offset, float distance2, float top) {
-  const float Z_ERROR = 5e-7;        // of heights along the ray
-  const float OFFSET_ERROR = 4e-7;   // a share of the way from the owner
-  const float PLACE_ERROR = 2.5e-7;  // and of the coordinate
-  if (top >= 1.0) return false;
-  float travel = 1.0 / (1.0 - top);
-  float step_share = 1.0 / float(bake.search_steps);
-  for (int i = 1;; ++i) {
-    float fallen = top * (float(i) * step_share);
-    float z = top - fallen;
-    float rise = z - owner_height + Z_ERROR;
-    if (rise <= 0.0) return true;
-    float scale = 1.0 + fallen * travel;
-    // Farther on the ray is lower and farther away, so that the key only grows.
-    if (distance2 * (scale * scale) >= limit * (rise * rise)) return true;
-    if (i == bake.search_steps) return false;
-    vec2 way = offset * scale;
-    vec2 place = vec2(owner) + way;
-    // A surface between heights of 0 and 1 is no steeper than 1 a texel along an axis.
-    float error = 2.0 * Z_ERROR + OFFSET_ERROR * sum_of(way) + PLACE_ERROR * sum_of(place);
-    if (surface(place) < z + error) return false;
-  }
-}
-
 struct ExactBetween {
   int low;
   int high;
@@ -103,38 +77,71 @@ double exact_surface(double x, double y) {
   return lerp(top, bottom, row.fraction);
 }
 
-// Whether a key is so much over the least one that rounding cannot have made it so.
-bool is_over_least(double distance2, double rise) {
-  const double MARGIN = 1.000000000001lf;
-  return distance2 > least_key * (rise * rise) * MARGIN;
+// A ray below its target. Steps count from the target, down to the bottom plate at search_steps.
+struct Ray {
+  ivec2 offset;  // texels from the owner to the target; under repeat to the nearest image, in (-side/2, side/2]
+  float distance2;
+  float top;     // the target's height
+  float travel;  // what the way from the owner grows by, as a share of that to the target, while z falls by 1
+};
+
+// What is exact at a step.
+struct ExactPoint {
+  double z;
+  double scale;
+};
+
+ExactPoint exact_point(Ray ray, int at) {
+  double top = double(ray.top);
+  precise double z = top * (1.0lf - divide(double(at), double(bake.search_steps)));
+  precise double scale = 1.0lf + (top - z) * divide(1.0lf, 1.0lf - top);
+  return ExactPoint(z, scale);
 }
 
-// The pair's key; any value from least_key on where it is not under it.
-double pair_key(dvec2 offset, double target_height) {
-  precise double height = double(owner_height);
-  precise double rise = target_height - height;
+bool exact_has_left(Ray ray, int at) {
+  ExactPoint point = exact_point(ray, at);
+  precise double x = double(owner.x) + double(ray.offset.x) * point.scale;
+  precise double y = double(owner.y) + double(ray.offset.y) * point.scale;
+  return exact_surface(x, y) < point.z;
+}
+
+// The cone's key where its ray leaves the relief at this step; 0: at the target.
+void lower_least(Ray ray, int at) {
+  ExactPoint point = ExactPoint(double(ray.top), 1.0lf);
+  if (at > 0) point = exact_point(ray, at);
+  precise double rise = point.z - double(owner_height);
+  if (rise <= 0.0lf) return;
+  dvec2 offset = dvec2(ray.offset);
   precise double distance2 = offset.x * offset.x * bake.weight_x + offset.y * offset.y * bake.weight_y;
-  precise double scale = 1.0lf;
-  // At the top plate itself the ray runs level and enters nothing: the cone ends at the target.
-  if (target_height < 1.0lf) {
-    double travel = divide(1.0lf, 1.0lf - target_height);
-    for (int i = 1;; ++i) {
-      precise double z = target_height * (1.0lf - divide(double(i), double(bake.search_steps)));
-      rise = z - height;
-      if (rise <= 0.0lf) return least_key;
-      scale = 1.0lf + (target_height - z) * travel;
-      if (is_over_least(distance2 * (scale * scale), rise)) return least_key;
-      precise double x = double(owner.x) + offset.x * scale;
-      precise double y = double(owner.y) + offset.y * scale;
-      if (i == bake.search_steps || exact_surface(x, y) < z) break;
-    }
-  }
-  precise double scaled2 = distance2 * (scale * scale);
+  precise double scaled2 = distance2 * (point.scale * point.scale);
   precise double rise2 = rise * rise;
-  return divide(scaled2, rise2);
+  double key = divide(scaled2, rise2);
+  if (key < least_key) set_least(key);
 }
 
-// The texels from one to another along an axis; under repeat to the nearest image, in (-side/2, side/2].
+float sum_of(vec2 v) { return abs(v.x) + abs(v.y); }
+
+// Goes a step down the ray. returns: whether that was its last, since it has left the relief or lowers no key any more
+bool is_last_step(Ray ray, int at) {
+  const float Z_ERROR = 5e-7;        // of heights along the ray
+  const float OFFSET_ERROR = 4e-7;   // a share of the way from the owner
+  const float PLACE_ERROR = 2.5e-7;  // and of the coordinate
+  float fallen = ray.top * (float(at) * bake.step_share);
+  float z = ray.top - fallen;
+  float rise = z - owner_height + Z_ERROR;
+  float scale = 1.0 + fallen * ray.travel;
+  // Farther on the ray is lower and farther away, so that the key only grows.
+  if (rise <= 0.0 || ray.distance2 * (scale * scale) >= limit * (rise * rise)) return true;
+  vec2 way = vec2(ray.offset) * scale;
+  vec2 place = vec2(owner) + way;
+  // A surface between heights of 0 and 1 is no steeper than 1 a texel along an axis.
+  float error = 2.0 * Z_ERROR + OFFSET_ERROR * sum_of(way) + PLACE_ERROR * sum_of(place);
+  float above = z - surface(place);
+  bool has_left = at == bake.search_steps || above > error || (above >= -error && exact_has_left(ray, at));
+  if (has_left) lower_least(ray, at);
+  return has_left;
+}
+
 int offset_between(int from, int to, int side) {
   int d = to - from;
   if (bake.repeats && 2 * d > side) d -= side;
@@ -144,12 +151,19 @@ int offset_between(int from, int to, int side) {
 
 void try_texel(ivec2 texel, vec2 texels, float top) {
   float rise = top - owner_height;
-  float distance2 = bake.aspect * texels.x * texels.x + texels.y * texels.y;
-  if (rise <= 0.0 || distance2 >= limit * rise * rise) return;
-  vec2 offset = vec2(offset_between(owner.x, texel.x, bake.size.x), offset_between(owner.y, texel.y, bake.size.y));
-  if (cannot_improve(offset, distance2, top)) return;
-  double key = pair_key(dvec2(offset), double(top));
-  if (key < least_key) set_least(key);
+  Ray ray;
+  ray.distance2 = bake.aspect * texels.x * texels.x + texels.y * texels.y;
+  if (rise <= 0.0 || ray.distance2 >= limit * rise * rise) return;
+  ray.offset = ivec2(offset_between(owner.x, texel.x, bake.size.x), offset_between(owner.y, texel.y, bake.size.y));
+  ray.top = top;
+  ray.travel = 1.0 / (1.0 - top);
+  // At the top plate itself the ray runs level and enters nothing: the cone ends at the target.
+  if (top >= 1.0) {
+    lower_least(ray, 0);
+    return;
+  }
+  for (int at = 1; !is_last_step(ray, at); ++at) {
+  }
 }
 
 void finish(ivec2 texel) { store_key(texel, least_key); }

@@ -120,8 +120,9 @@ Branch start_pyramid() {
   return Branch(bake.top_level, ivec2(0));
 }
 
-// Searches all pyramids, then stores the ratio. It is stored within the loop, by a turn of its own: a device that leaves
-// loops before their end, as llvmpipe does after 65,535 turns of all of them together, leaves CUT_SHORT in its place.
+// Searches all pyramids, then stores the ratio. It is stored within the loop, by a turn of its own: a device that
+// leaves loops before their end, as llvmpipe does after 65,535 turns of all of them together, leaves CUT_SHORT in its
+// place.
 void search() {
   pyramid = 0;
   Branch at = start_pyramid();

@@ -27,11 +27,11 @@ struct BakeResult {
   std::string reading{};  ///< what was read of the heightmap's file; "" of a procedural one
   int width = 0;
   int height = 0;
-  double bake_time_ns = 0;  ///< on the host's clock, of all of it
+  double bake_time_ns = 0;                  ///< on the host's clock, of all of it
   std::vector<ComputeTime> device_times{};  ///< of a GPU's bake, on its own clock
-  double mean_ratio = 0;    ///< of the ratios as stored; a map without ratios: 0
-  double closed_share = 0;  ///< of ratios that are stored as 0
-  std::size_t bytes = 0;    ///< of all textures
+  double mean_ratio = 0;                    ///< of the ratios as stored; a map without ratios: 0
+  double closed_share = 0;                  ///< of ratios that are stored as 0
+  std::size_t bytes = 0;                    ///< of all textures
   std::optional<MapVerdict> verdict;
   std::vector<std::filesystem::path> files;
 };
