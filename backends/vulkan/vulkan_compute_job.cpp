@@ -1,5 +1,6 @@
 #include "backends/vulkan/vulkan_compute_job.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstring>
@@ -9,7 +10,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::size_t kDispatchStride = 256;  // the greatest minStorageBufferOffsetAlignment that Vulkan allows
+constexpr std::size_t kStride = 256;  // the greatest minStorageBufferOffsetAlignment that Vulkan allows
 
 struct Access {
   VkPipelineStageFlags stage;
@@ -28,31 +29,41 @@ void barrier(const VulkanDevice& device, VkCommandBuffer commands, const Access&
   device.calls().vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 1, &memory, 0, nullptr, 0, nullptr);
 }
 
-void copy(const VulkanDevice& device, VkCommandBuffer commands, VkBuffer from, VkBuffer to, std::size_t bytes) {
-  const VkBufferCopy all{.size = bytes};
-  device.calls().vkCmdCopyBuffer(commands, from, to, 1, &all);
-}
-
 const VulkanCompute& pipeline_of(const ComputePass& pass) {
   assert(pass.pipeline);
   return static_cast<const VulkanCompute&>(*pass.pipeline);
 }
 
-DeviceBuffer make_buffer(const VulkanDevice& device, const ComputeBuffer& buffer) {
-  assert(buffer.contents.empty() || buffer.contents.size() == buffer.bytes);
+/// Where the buffers begin in one that holds them all; its size last.
+std::vector<VkDeviceSize> offsets_of(const VulkanDevice& device, const std::vector<ComputeBuffer>& buffers) {
   const std::uint32_t limit = device.physical().properties.limits.maxStorageBufferRange;
-  if (buffer.bytes > limit) fail_limit(device, "bytes in a buffer", buffer.bytes, limit);
-  return make_device_buffer(
-      device, buffer.bytes,
-      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+  std::vector<VkDeviceSize> offsets{0};
+  for (const ComputeBuffer& buffer : buffers) {
+    assert(buffer.contents.empty() || buffer.contents.size() == buffer.bytes);
+    if (buffer.bytes > limit) fail_limit(device, "bytes in a buffer", buffer.bytes, limit);
+    offsets.push_back(offsets.back() + (buffer.bytes + kStride - 1) / kStride * kStride);
+  }
+  return offsets;
+}
+
+std::size_t bytes_to_upload(const std::vector<ComputeBuffer>& buffers) {
+  std::size_t bytes = 0;
+  for (const ComputeBuffer& buffer : buffers) bytes += buffer.contents.size();
+  return bytes;
 }
 
 }  // namespace
 
 VulkanComputeJob::VulkanComputeJob(const VulkanDevice& device, const ComputeJob& job)
-    : device_(device), job_(job), stamps_(device, static_cast<std::uint32_t>(job.passes.size() + 2)) {
-  for (const ComputeBuffer& buffer : job.buffers) buffers_.push_back(make_buffer(device, buffer));
-  dispatches_ = make_host_buffer(device, job.passes.size() * kDispatchStride, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0);
+    : device_(device),
+      job_(job),
+      offsets_(offsets_of(device, job.buffers)),
+      buffers_(make_device_buffer(
+          device, offsets_.back(),
+          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT)),
+      dispatches_(make_host_buffer(device, job.passes.size() * kStride, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0)),
+      stamps_(device, static_cast<std::uint32_t>(job.passes.size() + 2)),
+      staged_(make_host_buffer(device, bytes_to_upload(job.buffers), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, 0)) {
   make_sets();
 }
 
@@ -90,11 +101,13 @@ void VulkanComputeJob::make_sets() {
                                          .pBufferInfo = &buffer};
       device_.calls().vkUpdateDescriptorSets(device_.handle(), 1, &written, 0, nullptr);
     };
-    write(kDispatchBinding,
-          {.buffer = dispatches_.buffer.get(), .offset = i * kDispatchStride, .range = kDispatchStride});
+    write(kDispatchBinding, {.buffer = dispatches_.buffer.get(), .offset = i * kStride, .range = kStride});
     int binding = kFirstBufferBinding;
-    for (const int buffer : pass.buffers)
-      write(binding++, {.buffer = buffers_[static_cast<std::size_t>(buffer)].buffer.get(), .range = VK_WHOLE_SIZE});
+    for (const int place : pass.buffers) {
+      const auto buffer = static_cast<std::size_t>(place);
+      write(binding++,
+            {.buffer = buffers_.buffer.get(), .offset = offsets_[buffer], .range = job_.buffers[buffer].bytes});
+    }
   }
 }
 
@@ -123,7 +136,6 @@ void VulkanComputeJob::submit() {
   const VkCommandBuffer recorded = recording_->end();
   device_.run({&recorded, 1});
   recording_.reset();
-  staged_.clear();
   for (std::size_t i = 0; i < parts_.size() && stamps_.available(); ++i)
     add_time(times_, parts_[i], stamps_.elapsed_ns(static_cast<std::uint32_t>(i)));
   parts_.clear();
@@ -131,13 +143,17 @@ void VulkanComputeJob::submit() {
 
 void VulkanComputeJob::upload() {
   begin_part("upload");
-  for (std::size_t i = 0; i < buffers_.size(); ++i) {
+  std::vector<VkBufferCopy> copies;
+  VkDeviceSize staged = 0;
+  for (std::size_t i = 0; i < job_.buffers.size(); ++i) {
     const std::span<const std::byte> bytes = job_.buffers[i].contents;
     if (bytes.empty()) continue;
-    staged_.push_back(make_host_buffer(device_, bytes.size(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, 0));
-    std::memcpy(staged_.back().bytes.data(), bytes.data(), bytes.size());
-    copy(device_, commands(), staged_.back().buffer.get(), buffers_[i].buffer.get(), bytes.size());
+    std::ranges::copy(bytes, staged_.bytes.begin() + static_cast<std::ptrdiff_t>(staged));
+    copies.push_back({.srcOffset = staged, .dstOffset = offsets_[i], .size = bytes.size()});
+    staged += bytes.size();
   }
+  device_.calls().vkCmdCopyBuffer(commands(), staged_.buffer.get(), buffers_.buffer.get(),
+                                  static_cast<std::uint32_t>(copies.size()), copies.data());
   barrier(device_, commands(), kCopied, kComputing);
 }
 
@@ -146,7 +162,7 @@ void VulkanComputeJob::dispatch(std::size_t pass, int first_row, int rows) {
   const VulkanCompute& pipeline = pipeline_of(what);
   // Written before the submit that reads it, which makes it visible; no earlier one reads it any more.
   const std::array<int, 2> values{first_row, what.argument};
-  std::memcpy(dispatches_.bytes.data() + pass * kDispatchStride, values.data(), sizeof values);
+  std::memcpy(dispatches_.bytes.data() + pass * kStride, values.data(), sizeof values);
   begin_part(what.part);
   const VolkDeviceTable& vk = device_.calls();
   barrier(device_, commands(), kComputed, kComputing);
@@ -177,7 +193,8 @@ std::vector<std::byte> VulkanComputeJob::read_back() {
       make_host_buffer(device_, bytes, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
   begin_part("read_back");
   barrier(device_, commands(), kComputed, kCopying);
-  copy(device_, commands(), buffers_[result].buffer.get(), staging.buffer.get(), bytes);
+  const VkBufferCopy all{.srcOffset = offsets_[result], .size = bytes};
+  device_.calls().vkCmdCopyBuffer(commands(), buffers_.buffer.get(), staging.buffer.get(), 1, &all);
   barrier(device_, commands(), kCopied, kRead);
   submit();
   return {staging.bytes.begin(), staging.bytes.end()};

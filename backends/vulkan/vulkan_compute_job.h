@@ -30,12 +30,13 @@ class VulkanComputeJob {
 
   const VulkanDevice& device_;
   const ComputeJob& job_;
-  std::vector<DeviceBuffer> buffers_;
-  HostBuffer dispatches_;  ///< what a pass finds at kDispatchBinding, kDispatchStride apart
+  std::vector<VkDeviceSize> offsets_;  ///< of the job's buffers in the one that holds them all
+  DeviceBuffer buffers_;
+  HostBuffer dispatches_;  ///< what a pass finds at kDispatchBinding, kStride apart
   Owned<VkDescriptorPool, &VolkDeviceTable::vkDestroyDescriptorPool> pool_;
   std::vector<VkDescriptorSet> sets_;  ///< the pool's, one a pass
   Timestamps stamps_;
-  std::vector<HostBuffer> staged_;  ///< what the next submit uploads
+  HostBuffer staged_;  ///< what the first submit uploads
   std::optional<Commands> recording_;
   std::vector<std::string_view> parts_;  ///< of the next submit, a pair of stamps each
   bool is_in_part_ = false;
