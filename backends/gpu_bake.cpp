@@ -73,6 +73,7 @@ struct Search {
   std::string_view shader;  ///< name of the .comp file
   bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
   Footpoint footpoint = kNearest;
+  bool group_a_texel = false;  ///< a workgroup for each texel; else for 8 x 8
 };
 constexpr Search kConservative{.shader = "bake_exact"};
 constexpr Search kRelaxed{.shader = "bake_exact", .quadrants = true};
@@ -86,7 +87,9 @@ struct Row {
 constexpr std::array kRows{
     Row{.kind = MapKind::conservative, .search = kConservative},
     Row{.kind = MapKind::relaxed, .search = kRelaxed},
-    Row{.kind = MapKind::relaxed_po07, .search = {.shader = "bake_relaxed_po07"}, .needs_doubles = true},
+    Row{.kind = MapKind::relaxed_po07,
+        .search = {.shader = "bake_relaxed_po07", .group_a_texel = true},
+        .needs_doubles = true},
     Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = kNearest}},
     Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = kUnvisited}},
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = kCentre}},
@@ -194,7 +197,12 @@ class BakePasses {
                              .groups_z = pyramids,
                              .argument = level});
     add_pass("search", search.shader, {bake, heights_, quads, ratios});
-    job_.passes.back().may_be_long = may_be_long_;
+    ComputePass& pass = job_.passes.back();
+    pass.may_be_long = may_be_long_;
+    if (search.group_a_texel) {
+      pass.groups_x = request_.heights.width;
+      pass.groups_y = request_.heights.height;
+    }
     return ratios;
   }
 

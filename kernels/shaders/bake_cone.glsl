@@ -21,9 +21,17 @@ float node_at(int pyramid, int level, ivec2 node) {
 }
 float height_at(ivec2 texel) { return heights[index_of(texel)]; }
 
-float owner_height;  // of the texel whose cone it is
-float limit;         // keys from here on are no better than the best
+ivec2 owner;  // the texel whose cone it is
+float owner_height;
+float limit;  // keys from here on are no better than the best
 
 #ifdef HAS_DOUBLES
 void store_key(ivec2 texel, double key) { ratios[index_of(texel)] = rounded_down(divide(square_root(key), bake.side)); }
 #endif
+
+// From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
+float distance_to(float offset, float reach, float side) {
+  float middle = abs(offset);
+  if (bake.repeats) middle = min(middle, side - middle);
+  return max(middle - reach, 0.0);
+}

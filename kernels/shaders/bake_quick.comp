@@ -73,7 +73,7 @@ void lower(vec2 near, vec2 far, int level, int column, int row) {
 }
 
 void main() {
-  ivec2 owner = own_texel();
+  owner = own_texel();
   if (is_outside(owner)) return;
   start(owner);
   for (int level = 0; level < bake.top_level; ++level) {

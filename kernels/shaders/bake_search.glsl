@@ -2,7 +2,6 @@
 // key: see kernels/maps/cone_search.cpp. The including file defines try_texel and
 // finish.
 
-ivec2 owner;
 int pyramid;   // the one that is searched
 ivec2 facing;  // signs of its quadrant; 0: all texels count
 
@@ -11,13 +10,9 @@ void try_texel(ivec2 texel, vec2 texels, float top);
 // Stores the owner's ratio.
 void finish(ivec2 owner);
 
-// From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
-float distance_to(float offset, float reach, float side, int sign) {
-  if (sign == 0) {
-    float middle = abs(offset);
-    if (bake.repeats) middle = min(middle, side - middle);
-    return max(middle - reach, 0.0);
-  }
+// distance_to, in the direction of `sign` alone unless that is 0.
+float distance_towards(float offset, float reach, float side, int sign) {
+  if (sign == 0) return distance_to(offset, reach, side);
   const float NEVER = 1e9;
   float first = float(sign) * offset - reach;
   float last = float(sign) * offset + reach;
@@ -44,8 +39,10 @@ Promising look(Branch at) {
   float reach = 0.5 * (size - 1.0);
   vec2 side = vec2(bake.size);
   vec2 first = vec2(2 * at.quad) * size + reach - vec2(owner);
-  vec2 x = vec2(distance_to(first.x, reach, side.x, facing.x), distance_to(first.x + size, reach, side.x, facing.x));
-  vec2 y = vec2(distance_to(first.y, reach, side.y, facing.y), distance_to(first.y + size, reach, side.y, facing.y));
+  vec2 x = vec2(distance_towards(first.x, reach, side.x, facing.x),
+                distance_towards(first.x + size, reach, side.x, facing.x));
+  vec2 y = vec2(distance_towards(first.y, reach, side.y, facing.y),
+                distance_towards(first.y + size, reach, side.y, facing.y));
   vec2 x2 = bake.aspect * x * x;
   vec2 y2 = y * y;
   vec4 rise = max(tops - owner_height, 0.0);
@@ -106,8 +103,8 @@ void try_neighbours() {
     for (int x = -1; x <= 1; ++x) {
       ivec2 texel = wrapped(owner + ivec2(x, y));
       vec2 offset = vec2(texel - owner);
-      vec2 texels = vec2(distance_to(offset.x, 0.0, float(bake.size.x), facing.x),
-                         distance_to(offset.y, 0.0, float(bake.size.y), facing.y));
+      vec2 texels = vec2(distance_towards(offset.x, 0.0, float(bake.size.x), facing.x),
+                         distance_towards(offset.y, 0.0, float(bake.size.y), facing.y));
       try_texel(texel, texels, node_at(pyramid, 0, texel));
     }
 }
