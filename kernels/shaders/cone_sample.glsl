@@ -52,25 +52,41 @@ vec2 sample_min4(vec2 uv, int level, inout int taps) {
   return vec2(height, min(min(ratios.x, ratios.y), min(ratios.z, ratios.w)));
 }
 
+// What the sampler's results may be off by, beside its weights.
+float filter_error() { return float(FILTER_ERROR) * FILTER_UNIT; }
+
+// The surface as high and the cone as narrow as they may be then.
+Relief cautious(float height, float stored) {
+  float narrowest = ENCODING == ENCODING_ATAN ? min(stored + filter_error(), 1.0) : max(stored - filter_error(), 0.0);
+  return Relief(height + filter_error(), decoded_ratio(narrowest, height - filter_error()), 0.0);
+}
+
 // The map under the ray at t, as a technique with this shape reads it.
 Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
   vec2 uv = ray.uv + ray.slope * t;
   if (CONE_FETCH == CONE_FETCH_MIN4) {
     vec2 cone = sample_min4(uv, ray.level, taps);
+    if (FILTER_ERROR != FILTER_ERROR_NONE) cone.x += filter_error();  // its ratios are gathered
     return Relief(cone.x, cone.y, 0.0);
   }
   vec4 texel = sample_map(relief_map, uv, ray.level, taps);
   vec4 stored = texel.yyyy;
   if (LAYOUT == LAYOUT_SPLIT) stored = sample_map(extra_map, uv, ray.level, taps);
   Relief relief = Relief(texel.x, decoded_ratio(stored[channel], texel.x), 0.0);
+  if (FILTER_ERROR != FILTER_ERROR_NONE) relief = cautious(texel.x, stored[channel]);
   if (shape == SHAPE_SAFETY) relief.radius = decoded_ratio(stored.y, texel.x);
   return relief;
 }
 
+// How far beside a point (in uv) the sampler may read the map: the cone that it shows stands there.
+float filter_shift(int level) { return float(FILTER_SHIFT) * FILTER_UNIT * length(1.0 / vec2(level_size(level))); }
+
 // How far (in t) the ray may go from `gap` above the surface. A ray straight down meets its own texel, cone or not.
-float free_step(Relief relief, float gap, float ray_ratio, int shape) {
-  if (ray_ratio == 0.0) return gap;
-  float cone = relief.ratio * gap / (ray_ratio + relief.ratio);
+float free_step(Ray ray, Relief relief, float gap, float ray_ratio, int shape) {
+  if (ray_ratio == 0.0) return max(gap, 0.0);
+  float reach = relief.ratio * gap;
+  if (FILTER_SHIFT != FILTER_SHIFT_NONE) reach = max(reach - filter_shift(ray.level), 0.0);
+  float cone = reach / (ray_ratio + relief.ratio);
   return shape == SHAPE_SAFETY ? max(cone, relief.radius / ray_ratio) : cone;
 }
 #endif
