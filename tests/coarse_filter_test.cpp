@@ -80,7 +80,7 @@ TEST_F(CoarselyFilteredRun, is_marked_at_the_pick) {
 }
 
 TEST_F(CoarselyFilteredRun, is_marked_on_the_page) {
-  const Run run = load_run(run_);
+  const reliefbench::Run run = load_run(run_);
   const nlohmann::json data = report_data(std::span(&run, 1));
   EXPECT_EQ(data.at("runs").at(0).at("filter_notes").size(), 1U);
   int marked = 0;

@@ -16,6 +16,8 @@ namespace {
 
 /// Where an NVIDIA H200's 8 bits broke guarantees.
 constexpr std::array<std::string_view, 4> kFoundOnH200{"checker", "depth_10", "grazing_0.1", "grazing_1"};
+/// Of these, the two that say most in little time; `stress --simulate-filter` has the others.
+constexpr std::array<std::string_view, 2> kBrief{"checker", "grazing_1"};
 
 std::vector<SimulatedFilter> simulated_filters(std::initializer_list<int> bits) {
   std::vector<SimulatedFilter> list;
@@ -66,18 +68,14 @@ std::vector<Settings> sampled_promises() {
   return {sampled("cone"),
           sampled("cone", {{"step", "plain"}}),
           sampled("cone", {{"correction", "min4"}}),
-          sampled("cone", {{"format", "rg8"}}),
-          sampled("cone", {{"format", "rg16f"}, {"encoding", "atan"}}),
-          sampled("cone", {{"encoding", "h_tan"}}),
-          sampled("cone", {{"lod", "footprint"}}),
+          sampled("cone", {{"format", "rg8"}, {"encoding", "atan"}}),
+          sampled("cone", {{"lod", "footprint"}, {"encoding", "h_tan"}}),
           sampled("quad_cone")};
 }
 
-std::vector<Extreme> found_on_h200() {
+std::vector<Extreme> extremes_of(std::span<const std::string_view> ids) {
   std::vector<Extreme> list = built_in_extremes().list;
-  std::erase_if(list, [](const Extreme& extreme) {
-    return std::ranges::find(kFoundOnH200, extreme.id) == kFoundOnH200.end();
-  });
+  std::erase_if(list, [&](const Extreme& extreme) { return std::ranges::find(ids, extreme.id) == ids.end(); });
   return list;
 }
 
@@ -106,7 +104,7 @@ TEST_P(SimulatedFilterTest, breaks_guarantees_unless_its_shift_is_made_up_for) {
       const std::vector<FilterAudit> audits = audit_filter(*rig.backend, rig.row.dialect, simulated);
       int without = 0;
       for (const Settings& settings : {sampled("cone"), sampled("quad_cone")})
-        for (const Extreme& extreme : found_on_h200()) {
+        for (const Extreme& extreme : extremes_of(kFoundOnH200)) {
           const ExtremeTrace trace(extreme, settings);
           const int here = trace.broken(rig, {.simulated = simulated});
           RecordProperty(fmt::format("{}_{}_{}", settings.technique().id, extreme.id, filter_text(simulated)), here);
@@ -128,7 +126,7 @@ TEST_P(SimulatedFilterTest, keeps_every_guarantee) {
       audits.push_back(audit_filter(*rig.backend, rig.row.dialect, simulated));
     for (const Settings& settings : sampled_promises()) {
       ASSERT_TRUE(makes_up_for_filter(settings)) << settings.text();
-      for (const Extreme& extreme : found_on_h200()) {
+      for (const Extreme& extreme : extremes_of(kBrief)) {
         const ExtremeTrace trace(extreme, settings);
         for (std::size_t i = 0; i < samplers.size(); ++i)
           EXPECT_EQ(trace.broken(rig, {.error = error_of(audits[i], settings), .simulated = samplers[i]}), 0)

@@ -78,15 +78,17 @@ Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
   return relief;
 }
 
-// How far beside a point (in uv) the sampler may read the map: the cone that it shows stands there.
-float filter_shift(int level) { return float(FILTER_SHIFT) * FILTER_UNIT * length(1.0 / vec2(level_size(level))); }
+// How much of `gap` is sure where the sampler may read the map FILTER_SHIFT texels beside the ray, along each axis. The
+// cone that it shows stands up to that far away (in uv), and so holds one that stands here, with a higher apex.
+float sure_gap(Ray ray, Relief relief, float gap) {
+  float shift = float(FILTER_SHIFT) * FILTER_UNIT * length(1.0 / vec2(level_size(ray.level)));
+  return relief.ratio > 0.0 ? max(gap - shift / relief.ratio, 0.0) : 0.0;
+}
 
 // How far (in t) the ray may go from `gap` above the surface. A ray straight down meets its own texel, cone or not.
-float free_step(Ray ray, Relief relief, float gap, float ray_ratio, int shape) {
-  if (ray_ratio == 0.0) return max(gap, 0.0);
-  float reach = relief.ratio * gap;
-  if (FILTER_SHIFT != FILTER_SHIFT_NONE) reach = max(reach - filter_shift(ray.level), 0.0);
-  float cone = reach / (ray_ratio + relief.ratio);
+float free_step(Relief relief, float gap, float ray_ratio, int shape) {
+  if (ray_ratio == 0.0) return gap;
+  float cone = relief.ratio * gap / (ray_ratio + relief.ratio);
   return shape == SHAPE_SAFETY ? max(cone, relief.radius / ray_ratio) : cone;
 }
 #endif

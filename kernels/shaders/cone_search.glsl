@@ -13,17 +13,15 @@ struct ConeSearch {
 };
 
 // Whether the ray has come to the surface. An exact solution needs no tolerance, which could stop a grazing ray short
-// of a touch. A sampler that may read beside the ray cannot tell: the solution alone does, or that no step is safe.
-// step_t: the free step from here
-bool has_arrived(ConeSearch search, float t, float gap, float step_t) {
-  if (FILTER_SHIFT != FILTER_SHIFT_NONE)
-    return t == 1.0 || (!search.solves_surface && (gap <= ARRIVED || step_t == 0.0));
+// of a touch, and it alone tells where the sampler may read beside the ray.
+bool has_arrived(ConeSearch search, float t, float gap) {
+  if (FILTER_SHIFT != FILTER_SHIFT_NONE && search.solves_surface) return t == 1.0;
   return gap <= (search.solves_surface ? 0.0 : ARRIVED);
 }
 
 // Where the next look is taken. A cell that holds the hit ends the search.
-float next_t(Ray ray, ConeSearch search, float step_t, inout Hit hit) {
-  float t_next = hit.t + step_t;
+float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_ratio, inout Hit hit) {
+  float t_next = hit.t + free_step(relief, gap, ray_ratio, search.shape);
   if (search.leaves_cell) {
     Cell cell = cell_ahead(ray, hit.t);
     if (t_next < cell.t_border) {
@@ -53,9 +51,10 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
   for (int i = 0; i <= search.max_steps; ++i) {
     Relief relief = sample_relief(ray, hit.t, search.shape, channel, hit.taps);
     float gap = (1.0 - hit.t) - relief.height;
-    float step_t = free_step(ray, relief, gap, ray_ratio, search.shape);
+    float sure = gap;
+    if (FILTER_SHIFT != FILTER_SHIFT_NONE) sure = sure_gap(ray, relief, gap);
     if (hit.status == STATUS_STEP_CAP) {
-      if (has_arrived(search, hit.t, gap, step_t)) {
+      if (has_arrived(search, hit.t, sure)) {
         hit.status = STATUS_HIT;
         pierced = gap <= 0.0 && hit.t > bracket.lo;
         bracket.hi = hit.t;
@@ -64,7 +63,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         hit.steps += 1;
         bracket.lo = hit.t;
         bracket.gap_lo = gap;
-        hit.t = next_t(ray, search, step_t, hit);
+        hit.t = next_t(ray, search, relief, sure, ray_ratio, hit);
       }
     }
     if (LOOP == LOOP_EARLY_EXIT && hit.status == STATUS_HIT) break;
