@@ -89,7 +89,9 @@ double filter_value_error(std::span<const float> values, double low, double step
   const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(values.size()))));
   double worst = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double way = static_cast<double>(i % side + i / side) / static_cast<double>(side);
+    const std::size_t row = i / side;
+    const std::size_t column = i % side;
+    const double way = static_cast<double>(row + column) / static_cast<double>(side);
     worst = std::max(worst, std::abs(static_cast<double>(values[i]) - (low + way * step)));
   }
   const double beyond = worst - 2 * shift * step;

@@ -39,8 +39,8 @@ struct FilterAudit {
   FilterPrecision precision{};
 };
 
-/// Draws a few texels of every type that maps are stored in, enlarged by 2^14, and looks at what comes out. Some drivers
-/// weigh 8-bit texels more coarsely than others, some more coarsely than they report, and some round the result.
+/// Draws a few texels of every type that maps are stored in, enlarged by 2^14, and looks at what comes out. Some
+/// drivers weigh texels of 8 bits more coarsely than others or than they report, and some round the result.
 /// simulated: the sampler to look at in place of the device's
 [[nodiscard]] std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect,
                                                     const SimulatedFilter& simulated = {});

@@ -8,6 +8,7 @@
 #include "kernels/judge/score.h"
 #include "kernels/trace/guarantee.h"
 #include "tests/technique_rig.h"
+#include "tuner/measure/run_info.h"
 #include "tuner/measure/stress.h"
 #include "tuner/plan/extremes.h"
 
@@ -136,6 +137,20 @@ TEST_P(SimulatedFilterTest, keeps_every_guarantee) {
   });
 }
 
+TEST_P(SimulatedFilterTest, a_session_looks_at_its_filter_and_keeps_what_it_saw) {
+  WallSplit split;
+  Session session(row(), row().devices().front().index, split, false);
+  const Settings settings = sampled("cone");
+  EXPECT_EQ(session.filter_audit().size(), 4U);
+  EXPECT_EQ(session.sampler_of(settings).error.shift, error_of(session.filter_audit(), settings).shift);
+  EXPECT_EQ(device_json(session).at("filter").size(), 4U);
+  const std::string key = session.sampler_key(settings);
+  session.simulate_filter({.bits = 6, .rounds = false});
+  EXPECT_GE(session.sampler_of(settings).error.shift, 1.0 / 64);
+  EXPECT_NE(session.sampler_key(settings), key);
+  EXPECT_EQ(session.sampler_key(sampled("relaxed_cone")), "");
+}
+
 // Where nothing is guaranteed there is nothing to make up for: the papers' own steps stay as they are.
 TEST(SimulatedFilter, is_made_up_for_by_what_guarantees_something) {
   EXPECT_FALSE(makes_up_for_filter(settings_of("cone", {{"filter", "manual"}})));
@@ -145,7 +160,7 @@ TEST(SimulatedFilter, is_made_up_for_by_what_guarantees_something) {
   for (const Technique& technique : techniques()) {
     const Settings settings(technique);
     const auto constants = constants_of(&settings, Wrap::repeat, {.error = {.shift = 0.25, .value = 0.5}});
-    const auto shift = std::ranges::find(constants, std::uint32_t{kFilterShiftConstant}, &SpecConstant::id);
+    const auto shift = std::ranges::find(constants, std::uint32_t{kSamplerShiftConstant}, &SpecConstant::id);
     EXPECT_EQ(shift != constants.end(), makes_up_for_filter(settings)) << technique.id;
   }
 }

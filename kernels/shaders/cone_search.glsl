@@ -15,7 +15,7 @@ struct ConeSearch {
 // Whether the ray has come to the surface. An exact solution needs no tolerance, which could stop a grazing ray short
 // of a touch, and it alone tells where the sampler may read beside the ray.
 bool has_arrived(ConeSearch search, float t, float gap) {
-  if (FILTER_SHIFT != FILTER_SHIFT_NONE && search.solves_surface) return t == 1.0;
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == 1.0;
   return gap <= (search.solves_surface ? 0.0 : ARRIVED);
 }
 
@@ -52,7 +52,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
     Relief relief = sample_relief(ray, hit.t, search.shape, channel, hit.taps);
     float gap = (1.0 - hit.t) - relief.height;
     float sure = gap;
-    if (FILTER_SHIFT != FILTER_SHIFT_NONE) sure = sure_gap(ray, relief, gap);
+    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(ray, relief, gap);
     if (hit.status == STATUS_STEP_CAP) {
       if (has_arrived(search, hit.t, sure)) {
         hit.status = STATUS_HIT;

@@ -37,7 +37,7 @@ enum ConeFetch { kBilinear, kMin4 };
 enum SimulatedWeights { kRounded, kTruncated };
 
 /// What filter errors are counted in.
-constexpr float kFilterUnit = 0x1p-24F;
+constexpr float kSamplerUnit = 0x1p-24F;
 
 struct Choice {
   std::string_view id;
@@ -106,8 +106,8 @@ std::string shared_lines(std::string_view name, int id, std::span<const Choice> 
 }
 
 /// On the safe side.
-std::int32_t in_filter_units(double error) {
-  return static_cast<std::int32_t>(std::ceil(error / static_cast<double>(kFilterUnit)));
+std::int32_t in_sampler_units(double error) {
+  return static_cast<std::int32_t>(std::ceil(error / static_cast<double>(kSamplerUnit)));
 }
 
 Layout layout_of(const Format& format) {
@@ -151,9 +151,9 @@ std::string shared_contract() {
   for (const Param* param : shared_params()) text += param_lines(*param);
   text += shared_lines("layout", kLayoutConstant, kLayouts);
   text += shared_lines("cone_fetch", kConeFetchConstant, kConeFetches);
-  text += shared_lines("filter_shift", kFilterShiftConstant, kNone);
-  text += shared_lines("filter_error", kFilterErrorConstant, kNone);
-  text += float_line("FILTER_UNIT", kFilterUnit, "of FILTER_SHIFT, in texels, and FILTER_ERROR");
+  text += shared_lines("sampler_shift", kSamplerShiftConstant, kNone);
+  text += shared_lines("sampler_error", kSamplerErrorConstant, kNone);
+  text += float_line("SAMPLER_UNIT", kSamplerUnit, "of SAMPLER_SHIFT, in texels, and SAMPLER_ERROR");
   text += shared_lines("simulated_bits", kSimulatedBitsConstant, kNone);
   text += shared_lines("simulated_weights", kSimulatedWeightsConstant, kSimulatedWeights);
   text += "\n" + choice_lines("status", kStatuses) + "\n";
@@ -187,8 +187,8 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap, cons
     constants.push_back({.id = kLayoutConstant, .value = layout_of(storage.format)});
   }
   if (makes_up_for_filter(*settings)) {
-    constants.push_back({.id = kFilterShiftConstant, .value = in_filter_units(error.shift)});
-    constants.push_back({.id = kFilterErrorConstant, .value = in_filter_units(error.value)});
+    constants.push_back({.id = kSamplerShiftConstant, .value = in_sampler_units(error.shift)});
+    constants.push_back({.id = kSamplerErrorConstant, .value = in_sampler_units(error.value)});
   }
   return constants;
 }

@@ -19,8 +19,8 @@ enum SharedConstant : int {
   kLoopConstant,
   kLayoutConstant,
   kConeFetchConstant,
-  kFilterShiftConstant,
-  kFilterErrorConstant,
+  kSamplerShiftConstant,
+  kSamplerErrorConstant,
   kSimulatedBitsConstant,
   kSimulatedWeightsConstant
 };

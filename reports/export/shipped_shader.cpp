@@ -85,7 +85,7 @@ std::string guarantee_lines(const Settings& settings) {
     if (guarantee != Guarantee::none && !row->caveat.empty()) text += fmt::format(", {}", row->caveat);
   if (makes_up_for_filter(settings))
     text += fmt::format(
-        " (FILTER_SHIFT, here 1/{} texel along each axis: weights of 8 bits, rounded or cut off; `reliefbench devices "
+        " (SAMPLER_SHIFT, here 1/{} texel along each axis: weights of 8 bits, rounded or cut off; `reliefbench devices "
         "--audit` shows a device's)",
         1 / kShippedSampler.error.shift);
   if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);

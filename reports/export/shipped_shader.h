@@ -9,8 +9,8 @@
 
 namespace reliefbench {
 
-/// What a shipped shader makes up for, since it runs on devices that were not measured: weights of 8 bits, rounded or cut
-/// off. GPUs have no fewer.
+/// What a shipped shader makes up for, since it runs on devices that were not measured: weights of 8 bits, rounded or
+/// cut off. GPUs have no fewer.
 inline constexpr MapSampler kShippedSampler{.error = {.shift = 0x1p-8}};
 
 /// A texture that a shipped shader binds.

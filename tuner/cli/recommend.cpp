@@ -185,7 +185,8 @@ Exit recommend_command(const RecommendArguments& arguments) {
   const std::vector<Answer> answers = recommend(stored.records, question);
   if (arguments.json) {
     nlohmann::json json = answers_json(answers, question);
-    for (std::size_t i = 0; i < answers.size(); ++i) json["answers"][i]["filter_note"] = filter_note(answers[i], stored);
+    for (std::size_t i = 0; i < answers.size(); ++i)
+      json["answers"][i]["filter_note"] = filter_note(answers[i], stored);
     fmt::print("{}\n", json.dump(2));
     return exit_of(answers);
   }

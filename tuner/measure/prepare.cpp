@@ -112,10 +112,9 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
   record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
-  record.timing_key = stage_key(
-      {bake_stage(record.map), "encode", "pack", "trace", "harness"},
-      {record.scene_key.hex, setting_id(settings), shade.spirv_sha256, session.sampler_key(settings), device.backend,
-       device.name, device.driver});
+  record.timing_key = stage_key({bake_stage(record.map), "encode", "pack", "trace", "harness"},
+                                {record.scene_key.hex, setting_id(settings), shade.spirv_sha256,
+                                 session.sampler_key(settings), device.backend, device.name, device.driver});
   if (draw_ns > context_.timeout_s * 1e9) {
     record.status = Status::timeout;
     record.reason =

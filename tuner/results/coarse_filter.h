@@ -8,8 +8,8 @@
 
 namespace reliefbench {
 
-/// A device whose sampler filters some types of texel more coarsely than GPUs do: errors that it showed of settings that
-/// read them with filter=hardware are its own, and a GPU's are less.
+/// A device whose sampler filters some types of texel more coarsely than GPUs do: errors that it showed of settings
+/// that read them with filter=hardware are its own, and a GPU's are less.
 class CoarseFilter {
  public:
   /// A device that filters as GPUs do.
