@@ -78,10 +78,12 @@ Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
   return relief;
 }
 
-// How much of `gap` is sure where the sampler may read the map SAMPLER_SHIFT texels beside the ray, along each axis.
-// The cone that it shows stands up to that far away (in uv), and so holds one that stands here, with a higher apex.
-float sure_gap(Ray ray, Relief relief, float gap) {
-  float shift = float(SAMPLER_SHIFT) * SAMPLER_UNIT * length(1.0 / vec2(level_size(ray.level)));
+// How far (in uv) beside the ray the sampler may read the map: SAMPLER_SHIFT texels along each axis.
+float sampler_shift(int level) { return float(SAMPLER_SHIFT) * SAMPLER_UNIT * length(1.0 / vec2(level_size(level))); }
+
+// How much of `gap` is sure then: the cone that is shown stands up to `shift` away, and so holds one that stands here,
+// with a higher apex.
+float sure_gap(Relief relief, float gap, float shift) {
   return relief.ratio > 0.0 ? max(gap - shift / relief.ratio, 0.0) : 0.0;
 }
 

@@ -45,6 +45,8 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
   hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   float ray_ratio = length(ray.slope);
   int channel = ratio_channel(search.shape, ray.slope);
+  float shift = 0.0;
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(ray.level);
   bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   bool pierced = false;
   // One look more than there are steps: a hit exactly at the cap is a hit.
@@ -52,7 +54,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
     Relief relief = sample_relief(ray, hit.t, search.shape, channel, hit.taps);
     float gap = (1.0 - hit.t) - relief.height;
     float sure = gap;
-    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(ray, relief, gap);
+    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief, gap, shift);
     if (hit.status == STATUS_STEP_CAP) {
       if (has_arrived(search, hit.t, sure)) {
         hit.status = STATUS_HIT;
