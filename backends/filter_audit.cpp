@@ -1,6 +1,7 @@
 #include "backends/filter_audit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,29 +13,52 @@ namespace reliefbench {
 namespace {
 
 constexpr int kSide_px = 128;  // filter.frag's
-static_assert(kSide_px * kSide_px == 1 << kMostFilterBits);
+constexpr Attachment kShown{.name = "out_shown", .layout = {.type = TexelType::float32, .channels = 2}};
+constexpr int kPlaces = 1 << kMostFilterBits;
+static_assert(kSide_px * kSide_px == kPlaces);
+constexpr double kFloatRounding = 0x1p-22;  // of a few operations on values up to 1
 
-/// Two texels, 0 and 1.
-std::vector<std::byte> two_texels(const TexelLayout& layout) {
-  const std::uint32_t one = nearest_code(1, layout.type);
+/// A plane of texels that are nearly alike, and exact: it rises by a step of 8 bits a texel, from the middle on.
+constexpr float plane_step(TexelType type) {
+  const bool is_float = type == TexelType::float16 || type == TexelType::float32;
+  return is_float ? 1.0F / 256 : 1.0F / 255;
+}
+constexpr float plane_low(TexelType type) { return 128 * plane_step(type); }
+
+/// filter.frag's: two texels, 0 and 1, and a cell of the plane.
+std::vector<std::byte> audited_texels(const TexelLayout& layout) {
+  const float step = plane_step(layout.type);
+  const float low = plane_low(layout.type);
+  const std::array values{0.0F, 1.0F, low, low + step, 0.0F, 1.0F, low + step, low + 2 * step};
   const auto bytes = static_cast<std::size_t>(layout.bytes());
-  std::vector<std::byte> texels(2 * bytes);
-  std::memcpy(texels.data() + bytes, &one, bytes);
+  std::vector<std::byte> texels(values.size() * bytes);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::uint32_t code = nearest_code(values.at(i), layout.type);
+    std::memcpy(texels.data() + i * bytes, &code, bytes);
+  }
   return texels;
 }
 
-std::vector<float> shown_weights(Backend& backend, const Pipeline& pipeline, TexelType type) {
+FilterPrecision shown_precision(Backend& backend, const Pipeline& pipeline, TexelType type) {
   const TexelLayout layout{.type = type, .channels = 1};
-  const std::vector<std::byte> texels = two_texels(layout);
+  const std::vector<std::byte> texels = audited_texels(layout);
   const auto texture = backend.upload(
-      {.width = 2, .height = 1, .layout = layout, .texels = texels, .wrap = Wrap::clamp, .filter = Filter::linear});
-  Draw draw{.pipeline = &pipeline, .textures = {{"two_texels", texture.get()}}};
-  draw.frame.sizes = {kSide_px, kSide_px, 2, 1};
+      {.width = 4, .height = 2, .layout = layout, .texels = texels, .wrap = Wrap::clamp, .filter = Filter::linear});
+  Draw draw{.pipeline = &pipeline, .textures = {{kReliefMap, texture.get()}}};
+  draw.frame.sizes = {kSide_px, kSide_px, 4, 2};
   static_cast<void>(backend.render(draw, 1, Timer::fenced_wall));
-  const std::vector<std::uint8_t> bytes = backend.read("out_weight");
-  std::vector<float> weights(bytes.size() / sizeof(float));
-  std::memcpy(weights.data(), bytes.data(), bytes.size());
-  return weights;
+  const std::vector<std::uint8_t> bytes = backend.read(kShown.name);
+  std::vector<std::array<float, 2>> shown(kPlaces);
+  std::memcpy(shown.data(), bytes.data(), bytes.size());
+  std::vector<float> weights;
+  std::vector<float> values;
+  for (const auto& [weight, value] : shown) {
+    weights.push_back(weight);
+    values.push_back(value);
+  }
+  FilterPrecision precision = filter_precision(weights);
+  precision.value = filter_value_error(values, plane_low(type), plane_step(type), precision.worst());
+  return precision;
 }
 
 }  // namespace
@@ -61,18 +85,32 @@ FilterPrecision filter_precision(std::span<const float> weights) {
   return precision;
 }
 
-std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect) {
+double filter_value_error(std::span<const float> values, double low, double step, double shift) {
+  const auto side = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(values.size()))));
+  double worst = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t row = i / side;
+    const std::size_t column = i % side;
+    const double way = static_cast<double>(row + column) / static_cast<double>(side);
+    worst = std::max(worst, std::abs(static_cast<double>(values[i]) - (low + way * step)));
+  }
+  const double beyond = worst - 2 * shift * step;
+  return beyond > kFloatRounding ? beyond : 0;
+}
+
+FilterError FilterPrecision::error() const { return {.shift = worst() + 1.0 / kPlaces, .value = value}; }
+
+std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect, const SimulatedFilter& simulated) {
   const Spirv vertex = compile_vertex(dialect);
   const Spirv fragment = compile_filter(dialect);
-  const auto pipeline =
-      backend.compile({.label = "filter",
-                       .vertex = vertex,
-                       .fragment = fragment,
-                       .constants = {},
-                       .target = {.attachments = {{"out_weight", {.type = TexelType::float32, .channels = 1}}}}});
+  const auto pipeline = backend.compile({.label = "filter",
+                                         .vertex = vertex,
+                                         .fragment = fragment,
+                                         .constants = constants_of(nullptr, Wrap::clamp, {.simulated = simulated}),
+                                         .target = {.attachments = {kShown}}});
   std::vector<FilterAudit> audits;
   for (const TexelType type : {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32})
-    audits.push_back({.type = type, .precision = filter_precision(shown_weights(backend, *pipeline, type))});
+    audits.push_back({.type = type, .precision = shown_precision(backend, *pipeline, type)});
   return audits;
 }
 

@@ -7,19 +7,31 @@
 
 namespace reliefbench {
 
-/// How exactly a sampler's linear filter weighs, as its own results show it.
+inline constexpr double kGpuFilterError = 0x1p-9;  ///< worst() of GPUs' samplers: weights of 8 bits, rounded
+
+/// How exactly a sampler's linear filter weighs and adds, as its own results show it.
 struct FilterPrecision {
   int bits = 0;         ///< of the weight: 2^bits steps from one texel to the next, at most kMostFilterBits
   double least = 0;     ///< shown weight less the asked one: the least
   double greatest = 0;  ///< likewise, the greatest
   bool rounds = false;  ///< to the nearest step; otherwise towards the first texel
+  double value = 0;     ///< what a result is off by beside its weights': its own rounding, above a float's
   /// What the filter may be off by, as a share of the difference of two neighbouring texels.
   [[nodiscard]] double worst() const { return std::max({0.0, -least, greatest}); }
+  /// Whether that is clearly more than a GPU's.
+  [[nodiscard]] bool is_coarse() const { return worst() > 1.5 * kGpuFilterError; }
+  /// worst() on the safe side: for places between those that the audit asks for, too.
+  [[nodiscard]] FilterError error() const;
 };
 inline constexpr int kMostFilterBits = 14;  ///< of the places that the audit asks for: finer steps are not told apart
 
 /// weights: shown for the places i / n, i = 0 .. n - 1, between a texel of 0 and one of 1; n a power of two
 [[nodiscard]] FilterPrecision filter_precision(std::span<const float> weights);
+
+/// values: shown by a plane of texels, rows and columns of them i / side between `low` and `low` + `step` a texel
+/// shift: what the weights are off by, which the values may be, too
+/// returns: what they are off by beyond that
+[[nodiscard]] double filter_value_error(std::span<const float> values, double low, double step, double shift);
 
 /// A kind of texel that a device filters.
 struct FilterAudit {
@@ -27,8 +39,10 @@ struct FilterAudit {
   FilterPrecision precision{};
 };
 
-/// Draws two texels of every type that maps are stored in, enlarged by 2^14, and looks at the weights that come out.
-/// Some drivers weigh 8-bit texels more coarsely than others, and some more coarsely than they report.
-[[nodiscard]] std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect);
+/// Draws a few texels of every type that maps are stored in, enlarged by 2^14, and looks at what comes out. Some
+/// drivers weigh texels of 8 bits more coarsely than others or than they report, and some round the result.
+/// simulated: the sampler to look at in place of the device's
+[[nodiscard]] std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect,
+                                                    const SimulatedFilter& simulated = {});
 
 }  // namespace reliefbench

@@ -112,11 +112,16 @@ Spirv compile_stage(std::string file, EShLanguage stage, Dialect dialect, Includ
       {.file = std::move(file), .text = text, .stage = stage, .includes = std::move(includes), .dialect = dialect});
 }
 
+/// The file that every trace includes.
+Includes::value_type shared_constants() {
+  return {"contract.glsl", {.name = "contract.glsl", .text = shared_contract()}};
+}
+
 /// parameters: GLSL of the technique's row
 Spirv compile_last_stage(const ShaderText& technique, const std::string& parameters, const Target& target,
                          Dialect dialect) {
   return compile_stage(target == Target::score ? "score.frag" : "shade.frag", EShLangFragment, dialect,
-                       {{"contract.glsl", {.name = "contract.glsl", .text = shared_contract()}},
+                       {shared_constants(),
                         {"parameters.glsl", {.name = "parameters.glsl", .text = parameters}},
                         {kTechniqueFile, technique}});
 }
@@ -144,7 +149,9 @@ Spirv compile_compute(std::string_view name, Dialect dialect, const ShaderText& 
   return compile_stage(fmt::format("{}.comp", name), EShLangCompute, dialect, {{contract.name, contract}});
 }
 
-Spirv compile_filter(Dialect dialect) { return compile_stage("filter.frag", EShLangFragment, dialect); }
+Spirv compile_filter(Dialect dialect) {
+  return compile_stage("filter.frag", EShLangFragment, dialect, {shared_constants()});
+}
 
 Spirv compile_load(Dialect dialect) { return compile_stage("load.frag", EShLangFragment, dialect); }
 

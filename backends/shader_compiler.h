@@ -39,7 +39,7 @@ struct ShaderText {
 /// Target::color.
 [[nodiscard]] Spirv compile_load(Dialect dialect);
 
-/// The filter audit's two enlarged texels: `filter.frag`. Into an attachment "out_weight".
+/// The filter audit's enlarged texels: `filter.frag`. Into an attachment "out_shown".
 [[nodiscard]] Spirv compile_filter(Dialect dialect);
 
 }  // namespace reliefbench

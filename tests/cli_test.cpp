@@ -122,6 +122,8 @@ TEST_F(CliTest, bad_usage_exits_2_with_one_line) {
   expect_refused({"sweep"}, 2, "CONFIG");
   expect_refused({"sweep", kSmoke, "--backend", "metal", "-o", "run"}, 2, "metal");
   expect_refused({"sweep", kSmoke}, 2, "-o");
+  for (const char* sampler : {"0", "15", "6:", "6:up", "x:round", "6x"})
+    expect_refused({"stress", "--simulate-filter", sampler}, 2, "--simulate-filter");
   expect_refused({"nonsense"}, 2, "nonsense");
 }
 

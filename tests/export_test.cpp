@@ -80,10 +80,11 @@ TEST(ShippedShader, compiles_in_both_dialects_with_no_more_than_it_needs) {
 TEST(ShippedShader, says_on_top_what_it_is_and_how_it_is_called) {
   const Settings settings = parse_setting("cone?lod=footprint&format=rgba8");
   const std::string shader = shader_of(settings, store_map(settings, heights(), Wrap::clamp), Wrap::clamp);
-  for (const std::string words : {"[DUM06] Dummer: Cone Step Mapping", "cone?cone_steps=32&", "wrap clamp",
-                                  "relief_map, binding 1: relief.ktx2, 32 x 32, 6 levels, R8G8B8A8_UNORM: r = height",
-                                  "Guarantee: never_skips, to within the sampler's precision", "discard",
-                                  "ray.footprint = pixel_footprint(uv);", "Hit hit = trace(ray);"})
+  for (const std::string words :
+       {"[DUM06] Dummer: Cone Step Mapping", "cone?cone_steps=32&", "wrap clamp",
+        "relief_map, binding 1: relief.ktx2, 32 x 32, 6 levels, R8G8B8A8_UNORM: r = height",
+        "Guarantee: never_skips, on a sampler that is off by no more than its steps make up for", "discard",
+        "ray.footprint = pixel_footprint(uv);", "Hit hit = trace(ray);"})
     EXPECT_THAT(shader.substr(0, shader.find("\n\n")), HasSubstr(words));
 }
 
@@ -116,7 +117,7 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
         const StoredMap map = store_map(settings, heights(), wrap);
         Scene scene = kScene;
         scene.wrap = wrap;
-        const std::vector<ScorePixel> expected = trace_frame(rig, settings, map, scene);
+        const std::vector<ScorePixel> expected = trace_frame(rig, settings, map, scene, kShippedSampler);
         std::vector<std::array<float, 4>> rays;
         for (const ScorePixel& pixel : expected)
           rays.push_back({pixel.ray.u, pixel.ray.v, pixel.ray.slope_u, pixel.ray.slope_v});

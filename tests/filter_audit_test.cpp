@@ -46,6 +46,30 @@ TEST(FilterPrecision, of_no_filter_has_no_bits_but_one_step) {
   EXPECT_EQ(filter_precision(std::vector<float>(kPlaces, 0.0F)).bits, 0);
 }
 
+TEST(FilterPrecision, of_a_result_is_what_its_weights_do_not_explain) {
+  constexpr int kSide = 16;
+  constexpr double kStep = 1.0 / 256;
+  const auto plane_read = [](double shift, double rounded_to) {
+    std::vector<float> values;
+    for (int i = 0; i < kSide * kSide; ++i) {
+      double value = 0.5 + (static_cast<double>(i % kSide + i / kSide) / kSide + 2 * shift) * kStep;
+      if (rounded_to > 0) value = std::round(value / rounded_to) * rounded_to;
+      values.push_back(static_cast<float>(value));
+    }
+    return values;
+  };
+  EXPECT_EQ(filter_value_error(plane_read(0, 0), 0.5, kStep, 0), 0);
+  EXPECT_EQ(filter_value_error(plane_read(0.25, 0), 0.5, kStep, 0.25), 0);
+  EXPECT_NEAR(filter_value_error(plane_read(0.25, 0), 0.5, kStep, 0.125), 0.25 * kStep, 1e-6);
+  EXPECT_NEAR(filter_value_error(plane_read(0, kStep), 0.5, kStep, 0), kStep / 2, 1e-6);
+}
+
+TEST(FilterPrecision, is_coarse_where_a_gpus_is_not) {
+  EXPECT_FALSE(filter_precision(simulated_weights(8, true)).is_coarse());
+  EXPECT_TRUE(filter_precision(simulated_weights(8, false)).is_coarse());
+  EXPECT_TRUE(filter_precision(simulated_weights(7, true)).is_coarse());
+}
+
 using FilterAuditTest = BackendTest;
 INSTANTIATE_TEST_SUITE_P(AllBackends, FilterAuditTest, ::testing::Values("opengl", "vulkan"), backend_name);
 

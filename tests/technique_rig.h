@@ -32,9 +32,10 @@ inline StoredMap store_map(const Settings& settings, const Heightfield& heights,
 }
 
 /// A technique's score pipeline; serves every map of any format and every view of one wrap.
-inline std::unique_ptr<Pipeline> score_pipeline(const Rig& rig, const Settings& settings, Wrap wrap) {
+inline std::unique_ptr<Pipeline> score_pipeline(const Rig& rig, const Settings& settings, Wrap wrap,
+                                                const MapSampler& sampler = {}) {
   return rig.pipeline(compile_fragment(settings.technique().id, Target::score, rig.row.dialect), Target::score,
-                      constants_of(&settings, wrap), std::string(settings.technique().id));
+                      constants_of(&settings, wrap, sampler), std::string(settings.technique().id));
 }
 
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipeline, const StoredMap& map,
@@ -49,8 +50,8 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
 
 /// The score frame of a technique over a stored map.
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
-                                           const Scene& scene) {
-  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap), map, scene);
+                                           const Scene& scene, const MapSampler& sampler = {}) {
+  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler), map, scene);
 }
 
 /// Settings of a technique with some values other than the defaults.

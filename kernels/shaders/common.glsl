@@ -69,11 +69,21 @@ Corners fetch_corners(sampler2D map, vec2 uv, int level, inout int taps) {
 
 vec4 bilinear(Corners c) { return mix(mix(c.t00, c.t10, c.f.x), mix(c.t01, c.t11, c.f.x), c.f.y); }
 
+// What a sampler reads whose weights have SIMULATED_BITS bits.
+vec4 simulated_sample(sampler2D map, vec2 uv, int level) {
+  int taps = 0;
+  Corners c = fetch_corners(map, uv, level, taps);
+  float steps = exp2(float(SIMULATED_BITS));
+  c.f = floor(c.f * steps + (SIMULATED_WEIGHTS == SIMULATED_WEIGHTS_ROUNDED ? 0.5 : 0.0)) / steps;
+  return bilinear(c);
+}
+
 // A texture of the map's size at uv, bilinear; the manual filter has full-precision weights, unlike the 8 bits of most
 // samplers.
 vec4 sample_map(sampler2D map, vec2 uv, int level, inout int taps) {
   if (FILTER == FILTER_MANUAL) return bilinear(fetch_corners(map, uv, level, taps));
   taps += 1;
+  if (SIMULATED_BITS != SIMULATED_BITS_NONE) return simulated_sample(map, uv, level);
   return textureLod(map, uv, float(level));
 }
 

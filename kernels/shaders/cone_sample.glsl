@@ -52,19 +52,39 @@ vec2 sample_min4(vec2 uv, int level, inout int taps) {
   return vec2(height, min(min(ratios.x, ratios.y), min(ratios.z, ratios.w)));
 }
 
+// What the sampler's results may be off by, beside its weights.
+float sampler_error() { return float(SAMPLER_ERROR) * SAMPLER_UNIT; }
+
+// The surface as high and the cone as narrow as they may be then.
+Relief cautious(float height, float stored) {
+  float narrowest = ENCODING == ENCODING_ATAN ? min(stored + sampler_error(), 1.0) : max(stored - sampler_error(), 0.0);
+  return Relief(height + sampler_error(), decoded_ratio(narrowest, height - sampler_error()), 0.0);
+}
+
 // The map under the ray at t, as a technique with this shape reads it.
 Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
   vec2 uv = ray.uv + ray.slope * t;
   if (CONE_FETCH == CONE_FETCH_MIN4) {
     vec2 cone = sample_min4(uv, ray.level, taps);
+    if (SAMPLER_ERROR != SAMPLER_ERROR_NONE) cone.x += sampler_error();  // its ratios are gathered
     return Relief(cone.x, cone.y, 0.0);
   }
   vec4 texel = sample_map(relief_map, uv, ray.level, taps);
   vec4 stored = texel.yyyy;
   if (LAYOUT == LAYOUT_SPLIT) stored = sample_map(extra_map, uv, ray.level, taps);
   Relief relief = Relief(texel.x, decoded_ratio(stored[channel], texel.x), 0.0);
+  if (SAMPLER_ERROR != SAMPLER_ERROR_NONE) relief = cautious(texel.x, stored[channel]);
   if (shape == SHAPE_SAFETY) relief.radius = decoded_ratio(stored.y, texel.x);
   return relief;
+}
+
+// How far (in uv) beside the ray the sampler may read the map: SAMPLER_SHIFT texels along each axis.
+float sampler_shift(int level) { return float(SAMPLER_SHIFT) * SAMPLER_UNIT * length(1.0 / vec2(level_size(level))); }
+
+// How much of `gap` is sure then: the cone that is shown stands up to `shift` away, and so holds one that stands here,
+// with a higher apex.
+float sure_gap(Relief relief, float gap, float shift) {
+  return relief.ratio > 0.0 ? max(gap - shift / relief.ratio, 0.0) : 0.0;
 }
 
 // How far (in t) the ray may go from `gap` above the surface. A ray straight down meets its own texel, cone or not.

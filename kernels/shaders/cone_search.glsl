@@ -12,6 +12,13 @@ struct ConeSearch {
   bool solves_surface;  // of the cells that the cone does not lead out of; false: they are left untested
 };
 
+// Whether the ray has come to the surface. An exact solution needs no tolerance, which could stop a grazing ray short
+// of a touch, and it alone tells where the sampler may read beside the ray.
+bool has_arrived(ConeSearch search, float t, float gap) {
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == 1.0;
+  return gap <= (search.solves_surface ? 0.0 : ARRIVED);
+}
+
 // Where the next look is taken. A cell that holds the hit ends the search.
 float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_ratio, inout Hit hit) {
   float t_next = hit.t + free_step(relief, gap, ray_ratio, search.shape);
@@ -38,16 +45,18 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
   hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   float ray_ratio = length(ray.slope);
   int channel = ratio_channel(search.shape, ray.slope);
-  // An exact solution needs no tolerance, which could stop a grazing ray short of a touch.
-  float arrived = search.solves_surface ? 0.0 : ARRIVED;
+  float shift = 0.0;
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(ray.level);
   bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   bool pierced = false;
   // One look more than there are steps: a hit exactly at the cap is a hit.
   for (int i = 0; i <= search.max_steps; ++i) {
     Relief relief = sample_relief(ray, hit.t, search.shape, channel, hit.taps);
     float gap = (1.0 - hit.t) - relief.height;
+    float sure = gap;
+    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief, gap, shift);
     if (hit.status == STATUS_STEP_CAP) {
-      if (gap <= arrived) {
+      if (has_arrived(search, hit.t, sure)) {
         hit.status = STATUS_HIT;
         pierced = gap <= 0.0 && hit.t > bracket.lo;
         bracket.hi = hit.t;
@@ -56,7 +65,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         hit.steps += 1;
         bracket.lo = hit.t;
         bracket.gap_lo = gap;
-        hit.t = next_t(ray, search, relief, gap, ray_ratio, hit);
+        hit.t = next_t(ray, search, relief, sure, ray_ratio, hit);
       }
     }
     if (LOOP == LOOP_EARLY_EXIT && hit.status == STATUS_HIT) break;

@@ -29,7 +29,7 @@ const std::vector<Feature>& all_features() {
        .description = "the sampler's bilinear filter, or four fetches with full-precision weights",
        .rows = {{.id = "hardware",
                  .description = "the sampler's, whose weights have 8 bits on most devices",
-                 .caveat = "to within the sampler's precision"},
+                 .caveat = "on a sampler that is off by no more than its steps make up for"},
                 {.id = "manual", .description = "four fetches, weighted in full precision"}},
        .constant_id = kFilterConstant,
        .is_of_all = true},

@@ -117,6 +117,11 @@ Guarantee guarantee_of(const Settings& settings, Query query) {
   return guarantee == nullptr ? Guarantee::none : guarantee(settings);
 }
 
+bool makes_up_for_filter(const Settings& settings) {
+  return settings.is("filter", "hardware") &&
+         (guarantee_of(settings) != Guarantee::none || guarantee_of(settings, Query::shadow) != Guarantee::none);
+}
+
 std::string conflict(const Settings& settings) {
   std::string reason = settings.technique().reads_map() ? conflict(storage_of(settings)) : "";
   return reason.empty() ? lacking(rows_of(settings), settings) : reason;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <span>
 
 #include "kernels/base/error.h"
@@ -32,6 +33,11 @@ constexpr std::array kSamplers{
 enum Layout { kTogether, kSplit, kWithNormal };
 /// How a point's cone is read.
 enum ConeFetch { kBilinear, kMin4 };
+/// How a simulated sampler comes to its weights.
+enum SimulatedWeights { kRounded, kTruncated };
+
+/// What filter errors are counted in.
+constexpr float kSamplerUnit = 0x1p-24F;
 
 struct Choice {
   std::string_view id;
@@ -99,12 +105,21 @@ std::string shared_lines(std::string_view name, int id, std::span<const Choice> 
          constant_line(name, id, fmt::format("{}_{}", upper(name), upper(choices.front().id)));
 }
 
+/// On the safe side.
+std::int32_t in_sampler_units(double error) {
+  return static_cast<std::int32_t>(std::ceil(error / static_cast<double>(kSamplerUnit)));
+}
+
 Layout layout_of(const Format& format) {
   if (format.with_normal) return kWithNormal;
   return format.extra_channels > 0 ? kSplit : kTogether;
 }
 
 }  // namespace
+
+std::string filter_text(const SimulatedFilter& simulated) {
+  return fmt::format("{} bits, {}", simulated.bits, simulated.rounds ? "rounded" : "truncated");
+}
 
 int binding_of(std::string_view sampler) {
   const auto* const found = std::ranges::find(kSamplers, sampler, &Sampler::name);
@@ -122,6 +137,9 @@ std::string shared_contract() {
   constexpr std::array kConeFetches{
       Choice{.id = "bilinear", .value = kBilinear},
       Choice{.id = "min4", .value = kMin4, .meaning = "the narrowest cone of the four texels round the point"}};
+  constexpr std::array kNone{Choice{.id = "none", .value = 0}};
+  constexpr std::array kSimulatedWeights{Choice{.id = "rounded", .value = kRounded},
+                                         Choice{.id = "truncated", .value = kTruncated}};
   constexpr std::array kStatuses{Choice{.id = "no_ray", .value = static_cast<int>(PixelStatus::no_ray)},
                                  Choice{.id = "hit", .value = static_cast<int>(PixelStatus::hit)},
                                  Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)}};
@@ -133,6 +151,11 @@ std::string shared_contract() {
   for (const Param* param : shared_params()) text += param_lines(*param);
   text += shared_lines("layout", kLayoutConstant, kLayouts);
   text += shared_lines("cone_fetch", kConeFetchConstant, kConeFetches);
+  text += shared_lines("sampler_shift", kSamplerShiftConstant, kNone);
+  text += shared_lines("sampler_error", kSamplerErrorConstant, kNone);
+  text += float_line("SAMPLER_UNIT", kSamplerUnit, "of SAMPLER_SHIFT, in texels, and SAMPLER_ERROR");
+  text += shared_lines("simulated_bits", kSimulatedBitsConstant, kNone);
+  text += shared_lines("simulated_weights", kSimulatedWeightsConstant, kSimulatedWeights);
   text += "\n" + choice_lines("status", kStatuses) + "\n";
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
@@ -147,8 +170,11 @@ std::string parameters_contract(const Technique& technique) {
   return text;
 }
 
-std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
+std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap, const MapSampler& sampler) {
   std::vector<SpecConstant> constants = {{.id = kWrapConstant, .value = static_cast<int>(wrap)}};
+  const auto& [error, simulated] = sampler;
+  constants.push_back({.id = kSimulatedBitsConstant, .value = simulated.bits});
+  constants.push_back({.id = kSimulatedWeightsConstant, .value = simulated.rounds ? kRounded : kTruncated});
   if (settings == nullptr) return constants;
   const Technique& technique = settings->technique();
   for (const Param& param : technique.params)
@@ -159,6 +185,10 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap) {
     constants.push_back(
         {.id = kConeFetchConstant, .value = storage.correction == Correction::min4 ? kMin4 : kBilinear});
     constants.push_back({.id = kLayoutConstant, .value = layout_of(storage.format)});
+  }
+  if (makes_up_for_filter(*settings)) {
+    constants.push_back({.id = kSamplerShiftConstant, .value = in_sampler_units(error.shift)});
+    constants.push_back({.id = kSamplerErrorConstant, .value = in_sampler_units(error.value)});
   }
   return constants;
 }

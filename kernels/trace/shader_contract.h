@@ -19,6 +19,25 @@ struct SpecConstant {
   std::int32_t value;
 };
 
+/// What a sampler's linear filter may be off by, for one type of texel.
+struct FilterError {
+  double shift = 0;  ///< texels along each axis: it reads the surface that far beside the point that it is asked for
+  double value = 0;  ///< and is off that surface by so much, however alike the texels are
+};
+/// Weights of few bits that shaders compute in the sampler's place: a coarse sampler, on any device.
+struct SimulatedFilter {
+  int bits = 0;        ///< 0: none, it is the device's own sampler
+  bool rounds = true;  ///< to the nearest weight; else towards the first texel
+};
+/// "6 bits, truncated"
+[[nodiscard]] std::string filter_text(const SimulatedFilter& simulated);
+
+/// How a trace with filter=hardware reads its map.
+struct MapSampler {
+  FilterError error{};
+  SimulatedFilter simulated{};
+};
+
 // Samplers of the shaders, by name.
 inline constexpr const char* kReliefMap = "relief_map";
 inline constexpr const char* kNormalMap = "normal_map";
@@ -37,6 +56,8 @@ inline constexpr const char* kExtraMap = "extra_map";
 
 /// What the shared constants and those of a technique are set to.
 /// settings: null for a shader that is no technique's
-[[nodiscard]] std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap);
+/// sampler: what it may be off by is what settings that read with it, and guarantee something, make up for
+[[nodiscard]] std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap,
+                                                     const MapSampler& sampler = {});
 
 }  // namespace reliefbench

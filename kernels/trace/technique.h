@@ -18,7 +18,11 @@ enum SharedConstant : int {
   kEncodingConstant,
   kLoopConstant,
   kLayoutConstant,
-  kConeFetchConstant
+  kConeFetchConstant,
+  kSamplerShiftConstant,
+  kSamplerErrorConstant,
+  kSimulatedBitsConstant,
+  kSimulatedWeightsConstant
 };
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 
@@ -53,7 +57,7 @@ struct Technique {
   Guarantee guarantee;                 ///< the most that any of its settings keep of primary rays
   std::string_view guarantee_note;     ///< when it holds, or what may go wrong
   std::string_view source;
-  /// What these settings guarantee of primary rays, with the manual filter, on the heights as stored; null: nothing.
+  /// What these settings guarantee of primary rays, with either filter, on the heights as stored; null: nothing.
   Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
   /// The same of shadow rays. A cone that is right only for rays from the top plate loses its premise there.
   Guarantee (*shadow_guarantee_when)(const Settings& settings) = nullptr;
@@ -115,6 +119,9 @@ class Settings {
 [[nodiscard]] int step_cap(const Settings& settings);
 /// What they guarantee of a ray that is traced for this.
 [[nodiscard]] Guarantee guarantee_of(const Settings& settings, Query query = Query::primary);
+
+/// Whether they read with the sampler's filter and guarantee something: then they make up for what it is off by.
+[[nodiscard]] bool makes_up_for_filter(const Settings& settings);
 
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have, a feature whose row lacks what it needs).

@@ -72,11 +72,12 @@ function notices() {
     for (const device of run.info.devices || []) {
       if (device.software) {
         found.push(
-            `${device.name} is a software rasteriser, it runs on the processor: its errors hold on a GPU too, its ` +
-            'times do not.');
+            `${device.name} is a software rasteriser, it runs on the processor: its errors hold on a GPU too` +
+            `${run.filter_notes.length ? ', but for those marked *' : ''}, its times do not.`);
       }
     }
   }
+  for (const run of data.runs) found.push(...run.filter_notes);
   if (data.points.length === 0) found.push('Nothing was measured: no case ended well. The reasons are below.');
   return [...new Set(found)];
 }

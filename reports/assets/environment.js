@@ -56,6 +56,12 @@ function statusTables(run) {
   return make('div', {}, make('h4', {}, 'Cases by status'), make('p', {class: 'legend'}, ...summary), table);
 }
 
+/** As the sampler's own results show it; of older runs, as the driver reports it. */
+function filterBits(device) {
+  if ((device.filter || []).length) return device.filter.map((f) => `${f.texels} ${f.bits}`).join(', ');
+  return device.subtexel_bits ? String(device.subtexel_bits) : 'not reported';
+}
+
 function runElement(run) {
   const {info} = run;
   const host = info.host || {};
@@ -87,7 +93,7 @@ function runElement(run) {
               devices.map(
                   (device) =>
                       [device.name, `${device.backend} ${device.index}`, device.vendor, device.type, device.driver,
-                       device.api_version, device.subtexel_bits ? String(device.subtexel_bits) : 'not reported',
+                       device.api_version, filterBits(device),
                        device.control_reference_ns ? formatTime(device.control_reference_ns) : '–']),
               'Devices'),
       audits.length === 0 ?

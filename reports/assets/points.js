@@ -42,10 +42,10 @@ export const techniqueOf = (point) => data.techniques[point.technique].id;
 export const groupLabel = (group) => data.groups[group].label;
 const runOf = (point) => data.runs[data.groups[point.group].run];
 
-/** Technique with its settings; settings wrap between, not within, assignments. */
+/** Technique with its settings and their mark; settings wrap between, not within, assignments. */
 export function settingsElement(point) {
   const settings = point.params.map(([name, value]) => make('span', {}, `${name}=${value} `));
-  return make('span', {class: 'settings'}, make('strong', {}, techniqueOf(point)), ' ', ...settings);
+  return make('span', {class: 'settings'}, make('strong', {}, techniqueOf(point)), ' ', ...settings, point.mark);
 }
 
 export const shellQuote = (text) => (/^[\w./@%+=:,-]+$/.test(text) ? text : `'${text.replaceAll('\'', '\'\\\'\'')}'`);

@@ -8,9 +8,12 @@ const number = (value) => shortNumber(value, 4);
 const time = (ns) => (ns === null ? '' : `${number(ns / 1e6)} ms`);
 const gapText = (gap) => (gap === null ? 'unknown' : percent(gap, 4));
 
+const coarselyFiltered = new Set(data.filter.marked);
+const named = (setting) => (coarselyFiltered.has(setting) ? `${setting} *` : setting);
+
 function fillTable(id, heads, rows) {
   const cell = (value, column) => {
-    if (heads[column] === 'setting') return make('span', {class: 'settings'}, value);
+    if (heads[column] === 'setting') return make('span', {class: 'settings'}, named(value));
     return /^[\d.]+( (ms|%))?$/.test(value) ? numberCell(value) : value;
   };
   byId(id).append(dataTable(heads, rows.map((row) => row.map(cell))));
@@ -23,7 +26,7 @@ function showPick() {
                   'No pick.';
   const answer = pick ?
       [
-        make('p', {class: 'settings'}, pick.setting),
+        make('p', {class: 'settings'}, named(pick.setting)),
         make(
             'p', {},
             `${time(pick.time_ns)}, at most ${time(pick.high_ns)}; ${data.error_metric} ${number(pick.error)}; ` +
@@ -34,7 +37,7 @@ function showPick() {
         data.nearest ? make('p', {class: 'settings'}, `nearest: ${data.nearest}`) : null
       ];
   byId('pick').append(
-      ...answer.filter(Boolean),
+      ...answer.filter(Boolean), coarselyFiltered.size ? make('p', {class: 'notice'}, data.filter.note) : '',
       make('p', {class: c.held ? 'certified' : 'open'}, `${c.claim[0].toUpperCase()}${c.claim.slice(1)}.`),
       make(
           'p', {class: 'muted'},

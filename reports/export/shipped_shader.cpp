@@ -83,6 +83,11 @@ std::string guarantee_lines(const Settings& settings) {
   std::string text = fmt::format("Guarantee: {}", guarantee_id(guarantee));
   for (const FeatureRow* row : rows_of(settings))
     if (guarantee != Guarantee::none && !row->caveat.empty()) text += fmt::format(", {}", row->caveat);
+  if (makes_up_for_filter(settings))
+    text += fmt::format(
+        " (SAMPLER_SHIFT, here 1/{} texel along each axis: weights of 8 bits, rounded or cut off; `reliefbench devices "
+        "--audit` shows a device's)",
+        1 / kShippedSampler.error.shift);
   if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
   return comment(text + ".");
 }
@@ -151,7 +156,7 @@ std::string shipped_shader(const ShippedShader& shipped) {
     if (!row->shader.empty()) cut.files.emplace_back(row->shader);
   cut.files.emplace_back("ship.glsl");
   if (reads_levels(shipped.settings)) cut.roots.insert("pixel_footprint");
-  for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap))
+  for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap, kShippedSampler))
     cut.constants[static_cast<int>(constant.id)] = constant.value;
   return header(shipped) + "\n" + cut_glsl(cut);
 }

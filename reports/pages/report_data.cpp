@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 #include <unordered_map>
@@ -14,6 +15,7 @@
 #include "reports/pages/data_uri.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_question.h"
 
@@ -150,8 +152,17 @@ class DataBuilder {
     const auto [metric, constraints, budgets] = question_of(run);
     if (index == 0) front_metric_ = find_metric(metric).id;
 
-    for (const Record& record : run.records)
-      if (record.status == Status::ok && record.frame_time && record.error) add_point(index, record, constraints);
+    std::map<std::string, CoarseFilter> filters;  // by backend
+    std::set<std::string> filter_notes;
+    for (const Record& record : run.records) {
+      if (record.status != Status::ok || !record.frame_time || !record.error) continue;
+      const CoarseFilter& filter =
+          filters.try_emplace(record.backend, CoarseFilter(run.info, record.backend)).first->second;
+      const std::string_view mark = filter.mark(record.case_id);
+      if (!mark.empty()) filter_notes.insert(filter.note());
+      add_point(index, record, constraints);
+      points_.back()["mark"] = mark;
+    }
     for (std::size_t i = 0; i < metrics().size(); ++i) {
       const MetricRow& row = metrics()[i];
       if (index == 0) fronts_.push_back({{"metric", row.id}, {"fronts", json::array()}});
@@ -169,6 +180,7 @@ class DataBuilder {
                      {"info", info},
                      {"budgets", budgets_json(budgets)},
                      {"constraints", budgets_json(constraints)},
+                     {"filter_notes", filter_notes},
                      {"statuses", statuses_json(run.records)}});
   }
 

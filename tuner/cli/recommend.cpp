@@ -17,6 +17,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
@@ -127,19 +128,23 @@ std::string no_simpler_text(const Answer& answer, const Question& question) {
 void print_answer(const Answer& answer, const Question& question, const Run& run, const Names& names,
                   const Paint& paint) {
   put("\n{}\n", paint.bold(fmt::format("{}, {}, {}", answer.scene, answer.backend, answer.device)));
+  const CoarseFilter coarse(run.info, answer.backend);
+  const auto name_of = [&](const Record& record) {
+    return fmt::format("{}{}", names.setting(record.case_id), coarse.mark(record.case_id));
+  };
   const auto line = [](std::string_view label, std::string_view text) { put("  {:<12}{}\n", label, text); };
   if (answer.pick == nullptr) {
     line("no pick", paint.bad(answer.miss));
     if (answer.nearest == nullptr) return;
-    line("nearest", names.setting(answer.nearest->case_id));
+    line("nearest", name_of(*answer.nearest));
     put("{}{}\n", kIndent, numbers(*answer.nearest, question));
     return;
   }
   const Record& pick = *answer.pick;
-  line("pick", paint.good(names.setting(pick.case_id)));
+  line("pick", paint.good(name_of(pick)));
   put("{}{}\n", kIndent, numbers(pick, question));
   const auto other = [&](std::string_view label, const Record& record) {
-    line(label, names.setting(record.case_id));
+    line(label, name_of(record));
     put("{}{}\n", kIndent, against_pick(record, pick, question));
   };
   if (answer.tie != nullptr) {
@@ -158,13 +163,31 @@ void print_answer(const Answer& answer, const Question& question, const Run& run
     put_command(fmt::format("  {:<12}{}", "again", paint.dim(command)));
 }
 
+/// What the marks at an answer's settings mean; "" where there is none.
+std::string filter_note(const Answer& answer, const Run& run) {
+  const CoarseFilter coarse(run.info, answer.backend);
+  for (const Record* record : {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.nearest})
+    if (record != nullptr && !coarse.mark(record->case_id).empty()) return coarse.note();
+  return "";
+}
+
+void print_filter_notes(std::span<const Answer> answers, const Run& run, const Paint& paint) {
+  std::set<std::string> notes;
+  for (const Answer& answer : answers) notes.insert(filter_note(answer, run));
+  notes.erase("");
+  for (const std::string& note : notes) put("\n{}\n", paint.dim(note));
+}
+
 Exit recommend_command(const RecommendArguments& arguments) {
   Run stored = load_run(arguments.folder);
   const Question question = question_of(arguments, question_of(stored));
   if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
   const std::vector<Answer> answers = recommend(stored.records, question);
   if (arguments.json) {
-    fmt::print("{}\n", answers_json(answers, question).dump(2));
+    nlohmann::json json = answers_json(answers, question);
+    for (std::size_t i = 0; i < answers.size(); ++i)
+      json["answers"][i]["filter_note"] = filter_note(answers[i], stored);
+    fmt::print("{}\n", json.dump(2));
     return exit_of(answers);
   }
   const Paint paint = paint_for_stdout();
@@ -174,6 +197,7 @@ Exit recommend_command(const RecommendArguments& arguments) {
     put("{}\n", paint.dim("These are the settings that tune answers with; how sure it is of them is in tune.json."));
   put("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
   for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
+  print_filter_notes(answers, stored, paint);
   const Exit result = exit_of(answers);
   if (result == Exit::nothing_measured) print_error(fmt::format("no case of {} was measured", arguments.folder));
   return result;

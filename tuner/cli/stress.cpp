@@ -4,11 +4,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
+#include "backends/filter_audit.h"
 #include "kernels/base/error.h"
 #include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
@@ -26,6 +29,7 @@ struct StressArguments {
   int device = 0;
   std::string filter;
   bool large = false;
+  std::string simulate_filter;
   Names names;
   bool quiet = false;
   bool json = false;
@@ -101,13 +105,29 @@ void print_faults(const StressReport& report, const Names& names, const Paint& p
   if (all > 20) put("... and {} more, all in stress.json\n", all - 20);
 }
 
+/// "6" and "6:round", or "6:truncate".
+SimulatedFilter parse_simulated(const std::string& text) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string way = text.substr(std::min(colon + 1, text.size()));
+  SimulatedFilter simulated{.rounds = way != "truncate"};
+  const char* const end = text.data() + colon;
+  const auto [parsed, error] = std::from_chars(text.data(), end, simulated.bits);
+  const bool is_way = colon == text.size() || way == "round" || way == "truncate";
+  if (error != std::errc() || parsed != end || simulated.bits < 1 || simulated.bits > kMostFilterBits || !is_way)
+    fail_input("--simulate-filter: '{}' is not BITS:round or BITS:truncate with 1 to {} bits", text, kMostFilterBits);
+  return simulated;
+}
+
 void stress_command(const StressArguments& arguments, int& exit_code) {
   const Extremes extremes = arguments.extremes.empty() ? built_in_extremes() : load_extremes(arguments.extremes);
   if (!arguments.output.empty()) prepare_stress_folder(arguments.output);  // before the work, not after it
+  std::optional<SimulatedFilter> simulated;
+  if (!arguments.simulate_filter.empty()) simulated = parse_simulated(arguments.simulate_filter);
   const StressReport report = run_stress(extremes, {.backends = choose_backends(arguments.backend),
                                                     .device = arguments.device,
                                                     .filter = arguments.filter,
                                                     .is_large = arguments.large,
+                                                    .simulated = simulated,
                                                     .quiet = arguments.quiet});
   if (!arguments.output.empty()) write_stress(report, arguments.output);
   const auto skipped = std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty(); });
@@ -141,6 +161,10 @@ void add_stress_command(CLI::App& app, int& exit_code) {
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
   command->add_option("--filter", arguments->filter, "glob over technique/map/format/extreme, e.g. 'cone/*/cliff'");
   command->add_flag("--large", arguments->large, "the extremes with large maps too (most of an hour)");
+  command
+      ->add_option("--simulate-filter", arguments->simulate_filter,
+                   "everything through a sampler whose weights have so many bits, e.g. 8:round or 6:truncate")
+      ->type_name("BITS:WAY");
   add_names_option(*command, arguments->names);
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "all results on standard output");

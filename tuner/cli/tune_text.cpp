@@ -13,6 +13,11 @@
 namespace reliefbench {
 namespace {
 
+/// A setting's name, with the mark of a coarse filter.
+std::string name_of(const TuneResult& result, const Names& names, const std::string& setting) {
+  return fmt::format("{}{}", names.setting(setting), result.filter.mark(setting));
+}
+
 /// What the answer is for.
 void print_subject(const TuneResult& result) {
   for (const std::string& subject : result.subjects) put("  for {}\n", subject);
@@ -56,7 +61,7 @@ void print_answers(const TuneResult& result, const Paint& paint, const Names& na
       {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold(within), paint.bold("setting")}};
   for (const BudgetAnswer& answer : result.search.answers)
     rows.push_back({format_number(result.space.candidates[answer.pick].error), format_time_ns(answer.time_ns),
-                    percent(answer.gap), names.setting(result.space.candidates[answer.pick].id)});
+                    percent(answer.gap), name_of(result, names, result.space.candidates[answer.pick].id)});
   put("\n{}\n", columns(rows));
 }
 
@@ -65,7 +70,7 @@ void print_rungs(const TuneResult& result, const Names& names) {
   put("\nFrom the fewest features that do to the fastest:\n");
   double before_ns = 0;
   for (const TuneRung& rung : result.rungs) {
-    put("  {}  {}\n", format_time_ns(rung.time_ns), names.setting(rung.setting));
+    put("  {}  {}\n", format_time_ns(rung.time_ns), name_of(result, names, rung.setting));
     if (before_ns > 0)
       put("      {:.1f} % faster for {}{}{}\n", 100 * (1 - rung.time_ns / before_ns), fmt::join(rung.gained, ", "),
           rung.dropped.empty() ? "" : ", without ", fmt::join(rung.dropped, ", "));
@@ -87,7 +92,7 @@ void print_scenes(const TuneResult& result, const Paint& paint, const Names& nam
     }
     put("  {}: {}, {:.1f} % less than the common pick's {} there (between {:.1f} and {:.1f} %)\n      {}\n",
         answer.scene, format_time_ns(answer.own_ns), 100 * answer.gain, format_time_ns(answer.common_ns),
-        100 * answer.gain_low, 100 * answer.gain_high, names.setting(answer.own->setting));
+        100 * answer.gain_low, 100 * answer.gain_high, name_of(result, names, answer.own->setting));
   }
   if (!result.holdout.empty()) put("\nThe pick on what it was not tuned on:\n");
   for (const HoldoutAnswer& answer : result.holdout) {
@@ -105,16 +110,16 @@ void print_tune_result(const TuneResult& result, const Names& names) {
   print_space(result);
   print_subject(result);
   if (result.pick) {
-    put("\n{} {}\n", paint.bold("pick"), paint.good(names.setting(result.pick->setting)));
+    put("\n{} {}\n", paint.bold("pick"), paint.good(name_of(result, names, result.pick->setting)));
     put("  {}   {} {}   within {} of the best{}\n", interval(result.pick->time_ns, result.pick->high_ns),
         result.error_metric, format_number(result.pick->error), percent(result.pick->gap),
         result.counts.unscored > 0 ? " of those scored" : "");
     if (!result.pick->tie.empty())
       put("  tie with {}:\n  the pick is the simpler or smaller of settings that time does not tell apart\n",
-          names.setting(result.pick->tie));
+          name_of(result, names, result.pick->tie));
   } else if (!result.search.is_feasible && !result.is_stopped) {
     put("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
-    if (!result.nearest.empty()) put("  nearest: {}\n", names.setting(result.nearest));
+    if (!result.nearest.empty()) put("  nearest: {}\n", name_of(result, names, result.nearest));
   } else {
     put("\n{}\n", paint.bad(result.is_stopped ? "no pick yet: stopped too early" : "no pick"));
   }
@@ -122,6 +127,7 @@ void print_tune_result(const TuneResult& result, const Names& names) {
   print_rungs(result, names);
   print_answers(result, paint, names);
   print_scenes(result, paint, names);
+  if (!result.filter.note().empty()) put("\n{}\n", paint.dim(result.filter.note()));
 }
 
 void print_next_commands(const TuneResult& result, const std::string& folder) {

@@ -112,9 +112,9 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
   record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
-  record.timing_key = stage_key(
-      {bake_stage(record.map), "encode", "pack", "trace", "harness"},
-      {record.scene_key.hex, setting_id(settings), shade.spirv_sha256, device.backend, device.name, device.driver});
+  record.timing_key = stage_key({bake_stage(record.map), "encode", "pack", "trace", "harness"},
+                                {record.scene_key.hex, setting_id(settings), shade.spirv_sha256,
+                                 session.sampler_key(settings), device.backend, device.name, device.driver});
   if (draw_ns > context_.timeout_s * 1e9) {
     record.status = Status::timeout;
     record.reason =
@@ -166,8 +166,8 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
   const std::string bake = bake_stage(map_of(c.settings).id);
   return stage_key({bake, "encode", "pack", "trace", "reference", "judge"},
                    {key_of(scene).hex, setting_id(c.settings),
-                    context_.session.fragment_sha256(c.settings.technique().id, Target::score), device.backend,
-                    device.name, device.driver});
+                    context_.session.fragment_sha256(c.settings.technique().id, Target::score),
+                    context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
 const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,

@@ -66,6 +66,7 @@ void set_costs(SweepSummary& summary, const MapLibrary& library, const WallSplit
 nlohmann::json device_json(const Session& session) {
   nlohmann::json device = device_json(session.device());
   device["audit"] = audit_json(session.audit());
+  device["filter"] = filter_json(session.filter_audit());
   const Calibration& calibration = session.calibration();
   device["timer"] = timer_id(calibration.timer);
   device["control_load_steps"] = calibration.load_steps;

@@ -42,7 +42,25 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
       split_(split),
       backend_(open_(row, device_index)) {
   if (is_timed) split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
+  simulate_filter({});
   vertex_ = compile_vertex(dialect_);
+}
+
+void Session::simulate_filter(const SimulatedFilter& simulated) {
+  simulated_ = simulated;
+  pipelines_.clear();
+  if (row_.real) split_.book(Part::audit, [&] { filter_audit_ = audit_filter(*backend_, dialect_, simulated); });
+}
+
+MapSampler Session::sampler_of(const Settings& settings) const {
+  const auto found = std::ranges::find(filter_audit_, storage_of(settings).format.type, &FilterAudit::type);
+  return {.error = found == filter_audit_.end() ? FilterError{} : found->precision.error(), .simulated = simulated_};
+}
+
+std::string Session::sampler_key(const Settings& settings) const {
+  if (!makes_up_for_filter(settings)) return "";
+  const FilterError error = sampler_of(settings).error;
+  return fmt::format("{} {}", error.shift, error.value);
 }
 
 void Session::set_timeout(double timeout_s) {
@@ -80,7 +98,8 @@ std::string Session::fragment_sha256(std::string_view source, const Target& targ
 
 Session::Compiled& Session::pipeline(std::string_view source, const Settings* settings, const Target& target,
                                      Wrap wrap) {
-  const std::vector<SpecConstant> constants = constants_of(settings, wrap);
+  const std::vector<SpecConstant> constants =
+      constants_of(settings, wrap, settings == nullptr ? MapSampler{} : sampler_of(*settings));
   std::string key = shader_key(source, target);
   for (const SpecConstant& constant : constants) key += fmt::format(" {}={}", constant.id, constant.value);
   if (const auto found = pipelines_.find(key); found != pipelines_.end()) return found->second;

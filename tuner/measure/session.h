@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "backends/filter_audit.h"
 #include "backends/shader_compiler.h"
 #include "backends/timer_audit.h"
 #include "kernels/trace/technique.h"
@@ -27,10 +28,12 @@ struct Calibration {
 using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int device_index)>;
 [[nodiscard]] std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index);
 
-/// One open device of a sweep: its audited timers, its calibration, and its compiled shaders, each compiled once.
+/// One open device of a sweep: its audited timers and filter, its calibration, and its compiled shaders, each compiled
+/// once.
 class Session {
  public:
-  /// Opens, and audits the timers unless nothing will be timed. throws: Error(environment): no such device
+  /// Opens, audits the filter, and the timers unless nothing will be timed.
+  /// throws: Error(environment): no such device
   Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true,
           OpenDevice open = open_device);
 
@@ -50,6 +53,15 @@ class Session {
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }
   [[nodiscard]] const std::vector<TimerAudit>& audit() const { return audit_; }
+  /// None where the device is not real.
+  [[nodiscard]] const std::vector<FilterAudit>& filter_audit() const { return filter_audit_; }
+
+  /// From now on shaders compute what such a sampler reads, which is audited in the device's place.
+  void simulate_filter(const SimulatedFilter& simulated);
+  /// How these settings' map is read: what the audit found of its type of texel.
+  [[nodiscard]] MapSampler sampler_of(const Settings& settings) const;
+  /// What of that their frames depend on: part of keys.
+  [[nodiscard]] std::string sampler_key(const Settings& settings) const;
 
   struct Compiled {
     std::unique_ptr<Pipeline> pipeline;
@@ -89,6 +101,8 @@ class Session {
   double render_limit_s_ = std::numeric_limits<double>::infinity();
   std::unique_ptr<Backend> backend_;  // outlives what it made
   std::vector<TimerAudit> audit_;
+  SimulatedFilter simulated_;
+  std::vector<FilterAudit> filter_audit_;
   Spirv vertex_;
   std::map<std::string, Spirv, std::less<>> fragments_;
   std::map<std::string, Compiled, std::less<>> pipelines_;

@@ -88,8 +88,10 @@ class StressRun {
  public:
   StressRun(const Extremes& extremes, const StressOptions& options)
       : extremes_(extremes), options_(options), progress_(options.quiet) {
-    for (const std::string& id : options.backends)
+    for (const std::string& id : options.backends) {
       devices_.push_back(std::make_unique<Device>(find_backend(id), options.device, split_));
+      if (options.simulated) devices_.back()->session.simulate_filter(*options.simulated);
+    }
   }
 
   StressReport all() {
@@ -105,7 +107,9 @@ class StressRun {
     report_.extremes = extremes_.list;
     for (const auto& device : devices_) {
       const DeviceInfo& info = device->session.device();
-      report_.devices.push_back(fmt::format("{}: {}, {}", info.backend, info.name, info.driver));
+      std::string text = fmt::format("{}: {}, {}", info.backend, info.name, info.driver);
+      if (options_.simulated) text += fmt::format("; simulated filter: {}", filter_text(*options_.simulated));
+      report_.devices.push_back(std::move(text));
     }
     for (auto& [technique, picture] : pictures_) report_.pictures.push_back(std::move(picture));
     report_.wall_s = split_.total_seconds();
@@ -124,11 +128,13 @@ class StressRun {
   };
 
   void plan() {
+    std::vector<SettingChange> changes = extremes_.changes;
+    if (options_.simulated) changes.emplace_back("filter", "hardware");
     for (const Technique& technique : techniques()) report_.techniques.emplace_back(technique.id);
     for (const Extreme& extreme : extremes_.list) {
       std::vector<std::pair<std::string, Planned>> here;  // by bake
       for (const Technique& technique : techniques())
-        for (Settings& settings : stress_settings(technique, extremes_.changes, extreme))
+        for (Settings& settings : stress_settings(technique, changes, extreme))
           if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
             std::string bake = bake_text(settings, extreme.scene);
             here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});

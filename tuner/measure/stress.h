@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "kernels/trace/shader_contract.h"
 #include "tuner/plan/extremes.h"
 
 namespace reliefbench {
@@ -53,6 +55,7 @@ struct StressOptions {
   int device = 0;
   std::string filter;  ///< glob over "technique/map/format/extreme"; "" for all
   bool is_large = false;
+  std::optional<SimulatedFilter> simulated{};  ///< then all that can reads with this sampler
   bool quiet = false;
 };
 

@@ -32,7 +32,8 @@ nlohmann::json filter_json(std::span<const FilterAudit> audit) {
                     {"bits", row.precision.bits},
                     {"rounds", row.precision.rounds},
                     {"least", row.precision.least},
-                    {"greatest", row.precision.greatest}});
+                    {"greatest", row.precision.greatest},
+                    {"value", row.precision.value}});
   }
   return list;
 }

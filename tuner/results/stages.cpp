@@ -27,7 +27,7 @@ const std::vector<StageVersion>& stage_versions() {
     for (const MapRow& row : map_kinds()) list.push_back({.id = bake_stage(row.id), .version = row.version});
     list.insert(list.end(), {{.id = "encode", .version = 1},
                              {.id = "pack", .version = 1},
-                             {.id = "trace", .version = 1},
+                             {.id = "trace", .version = 2},
                              {.id = "reference", .version = ReferenceTracer::kVersion},
                              {.id = "judge", .version = 2},
                              {.id = "harness", .version = 2}});

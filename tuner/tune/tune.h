@@ -9,6 +9,7 @@
 
 #include "tuner/plan/config.h"
 #include "tuner/plan/scene_key.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/search/search.h"
 #include "tuner/tune/error_pass.h"
 
@@ -105,6 +106,7 @@ struct TuneResult {
   std::vector<Budget> constraints{};  ///< of every answer, without max_error
   std::string backend{};
   std::string device{};
+  CoarseFilter filter{};  ///< of the device, as far as known
   std::vector<std::string> scenes{};
   std::vector<SceneKey> scene_keys{};   ///< parallel to scenes
   std::vector<std::string> subjects{};  ///< parallel to scenes: scene_description() of each

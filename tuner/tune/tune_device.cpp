@@ -95,6 +95,7 @@ class DeviceSource final : public TuneSource {
                       .constraints = config_.front_constraints,
                       .backend = options_.backend,
                       .device = run_.device().name,
+                      .filter = run_.filter(),
                       .counts = counts_};
     for (const MeasuredScene& scene : run_.tuned()) {
       result.scenes.push_back(scene.spec.id);

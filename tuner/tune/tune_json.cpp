@@ -66,6 +66,14 @@ json states_json(const TuneResult& result) {
   return list;
 }
 
+/// The settings whose error rests on a coarse filter.
+json filter_marks_json(const TuneResult& result) {
+  json marked = json::array();
+  for (const Candidate& candidate : result.space.candidates)
+    if (!result.filter.mark(candidate.id).empty()) marked.push_back(candidate.id);
+  return {{"note", result.filter.note()}, {"marked", std::move(marked)}};
+}
+
 json path_json(const TuneResult& result) {
   json list = json::array();
   for (const PathPoint& point : result.search.path)
@@ -126,6 +134,7 @@ json tune_json(const TuneResult& result) {
           {"constraints", budget_texts(result.constraints)},
           {"backend", result.backend},
           {"device", result.device},
+          {"filter", filter_marks_json(result)},
           {"scenes", result.scenes},
           {"scene_keys", std::move(scene_keys)},
           {"replayed", result.replayed},

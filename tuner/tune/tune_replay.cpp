@@ -1,10 +1,12 @@
 #include <memory>
 #include <optional>
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/sha256.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/recorded_run.h"
+#include "tuner/results/run_files.h"
 #include "tuner/tune/tune_search.h"
 #include "tuner/tune/tuner.h"
 
@@ -32,6 +34,14 @@ RecordedQuery query_of(const std::string& scene, const TuneOptions& options) {
   return query;
 }
 
+/// A table that stands alone does not say how its device filtered.
+CoarseFilter filter_of(const std::filesystem::path& recorded, std::string_view backend) {
+  const std::filesystem::path info = recorded / kRunFile;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(info, ignored)) return {};
+  return {nlohmann::json::parse(read_file(info)), backend};
+}
+
 /// A recorded sweep of one scene, whose samples are the noise.
 class RecordedSource final : public TuneSource {
  public:
@@ -46,6 +56,7 @@ class RecordedSource final : public TuneSource {
     TuneResult result{.error_metric = table_.error_metric,
                       .backend = table_.backend,
                       .device = table_.device,
+                      .filter = filter_of(name_, table_.backend),
                       .scenes = {table_.scene},
                       .scene_keys = {SceneKey{table_.scene_key}},
                       .subjects = {table_.scene},

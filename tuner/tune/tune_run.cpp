@@ -79,6 +79,10 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
                          .started_ns = started_ns_});
 }
 
+CoarseFilter TuneRun::filter() const {
+  return {{{"devices", nlohmann::json::array({device_json(*session_)})}}, options_.backend};
+}
+
 /// Those of the plan, and every setting on the held-out scenes.
 std::vector<Case> TuneRun::all_cases() const {
   std::vector<Case> cases = plan_.cases;

@@ -10,6 +10,7 @@
 #include "tuner/measure/record_book.h"
 #include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/tune/tune.h"
 
 namespace reliefbench {
@@ -26,6 +27,7 @@ class TuneRun {
   [[nodiscard]] const std::vector<MeasuredScene>& tuned() const { return tuned_; }  ///< one a scene of the config
   [[nodiscard]] const std::vector<MeasuredScene>& holdout() const { return holdout_; }
   [[nodiscard]] const DeviceInfo& device() const { return session_->device(); }
+  [[nodiscard]] CoarseFilter filter() const;
   [[nodiscard]] MapLibrary& library() { return library_; }
   [[nodiscard]] const SampleBook& book() const { return *book_; }
 
