@@ -31,7 +31,7 @@ std::vector<float> shown_weights(Backend& backend, const Pipeline& pipeline, Tex
   Draw draw{.pipeline = &pipeline, .textures = {{"two_texels", texture.get()}}};
   draw.frame.sizes = {kSide_px, kSide_px, 2, 1};
   static_cast<void>(backend.render(draw, 1, Timer::fenced_wall));
-  const std::vector<std::uint8_t> bytes = backend.read("out_weight");
+  const std::span<const std::uint8_t> bytes = backend.read("out_weight");
   std::vector<float> weights(bytes.size() / sizeof(float));
   std::memcpy(weights.data(), bytes.data(), bytes.size());
   return weights;
