@@ -59,8 +59,7 @@ struct ExactFrame {
   std::vector<float> heights;
 
   [[nodiscard]] bool is_of(const FrameUniforms& other, const NullTexture& relief) const {
-    return std::memcmp(&frame, &other, sizeof(frame)) == 0 && wrap == relief.wrap &&
-           heights == read_channel(relief.image, 0);
+    return frame == other && wrap == relief.wrap && heights == read_channel(relief.image, 0);
   }
 };
 
@@ -106,8 +105,8 @@ void make_up_color(const FrameUniforms& frame, const NullPipeline& pipeline, std
   const int width = frame.sizes[0];
   const int height = frame.sizes[1];
   color.resize(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  std::vector<std::uint8_t> reds;
-  for (int x = 0; x < width; ++x) reds.push_back(code(1.0 * x / width));
+  std::vector<std::uint8_t> reds(static_cast<std::size_t>(width));
+  for (int x = 0; x < width; ++x) reds[static_cast<std::size_t>(x)] = code(1.0 * x / width);
   parallel_for(height, 0, [&](int y) {
     const std::uint8_t green = code(1.0 * y / height);
     std::uint8_t* pixel = color.data() + 4 * static_cast<std::size_t>(y) * reds.size();

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <numeric>
@@ -188,11 +187,12 @@ std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
 }
 
 bool have_rays(std::span<const ScorePixel> pixels, std::span<const TextureRay> rays) {
+  using Bits = std::array<std::uint32_t, 4>;
   if (pixels.size() != rays.size()) return false;
   return 0 == sum_of_shares(pixels.size(), [&](std::size_t first, std::size_t size) {
            std::int64_t others = 0;
            for (std::size_t i = first; i < first + size; ++i)
-             others += std::memcmp(&pixels[i].ray, &rays[i], sizeof(TextureRay)) == 0 ? 0 : 1;
+             others += std::bit_cast<Bits>(pixels[i].ray) == std::bit_cast<Bits>(rays[i]) ? 0 : 1;
            return others;
          });
 }

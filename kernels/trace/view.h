@@ -56,6 +56,8 @@ struct FrameUniforms {
   std::array<float, 4> forward;       ///< xyz
   std::array<float, 4> light;         ///< xyz, towards the light
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
+
+  bool operator==(const FrameUniforms&) const = default;
 };
 static_assert(sizeof(FrameUniforms) == 96);
 [[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);

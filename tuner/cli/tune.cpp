@@ -260,8 +260,8 @@ void add_tune_command(CLI::App& app, int& exit_code) {
                     "draw again what failed in an earlier start, also what it died of twice");
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
       ->check(CLI::NonNegativeNumber);
-  std::vector<std::string_view> sizes;
-  for (const FrameSize& size : kFrameSizes) sizes.push_back(size.id);
+  std::vector<std::string_view> sizes(kFrameSizes.size());
+  std::ranges::transform(kFrameSizes, sizes.begin(), &FrameSize::id);
   command
       ->add_option("--frame-px", arguments->frame_px,
                    fmt::format("WIDTHxHEIGHT of the frame, or {}", fmt::join(sizes, " | ")))

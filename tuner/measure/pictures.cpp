@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "kernels/base/parallel.h"
 #include "kernels/image/image.h"
@@ -45,20 +45,20 @@ class PictureFolder {
 
   [[nodiscard]] bool has(const fs::path& file) const {
     std::error_code unreadable;
-    return waiting_.contains(file) || fs::exists(work_.folder / file, unreadable);
+    return std::ranges::find(waiting_, file, &Picture::file) != waiting_.end() ||
+           fs::exists(work_.folder / file, unreadable);
   }
   void add(const fs::path& file, const SceneSpec& scene, std::vector<std::uint8_t> rgba8) {
     if (has(file)) return;
     bytes_ += rgba8.size();
-    waiting_.emplace(file, Picture{.scene = &scene, .rgba8 = std::move(rgba8)});
+    waiting_.push_back({.file = file, .scene = &scene.scene, .rgba8 = std::move(rgba8)});
     if (bytes_ >= kMostWaitingBytes) write();
   }
   void write() {
-    std::vector<std::pair<fs::path, Picture>> pictures(waiting_.begin(), waiting_.end());
     work_.split.book(Part::pictures, [&] {
-      parallel_for(static_cast<int>(pictures.size()), 0, [&](int i) {
-        const auto& [file, picture] = pictures[static_cast<std::size_t>(i)];
-        write_png(work_.folder / file, picture.scene->scene.width_px, picture.scene->scene.height_px, picture.rgba8);
+      parallel_for(static_cast<int>(waiting_.size()), 0, [&](int i) {
+        const Picture& one = waiting_[static_cast<std::size_t>(i)];
+        write_png(work_.folder / one.file, one.scene->width_px, one.scene->height_px, one.rgba8);
       });
     });
     waiting_.clear();
@@ -67,11 +67,12 @@ class PictureFolder {
 
  private:
   struct Picture {
-    const SceneSpec* scene;
+    fs::path file;
+    const Scene* scene;
     std::vector<std::uint8_t> rgba8;
   };
   const PictureWork& work_;
-  std::map<fs::path, Picture> waiting_;
+  std::vector<Picture> waiting_;
   std::size_t bytes_ = 0;
 };
 

@@ -44,7 +44,7 @@ class Preparer {
     double timeout_s;
     int flicker_frames;
   };
-  explicit Preparer(Context context) : context_(std::move(context)) {}
+  explicit Preparer(const Context& context) : context_(context) {}
 
   /// Never throws for a case's own failure: that becomes its record's status and reason.
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);

@@ -294,10 +294,12 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));
     });
+    done_before += static_cast<double>(pending);
+    progress.update(done_before / static_cast<double>(plan.cases.size()),
+                    fmt::format("pictures on {}", session->device().name));
     const Run so_far = load_run(options.output);
     sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan,
                         [&](const std::string& line) { progress.note(line); });
-    done_before += static_cast<double>(pending);
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
     summary.shaders += session->shaders_compiled();
