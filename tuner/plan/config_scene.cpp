@@ -31,6 +31,7 @@ std::string read_name(const ConfigReader& reader, const JsonNode& node) {
 template <typename Rows>
 std::vector<std::string_view> ids(const Rows& rows) {
   std::vector<std::string_view> list;
+  list.reserve(std::size(rows));
   for (const auto& row : rows) list.push_back(row.id);
   return list;
 }
