@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "kernels/base/error.h"
+#include "kernels/base/parallel.h"
 
 namespace reliefbench {
 
@@ -76,19 +77,36 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
           .wrap = wrap};
 }
 
-std::vector<std::uint8_t> Backend::read_color() { return read(Target::color.attachments[0].name); }
+void Backend::read_color(std::vector<std::uint8_t>& into) {
+  const std::span<const std::uint8_t> bytes = read(Target::color.attachments[0].name);
+  into.resize(bytes.size());
+  for_each_share(bytes.size(), [&](std::size_t, std::size_t first, std::size_t size) {
+    std::memcpy(into.data() + first, bytes.data() + first, size);
+  });
+}
+
+std::vector<std::uint8_t> Backend::read_color() {
+  std::vector<std::uint8_t> rgba8;
+  read_color(rgba8);
+  return rgba8;
+}
+
+void Backend::read_score(std::vector<ScorePixel>& into) {
+  constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;  // of a pixel, in each attachment
+  for (std::size_t half = 0; half < 2; ++half) {
+    const std::span<const std::uint8_t> bytes = read(Target::score.attachments[half].name);
+    into.resize(bytes.size() / kHalf);
+    auto* const to = reinterpret_cast<std::uint8_t*>(into.data()) + half * kHalf;
+    for_each_share(into.size(), [&](std::size_t, std::size_t first, std::size_t size) {
+      for (std::size_t i = first; i < first + size; ++i)
+        std::memcpy(to + i * sizeof(ScorePixel), bytes.data() + i * kHalf, kHalf);
+    });
+  }
+}
 
 std::vector<ScorePixel> Backend::read_score() {
-  constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;  // of a pixel, in each attachment
-  const std::vector<std::uint8_t> rays = read(Target::score.attachments[0].name);
-  const std::vector<std::uint8_t> hits = read(Target::score.attachments[1].name);
-  std::vector<ScorePixel> pixels(rays.size() / kHalf);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    std::array<std::uint8_t, sizeof(ScorePixel)> pixel{};
-    std::memcpy(pixel.data(), rays.data() + i * kHalf, kHalf);
-    std::memcpy(pixel.data() + kHalf, hits.data() + i * kHalf, kHalf);
-    std::memcpy(&pixels[i], pixel.data(), pixel.size());
-  }
+  std::vector<ScorePixel> pixels;
+  read_score(pixels);
   return pixels;
 }
 

@@ -187,8 +187,8 @@ class Backend {
   /// Draws a frame `frames` times and waits for the end. frame: its draws in their order, all into the same target
   virtual BatchTime render(std::span<const Draw> frame, int frames, Timer timer) = 0;
   /// The attachment of that name as the last frame that has it left it, rows tightly packed; row 0 is
-  /// gl_FragCoord.y = 0.5 on every backend.
-  [[nodiscard]] virtual std::vector<std::uint8_t> read(std::string_view attachment) = 0;
+  /// gl_FragCoord.y = 0.5 on every backend. The bytes are the backend's own, until its next call.
+  [[nodiscard]] virtual std::span<const std::uint8_t> read(std::string_view attachment) = 0;
   /// throws: Error(environment): a shader that the device does not take, or no compute at all
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) = 0;
   /// Runs the job to its end.
@@ -199,9 +199,11 @@ class Backend {
 
   /// A frame of one draw.
   BatchTime render(const Draw& draw, int frames, Timer timer) { return render(std::span(&draw, 1), frames, timer); }
-  /// The last frame drawn into Target::color, RGBA8.
+  /// The last frame drawn into Target::color, RGBA8. into: what is in it goes, its memory is used again
+  void read_color(std::vector<std::uint8_t>& into);
   [[nodiscard]] std::vector<std::uint8_t> read_color();
-  /// The last frame drawn into Target::score.
+  /// The last frame drawn into Target::score, likewise.
+  void read_score(std::vector<ScorePixel>& into);
   [[nodiscard]] std::vector<ScorePixel> read_score();
 
  protected:

@@ -47,7 +47,7 @@ FilterPrecision shown_precision(Backend& backend, const Pipeline& pipeline, Texe
   Draw draw{.pipeline = &pipeline, .textures = {{kReliefMap, texture.get()}}};
   draw.frame.sizes = {kSide_px, kSide_px, 4, 2};
   static_cast<void>(backend.render(draw, 1, Timer::fenced_wall));
-  const std::vector<std::uint8_t> bytes = backend.read(kShown.name);
+  const std::span<const std::uint8_t> bytes = backend.read(kShown.name);
   std::vector<std::array<float, 2>> shown(kPlaces);
   std::memcpy(shown.data(), bytes.data(), bytes.size());
   std::vector<float> weights;

@@ -1,8 +1,12 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include "backends/backend.h"
 #include "kernels/base/error.h"
+#include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
 #include "kernels/judge/reference.h"
 #include "kernels/trace/technique.h"
@@ -46,37 +50,71 @@ struct NullPipeline final : Pipeline {
   }
 };
 
-/// Rays of the frame, and hits that come nearer to the exact ones with every step: t = exact * steps / (1 + steps).
-std::vector<ScorePixel> made_up_score(const FrameUniforms& frame, const NullTexture& relief, double steps) {
-  std::vector<ScorePixel> pixels;
-  std::vector<TextureRay> rays;
-  for (int y = 0; y < frame.sizes[1]; ++y)
-    for (int x = 0; x < frame.sizes[0]; ++x) {
-      pixels.push_back(pixel_ray(frame, relief.wrap, x, y));
-      rays.push_back(pixels.back().ray);
-    }
-  if (steps <= 0 || relief.image.width < 2 || relief.image.height < 2) return pixels;
+/// What score frames of one camera on one texture have in common.
+struct ExactFrame {
+  std::vector<ScorePixel> rays;     ///< of each pixel, t = 0
+  std::vector<ReferenceHit> exact;  ///< none where the texture is no map
+  FrameUniforms frame{};
+  Wrap wrap = Wrap::repeat;
+  std::vector<float> heights;
 
-  const Heightfield heights{
-      .width = relief.image.width, .height = relief.image.height, .texels = read_channel(relief.image, 0)};
-  const std::vector<ReferenceHit> exact = ReferenceTracer(heights, relief.wrap).trace(rays);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
-    pixels[i].t = static_cast<float>(exact[i].t_enter * steps / (1 + steps));
-    pixels[i].taps = pixels[i].steps = static_cast<float>(steps);
+  [[nodiscard]] bool is_of(const FrameUniforms& other, const NullTexture& relief) const {
+    return frame == other && wrap == relief.wrap && heights == read_channel(relief.image, 0);
   }
-  return pixels;
+};
+
+ExactFrame exact_frame(const FrameUniforms& frame, const NullTexture& relief) {
+  const auto width = static_cast<std::size_t>(frame.sizes[0]);
+  const std::size_t count = width * static_cast<std::size_t>(frame.sizes[1]);
+  ExactFrame made{.rays = std::vector<ScorePixel>(count),
+                  .exact = {},
+                  .frame = frame,
+                  .wrap = relief.wrap,
+                  .heights = read_channel(relief.image, 0)};
+  std::vector<TextureRay> rays(count);
+  for_each_share(count, [&](std::size_t, std::size_t first, std::size_t size) {
+    for (std::size_t i = first; i < first + size; ++i) {
+      made.rays[i] = pixel_ray(frame, relief.wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+      rays[i] = made.rays[i].ray;
+    }
+  });
+  if (relief.image.width < 2 || relief.image.height < 2) return made;
+  const Heightfield heights{.width = relief.image.width, .height = relief.image.height, .texels = made.heights};
+  made.exact = ReferenceTracer(heights, relief.wrap).trace(rays);
+  return made;
+}
+
+/// Hits that come nearer to the exact ones with every step: t = exact * steps / (1 + steps).
+void make_up_score(const ExactFrame& frame, double steps, std::vector<ScorePixel>& pixels) {
+  pixels.resize(frame.rays.size());
+  for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t size) {
+    for (std::size_t i = first; i < first + size; ++i) {
+      ScorePixel& pixel = pixels[i] = frame.rays[i];
+      if (steps <= 0 || frame.exact.empty() || pixel.status == static_cast<float>(PixelStatus::no_ray)) continue;
+      pixel.t = static_cast<float>(frame.exact[i].t_enter * steps / (1 + steps));
+      pixel.taps = pixel.steps = static_cast<float>(steps);
+    }
+  });
 }
 
 /// A gradient; the third channel comes nearer to that of the exact picture ("reference") with every step.
-std::vector<std::uint8_t> made_up_color(const FrameUniforms& frame, const NullPipeline& pipeline) {
+void make_up_color(const FrameUniforms& frame, const NullPipeline& pipeline, std::vector<std::uint8_t>& color) {
   const double error = pipeline.label == "reference" ? 0 : 1 / (1 + pipeline.steps());
-  std::vector<std::uint8_t> color;
-  for (int y = 0; y < frame.sizes[1]; ++y)
-    for (int x = 0; x < frame.sizes[0]; ++x)
-      for (const double value : {1.0 * x / frame.sizes[0], 1.0 * y / frame.sizes[1], 0.5 + 0.5 * error, 1.0})
-        color.push_back(static_cast<std::uint8_t>(std::lround(255 * value)));
-  return color;
+  const auto code = [](double value) { return static_cast<std::uint8_t>(std::lround(255 * value)); };
+  const std::uint8_t blue = code(0.5 + 0.5 * error);
+  const int width = frame.sizes[0];
+  const int height = frame.sizes[1];
+  color.resize(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  std::vector<std::uint8_t> reds(static_cast<std::size_t>(width));
+  for (int x = 0; x < width; ++x) reds[static_cast<std::size_t>(x)] = code(1.0 * x / width);
+  parallel_for(height, 0, [&](int y) {
+    const std::uint8_t green = code(1.0 * y / height);
+    std::uint8_t* pixel = color.data() + 4 * static_cast<std::size_t>(y) * reds.size();
+    for (const std::uint8_t red : reds) {
+      const std::array<std::uint8_t, 4> rgba{red, green, blue, 255};
+      pixel = std::ranges::copy(rgba, pixel).out;
+    }
+  });
 }
 
 struct ColorFrame {
@@ -118,8 +156,7 @@ class NullBackend final : public Backend {
     for (const Draw& draw : frame) {
       const auto& pipeline = static_cast<const NullPipeline&>(*draw.pipeline);
       if (pipeline.target == Target::score)
-        score_ =
-            made_up_score(draw.frame, static_cast<const NullTexture&>(texture_of(draw, kReliefMap)), pipeline.steps());
+        draw_score(draw, pipeline.steps());
       else
         color_ = ColorFrame{.pipeline = pipeline, .frame = draw.frame};
       frame_ns += 1.0 * draw.frame.sizes[0] * draw.frame.sizes[1] * pipeline.pixel_ns();
@@ -128,9 +165,11 @@ class NullBackend final : public Backend {
     return {.wall_ns = frames * frame_ns * (1 + noise)};
   }
 
-  [[nodiscard]] std::vector<std::uint8_t> read(std::string_view attachment) override {
-    if (attachment == Target::color.attachments[0].name && color_)
-      return made_up_color(color_->frame, color_->pipeline);
+  [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override {
+    if (attachment == Target::color.attachments[0].name && color_) {
+      make_up_color(color_->frame, color_->pipeline, read_);
+      return read_;
+    }
     for (std::size_t half = 0; half < 2; ++half)
       if (attachment == Target::score.attachments[half].name && !score_.empty()) return score_attachment(half);
     fail_not_drawn("null", attachment);
@@ -142,22 +181,30 @@ class NullBackend final : public Backend {
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return {}; }
 
  private:
+  void draw_score(const Draw& draw, double steps) {
+    const auto& relief = static_cast<const NullTexture&>(texture_of(draw, kReliefMap));
+    if (!exact_ || !exact_->is_of(draw.frame, relief)) exact_ = exact_frame(draw.frame, relief);
+    make_up_score(*exact_, steps, score_);
+  }
+
   /// One half of every pixel: rays or hits.
-  [[nodiscard]] std::vector<std::uint8_t> score_attachment(std::size_t half) const {
+  [[nodiscard]] std::span<const std::uint8_t> score_attachment(std::size_t half) {
     constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;
-    std::vector<std::uint8_t> bytes;
-    bytes.reserve(score_.size() * kHalf);
-    for (const ScorePixel& pixel : score_) {
-      const auto* const begin = reinterpret_cast<const std::uint8_t*>(&pixel) + half * kHalf;
-      bytes.insert(bytes.end(), begin, begin + kHalf);
-    }
-    return bytes;
+    read_.resize(score_.size() * kHalf);
+    const auto* const from = reinterpret_cast<const std::uint8_t*>(score_.data()) + half * kHalf;
+    for_each_share(score_.size(), [&](std::size_t, std::size_t first, std::size_t size) {
+      for (std::size_t i = first; i < first + size; ++i)
+        std::memcpy(read_.data() + i * kHalf, from + i * sizeof(ScorePixel), kHalf);
+    });
+    return read_;
   }
 
   DeviceInfo device_;
+  std::optional<ExactFrame> exact_;  ///< of the last score frame
   std::vector<ScorePixel> score_;
   std::optional<ColorFrame> color_;  ///< painted only when it is read: most frames are only timed
-  std::uint64_t batches_ = 0;        ///< seed of the noise
+  std::vector<std::uint8_t> read_;
+  std::uint64_t batches_ = 0;  ///< seed of the noise
 };
 
 }  // namespace

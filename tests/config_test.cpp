@@ -157,6 +157,8 @@ std::vector<Broken> broken_configs() {
        "known: repeat, clamp"},
       {"frame_list", scene(R"({"heightmap": "rocks", "views": "top", "frame_px": 256})"), 4, "scenes[0].frame_px",
        "expected [width, height]"},
+      {"frame_name", scene(R"({"heightmap": "rocks", "views": "top", "frame_px": "1080"})"), 4, "scenes[0].frame_px",
+       "'1080' is unknown (did you mean '1080p'?; known: 720p, 1080p, 1440p, 4k)"},
       {"frame_0", scene(R"({"heightmap": "rocks", "views": "top", "frame_px": [0, 1]})"), 4, "scenes[0].frame_px[0]",
        "0 is out of range (expected 1 to 16384)"},
       {"frame_side", scene(R"({"heightmap": "rocks", "views": "top", "frame_px": [1, 16385]})"), 4,

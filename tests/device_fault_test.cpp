@@ -28,8 +28,13 @@ class DeviceFault : public ::testing::Test {
   [[nodiscard]] static Config smoke() {
     return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
   }
+  /// Without pictures, which no case fails for (SweepTest).
   Statuses sweep(const std::string& name, FaultyDevices& devices, const Config& config = smoke()) const {
-    return run_sweep(config, {.output = folder_ / name, .backends = {"null"}, .quiet = true, .open = devices.opener()})
+    return run_sweep(config, {.output = folder_ / name,
+                              .backends = {"null"},
+                              .pictures = Pictured::none,
+                              .quiet = true,
+                              .open = devices.opener()})
         .statuses;
   }
   Statuses sweep(const std::string& name) const {

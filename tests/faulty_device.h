@@ -48,7 +48,7 @@ class FaultyDevices {
       if (nth >= devices_.slow_from_) time.wall_ns *= devices_.factor_;
       return time;
     }
-    std::vector<std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
+    std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
     std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
       return inner_->compile_compute(desc);
     }

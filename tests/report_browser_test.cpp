@@ -21,11 +21,13 @@ void expect_charts(const std::string& body, int charts, int points) {
 }
 
 TEST_F(ReportInBrowser, DrawsAndAnswersToMouseAndKeyboard) {
-  const auto run = synthetic_run({});
+  auto run = synthetic_run({});
+  run.info["argv"] = {"reliefbench", "sweep", "my config.json", "-o", "out", "--pictures", "none"};
   const std::string probe = R"(
     const press = (target, key) => target.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
     const change = (metric) => { byId('metric').value = metricIndex.get(metric);
                                  byId('metric').dispatchEvent(new Event('change')); };
+    result.missing = document.querySelector('.missing code').textContent;
     press(document.body, '3');
     result.flipped = document.querySelectorAll('.picture-card[data-kind=error]').length;
     const single = charts.find((entry) => !entry.spec.overlaid);
@@ -54,6 +56,7 @@ TEST_F(ReportInBrowser, DrawsAndAnswersToMouseAndKeyboard) {
   const std::string body = body_tag(document(make_report(std::span(&run, 1)), probe));
   expect_charts(body, 9, 360);  // 2 backends x 3 scenes, and the backends of each scene laid over one another
   EXPECT_THAT(body, HasSubstr("data-probed=\"yes\""));
+  EXPECT_THAT(body, HasSubstr("data-missing=\"reliefbench sweep 'my config.json' -o out\""));
   EXPECT_THAT(body, HasSubstr("data-flipped=\"6\""));
   EXPECT_THAT(
       body,

@@ -73,6 +73,20 @@ TEST(Schema, DefaultsAreTheLoadersOwn) {
   EXPECT_EQ(fallback("front", "error"), Config{}.front_error);
 }
 
+TEST(Schema, FrameSizesAreThoseOfTheTable) {
+  const json names = load_schema("config")["definitions"]["scene"]["properties"]["frame_px"]["anyOf"][0]["enum"];
+  json ids;
+  for (const FrameSize& size : kFrameSizes) {
+    ids.push_back(size.id);
+    const json config = {{"scenes", {{{"heightmap", "rocks"}, {"views", "top"}, {"frame_px", size.id}}}},
+                         {"sweeps", {{{"technique", "flat"}}}}};
+    EXPECT_EQ(schema_errors(config, "config"), "");
+    const Scene scene = parse_config(config.dump(), "c.json").scenes.front().scene;
+    EXPECT_EQ(std::pair(scene.width_px, scene.height_px), std::pair(size.width_px, size.height_px));
+  }
+  EXPECT_EQ(names, ids);
+}
+
 TEST(Schema, ShippedConfigsAreValidAndMakeAPlan) {
   ASSERT_GE(shipped_configs().size(), 2U);
   const std::vector<std::string> backends{"opengl", "vulkan"};
@@ -109,6 +123,7 @@ TEST(Schema, RefusesBrokenConfigs) {
   refused("/scenes/0/tiling", 0);
   refused("/scenes/0/relief_depth", -1);
   refused("/scenes/0/frame_px", {256});
+  refused("/scenes/0/frame_px", "1081p");
   refused("/scenes/0/frame_px", {256, 16385});
   refused("/scenes/0/views", {{"id", "v"}, {"elevation_deg", -91}});
   refused("/measure", {{"samples", 0}});

@@ -229,6 +229,21 @@ TEST(Metrics, TablesShowSomeOfThem) {
     EXPECT_TRUE(metric.column.empty() || metric_place(metric.column).has_value()) << metric.id;
 }
 
+TEST(Rays, AreTheSameBitByBit) {
+  std::vector<ScorePixel> pixels(70'000);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i].ray.u = static_cast<float>(i);
+  pixels[5].ray.v = std::numeric_limits<float>::quiet_NaN();
+  std::vector<TextureRay> rays = rays_of(pixels);
+  EXPECT_EQ(rays[69'999].u, 69'999);
+  EXPECT_TRUE(have_rays(pixels, rays));
+  pixels.back().t = 1;
+  EXPECT_TRUE(have_rays(pixels, rays));
+  rays.back().slope_v = -0.0F;
+  EXPECT_FALSE(have_rays(pixels, rays));
+  rays.pop_back();
+  EXPECT_FALSE(have_rays(pixels, rays));
+}
+
 TEST(Metrics, DescribeThemselves) {
   std::set<std::string_view> descriptions;
   for (const MetricRow& row : metrics()) {

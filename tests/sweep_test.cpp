@@ -10,6 +10,8 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "tests/command.h"
+#include "tests/faulty_device.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/plan/config.h"
@@ -30,8 +32,16 @@ class SweepTest : public ::testing::Test {
   [[nodiscard]] static Config smoke() {
     return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
   }
-  [[nodiscard]] SweepSummary sweep(const std::string& name, int device = 0) const {
-    return run_sweep(smoke(), {.output = folder_ / name, .backends = {"null"}, .device = device, .quiet = true});
+  [[nodiscard]] SweepSummary sweep(const std::string& name, int device = 0, Pictured pictures = Pictured::shown) const {
+    return run_sweep(
+        smoke(),
+        {.output = folder_ / name, .backends = {"null"}, .device = device, .pictures = pictures, .quiet = true});
+  }
+  [[nodiscard]] std::map<std::string, std::string> pictures(const std::string& run) const {
+    std::map<std::string, std::string> texts;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / run / kImagesFolder))
+      texts[entry.path().filename()] = file_text(entry.path());
+    return texts;
   }
   [[nodiscard]] std::vector<std::string> lines(const std::string& run, std::string_view file) const {
     std::vector<std::string> out;
@@ -195,6 +205,54 @@ TEST_F(SweepTest, keeps_the_pictures_of_the_front_alone) {
   std::ofstream(dominated) << "x";
   static_cast<void>(sweep("run"));
   EXPECT_FALSE(std::filesystem::exists(dominated));
+}
+
+TEST_F(SweepTest, a_finished_run_gets_the_pictures_that_it_lacks) {
+  static_cast<void>(sweep("run"));
+  const auto whole = pictures("run");
+  const std::vector<std::string> results = lines("run", kResultsFile);
+  ASSERT_GE(whole.size(), 3U);
+  for (const auto& [name, text] : whole) {
+    std::filesystem::remove(folder_ / "run" / kImagesFolder / name);
+    static_cast<void>(sweep("run"));
+    EXPECT_TRUE(pictures("run") == whole) << name;
+  }
+  EXPECT_EQ(lines("run", kResultsFile), results);
+}
+
+TEST_F(SweepTest, pictures_are_of_the_cases_that_are_asked_for) {
+  const SweepSummary summary = sweep("run", 0, Pictured::none);
+  EXPECT_TRUE(pictures("run").empty());
+  static_cast<void>(sweep("run", 0, Pictured::all));
+  EXPECT_EQ(pictures("run").size(), 2U * static_cast<std::size_t>(summary.cases) + 1);  // one exact picture for all
+  static_cast<void>(sweep("run"));
+  static_cast<void>(sweep("fresh"));
+  EXPECT_TRUE(pictures("run") == pictures("fresh"));
+}
+
+TEST_F(SweepTest, a_case_whose_picture_fails_keeps_its_record) {
+  const auto sweep_on = [&](FaultyDevices& devices, Pictured pictures) {
+    return run_sweep(smoke(), {.output = folder_ / "run",
+                               .backends = {"null"},
+                               .pictures = pictures,
+                               .quiet = true,
+                               .open = devices.opener()});
+  };
+  static_cast<void>(sweep("run"));
+  const std::size_t whole = pictures("run").size();
+  const std::vector<std::string> results = lines("run", kResultsFile);
+  FaultyDevices good;
+  static_cast<void>(sweep_on(good, Pictured::none));
+  for (const FaultyDevices::Call call : {FaultyDevices::upload, FaultyDevices::compile, FaultyDevices::draw})
+    for (const Fault fault : {Fault::out_of_memory, Fault::device_lost}) {
+      FaultyDevices devices;
+      devices.fail(call, good.calls(call), fault);  // the first that is not of the audit
+      const SweepSummary summary = sweep_on(devices, Pictured::shown);
+      EXPECT_EQ(summary.statuses.at("ok"), summary.cases);
+      EXPECT_EQ(lines("run", kResultsFile), results);
+      EXPECT_EQ(pictures("run").size(), whole - 2);
+      std::filesystem::remove_all(folder_ / "run" / kImagesFolder);
+    }
 }
 
 TEST_F(SweepTest, removes_no_picture_that_is_not_its_own) {

@@ -44,7 +44,7 @@ class ClockedBackend final : public Backend {
     if (timer != Timer::fenced_wall) time.device_ns = clocks_.device_ns(true_ns);
     return time;
   }
-  std::vector<std::uint8_t> read(std::string_view) override { return {}; }
+  std::span<const std::uint8_t> read(std::string_view) override { return {}; }
   std::unique_ptr<Pipeline> compile_compute(const ComputeDesc&) override { return nullptr; }
   ComputeResult compute(const ComputeJob&) override { return {}; }
   std::vector<std::string> debug_messages() const override { return {}; }

@@ -17,6 +17,7 @@
 #include "tests/finished_run.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
+#include "tuner/measure/pictures.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/recorded_run.h"
@@ -81,6 +82,12 @@ TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {
   }
   for (const BudgetAnswer& answer : result.search.answers)
     EXPECT_TRUE(recorded.contains(result.space.candidates[answer.pick].id));
+  for (const Record* record : pictured_records(run.records, config(), Pictured::shown)) {  // held-out scenes', too
+    const std::string& id = record->case_id;
+    for (const auto& picture : {image_path(id, "frame"), image_path(id, "error"),
+                                image_path(reference_image_key(record->scene, record->backend), "frame")})
+      EXPECT_TRUE(std::filesystem::exists(run.folder / picture)) << id;
+  }
 }
 
 // A scene's own pick is held to the common one by the medians of the same scene's samples: never by two measurements.

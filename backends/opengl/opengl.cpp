@@ -96,7 +96,7 @@ class OpenglBackend final : public Backend {
   }
 
   BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override;
-  [[nodiscard]] std::vector<std::uint8_t> read(std::string_view attachment) override;
+  [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override;
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     context_.make_current();
     return std::make_unique<OpenglCompute>(context_, desc);
@@ -132,6 +132,7 @@ class OpenglBackend final : public Backend {
   GLuint elapsed_ = 0;
   std::array<GLuint, 2> stamps_{};
   std::vector<GlTarget> targets_;  ///< the one drawn last at the end
+  std::vector<std::uint8_t> read_;
 };
 
 GlTarget& OpenglBackend::prepare_target(const Draw& first) {
@@ -245,10 +246,10 @@ std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {
   return std::nullopt;
 }
 
-std::vector<std::uint8_t> OpenglBackend::read(std::string_view attachment) {
+std::span<const std::uint8_t> OpenglBackend::read(std::string_view attachment) {
   context_.make_current();
   for (std::size_t i = targets_.size(); i-- > 0;)  // the latest first
-    if (auto bytes = targets_[i].read(attachment)) return std::move(*bytes);
+    if (targets_[i].read(attachment, read_)) return read_;
   fail_not_drawn("OpenGL", attachment);
 }
 

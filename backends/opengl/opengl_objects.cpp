@@ -212,21 +212,21 @@ void GlTarget::clear() const {
   glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &kFarthest);
 }
 
-std::optional<std::vector<std::uint8_t>> GlTarget::read(std::string_view attachment) const {
+bool GlTarget::read(std::string_view attachment, std::vector<std::uint8_t>& bytes) const {
   for (std::size_t i = 0; i < textures.size(); ++i) {
     const bool is_depth = i == target.attachments.size();
     const Attachment& here = is_depth ? kDepth : target.attachments[i];
     if (here.name != attachment || width == 0) continue;
     const GlFormat format = gl_format(here.layout);
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
-                                    static_cast<std::size_t>(here.layout.bytes()));
+    bytes.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                 static_cast<std::size_t>(here.layout.bytes()));
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glGetTextureImage(textures[i], 0, is_depth ? GL_DEPTH_COMPONENT : format.layout, format.type,
                       static_cast<GLsizei>(bytes.size()), bytes.data());
     check_gl(fmt::format("read the attachment {}", attachment));
-    return bytes;
+    return true;
   }
-  return std::nullopt;
+  return false;
 }
 
 }  // namespace reliefbench

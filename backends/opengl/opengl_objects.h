@@ -82,8 +82,8 @@ struct GlTarget {
   void resize(int new_width, int new_height);
   /// What a frame of this target starts from, where it starts from anything.
   void clear() const;
-  /// The attachment of that name; none: it has no such
-  [[nodiscard]] std::optional<std::vector<std::uint8_t>> read(std::string_view attachment) const;
+  /// Reads the attachment of that name into `bytes`; false: it has no such
+  [[nodiscard]] bool read(std::string_view attachment, std::vector<std::uint8_t>& bytes) const;
 };
 
 }  // namespace reliefbench

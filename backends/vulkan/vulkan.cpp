@@ -1,5 +1,3 @@
-#include <cstring>
-
 #include "backends/backend.h"
 #include "backends/vulkan/vulkan_bindings.h"
 #include "backends/vulkan/vulkan_compute.h"
@@ -35,7 +33,7 @@ class VulkanBackend final : public Backend {
     return make_pipeline(device_, targets_.render_pass(desc.target), desc);
   }
   BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override;
-  [[nodiscard]] std::vector<std::uint8_t> read(std::string_view attachment) override;
+  [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override;
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     return std::make_unique<VulkanCompute>(device_, desc);
   }
@@ -55,6 +53,7 @@ class VulkanBackend final : public Backend {
   FrameTargets targets_;
   Bindings bindings_;
   Timestamps stamps_;
+  HostBuffer read_{};
 };
 
 const VulkanTarget& VulkanBackend::prepare_target(std::span<const Draw> frame) {
@@ -141,13 +140,11 @@ BatchTime VulkanBackend::render(std::span<const Draw> frame, int frames, Timer t
   return time;
 }
 
-std::vector<std::uint8_t> VulkanBackend::read(std::string_view attachment) {
+std::span<const std::uint8_t> VulkanBackend::read(std::string_view attachment) {
   const auto drawn = targets_.drawn(attachment);
   if (!drawn) fail_not_drawn("vulkan", attachment);
-  const HostBuffer texels = read_texels(device_, drawn->image, drawn->texel_bytes);
-  std::vector<std::uint8_t> bytes(texels.bytes.size());
-  std::memcpy(bytes.data(), texels.bytes.data(), bytes.size());
-  return bytes;
+  const std::span<const std::byte> texels = read_texels(device_, drawn->image, drawn->texel_bytes, read_);
+  return {reinterpret_cast<const std::uint8_t*>(texels.data()), texels.size()};
 }
 
 }  // namespace

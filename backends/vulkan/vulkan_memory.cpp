@@ -186,10 +186,11 @@ void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::sp
   });
 }
 
-HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std::size_t bytes_per_texel) {
+std::span<const std::byte> read_texels(const VulkanDevice& device, const DeviceImage& image,
+                                       std::size_t bytes_per_texel, HostBuffer& staging) {
   const std::size_t size = std::size_t{image.extent.width} * image.extent.height * bytes_per_texel;
-  HostBuffer staging =
-      make_host_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
+  if (staging.bytes.size() < size)
+    staging = make_host_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
   run_once(device, [&](VkCommandBuffer commands) {
     const VolkDeviceTable& vk = device.calls();
     transition(device, commands, image, drawn_as(image.aspect), kCopyFrom);
@@ -203,7 +204,7 @@ HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std
     vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &to_host, 0,
                             nullptr, 0, nullptr);
   });
-  return staging;
+  return staging.bytes.first(size);
 }
 
 }  // namespace reliefbench

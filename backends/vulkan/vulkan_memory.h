@@ -73,7 +73,9 @@ void transition(const VulkanDevice& device, VkCommandBuffer commands, const Devi
 
 /// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels);
-/// Reads an attachment that was drawn into, tightly packed, and leaves it so.
-[[nodiscard]] HostBuffer read_texels(const VulkanDevice& device, const DeviceImage& image, std::size_t bytes_per_texel);
+/// Reads an attachment that was drawn into, tightly packed, and leaves it so. staging: where the texels lie; made anew
+/// where it is too small
+[[nodiscard]] std::span<const std::byte> read_texels(const VulkanDevice& device, const DeviceImage& image,
+                                                     std::size_t bytes_per_texel, HostBuffer& staging);
 
 }  // namespace reliefbench

@@ -18,9 +18,14 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body) 
     for (int i = 0; i < count; ++i) body(i);
     return;
   }
-  const int cores = tbb::info::default_concurrency();
-  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
-  arena.execute([&] { tbb::parallel_for(0, count, body); });
+  const auto loop = [&] { tbb::parallel_for(0, count, body); };
+  if (threads > 0 && threads < tbb::info::default_concurrency()) {
+    tbb::task_arena(threads).execute(loop);
+    return;
+  }
+  // In the caller's arena, where threads are at once: in one of its own they come late for a loop of milliseconds.
+  // Isolated, since a thread that waits for a loop in a body must not begin another body of the loop outside.
+  tbb::this_task_arena::isolate(loop);
 }
 
 std::size_t share_count(std::size_t count) { return (count + kShare - 1) / kShare; }

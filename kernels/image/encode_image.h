@@ -17,6 +17,7 @@ struct ImageSource {
   std::vector<std::string> channels;
   std::span<const std::byte> pixels;
   std::map<std::string, std::string> metadata{};
+  bool is_quick = false;  ///< of a PNG: a sixth of the time, for a file up to half as long again
 };
 
 // An image file in memory, alpha not multiplied in. Equal sources give equal bytes.

@@ -110,7 +110,8 @@ std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std:
                                         .height = height,
                                         .type = TexelType::unorm8,
                                         .channels = {"R", "G", "B", "A"},
-                                        .pixels = std::as_bytes(rgba8)});
+                                        .pixels = std::as_bytes(rgba8),
+                                        .is_quick = true});
   return {bytes.begin(), bytes.end()};
 }
 

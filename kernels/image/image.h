@@ -33,7 +33,8 @@ struct Image {
 ///         partial images), a side under 2 or over kMaxSide, too many channels, too large
 [[nodiscard]] Image load_image(const std::filesystem::path& path);
 
-/// A PNG in memory. rgba8: height x width x 4 bytes, alpha not multiplied in. Equal pixels give equal bytes.
+/// A PNG in memory, made quickly. rgba8: height x width x 4 bytes, alpha not multiplied in. Equal pixels give equal
+/// bytes.
 [[nodiscard]] std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8);
 
 /// Writes encode_png's bytes to `path` at once: readers see the old file or the new one, never a part.

@@ -147,7 +147,8 @@ std::string encode_png(const ImageSource& source) {
     png_set_IHDR(png, info, static_cast<png_uint_32>(source.width), static_cast<png_uint_32>(source.height),
                  is_wide ? 16 : 8, kColours.at(source.channels.size() - 1), PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_set_compression_level(png, 6);
+    png_set_compression_level(png, source.is_quick ? 1 : 6);
+    if (source.is_quick) png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);  // trying them all takes longest
     png_set_compression_strategy(png, Z_DEFAULT_STRATEGY);  // libpng's own choice for filtered rows is longer
     if (!texts.empty()) png_set_text(png, info, texts.data(), static_cast<int>(texts.size()));
     png_write_info(png, info);

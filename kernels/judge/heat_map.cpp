@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kernels/base/error.h"
+#include "kernels/base/parallel.h"
 
 namespace reliefbench {
 namespace {
@@ -51,12 +52,14 @@ HeatMapLegend heat_map_legend() { return {.stops = kStops, .marks = kMarks}; }
 std::vector<std::uint8_t> heat_map(std::span<const PixelScore> pixels, int width, int height) {
   if (width < 0 || height < 0 || pixels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     fail_input("heat map: {} pixels do not make a picture of {} x {}", pixels.size(), width, height);
-  std::vector<std::uint8_t> rgba;
-  rgba.reserve(pixels.size() * 4);
-  for (const PixelScore& pixel : pixels) {
-    const Rgb color = pixel_color(pixel);
-    rgba.insert(rgba.end(), {color[0], color[1], color[2], 255});
-  }
+  std::vector<std::uint8_t> rgba(pixels.size() * 4);
+  for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t size) {
+    for (std::size_t i = first; i < first + size; ++i) {
+      const Rgb color = pixel_color(pixels[i]);
+      std::ranges::copy(color, rgba.begin() + static_cast<std::ptrdiff_t>(4 * i));
+      rgba[4 * i + 3] = 255;
+    }
+  });
   return rgba;
 }
 

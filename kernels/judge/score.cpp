@@ -178,10 +178,23 @@ std::int64_t judged_count(std::span<const PixelScore> scores) {
 }
 
 std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
-  std::vector<TextureRay> rays;
-  rays.reserve(pixels.size());
-  for (const ScorePixel& pixel : pixels) rays.push_back(pixel.ray);
+  std::vector<TextureRay> rays(pixels.size());
+  for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t size) {
+    std::ranges::transform(pixels.subspan(first, size), rays.begin() + static_cast<std::ptrdiff_t>(first),
+                           &ScorePixel::ray);
+  });
   return rays;
+}
+
+bool have_rays(std::span<const ScorePixel> pixels, std::span<const TextureRay> rays) {
+  using Bits = std::array<std::uint32_t, 4>;
+  if (pixels.size() != rays.size()) return false;
+  return 0 == sum_of_shares(pixels.size(), [&](std::size_t first, std::size_t size) {
+           std::int64_t others = 0;
+           for (std::size_t i = first; i < first + size; ++i)
+             others += std::bit_cast<Bits>(pixels[i].ray) == std::bit_cast<Bits>(rays[i]) ? 0 : 1;
+           return others;
+         });
 }
 
 std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<const ScorePixel> pixels) {
@@ -200,15 +213,20 @@ std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<co
   return hits;
 }
 
-JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
-                  int map_height) {
+std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
+                                     int map_width, int map_height) {
   assert(pixels.size() == reference.size());
-  JudgedFrame frame;
-  frame.pixels.resize(pixels.size());
+  std::vector<PixelScore> scores(pixels.size());
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i)
-      frame.pixels[i] = score_pixel(pixels[i], reference[i], map_width, map_height);
+      scores[i] = score_pixel(pixels[i], reference[i], map_width, map_height);
   });
+  return scores;
+}
+
+JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
+                  int map_height) {
+  JudgedFrame frame{.score = {}, .pixels = judge_pixels(pixels, reference, map_width, map_height)};
   frame.score.pixels = judged_count(frame.pixels);
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
     std::ranges::fill(numbers, 0);

@@ -8,6 +8,14 @@
 
 namespace reliefbench {
 
+/// Hits -> what each pixel's is worth, against the exact hit of the very same ray.
+/// e_z = |t - t_enter|; e_xy = that times the ray's horizontal texels per t
+/// pixels, reference: frame size; map_width, map_height: texels, for e_xy; non-finite t counts as missed with the
+/// ray's whole travel as error
+[[nodiscard]] std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels,
+                                                   std::span<const ReferenceHit> reference, int map_width,
+                                                   int map_height);
+
 struct JudgedFrame {
   FrameScore score;                ///< without what compares pictures
   std::vector<PixelScore> pixels;  ///< frame size, row-major
@@ -16,10 +24,7 @@ struct JudgedFrame {
 /// The exact first hits of a score frame's rays; of a pixel without one {}, which no judgement looks at.
 [[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<const ScorePixel> pixels);
 
-/// Hits -> score: judges a score frame against the exact hits of the very same rays.
-/// e_z = |t - t_enter|; e_xy = that times the ray's horizontal texels per t
-/// pixels, reference: frame size; map_width, map_height: texels, for e_xy; non-finite t counts as missed with the
-/// ray's whole travel as error. Where no pixel has a ray every number is 0.
+/// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0.
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
                                 int map_width, int map_height);
 

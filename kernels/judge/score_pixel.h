@@ -20,6 +20,8 @@ struct ScorePixel {
 };
 static_assert(sizeof(ScorePixel) == 32);
 [[nodiscard]] std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels);
+/// Whether rays_of(pixels) would be these, bit by bit.
+[[nodiscard]] bool have_rays(std::span<const ScorePixel> pixels, std::span<const TextureRay> rays);
 
 /// How a pixel ended, judged against the reference: missed before unconverged before inside.
 enum class Verdict : std::uint8_t {

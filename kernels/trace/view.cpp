@@ -1,5 +1,6 @@
 #include "kernels/trace/view.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -14,6 +15,11 @@ std::span<const View> view_presets() {
       View{.id = "horizon", .elevation_deg = 8, .distance = 2, .fov_deg = 50},
   };
   return presets;
+}
+
+const FrameSize* find_frame_size(std::string_view id) {
+  const auto* const found = std::ranges::find(kFrameSizes, id, &FrameSize::id);
+  return found == kFrameSizes.end() ? nullptr : found;
 }
 
 FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) {

@@ -23,6 +23,20 @@ struct View {
 /// top, oblique (30 degrees), grazing (8 degrees), horizon.
 [[nodiscard]] std::span<const View> view_presets();
 
+/// Sizes of frames that go by a name.
+struct FrameSize {
+  std::string_view id;
+  int width_px;
+  int height_px;
+};
+inline constexpr std::array kFrameSizes{
+    FrameSize{.id = "720p", .width_px = 1280, .height_px = 720},
+    FrameSize{.id = "1080p", .width_px = 1920, .height_px = 1080},
+    FrameSize{.id = "1440p", .width_px = 2560, .height_px = 1440},
+    FrameSize{.id = "4k", .width_px = 3840, .height_px = 2160},
+};
+[[nodiscard]] const FrameSize* find_frame_size(std::string_view id);  ///< null: no such name
+
 /// How the relief lies in the picture.
 struct Scene {
   View view;
@@ -42,6 +56,8 @@ struct FrameUniforms {
   std::array<float, 4> forward;       ///< xyz
   std::array<float, 4> light;         ///< xyz, towards the light
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
+
+  bool operator==(const FrameUniforms&) const = default;
 };
 static_assert(sizeof(FrameUniforms) == 96);
 [[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);

@@ -3,7 +3,7 @@
 import {frontMetricText} from './answers.js';
 import {heatLegend} from './heat_legend.js';
 import {byId, data, make} from './page.js';
-import {formatTime, groupLabel, settingsElement} from './points.js';
+import {copyButton, formatTime, groupLabel, picturesCommand, settingsElement} from './points.js';
 
 const kKinds = [['frame', 'Frame'], ['reference', 'Reference'], ['error', 'Error map']];
 
@@ -13,12 +13,20 @@ function show(card, kind) {
     tab.setAttribute('aria-pressed', String(tab.dataset.kind === kind));
 }
 
+/** What stands where the run's folder has no picture. */
+function missing(command) {
+  if (command === null) return make('p', {class: 'missing'}, 'no picture in the run\'s folder');
+  return make(
+      'p', {class: 'missing'}, 'no picture in the run\'s folder; this draws it: ', make('code', {}, command), ' ',
+      copyButton(command));
+}
+
 function pictureCard(answer) {
   const point = data.points[answer.pick];
   const figures = kKinds.map(([kind, name]) => {
     const image = answer.pictures[kind];
     const content = image === null ?
-        make('p', {class: 'missing'}, 'no picture in the run\'s folder') :
+        missing(picturesCommand(point)) :
         make(
             'img',
             {src: data.images[image], alt: `${name}, ${data.scenes[answer.scene]}, ${groupLabel(answer.group)}`});

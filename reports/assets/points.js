@@ -56,6 +56,15 @@ export function commandOf(point) {
   return `reliefbench sweep ${shellQuote(config)} -o out/one --filter ${shellQuote(point.id)}`;
 }
 
+/** The command line that ends an interrupted run and draws the pictures that its folder lacks; null: not known. */
+export function picturesCommand(point) {
+  const words = runOf(point).info.argv;
+  if (!words) return null;
+  const kept = words.filter(
+      (word, index) => words[index - 1] !== '--pictures' && word !== '--pictures' && !word.startsWith('--pictures='));
+  return kept.map(shellQuote).join(' ');
+}
+
 async function copyText(text, button) {
   try {
     await navigator.clipboard.writeText(text);

@@ -26,6 +26,7 @@ struct SweepArguments {
   std::string filter;
   std::string key;
   Names names;
+  std::string pictures = "shown";
   bool retry_failed = false;
   bool dry_run = false;
   bool quiet = false;
@@ -71,7 +72,10 @@ void print_summary(const SweepSummary& summary) {
       summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
   put("wall time {:.1f} s:", summary.total_s);
   for (std::size_t i = 0; i < kPartIds.size(); ++i) put(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
-  put(" other {:.1f} s ({:.1f} %)\n", summary.other_s, 100 * summary.other_s / summary.total_s);
+  double harness_s = summary.other_s;
+  for (const Part part : {Part::judge, Part::pictures}) harness_s += summary.part_s.at(static_cast<std::size_t>(part));
+  put(" other {:.1f} s\njudging, pictures and other: {:.1f} % of it\n", summary.other_s,
+      100 * harness_s / summary.total_s);
   put("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
 
@@ -93,6 +97,11 @@ void print_failures(const SweepSummary& summary) {
       is_tried_again ? "; the same command tries again what timed out, lost the device or ran out of memory" : "");
 }
 
+Pictured pictured_of(std::string_view text) {
+  if (text == "all") return Pictured::all;
+  return text == "none" ? Pictured::none : Pictured::shown;
+}
+
 void sweep_command(const SweepArguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
@@ -108,6 +117,7 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
                                                   .filter = arguments.filter,
                                                   .key = arguments.key,
                                                   .retry_failed = arguments.retry_failed,
+                                                  .pictures = pictured_of(arguments.pictures),
                                                   .quiet = arguments.quiet});
   if (arguments.json) {
     fmt::print("{}\n", load_run(summary.folder).info.dump(1));
@@ -137,6 +147,12 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       });
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what it died of twice");
+  command
+      ->add_option("--pictures", arguments->pictures,
+                   "shown (what a report shows: fronts, picks and what they are held against) | all | none")
+      ->check(CLI::IsMember({"shown", "all", "none"}))
+      ->type_name("WHICH")
+      ->capture_default_str();
   add_names_option(*command, arguments->names);
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");

@@ -98,7 +98,10 @@ bool is_config(const std::string& subject) { return subject.ends_with(".json"); 
 
 SceneOptions scene_options_of(const TuneArguments& arguments) {
   SceneOptions options{.relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
-  if (!arguments.frame_px.empty()) options.frame_px = parse_size(arguments.frame_px, "--frame-px", "pixels");
+  if (const FrameSize* size = find_frame_size(arguments.frame_px))
+    options.frame_px = {size->width_px, size->height_px};
+  else if (!arguments.frame_px.empty())
+    options.frame_px = parse_size(arguments.frame_px, "--frame-px", "pixels");
   return options;
 }
 
@@ -257,7 +260,12 @@ void add_tune_command(CLI::App& app, int& exit_code) {
                     "draw again what failed in an earlier start, also what it died of twice");
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--frame-px", arguments->frame_px, "WIDTHxHEIGHT of the frame")->type_name("WxH");
+  std::vector<std::string_view> sizes(kFrameSizes.size());
+  std::ranges::transform(kFrameSizes, sizes.begin(), &FrameSize::id);
+  command
+      ->add_option("--frame-px", arguments->frame_px,
+                   fmt::format("WIDTHxHEIGHT of the frame, or {}", fmt::join(sizes, " | ")))
+      ->type_name("WxH");
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
   command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(CLI::PositiveNumber);
   add_names_option(*command, arguments->names);

@@ -47,14 +47,26 @@ Frame upload(Backend& backend, const std::optional<MapTextures>& map, const Uplo
   return frame;
 }
 
-std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw) {
+void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into) {
   backend.render(draw, 1, Timer::fenced_wall);
-  return backend.read_score();
+  backend.read_score(into);
+}
+
+std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw) {
+  std::vector<ScorePixel> pixels;
+  trace_frame(backend, draw, pixels);
+  return pixels;
+}
+
+void shade_frame(Backend& backend, const Draw& draw, std::vector<std::uint8_t>& into) {
+  backend.render(draw, 1, Timer::fenced_wall);
+  backend.read_color(into);
 }
 
 std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw) {
-  backend.render(draw, 1, Timer::fenced_wall);
-  return backend.read_color();
+  std::vector<std::uint8_t> rgba8;
+  shade_frame(backend, draw, rgba8);
+  return rgba8;
 }
 
 }  // namespace reliefbench

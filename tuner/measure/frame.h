@@ -35,9 +35,12 @@ struct Frame {
 /// Textures -> frame. The scene must outlive it.
 [[nodiscard]] Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene);
 
-/// Frame -> the ray of each pixel and the hit that was found. draw: with a pipeline of Target::score
+/// Frame -> the ray of each pixel and the hit that was found. draw: with a pipeline of Target::score; into: what is in
+/// it goes, its memory is used again
+void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into);
 [[nodiscard]] std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw);
 /// The picture of the same trace, RGBA8. draw: with a pipeline of Target::color
+void shade_frame(Backend& backend, const Draw& draw, std::vector<std::uint8_t>& into);
 [[nodiscard]] std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw);
 
 }  // namespace reliefbench

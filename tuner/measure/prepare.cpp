@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "kernels/base/sha256.h"
-#include "kernels/image/image.h"
 #include "kernels/judge/heat_map.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/plan/setting_space.h"
-#include "tuner/results/run_files.h"
 #include "tuner/results/stages.h"
 
 namespace reliefbench {
@@ -72,21 +72,7 @@ PreparedCase Preparer::prepare_to_time(const Case& c, const SceneSpec& scene) {
 }
 
 PreparedCase Preparer::prepare(const Case& c, const SceneSpec& scene) {
-  Pictures pictures;
-  PreparedCase prepared =
-      attempt(c, scene, [&](PreparedCase& drawn, SceneState& state) { pictures = judge_drawn(drawn, scene, state); });
-  // Outside the case's own failures: a full disk ends the sweep.
-  if (!pictures.frame.empty()) {
-    context_.split.book(Part::score, [&] {
-      const auto write = [&](const char* kind, const std::vector<std::uint8_t>& rgba8) {
-        write_png(context_.folder / image_path(prepared.record.case_id, kind), scene.scene.width_px,
-                  scene.scene.height_px, rgba8);
-      };
-      write("frame", pictures.frame);
-      write("error", pictures.error);
-    });
-  }
-  return prepared;
+  return attempt(c, scene, [&](PreparedCase& drawn, SceneState& state) { judge_drawn(drawn, scene, state); });
 }
 
 void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
@@ -122,43 +108,62 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   }
 }
 
-Preparer::Pictures Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
+void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   WallSplit& split = context_.split;
-  std::vector<std::uint8_t> frame = split.book(Part::score, [&] { return context_.session.backend().read_color(); });
+  split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
   const Draw draw = score_draw(prepared.spec->settings, prepared.frame, scene);
-  const std::vector<ScorePixel> pixels = trace(draw);
-  const Reference& reference = reference_of(pixels, scene, state);
-  const MotionJudge motion = judge_motion(prepared, draw, scene, state);
-  return split.book(Part::score, [&] {
+  trace(draw);
+  const Reference& reference = reference_of_traced(scene, state);
+  JudgedFrame judged = split.book(Part::judge, [&] {
     const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
-    JudgedFrame judged = judge(pixels, reference.hits, map_width, map_height);
-    judge_pictures({.reference = reference.picture, .test = frame, .width = width_px, .height = height_px},
-                   judged.pixels, judged.score);
-    motion.fill_in(judged.score);
-    prepared.record.error = judged.score;
-    prepared.record.reference_key = reference.key;
-    return Pictures{.frame = std::move(frame), .error = heat_map(judged.pixels, width_px, height_px)};
+    JudgedFrame frame = judge(pixels_, reference.hits, map_width, map_height);
+    judge_pictures({.reference = reference.picture,
+                    .test = picture_,
+                    .width = width_px,
+                    .height = height_px,
+                    .reference_features = &reference.features},
+                   frame.pixels, frame.score);
+    return frame;
   });
+  judge_motion(prepared, draw, scene, state).fill_in(judged.score);
+  prepared.record.error = judged.score;
+  prepared.record.reference_key = reference.key;
 }
 
 Draw Preparer::score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene) {
   return frame.with(*context_.session.pipeline(settings, Target::score, scene.scene.wrap).pipeline);
 }
 
-std::vector<ScorePixel> Preparer::trace(const Draw& score_draw) {
-  return context_.split.book(Part::score, [&] { return trace_frame(context_.session.backend(), score_draw); });
+void Preparer::trace(const Draw& score_draw) {
+  context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), score_draw, pixels_); });
 }
 
 FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
   const auto make = [&] {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
-    const std::vector<ScorePixel> pixels = trace(score_draw(c.settings, frame, scene));
-    const Reference& reference = reference_of(pixels, scene, state);
+    trace(score_draw(c.settings, frame, scene));
+    const Reference& reference = reference_of_traced(scene, state);
     const auto& sizes = state.uploaded.frame.sizes;
-    return context_.split.book(Part::score, [&] { return judge(pixels, reference.hits, sizes[2], sizes[3]).score; });
+    return context_.split.book(Part::judge, [&] { return judge(pixels_, reference.hits, sizes[2], sizes[3]).score; });
   };
   return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
+}
+
+CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
+  Session& session = context_.session;
+  SceneState& state = state_of(scene);
+  const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
+  const Pipeline& shade = *session.pipeline(c.settings, Target::color, scene.scene.wrap).pipeline;
+  trace(score_draw(c.settings, frame, scene));
+  const Reference& reference = reference_of_traced(scene, state);
+  return context_.split.book(Part::pictures, [&] {
+    const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
+    const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
+    return CasePictures{.frame = shade_frame(session.backend(), frame.with(shade)),
+                        .error = heat_map(scores, width_px, height_px),
+                        .reference = reference.picture};
+  });
 }
 
 std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
@@ -170,26 +175,28 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
                     context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
-const Preparer::Reference& Preparer::reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
-                                                  SceneState& state) {
-  const std::string rays_hash = context_.split.book(Part::reference, [&] { return hash_of(rays_of(pixels)); });
-  if (const auto found = state.references.find(rays_hash); found != state.references.end()) return found->second;
-  Reference reference;
-  reference.key = reference_key(rays_hash, scene);
-  reference.hits = hits_of(pixels, scene, reference.key);
-  reference.picture = shade_reference(reference.hits, scene, state, state.uploaded.frame);
-  context_.split.book(Part::score, [&] {
-    write_png(context_.folder / image_path(reference_image_key(scene.id, context_.session.device().backend), "frame"),
-              scene.scene.width_px, scene.scene.height_px, reference.picture);
+const Preparer::Reference& Preparer::reference_of_traced(const SceneSpec& scene, SceneState& state) {
+  WallSplit& split = context_.split;
+  const auto known = split.book(Part::reference, [&] {
+    return std::ranges::find_if(state.references, [&](const Reference& one) { return have_rays(pixels_, one.rays); });
   });
-  return state.references.emplace(rays_hash, std::move(reference)).first->second;
+  if (known != state.references.end()) return *known;
+  Reference made;
+  split.book(Part::reference, [&] {
+    made.rays = rays_of(pixels_);
+    made.key = reference_key(hash_of(made.rays), scene);
+  });
+  made.hits = hits_of_traced(scene, made.key);
+  made.picture = shade_reference(made.hits, scene, state, state.uploaded.frame);
+  split.book(Part::reference,
+             [&] { made.features = flip_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
+  return state.references.emplace_back(std::move(made));
 }
 
-std::vector<ReferenceHit> Preparer::hits_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
-                                            const std::string& key) {
+std::vector<ReferenceHit> Preparer::hits_of_traced(const SceneSpec& scene, const std::string& key) {
   return context_.split.book(Part::reference, [&] {
-    Made<std::vector<ReferenceHit>> made = cached(context_.cache, key, hits_codec(pixels.size()), [&] {
-      return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), pixels);
+    Made<std::vector<ReferenceHit>> made = cached(context_.cache, key, hits_codec(pixels_.size()), [&] {
+      return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), pixels_);
     });
     ++(made.is_new ? references_traced_ : references_from_cache_);
     return std::move(made.value);
@@ -209,9 +216,11 @@ Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSp
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw draw = score_draw;
   draw.frame = moved.frame;
-  const std::vector<ScorePixel> pixels = trace_frame(context_.session.backend(), draw);
-  const std::vector<ReferenceHit> hits = hits_of(pixels, scene, reference_key(hash_of(rays_of(pixels)), scene));
-  moved.mask = judge(pixels, hits, map_width, map_height).pixels;
+  trace(draw);
+  const std::string key =
+      context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });
+  const std::vector<ReferenceHit> hits = hits_of_traced(scene, key);
+  moved.mask = judge_pixels(pixels_, hits, map_width, map_height);
   moved.reference = shade_reference(hits, scene, state, moved.frame);
   return moved;
 }
@@ -220,23 +229,21 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
                                    SceneState& state) {
   for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
     state.moved.push_back(moved_frame(score_draw, scene, state, i));
-  return context_.split.book(Part::score, [&] {
-    MotionJudge motion;
-    std::vector<std::uint8_t> before;
-    for (std::size_t i = 0; i < state.moved.size(); ++i) {
-      Draw draw = prepared.frame.draw;
-      draw.frame = state.moved[i].frame;
-      std::vector<std::uint8_t> picture = shade_frame(context_.session.backend(), draw);
-      if (i > 0) {
-        const MovedFrame& last = state.moved[i - 1];
-        const MovedFrame& now = state.moved[i];
-        motion.add({.picture = before, .reference = last.reference, .mask = last.mask},
-                   {.picture = picture, .reference = now.reference, .mask = now.mask});
-      }
-      before = std::move(picture);
-    }
-    return motion;
-  });
+  MotionJudge motion;
+  for (std::size_t i = 0; i < state.moved.size(); ++i) {
+    Draw draw = prepared.frame.draw;
+    draw.frame = state.moved[i].frame;
+    std::swap(picture_, picture_before_);
+    context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draw, picture_); });
+    if (i == 0) continue;
+    context_.split.book(Part::judge, [&] {
+      const MovedFrame& last = state.moved[i - 1];
+      const MovedFrame& now = state.moved[i];
+      motion.add({.picture = picture_before_, .reference = last.reference, .mask = last.mask},
+                 {.picture = picture_, .reference = now.reference, .mask = now.mask});
+    });
+  }
+  return motion;
 }
 
 std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
@@ -246,7 +253,7 @@ std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceH
   t.reserve(hits.size());
   for (const ReferenceHit& hit : hits) t.push_back(static_cast<float>(hit.t_enter));
   const Pipeline* pipeline = session.pipeline("reference", nullptr, Target::color, scene.scene.wrap).pipeline.get();
-  return context_.split.book(Part::score, [&] {
+  return context_.split.book(Part::draw, [&] {
     const std::unique_ptr<Texture> texture =
         session.backend().upload({.width = scene.scene.width_px,
                                   .height = scene.scene.height_px,

@@ -1,6 +1,6 @@
 #pragma once
-#include <filesystem>
 #include <functional>
+#include <list>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,7 +25,14 @@ struct PreparedCase {
 /// A case's record before anything is known of it.
 [[nodiscard]] Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device);
 
-/// Brings the cases of one session to the point where only their time is missing, and writes their pictures.
+/// What a case looks like, RGBA8.
+struct CasePictures {
+  std::vector<std::uint8_t> frame{};      ///< as it is timed
+  std::vector<std::uint8_t> error{};      ///< heat_map()
+  std::vector<std::uint8_t> reference{};  ///< the exact hits, shaded
+};
+
+/// Brings the cases of one session to the point where only their time is missing.
 /// Must not outlive session and library.
 class Preparer {
  public:
@@ -34,21 +41,23 @@ class Preparer {
     MapLibrary& library;
     const Cache& cache;
     WallSplit& split;
-    std::filesystem::path folder;  ///< of the run
     double timeout_s;
     int flicker_frames;
   };
-  explicit Preparer(Context context) : context_(std::move(context)) {}
+  explicit Preparer(const Context& context) : context_(context) {}
 
-  /// Never throws for a case's own failure: that becomes its record's status and reason. throws: FileError
+  /// Never throws for a case's own failure: that becomes its record's status and reason.
   [[nodiscard]] PreparedCase prepare(const Case& c, const SceneSpec& scene);
 
   /// The same without the error: compiled, uploaded, drawn once.
   [[nodiscard]] PreparedCase prepare_to_time(const Case& c, const SceneSpec& scene);
 
-  /// The error of one case by its score frame alone: without metrics of pictures, and without a picture. Cached by
-  /// content. throws: Error: what prepare() would make a status of
+  /// The error of one case by its score frame alone: without metrics of pictures. Cached by content.
+  /// throws: Error: what prepare() would make a status of
   [[nodiscard]] FrameScore score(const Case& c, const SceneSpec& scene);
+
+  /// Draws and traces a case once more, to be looked at. throws: Error: what prepare() would make a status of
+  [[nodiscard]] CasePictures pictures(const Case& c, const SceneSpec& scene);
 
   /// Frees what it has on the device, which is uploaded again when it is needed.
   void release();
@@ -59,9 +68,11 @@ class Preparer {
  private:
   /// The exact hits of one scene's rays, and their picture.
   struct Reference {
+    std::vector<TextureRay> rays;
     std::string key;
     std::vector<ReferenceHit> hits;
     std::vector<std::uint8_t> picture;  ///< shaded, RGBA8
+    FlipFeatures features;              ///< of the picture
   };
   /// A frame of the moving camera.
   struct MovedFrame {
@@ -71,12 +82,8 @@ class Preparer {
   };
   struct SceneState {
     UploadedScene uploaded{};
-    std::vector<MovedFrame> moved;                ///< flicker_frames of them; empty until they are needed
-    std::map<std::string, Reference> references;  ///< by the rays' hash: one, unless a driver's rays differ
-  };
-  struct Pictures {
-    std::vector<std::uint8_t> frame{};  ///< RGBA8
-    std::vector<std::uint8_t> error{};
+    std::vector<MovedFrame> moved;    ///< flicker_frames of them; empty until they are needed
+    std::list<Reference> references;  ///< one, unless a driver's rays differ
   };
   [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
   [[nodiscard]] SceneKey key_of(const SceneSpec& scene) const;
@@ -85,14 +92,14 @@ class Preparer {
                                      const std::function<void(PreparedCase&, SceneState&)>& rest);
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
   /// Traces, judges and compares the pictures of a case that was drawn.
-  [[nodiscard]] Pictures judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
+  void judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
   [[nodiscard]] Draw score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene);
-  [[nodiscard]] std::vector<ScorePixel> trace(const Draw& score_draw);
+  /// Traces into pixels_.
+  void trace(const Draw& score_draw);
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
-  [[nodiscard]] const Reference& reference_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
-                                              SceneState& state);
-  [[nodiscard]] std::vector<ReferenceHit> hits_of(const std::vector<ScorePixel>& pixels, const SceneSpec& scene,
-                                                  const std::string& key);
+  /// Of the rays that were traced into pixels_.
+  [[nodiscard]] const Reference& reference_of_traced(const SceneSpec& scene, SceneState& state);
+  [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key);
   [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
   [[nodiscard]] std::vector<std::uint8_t> shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
                                                           const SceneState& state, const FrameUniforms& frame);
@@ -104,6 +111,10 @@ class Preparer {
 
   Context context_;
   std::map<SceneKey, SceneState> scenes_;
+  // Of the case in hand. At millions of pixels fresh memory costs as much as what is done with it.
+  std::vector<ScorePixel> pixels_;
+  std::vector<std::uint8_t> picture_;
+  std::vector<std::uint8_t> picture_before_;
   int references_traced_ = 0;
   int references_from_cache_ = 0;
 };

@@ -1,14 +1,10 @@
 #include "tuner/measure/run_results.h"
 
-#include <set>
-
 #include "kernels/base/atomic_file.h"
 #include "tuner/decide/pareto.h"
-#include "tuner/decide/recommend.h"
 #include "tuner/measure/harness.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
-#include "tuner/results/run_folder.h"
 #include "tuner/results/t4.h"
 
 namespace reliefbench {
@@ -23,20 +19,6 @@ void write_results(const Config& config, const Run& run) {
       run.folder / kT4File,
       t4_json(run, table, config.front_constraints).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
           "\n");
-
-  std::set<std::filesystem::path> kept;
-  const auto keep = [&](const Record* record) {
-    if (record == nullptr) return;
-    for (const char* kind : {"frame", "error"}) kept.insert(image_path(record->case_id, kind));
-    kept.insert(image_path(reference_image_key(record->scene, record->backend), "frame"));
-  };
-  for (const Front& front : all)
-    for (const FrontPoint& point : front.points) keep(point.record);
-  for (const Answer& answer : recommend(run.records, {.budgets = config.budgets, .error_metric = config.front_error}))
-    for (const Record* record :
-         {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
-      keep(record);
-  remove_other_pictures(run.folder, kept);
 }
 
 }  // namespace reliefbench

@@ -4,8 +4,7 @@
 
 namespace reliefbench {
 
-/// Writes front.json, benchmark.json, table.csv and t4.json of a complete run, and removes the pictures of cases that
-/// are neither on a front nor recommended.
+/// Writes front.json, benchmark.json, table.csv and t4.json of a complete run.
 void write_results(const Config& config, const Run& run);
 
 }  // namespace reliefbench

@@ -9,6 +9,7 @@
 #include "kernels/base/clock.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
+#include "tuner/measure/pictures.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/record_book.h"
@@ -94,6 +95,8 @@ class DeviceSweep {
   DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
               const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, double started_ns)
       : config_(config),
+        folder_(options.output),
+        split_(split),
         session_(session),
         store_(store),
         book_(book),
@@ -109,7 +112,6 @@ class DeviceSweep {
                    .library = library,
                    .cache = cache,
                    .split = split,
-                   .folder = options.output,
                    .timeout_s = config.measure.timeout_s,
                    .flicker_frames = config.measure.flicker_frames}) {}
 
@@ -122,6 +124,17 @@ class DeviceSweep {
       });
       done += block.size();
     }
+  }
+  /// pictured: of all devices
+  void draw_pictures(const std::set<const Record*>& pictured, const Plan& plan,
+                     const std::function<void(const std::string&)>& on_failure) {
+    write_pictures({.session = session_,
+                    .preparer = preparer_,
+                    .split = split_,
+                    .mark = store_.mark(),
+                    .folder = folder_,
+                    .on_failure = on_failure},
+                   pictured, plan.cases, config_.scenes);
   }
   [[nodiscard]] const Preparer& preparer() const { return preparer_; }
 
@@ -214,6 +227,8 @@ class DeviceSweep {
   static constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
 
   const Config& config_;
+  const std::filesystem::path& folder_;
+  WallSplit& split_;
   Session& session_;
   RunStore& store_;
   RecordBook& book_;
@@ -280,6 +295,11 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
                       fmt::format("{} cases on {}", pending, session->device().name));
     });
     done_before += static_cast<double>(pending);
+    progress.update(done_before / static_cast<double>(plan.cases.size()),
+                    fmt::format("pictures on {}", session->device().name));
+    const Run so_far = load_run(options.output);
+    sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan,
+                        [&](const std::string& line) { progress.note(line); });
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
     summary.shaders += session->shaders_compiled();
@@ -289,6 +309,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   const Run run = load_run(options.output);
   check_complete(run, plan);
   write_results(config, run);
+  remove_other_pictures(options.output, pictured_records(run.records, config, options.pictures));
   for (const Record& record : run.records) summary.statuses[std::string(status_id(record.status))] += 1;
   set_costs(summary, library, split);
   store.write_info(run_info(config, devices, scenes, summary, started_ns, true));

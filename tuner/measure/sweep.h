@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/pictures.h"
 #include "tuner/measure/session.h"
 #include "tuner/measure/wall_split.h"
 #include "tuner/plan/config.h"
@@ -20,7 +21,8 @@ struct SweepOptions {
   std::string filter{};               ///< glob on case ids; "" = all
   std::string key{};                  ///< of the one setting to measure; "" = all
   bool retry_failed = false;          ///< draw again what failed in an earlier start
-  bool quiet = false;                 ///< no progress
+  Pictured pictures = Pictured::shown;
+  bool quiet = false;  ///< no progress
   OpenDevice open = open_device;
 };
 
@@ -43,7 +45,8 @@ struct SweepSummary {
 /// Config -> cases -> maps -> textures -> samples and hits -> scores -> records -> front, into a run folder.
 /// Continues an interrupted run of the same config on the same devices; measures nothing twice, but tries cases again
 /// whose failure may have passed (may_pass). A device that is lost is opened again; only the case that lost it fails. A
-/// case that an earlier start died of is recorded as crashed, and drawn once more after all others.
+/// case that an earlier start died of is recorded as crashed, and drawn once more after all others. When a device's
+/// cases are done, those that get pictures are drawn once more, also for a run that was complete before.
 /// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
 ///         before config, heightmaps and devices have been found good.
 [[nodiscard]] SweepSummary run_sweep(const Config& config, const SweepOptions& options);

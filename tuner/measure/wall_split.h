@@ -6,9 +6,19 @@
 namespace reliefbench {
 
 /// What a sweep's wall time goes to. The rest is `other`: the harness's own cost.
-enum class Part { audit, bake, compile, reference, score, warmup, samples };
-inline constexpr std::array<std::string_view, 7> kPartIds = {"audit", "bake",   "compile", "reference",
-                                                             "score", "warmup", "samples"};
+enum class Part {
+  audit,
+  bake,
+  compile,
+  reference,
+  draw,  ///< frames that are judged, with their way back from the device
+  judge,
+  pictures,
+  warmup,
+  samples,
+};
+inline constexpr std::array<std::string_view, 9> kPartIds = {"audit", "bake",     "compile", "reference", "draw",
+                                                             "judge", "pictures", "warmup",  "samples"};
 
 /// Adds up wall time by part. Parts do not nest.
 class WallSplit {

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <system_error>
+#include <tuple>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/plan/config_reader.h"
@@ -29,6 +31,7 @@ std::string read_name(const ConfigReader& reader, const JsonNode& node) {
 template <typename Rows>
 std::vector<std::string_view> ids(const Rows& rows) {
   std::vector<std::string_view> list;
+  list.reserve(std::size(rows));
   for (const auto& row : rows) list.push_back(row.id);
   return list;
 }
@@ -125,6 +128,20 @@ Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
   return text == "clamp" ? Wrap::clamp : Wrap::repeat;
 }
 
+/// Width and height.
+std::pair<int, int> read_frame_px(const ConfigReader& reader, const JsonNode& node) {
+  if (node.value.is_string()) {
+    const std::string id = reader.text(node);
+    const FrameSize* const size = find_frame_size(id);
+    if (size == nullptr) reader.fail(node, fmt::format("'{}' is {}", id, unknown_text(id, ids(kFrameSizes))));
+    return {size->width_px, size->height_px};
+  }
+  if (!node.value.is_array() || node.children.size() != 2)
+    reader.fail(node, fmt::format("expected [width, height], or one of {}", fmt::join(ids(kFrameSizes), ", ")));
+  const auto side = [&](const JsonNode& child) { return static_cast<int>(reader.integer(child, 1, kFrameSideMax_px)); };
+  return {side(node.children[0]), side(node.children[1])};
+}
+
 }  // namespace
 
 std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& node,
@@ -136,11 +153,8 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* tiling = node.find("tiling"))
     scene.tiling = reader.number(*tiling, {.low = 0, .above_low = true});
   if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
-  if (const JsonNode* frame = node.find("frame_px")) {
-    if (!frame->value.is_array() || frame->children.size() != 2) reader.fail(*frame, "expected [width, height]");
-    scene.width_px = static_cast<int>(reader.integer(frame->children[0], 1, kFrameSideMax_px));
-    scene.height_px = static_cast<int>(reader.integer(frame->children[1], 1, kFrameSideMax_px));
-  }
+  if (const JsonNode* frame = node.find("frame_px"))
+    std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   std::vector<SceneSpec> scenes;
   for (const JsonNode& view : reader.items(reader.required(node, "views"))) {
     scene.view = read_view(reader, view);

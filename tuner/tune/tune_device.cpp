@@ -215,7 +215,10 @@ class DeviceSource final : public TuneSource {
         if (!run_.book().times(c.id()).empty()) run_.whole_record(c, config_.scenes[scene]);
       }
     result.wall_s = clock_.elapsed_s();
-    write_results(config_, load_run(options_.output));
+    const Run run = load_run(options_.output);
+    Progress progress(options_.quiet);
+    run_.write_pictures(run, [&](const std::string& line) { progress.note(line); });
+    write_results(config_, run);
     write_atomically(options_.output / kTuneFile, tune_json(result).dump(1) + "\n");
     run_.write_info(true);
   }

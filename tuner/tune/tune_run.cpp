@@ -4,6 +4,7 @@
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "tuner/measure/pictures.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/relative_time.h"
@@ -65,7 +66,6 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
                                                            .library = library_,
                                                            .cache = cache_,
                                                            .split = split_,
-                                                           .folder = options.output,
                                                            .timeout_s = config.measure.timeout_s,
                                                            .flicker_frames = config.measure.flicker_frames});
   book_ =
@@ -164,6 +164,20 @@ void TuneRun::reopen() {
   ready_.clear();
   preparer_->release();
   session_->reopen();
+}
+
+void TuneRun::write_pictures(const Run& run, const std::function<void(const std::string&)>& on_failure) {
+  std::vector<SceneSpec> scenes = config_.scenes;
+  for (const MeasuredScene& scene : holdout_) scenes.push_back(scene.spec);
+  const std::set<const Record*> pictured = pictured_records(run.records, config_, Pictured::shown);
+  reliefbench::write_pictures({.session = *session_,
+                               .preparer = *preparer_,
+                               .split = split_,
+                               .mark = store_->mark(),
+                               .folder = options_.output,
+                               .on_failure = on_failure},
+                              pictured, all_cases(), scenes);
+  remove_other_pictures(options_.output, pictured);
 }
 
 void TuneRun::write_info(bool finished) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -40,7 +41,7 @@ class TuneRun {
   };
   /// time() of these cases, each prepared and warmed up when it is first asked for. throws: CaseFailed
   void draw(std::span<const Wanted> round);
-  /// The record of a case that was timed, with its error and pictures: as an earlier start left it if nothing was drawn
+  /// The record of a case that was timed, with its error: as an earlier start left it if nothing was drawn
   /// since, or a search that is asked for again would enter it again.
   const Record& whole_record(const Case& c, const SceneSpec& scene);
   /// Enters the record of a case that failed; opens the device again where that was lost.
@@ -54,6 +55,8 @@ class TuneRun {
   [[nodiscard]] const std::optional<bool>& is_bisected() const { return is_bisected_; }
   void set_bisected(bool is_bisected) { is_bisected_ = is_bisected; }
   void write_info(bool finished);
+  /// Those that a report shows, and no other. run: what is in the folder
+  void write_pictures(const Run& run, const std::function<void(const std::string&)>& on_failure);
 
  private:
   struct Ready {
