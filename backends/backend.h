@@ -43,6 +43,7 @@ struct DeviceInfo {
   std::vector<Timer> timers;  ///< that the driver offers; fenced_wall first
   int subtexel_bits = 0;      ///< linear filter's weight precision; 0: not reported by the API
   bool float64 = false;       ///< doubles in shaders
+  bool compiles_in_parallel = false;  ///< Backend::compile may be called on several threads at once
 };
 
 /// An image that frames are drawn into, named as the fragment shader's output; that output's location is its place in

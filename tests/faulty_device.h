@@ -2,6 +2,7 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <utility>
 
 #include "kernels/base/error.h"
@@ -74,6 +75,7 @@ class FaultyDevices {
 
   /// Throws the fault of this call, if it has one; one of timers is returned.
   Fault count(Call call) {
+    const std::lock_guard lock(mutex_);  // compile() is called on several threads
     const auto found = faults_.find({call, calls_.at(call)++});
     if (found == faults_.end()) return Fault::other;
     if (found->second != Fault::invalid_timer) fail_device(found->second, "injected");
@@ -82,6 +84,7 @@ class FaultyDevices {
 
   std::map<std::pair<Call, int>, Fault> faults_;
   std::array<int, 4> calls_{};
+  std::mutex mutex_;
   int slow_from_ = 1 << 30;
   double factor_ = 1;
 };

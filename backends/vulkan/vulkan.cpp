@@ -1,3 +1,5 @@
+#include <mutex>
+
 #include "backends/backend.h"
 #include "backends/vulkan/vulkan_bindings.h"
 #include "backends/vulkan/vulkan_compute.h"
@@ -30,7 +32,11 @@ class VulkanBackend final : public Backend {
     return make_texture(device_, desc);
   }
   [[nodiscard]] std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
-    return make_pipeline(device_, targets_.render_pass(desc.target), desc);
+    const auto pass = [&] {
+      const std::lock_guard lock(targets_mutex_);
+      return targets_.render_pass(desc.target);
+    };
+    return make_pipeline(device_, pass(), desc);
   }
   BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override;
   [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override;
@@ -51,6 +57,7 @@ class VulkanBackend final : public Backend {
   VulkanDevice device_;
   DeviceInfo info_;
   FrameTargets targets_;
+  std::mutex targets_mutex_;  ///< compile() is called on several threads
   Bindings bindings_;
   Timestamps stamps_;
   HostBuffer read_{};

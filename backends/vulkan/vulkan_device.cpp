@@ -107,7 +107,8 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
                   .software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU,
                   .timers = {Timer::fenced_wall},
                   .subtexel_bits = static_cast<int>(properties.limits.subTexelPrecisionBits),
-                  .float64 = physical.float64};
+                  .float64 = physical.float64,
+                  .compiles_in_parallel = true};
   if (physical.timestamp_bits > 0 && properties.limits.timestampPeriod > 0) info.timers.push_back(Timer::vk_timestamp);
   return info;
 }

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 
 #include "backends/vulkan/vulkan_device.h"
 #include "kernels/base/error.h"
@@ -50,6 +51,8 @@ bool layer_present(std::string_view name) {
 
 VKAPI_ATTR VkBool32 VKAPI_CALL collect(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
                                        const VkDebugUtilsMessengerCallbackDataEXT* data, void* messages) {
+  static std::mutex mutex;  // any thread that makes a call may be told
+  const std::lock_guard lock(mutex);
   static_cast<std::vector<std::string>*>(messages)->emplace_back(data->pMessage);
   fmt::print(stderr, "{}\n", data->pMessage);
   return VK_FALSE;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
 #include "tuner/results/statistics.h"
 
@@ -96,24 +97,65 @@ std::string Session::fragment_sha256(std::string_view source, const Target& targ
   return sha256(std::as_bytes(std::span(fragment(source, target))));
 }
 
-Session::Compiled& Session::pipeline(std::string_view source, const Settings* settings, const Target& target,
+Session::Source Session::source_of(std::string_view shader, const Settings* settings, const Target& target,
+                                   Wrap wrap) const {
+  Source source{
+      .key = shader_key(shader, target),
+      .shader = shader,
+      .target = target,
+      .constants = constants_of(settings, wrap, settings == nullptr ? MapSampler{} : sampler_of(*settings))};
+  for (const SpecConstant& constant : source.constants) source.key += fmt::format(" {}={}", constant.id, constant.value);
+  return source;
+}
+
+Session::Compiled Session::compile(const Source& source, const Spirv& fragment) const {
+  const double start_ns = now_ns();
+  Compiled compiled;
+  compiled.pipeline = backend_->compile({.label = std::string(source.shader),
+                                         .vertex = vertex_,
+                                         .fragment = fragment,
+                                         .constants = source.constants,
+                                         .target = source.target});
+  compiled.compile_ns = now_ns() - start_ns;
+  compiled.spirv_sha256 = sha256(std::as_bytes(std::span(fragment)));
+  return compiled;
+}
+
+Session::Compiled& Session::pipeline(std::string_view shader, const Settings* settings, const Target& target,
                                      Wrap wrap) {
-  const std::vector<SpecConstant> constants =
-      constants_of(settings, wrap, settings == nullptr ? MapSampler{} : sampler_of(*settings));
-  std::string key = shader_key(source, target);
-  for (const SpecConstant& constant : constants) key += fmt::format(" {}={}", constant.id, constant.value);
-  if (const auto found = pipelines_.find(key); found != pipelines_.end()) return found->second;
+  Source source = source_of(shader, settings, target, wrap);
+  if (const auto found = pipelines_.find(source.key); found != pipelines_.end()) return found->second;
 
   return split_.book(Part::compile, [&]() -> Compiled& {
-    const double start_ns = now_ns();
-    const Spirv& spirv = fragment(source, target);
-    Compiled compiled;
-    compiled.pipeline = backend_->compile(
-        {.label = std::string(source), .vertex = vertex_, .fragment = spirv, .constants = constants, .target = target});
-    compiled.compile_ns = now_ns() - start_ns;
+    Compiled compiled = compile(source, fragment(shader, target));
     ++shaders_compiled_;
-    compiled.spirv_sha256 = sha256(std::as_bytes(std::span(spirv)));
-    return pipelines_.emplace(std::move(key), std::move(compiled)).first->second;
+    return pipelines_.emplace(std::move(source.key), std::move(compiled)).first->second;
+  });
+}
+
+void Session::compile_ahead(std::span<const Wanted> wanted) {
+  if (!device().compiles_in_parallel) return;
+  split_.book(Part::compile, [&] {
+    std::map<std::string, Source> missing;
+    for (const auto& [settings, target, wrap] : wanted) {
+      Source source = source_of(settings->technique().id, settings, target, wrap);
+      if (!pipelines_.contains(source.key)) missing.emplace(source.key, std::move(source));
+    }
+    std::vector<std::pair<const Source*, const Spirv*>> sources;
+    for (const auto& [key, source] : missing) sources.emplace_back(&source, &fragment(source.shader, source.target));
+    std::vector<Compiled> compiled(sources.size());
+    parallel_for(static_cast<int>(sources.size()), 0, [&](int index) {
+      const auto i = static_cast<std::size_t>(index);
+      try {
+        compiled[i] = compile(*sources[i].first, *sources[i].second);
+      } catch (const Error&) {  // it comes again, in the case that asks for it
+      }
+    });
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      if (!compiled[i].pipeline) continue;
+      ++shaders_compiled_;
+      pipelines_.emplace(sources[i].first->key, std::move(compiled[i]));
+    }
   });
 }
 

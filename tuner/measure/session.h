@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -69,12 +70,21 @@ class Session {
     double compile_ns = 0;
     double first_draw_ns = 0;  ///< compile and first draw; 0 until it is drawn
   };
-  /// The pipeline of a technique for a target, from the run-time settings. source: the shader file's name.
+  /// The pipeline of a technique for a target, from the run-time settings. shader: the shader file's name.
   /// settings: may be null (the reference's shader has none). throws: Error(environment): compiler's words
-  [[nodiscard]] Compiled& pipeline(std::string_view source, const Settings* settings, const Target& target, Wrap wrap);
+  [[nodiscard]] Compiled& pipeline(std::string_view shader, const Settings* settings, const Target& target, Wrap wrap);
   [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, Wrap wrap) {
     return pipeline(settings.technique().id, &settings, target, wrap);
   }
+  /// What pipeline() is going to be asked for.
+  struct Wanted {
+    const Settings* settings;
+    Target target;
+    Wrap wrap;
+  };
+  /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline() to
+  /// meet again. compile_ns then is a pipeline's time beside others.
+  void compile_ahead(std::span<const Wanted> wanted);
   /// Of a technique's SPIR-V, before its settings are specialised.
   [[nodiscard]] std::string fragment_sha256(std::string_view source, const Target& target);
   [[nodiscard]] int shaders_compiled() const { return shaders_compiled_; }
@@ -91,6 +101,17 @@ class Session {
 
  private:
   [[nodiscard]] const Spirv& fragment(std::string_view source, const Target& target);
+  /// What a pipeline is made from. key: its name in pipelines_
+  struct Source {
+    std::string key;
+    std::string_view shader;
+    Target target;
+    std::vector<SpecConstant> constants;
+  };
+  [[nodiscard]] Source source_of(std::string_view shader, const Settings* settings, const Target& target,
+                                 Wrap wrap) const;
+  /// fragment: of the source's shader and target
+  [[nodiscard]] Compiled compile(const Source& source, const Spirv& fragment) const;
   void make_control();
 
   const BackendRow& row_;

@@ -140,6 +140,7 @@ class DeviceSweep {
 
  private:
   void run_block(const Block& block, const std::function<void(double)>& on_progress) {
+    compile_ahead(block);
     std::vector<PreparedCase> prepared;
     prepared.reserve(block.size());
     for (const Case* c : block) {
@@ -154,6 +155,19 @@ class DeviceSweep {
       if (record.status == Status::ok) set_frame_time(record, samples_, session_.calibration());
       book_.append(record);
     }
+  }
+
+  /// Compiles a block's shaders at once, unless an earlier start died: then each in its own case, so that the next start
+  /// knows which case it was that another one dies of. Software rasterisers compile at the first draw.
+  void compile_ahead(const Block& block) {
+    const bool has_died = store_.mark().death() || !store_.earlier().crashes.empty();
+    if (session_.device().software || has_died) return;
+    std::vector<Session::Wanted> wanted;
+    for (const Case* c : block)
+      for (const Target* target : {&Target::color, &Target::score})
+        wanted.push_back({.settings = &c->settings, .target = *target, .wrap = scene_of(config_, *c).scene.wrap});
+    const auto hold = store_.mark().hold(block.front()->id());
+    session_.compile_ahead(wanted);
   }
 
   /// Samples the cases of a block that are ok. One that fails in its frames gets its status, and the others go on.

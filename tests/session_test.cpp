@@ -1,0 +1,67 @@
+// A session's pipelines: compiled once, beforehand where that is asked for.
+#include "tuner/measure/session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/faulty_device.h"
+
+namespace reliefbench {
+namespace {
+
+std::vector<Session::Wanted> wanted_of(const std::vector<Settings>& settings) {
+  std::vector<Session::Wanted> wanted;
+  for (const Settings& one : settings)
+    for (const Target* target : {&Target::color, &Target::score})
+      wanted.push_back({.settings = &one, .target = *target, .wrap = Wrap::repeat});
+  return wanted;
+}
+
+std::vector<Settings> every_technique() {
+  std::vector<Settings> all;
+  for (const Technique& technique : techniques()) all.emplace_back(technique);
+  return all;
+}
+
+TEST(Session, what_is_compiled_ahead_is_not_compiled_again) {
+  WallSplit split;
+  FaultyDevices devices;
+  Session session(find_backend("vulkan"), 0, split, false, devices.opener());
+  const std::vector<Settings> settings = every_technique();
+  session.compile_ahead(wanted_of(settings));
+  const int compiled = session.shaders_compiled();
+  EXPECT_EQ(compiled, static_cast<int>(2 * settings.size()));
+  for (const Session::Wanted& one : wanted_of(settings)) {
+    const Session::Compiled& pipeline = session.pipeline(*one.settings, one.target, one.wrap);
+    EXPECT_NE(pipeline.pipeline, nullptr);
+    EXPECT_GT(pipeline.compile_ns, 0);
+    EXPECT_EQ(pipeline.spirv_sha256, session.fragment_sha256(one.settings->technique().id, one.target));
+  }
+  session.compile_ahead(wanted_of(settings));
+  EXPECT_EQ(session.shaders_compiled(), compiled);
+}
+
+TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
+  WallSplit split;
+  FaultyDevices devices;
+  Session session(find_backend("vulkan"), 0, split, false, devices.opener());
+  const std::vector<Settings> settings = every_technique();
+  const int before = devices.calls(FaultyDevices::compile);
+  devices.fail(FaultyDevices::compile, before, Fault::other);
+  const std::vector<Session::Wanted> first = {wanted_of(settings).front()};
+  session.compile_ahead(first);
+  EXPECT_EQ(session.shaders_compiled(), 0);
+  EXPECT_NE(session.pipeline(settings.front(), Target::color, Wrap::repeat).pipeline, nullptr);
+  EXPECT_EQ(session.shaders_compiled(), 1);
+}
+
+TEST(Session, opengl_compiles_nothing_ahead) {
+  WallSplit split;
+  Session session(find_backend("opengl"), 0, split, false);
+  const std::vector<Settings> settings = every_technique();
+  session.compile_ahead(wanted_of(settings));
+  EXPECT_EQ(session.shaders_compiled(), 0);
+}
+
+}  // namespace
+}  // namespace reliefbench
