@@ -39,10 +39,10 @@ struct DeviceInfo {
   std::string type;    ///< cpu | integrated | discrete | virtual | other
   std::string driver;  ///< name and version
   std::string api_version;
-  bool software = false;      ///< a CPU rasteriser
-  std::vector<Timer> timers;  ///< that the driver offers; fenced_wall first
-  int subtexel_bits = 0;      ///< linear filter's weight precision; 0: not reported by the API
-  bool float64 = false;       ///< doubles in shaders
+  bool software = false;              ///< a CPU rasteriser
+  std::vector<Timer> timers;          ///< that the driver offers; fenced_wall first
+  int subtexel_bits = 0;              ///< linear filter's weight precision; 0: not reported by the API
+  bool float64 = false;               ///< doubles in shaders
   bool compiles_in_parallel = false;  ///< Backend::compile may be called on several threads at once
 };
 

@@ -79,7 +79,7 @@ constexpr Search kConservative{.shader = "bake_exact"};
 constexpr Search kRelaxed{.shader = "bake_exact", .quadrants = true};
 
 struct Row {
-  MapKind kind;
+  MapKind kind{};
   Search search;
   std::optional<Search> other{};  ///< the map is the mean of the two
   bool needs_doubles = false;

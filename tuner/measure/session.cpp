@@ -99,12 +99,12 @@ std::string Session::fragment_sha256(std::string_view source, const Target& targ
 
 Session::Source Session::source_of(std::string_view shader, const Settings* settings, const Target& target,
                                    Wrap wrap) const {
-  Source source{
-      .key = shader_key(shader, target),
-      .shader = shader,
-      .target = target,
-      .constants = constants_of(settings, wrap, settings == nullptr ? MapSampler{} : sampler_of(*settings))};
-  for (const SpecConstant& constant : source.constants) source.key += fmt::format(" {}={}", constant.id, constant.value);
+  Source source{.key = shader_key(shader, target),
+                .shader = shader,
+                .target = target,
+                .constants = constants_of(settings, wrap, settings == nullptr ? MapSampler{} : sampler_of(*settings))};
+  for (const SpecConstant& constant : source.constants)
+    source.key += fmt::format(" {}={}", constant.id, constant.value);
   return source;
 }
 

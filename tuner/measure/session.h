@@ -82,8 +82,8 @@ class Session {
     Target target;
     Wrap wrap;
   };
-  /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline() to
-  /// meet again. compile_ns then is a pipeline's time beside others.
+  /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline()
+  /// to meet again. compile_ns then is a pipeline's time beside others.
   void compile_ahead(std::span<const Wanted> wanted);
   /// Of a technique's SPIR-V, before its settings are specialised.
   [[nodiscard]] std::string fragment_sha256(std::string_view source, const Target& target);

@@ -157,8 +157,8 @@ class DeviceSweep {
     }
   }
 
-  /// Compiles a block's shaders at once, unless an earlier start died: then each in its own case, so that the next start
-  /// knows which case it was that another one dies of. Software rasterisers compile at the first draw.
+  /// Compiles a block's shaders at once, unless an earlier start died: then each in its own case, so that the next
+  /// start knows which case it was that another one dies of. Software rasterisers compile at the first draw.
   void compile_ahead(const Block& block) {
     const bool has_died = store_.mark().death() || !store_.earlier().crashes.empty();
     if (session_.device().software || has_died) return;
