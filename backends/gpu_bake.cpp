@@ -19,7 +19,7 @@ namespace {
 constexpr int kGroupSide = 8;  // texels
 
 /// Fewer texels than this never take a device so long that its watchdog barks, but where every pair is looked at.
-constexpr std::size_t kShortTexels = 512 * 512;
+constexpr std::size_t kShortTexels = std::size_t{512} * 512;
 
 /// Which texel of a node the quick bakers measure the distance to.
 enum Footpoint : std::int32_t { kNearest, kUnvisited, kCentre };

@@ -78,9 +78,9 @@ class Session {
   }
   /// What pipeline() is going to be asked for.
   struct Wanted {
-    const Settings* settings;
-    Target target;
-    Wrap wrap;
+    const Settings* settings = nullptr;
+    Target target{};
+    Wrap wrap = Wrap::repeat;
   };
   /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline()
   /// to meet again. compile_ns then is a pipeline's time beside others.
