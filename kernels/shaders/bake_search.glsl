@@ -1,6 +1,5 @@
 // Branch and bound on the max pyramid, near child first, for bakers that ask over all higher texels for the least of a
-// key: see kernels/maps/cone_search.cpp. The including file defines try_texel and
-// finish.
+// key: see kernels/maps/cone_search.cpp. The including file defines try_texel and finish.
 
 int pyramid;   // the one that is searched
 ivec2 facing;  // signs of its quadrant; 0: all texels count

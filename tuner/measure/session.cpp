@@ -142,6 +142,7 @@ void Session::compile_ahead(std::span<const Wanted> wanted) {
       if (!pipelines_.contains(source.key)) missing.emplace(source.key, std::move(source));
     }
     std::vector<std::pair<const Source*, const Spirv*>> sources;
+    sources.reserve(missing.size());
     for (const auto& [key, source] : missing) sources.emplace_back(&source, &fragment(source.shader, source.target));
     std::vector<Compiled> compiled(sources.size());
     parallel_for(static_cast<int>(sources.size()), 0, [&](int index) {
