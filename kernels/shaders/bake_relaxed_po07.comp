@@ -11,14 +11,14 @@
 // with its last: rays differ so much in length that invocations with a texel each would mostly wait for one another.
 
 const int LANES = GROUP_SIDE * GROUP_SIDE;
-const int BLOCK_LEVEL = 3;  // of the pyramid: 8 x 8 texels, one a lane
-const int FIELD_LEVEL = 6;  // 8 x 8 blocks
-const int QUEUE = 8 * LANES;
+const int BLOCK_LEVEL = 3;    // of the pyramid: 8 x 8 texels, one a lane
+const int FIELD_LEVEL = 6;    // 8 x 8 blocks
+const int QUEUED_BLOCKS = 8;  // whose texels all fit into the queue of targets
 
 shared uint shared_limit;  // as bits, whose order is that of the floats
 shared uint fields[LANES];
 shared uint blocks[LANES];
-shared uint targets[QUEUE];
+shared uint targets[QUEUED_BLOCKS * LANES];
 shared uint field_count;
 shared uint block_count;
 shared uint target_count;
@@ -229,12 +229,12 @@ void add_target(ivec2 texel) { targets[atomicAdd(target_count, 1u)] = packed(tex
 // The texels of the blocks that wait.
 void look_into_blocks() {
   barrier();
-  uint count = block_count;
-  for (uint i = 0u; i < count; ++i) {
+  int count = int(block_count);
+  for (int i = 0; i < count; ++i) {
     ivec2 texel = (unpacked(blocks[i]) << BLOCK_LEVEL) + place_in_group(lane);
     if (may_improve(0, texel)) add_target(texel);
     // A queue that the next block could overfill is worked off.
-    if (i % 8u == 7u) walk_rays();
+    if ((i + 1) % QUEUED_BLOCKS == 0) walk_rays();
   }
   walk_rays();
   if (lane == 0) block_count = 0u;

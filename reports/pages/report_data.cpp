@@ -156,8 +156,7 @@ class DataBuilder {
     std::set<std::string> filter_notes;
     for (const Record& record : run.records) {
       if (record.status != Status::ok || !record.frame_time || !record.error) continue;
-      const CoarseFilter& filter =
-          filters.try_emplace(record.backend, CoarseFilter(run.info, record.backend)).first->second;
+      const CoarseFilter& filter = filters.try_emplace(record.backend, run.info, record.backend).first->second;
       const std::string_view mark = filter.mark(record.case_id);
       if (!mark.empty()) filter_notes.insert(filter.note());
       add_point(index, record, constraints);

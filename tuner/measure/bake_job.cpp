@@ -24,7 +24,7 @@ class BakeTimes {
       for (const ComputeTime& time : parts) parts_.push_back({.part = time.part, .ns = {}});
     for (std::size_t i = 0; i < parts.size(); ++i) parts_[i].ns.push_back(parts[i].ns);
   }
-  [[nodiscard]] double wall_ns() const { return wall_ns_.empty() ? 0 : median(wall_ns_); }
+  [[nodiscard]] double wall_ns() const { return median(wall_ns_); }
   [[nodiscard]] std::vector<ComputeTime> parts() const {
     std::vector<ComputeTime> medians;
     for (const Part& part : parts_) medians.push_back({.part = part.part, .ns = median(part.ns)});
