@@ -1,0 +1,62 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace reliefbench {
+
+/// Raised when the same history may give other changes than before.
+inline constexpr int kChangesVersion = 1;
+
+struct ChangeOptions {
+  std::size_t least_nights = 4;   ///< of a level
+  double least_effect = 0.015;    ///< a shift whose interval does not exclude this matters to nobody
+  double confidence = 0.95;       ///< of the effect's interval
+};
+
+/// Nights of one level, [first, end).
+struct Level {
+  std::size_t first = 0;
+  std::size_t end = 0;
+  double log_value = 0;
+  double standard_error = 0;
+};
+
+/// From one level to the next.
+struct Shift {
+  std::size_t at = 0;        ///< first night of the new level, most likely
+  std::size_t earliest = 0;  ///< an interval of it
+  std::size_t latest = 0;
+  double log_ratio = 0;      ///< new / old
+  double low = 0;            ///< interval of log_ratio, at the options' confidence
+  double high = 0;
+  double p = 1;              ///< corrected for the choice of the night and for autocorrelation
+  bool matters = false;      ///< the interval excludes least_effect on its side
+};
+
+/// A trend that is no step.
+struct Drift {
+  double log_ratio_per_night = 0;  ///< Theil-Sen
+  double low = 0;
+  double high = 0;
+  double p = 1;
+};
+
+struct SeriesChanges {
+  std::vector<Level> levels;        ///< at least one where there are nights
+  std::vector<Shift> shifts;        ///< between levels
+  std::vector<std::size_t> spikes;  ///< nights that stand alone
+  std::optional<Drift> drift;       ///< where it is significant and no shift explains it
+  double sigma = 0;                 ///< of a night's log value
+  double autocorrelation = 0;       ///< at lag one
+  double smallest_shift = 0;        ///< as a share: what would be found within 5 nights in 9 of 10 cases
+};
+
+/// Steps in one series of nights.
+/// log_values: of each night's drift-corrected median, by time; standard_errors: of each, from within its night, 0
+/// where unknown; both of one epoch
+[[nodiscard]] SeriesChanges find_changes(std::span<const double> log_values, std::span<const double> standard_errors,
+                                         const ChangeOptions& options);
+
+}  // namespace reliefbench

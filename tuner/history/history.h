@@ -1,0 +1,63 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/history/rows.h"
+
+namespace reliefbench {
+
+/// What one import brings: a run with its series' values, and the scores that they name by index.
+struct Night {
+  struct Value {
+    SeriesRow series;    ///< id unset
+    RepetitionRow row;   ///< run and score unset
+    std::optional<std::string> score;  ///< ScoreRow::values, serialised with sorted keys
+  };
+  RunRow run;  ///< id, environment unset
+  nlohmann::json environment;
+  std::vector<Value> values;
+};
+
+/// The history of a fleet: a database that run folders are imported into, and that can be made anew from them.
+/// SQLite (a file, WAL) or PostgreSQL, by the same SQL and migrations. Rows are appended, never altered. Several
+/// processes may write at once.
+class History {
+ public:
+  enum class Access { read, write };  ///< write makes the database, and migrates an older schema
+
+  /// database: a file's path, or "postgresql://..."
+  /// throws: Error(bad_input): no such file to read, not a history, a newer schema;
+  ///         Error(environment): read-only, full, or a server that does not answer
+  History(const std::string& database, Access access);
+  ~History();
+  History(const History&) = delete;
+  History& operator=(const History&) = delete;
+
+  /// Adds a night, all of it or nothing. returns: its run's id; nothing where it is there already (by content)
+  std::optional<std::int64_t> add(const Night& night);
+
+  /// What is asked for.
+  struct Query {
+    std::optional<std::int64_t> since_unix_s{};  ///< runs from then on
+    std::string machine{};                       ///< "" = all
+    bool with_samples = false;
+  };
+  [[nodiscard]] HistoryView load(const Query& query) const;
+
+  void annotate(const AnnotationRow& annotation);  ///< its id unset
+
+  /// Appends a check's events: new ones with their first state, known ones (by key) with states that are new, and what
+  /// is now known of their interval and effect as a new change-point row.
+  void add_events(std::span<const EventRow> events);
+
+ private:
+  struct Connection;
+  std::unique_ptr<Connection> connection_;
+};
+
+}  // namespace reliefbench
