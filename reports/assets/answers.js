@@ -1,7 +1,8 @@
 // The headline: what to ship, by device and scene.
 
-import {byId, data, formatNumber, make} from './page.js';
-import {commandOf, comparison, copyButton, errorOf, formatTime, groupLabel, intervalText, metricIndex, settingsElement} from './points.js';
+import {copyButton} from './copy.js';
+import {byId, data, formatNumber, formatTime, make} from './page.js';
+import {commandOf, comparison, errorOf, groupLabel, intervalText, metricIndex, settingsElement} from './points.js';
 
 export function budgetText(budget) {
   const {unit} = data.metrics[metricIndex.get(budget.metric)];

@@ -3,8 +3,8 @@
 
 import {pin} from './details.js';
 import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
-import {data} from './page.js';
-import {comparison, errorOf, formatInterval, formatTime, groupLabel, metricTitle, state, techniqueOf} from './points.js';
+import {data, formatInterval, formatTime} from './page.js';
+import {comparison, errorOf, groupLabel, metricTitle, state, techniqueOf} from './points.js';
 
 export const charts = [];  // one entry a canvas: {chart, spec, canvas, details, pinned}
 const kBandShare = 0.1;    // of the axis height

@@ -2,8 +2,9 @@
 
 import {chartConfig, charts} from './charts.js';
 import {seriesSwatch} from './marks.js';
-import {byId, data, make} from './page.js';
-import {command, comparison, errorOf, formatBytes, formatTime, groupLabel, intervalText, settingsElement} from './points.js';
+import {byId, data, formatTime, make} from './page.js';
+import {command, comparison, errorOf, formatBytes, groupLabel, intervalText, settingsElement} from './points.js';
+import {moveActive} from './scatter.js';
 
 function detailsElement(point) {
   const metricRows = data.metrics.map(
@@ -44,24 +45,10 @@ export function pin(entry, point) {
   entry.chart.draw();
 }
 
-/** Moves the chart's active dot by time. */
-function moveActive(entry, step) {
-  const dots = entry.chart.data.datasets[0].data;
-  if (dots.length === 0) return;
-  const byTime = dots.map((_, index) => index).sort((a, b) => dots[a].x - dots[b].x || dots[b].y - dots[a].y);
-  const active = entry.chart.getActiveElements()[0];
-  const at = active ? byTime.indexOf(active.index) + step : step > 0 ? 0 : byTime.length - 1;
-  const index = byTime[Math.max(0, Math.min(byTime.length - 1, at))];
-  const hit = [{datasetIndex: 0, index}];
-  entry.chart.setActiveElements(hit);
-  entry.chart.tooltip.setActiveElements(hit, {x: 0, y: 0});
-  entry.chart.update();
-}
-
 function onChartKey(entry, event) {
   const active = entry.chart.getActiveElements()[0];
   if (event.key === 'ArrowRight' || event.key === 'ArrowLeft')
-    moveActive(entry, event.key === 'ArrowRight' ? 1 : -1);
+    moveActive(entry.chart, event.key === 'ArrowRight' ? 1 : -1);
   else if (event.key === 'Enter' && active)
     pin(entry, entry.chart.data.datasets[0].data[active.index].point);
   else if (event.key === 'Escape')

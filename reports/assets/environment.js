@@ -1,26 +1,10 @@
 // Where the numbers come from: machine, timers, the harness's own time, and every case that did not end well.
 
+import {auditTable} from './audits.js';
+import {shellQuote} from './copy.js';
 import {kColors} from './marks.js';
-import {byId, data, dataTable, formatNumber, make} from './page.js';
-import {formatBytes, formatSeconds, formatTime, shellQuote} from './points.js';
-
-function factsTable(rows) {
-  const filled = rows.filter(([, value]) => value !== undefined && value !== null && value !== '');
-  return make(
-      'table', {class: 'facts'},
-      make(
-          'tbody', {},
-          ...filled.map(([name, value]) => make('tr', {}, make('th', {scope: 'row'}, name), make('td', {}, value)))));
-}
-
-function auditRow(device, audit) {
-  const verdict = !audit.valid ? 'rejected' : audit.timer === device.timer ? 'used' : 'valid';
-  return [
-    `${device.name} (${device.backend})`, audit.timer, make('span', {class: `verdict ${verdict}`}, verdict),
-    audit.wall_ratio ? formatNumber(audit.wall_ratio) : '–', audit.doubling ? formatNumber(audit.doubling) : '–',
-    audit.reason || ''
-  ];
-}
+import {byId, data, dataTable, factsTable, formatNumber, formatTime, make} from './page.js';
+import {formatBytes, formatSeconds} from './points.js';
 
 function wallSplit(wall) {
   const parts = Object.entries(wall).filter(([name, s]) => name !== 'total' && s > 0).sort((a, b) => b[1] - a[1]);
@@ -69,7 +53,6 @@ function runElement(run) {
   const cached = (made, reused) =>
       (counts[made] === undefined ? null : `${counts[made]} made, ${counts[reused] || 0} read from the cache`);
   const devices = info.devices || [];
-  const audits = devices.flatMap((device) => (device.audit || []).map((audit) => auditRow(device, audit)));
   return make(
       'article', {class: 'run'}, make('h3', {}, info.name || run.folder), factsTable([
         ['Folder', run.folder],
@@ -96,12 +79,7 @@ function runElement(run) {
                        device.api_version, filterBits(device),
                        device.control_reference_ns ? formatTime(device.control_reference_ns) : '–']),
               'Devices'),
-      audits.length === 0 ?
-          null :
-          dataTable(
-              ['Device', 'Timer', 'Verdict', 'Device / wall', '2N / N', 'Why rejected'], audits,
-              'Timer audit: a timer is believed if it agrees with the fenced wall clock and doubles with the work'),
-      info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
+      auditTable(devices), info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
 }
 
 export function drawEnvironment() { byId('environment-runs').append(...data.runs.map(runElement)); }

@@ -1,7 +1,8 @@
 // Tables of the fronts, sortable by every column.
 
-import {byId, data, formatNumber, make} from './page.js';
-import {commandOf, copyButton, errorOf, formatBytes, formatMetric, formatTime, groupLabel, metricIndex, metricTitle, settingsElement, state} from './points.js';
+import {copyButton} from './copy.js';
+import {byId, data, formatNumber, formatTime, make} from './page.js';
+import {commandOf, errorOf, formatBytes, formatMetric, groupLabel, metricIndex, metricTitle, settingsElement, state} from './points.js';
 
 const metricCell = (id) => {
   const index = metricIndex.get(id);

@@ -33,6 +33,16 @@ export function dataTable(heads, rows, caption) {
           make('tbody', {}, ...cells.map((row) => make('tr', {}, ...row)))));
 }
 
+/** Two columns, a fact a row; rows without a value are left out. */
+export function factsTable(rows) {
+  const filled = rows.filter(([, value]) => value !== undefined && value !== null && value !== '');
+  return make(
+      'table', {class: 'facts'},
+      make(
+          'tbody', {},
+          ...filled.map(([name, value]) => make('tr', {}, make('th', {scope: 'row'}, name), make('td', {}, value)))));
+}
+
 /** Three significant digits, no exponent in the range people read. */
 export function formatNumber(value, digits = 3) {
   if (value === 0) return '0';
@@ -45,3 +55,11 @@ export function formatNumber(value, digits = 3) {
 /** As short as it goes, without trailing zeros: for axes and sentences. */
 export const shortNumber = (value, digits = 3) => String(Number(value.toPrecision(digits)));
 export const percent = (share, digits = 3) => `${shortNumber(100 * share, digits)} %`;
+
+// Milliseconds throughout, as frame budgets are; below a hundredth, microseconds.
+const timeUnit = (ns) => (ns < 1e4 ? {name: 'µs', ns: 1e3} : {name: 'ms', ns: 1e6});
+export const formatTime = (ns) => `${formatNumber(ns / timeUnit(ns).ns)} ${timeUnit(ns).name}`;
+export function formatInterval([median, low, high]) {
+  const unit = timeUnit(median);
+  return `${formatNumber(low / unit.ns)} to ${formatNumber(high / unit.ns)} ${unit.name}`;
+}

@@ -1,9 +1,10 @@
 // Frame, reference and error map of each recommended setting: flipped in place or side by side.
 
 import {frontMetricText} from './answers.js';
+import {copyButton} from './copy.js';
 import {heatLegend} from './heat_legend.js';
-import {byId, data, make} from './page.js';
-import {copyButton, formatTime, groupLabel, picturesCommand, settingsElement} from './points.js';
+import {byId, data, formatTime, make} from './page.js';
+import {groupLabel, picturesCommand, settingsElement} from './points.js';
 
 const kKinds = [['frame', 'Frame'], ['reference', 'Reference'], ['error', 'Error map']];
 

@@ -1,20 +1,13 @@
 // The report's points and metrics, how they are written, and the command that measures a point again.
 
-import {data, formatNumber, make} from './page.js';
+import {copyButton, shellQuote} from './copy.js';
+import {data, formatInterval, formatNumber, make} from './page.js';
 
 export const metricIndex = new Map(data.metrics.map((metric, index) => [metric.id, index]));
 export const state = {
   metric: metricIndex.get(data.front_metric),
   hidden: new Set()
 };
-
-// Milliseconds throughout, as frame budgets are; below a hundredth, microseconds.
-const timeUnit = (ns) => (ns < 1e4 ? {name: 'µs', ns: 1e3} : {name: 'ms', ns: 1e6});
-export const formatTime = (ns) => `${formatNumber(ns / timeUnit(ns).ns)} ${timeUnit(ns).name}`;
-export function formatInterval([median, low, high]) {
-  const unit = timeUnit(median);
-  return `${formatNumber(low / unit.ns)} to ${formatNumber(high / unit.ns)} ${unit.name}`;
-}
 
 /** With what the interval covers: fewer than six samples give no 95 %. */
 export function intervalText(point) { return `${point.coverage} interval ${formatInterval(point.time_ns)}`; }
@@ -48,8 +41,6 @@ export function settingsElement(point) {
   return make('span', {class: 'settings'}, make('strong', {}, techniqueOf(point)), ' ', ...settings, point.mark);
 }
 
-export const shellQuote = (text) => (/^[\w./@%+=:,-]+$/.test(text) ? text : `'${text.replaceAll('\'', '\'\\\'\'')}'`);
-
 /** The command line that measures a point again. */
 export function commandOf(point) {
   const config = runOf(point).info.config_path || 'CONFIG';
@@ -64,26 +55,6 @@ export function picturesCommand(point) {
       (word, index) => words[index - 1] !== '--pictures' && word !== '--pictures' && !word.startsWith('--pictures='));
   return kept.map(shellQuote).join(' ');
 }
-
-async function copyText(text, button) {
-  try {
-    await navigator.clipboard.writeText(text);
-  } catch {
-    // A page opened from a file may have no clipboard: select and copy, as before there was one.
-    const area = make('textarea', {class: 'offscreen'});
-    area.value = text;
-    document.body.append(area);
-    area.select();
-    document.execCommand('copy');
-    area.remove();
-  }
-  const label = button.textContent;
-  button.textContent = 'Copied';
-  setTimeout(() => (button.textContent = label), 1200);
-}
-
-export const copyButton = (text, label = 'Copy command') => make(
-    'button', {type: 'button', class: 'copy no-print', title: text, onclick: (e) => copyText(text, e.target)}, label);
 
 export const command = (point) =>
     make('div', {class: 'command'}, make('code', {}, commandOf(point)), copyButton(commandOf(point), 'Copy'));

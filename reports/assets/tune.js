@@ -2,6 +2,7 @@
 
 import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
 import {byId, data, dataTable, make, numberCell, percent, shortNumber} from './page.js';
+import {linearAxis, scatterChart} from './scatter.js';
 
 const theme = readTheme();
 const number = (value) => shortNumber(value, 4);
@@ -84,29 +85,15 @@ const placeTime = (ns) => Math.log10(ns / 1e6);
 const errorTick = (value) =>
     (errors.length < data.settings.length && value <= Math.log10(leastError / 5) ? '0' : number(10 ** value));
 
-const axis = (title, callback) => ({
-  type: 'linear',
-  title: {display: true, text: title, color: theme.muted},
-  grid: {color: theme.grid, drawBorder: false},
-  ticks: {color: theme.muted, callback, maxTicksLimit: 7, maxRotation: 0},
-});
+const axis = (title, callback) => linearAxis(theme, title, callback);
 const power = (value) => number(Number((10 ** value).toPrecision(2)));
 
-function draw(id, datasets, x, y, tooltip) {
-  new Chart(byId(id), {
-    type: 'scatter',
-    data: {datasets},
-    options: {
-      animation: false,
-      maintainAspectRatio: false,
-      scales: {x, y},
-      plugins: {
-        legend: {display: datasets.length > 1, labels: {color: theme.ink, usePointStyle: true}},
-        tooltip: {callbacks: {label: (item) => tooltip(item.raw)}},
-      },
-    },
-  });
-}
+const draw = (id, datasets, x, y, tooltip) => scatterChart(byId(id), datasets, {
+  x,
+  y,
+  legend: {display: datasets.length > 1, labels: {color: theme.ink, usePointStyle: true}},
+  tooltip: {callbacks: {label: (item) => tooltip(item.raw)}},
+});
 
 /** The front as steps: each answer holds up to the error of the next cheaper one. */
 function steps(points) {
