@@ -29,16 +29,18 @@ const kShapePaths = {
   rectRounded: 'M5.5 3.5h5a2 2 0 0 1 2 2v5a2 2 0 0 1-2 2h-5a2 2 0 0 1-2-2v-5a2 2 0 0 1 2-2z',
 };
 
+/** An element of SVG, as make() makes one of HTML. */
+export function drawn(tag, attributes, ...children) {
+  const element = document.createElementNS(kSvg, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
 /** style: fill, stroke, opacity (SVG attributes) */
 export function swatch(shape, style) {
-  const svg = document.createElementNS(kSvg, 'svg');
-  svg.setAttribute('viewBox', '0 0 16 16');
-  svg.setAttribute('aria-hidden', 'true');
-  const path = document.createElementNS(kSvg, 'path');
-  path.setAttribute('d', kShapePaths[shape] || shape);
-  for (const [name, value] of Object.entries(style)) path.setAttribute(name, value);
-  svg.append(path);
-  return svg;
+  return drawn(
+      'svg', {viewBox: '0 0 16 16', 'aria-hidden': 'true'}, drawn('path', {d: kShapePaths[shape] || shape, ...style}));
 }
 
 export const seriesSwatch = (series) => swatch(shapeOf(series), {fill: `var(--series-${series % kColors})`});

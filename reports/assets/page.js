@@ -57,7 +57,7 @@ export const shortNumber = (value, digits = 3) => String(Number(value.toPrecisio
 export const percent = (share, digits = 3) => `${shortNumber(100 * share, digits)} %`;
 
 // Milliseconds throughout, as frame budgets are; below a hundredth, microseconds.
-const timeUnit = (ns) => (ns < 1e4 ? {name: 'µs', ns: 1e3} : {name: 'ms', ns: 1e6});
+export const timeUnit = (ns) => (ns < 1e4 ? {name: 'µs', ns: 1e3} : {name: 'ms', ns: 1e6});
 export const formatTime = (ns) => `${formatNumber(ns / timeUnit(ns).ns)} ${timeUnit(ns).name}`;
 export function formatInterval([median, low, high]) {
   const unit = timeUnit(median);

@@ -1,0 +1,236 @@
+// A series over its nights, and the control case of its device below it on the same axis.
+
+import {readTheme, seriesColor, withAlpha} from './marks.js';
+import {data, make, percent, shortNumber} from './page.js';
+import {linearAxis, moveActive, scatterChart} from './scatter.js';
+import {effectText, environmentOf, eventOf, formatShortDay, formatValue, glyphOf, placeOf, runsOf, runText, toneOf, unitOf} from './trend_data.js';
+import {epochsOf} from './trend_epochs.js';
+import {kStripHeight, plotPlugin} from './trend_plot.js';
+
+const kAxisWidth = 62;  // of both charts, so that their nights lie under each other
+const kSteps = [1, 2, 3, 5, 7, 14, 28, 56, 91, 182, 364];
+const kDotStyles = {
+  night: 'circle',
+  spike: 'triangle',
+  left: 'circle',
+  missing: 'crossRot'
+};
+
+/** One dot a night; a night without a value lies on the lowest one's line. */
+export function dotsOf(series) {
+  const invalid = new Set(series.invalid);
+  const spikes = new Set(series.spikes);
+  const known = series.values.filter((value) => value !== null);
+  const unit = unitOf(series, known[0] ?? 1);
+  const lowest = known.length ? Math.min(...known) : 1;
+  const kindOf = (at) =>
+      (series.values[at] === null ? 'missing' :
+           invalid.has(at)        ? 'left' :
+           spikes.has(at)         ? 'spike' :
+                                    'night');
+  const dots = series.nights.map((run, at) => ({
+                                   x: placeOf[run],
+                                   y: (series.values[at] ?? lowest) / unit.ns,
+                                   at,
+                                   error: series.errors[at],
+                                   kind: kindOf(at),
+                                 }));
+  return {unit, dots};
+}
+
+/** Notes of the machine's nights, and of the series' events where these lie. */
+export function notesOf(series) {
+  return data.annotations.filter(
+      ({run, event}) => (run !== null ? data.runs[run].machine === series.machine : series.events.includes(event)));
+}
+const notePlace = ({run, event}) => placeOf[run !== null ? run : eventOf.get(String(event)).bad_run];
+
+/** Dates under the nights, as many as there is room for. */
+function nightAxis(machine, theme, width) {
+  const runs = runsOf[machine];
+  const room = Math.max(2, Math.floor((width - kAxisWidth) / 76));
+  const step = kSteps.find((size) => size * room >= runs.length) || Math.ceil(runs.length / room);
+  const year = (place) => String(data.runs[runs[place]].time).slice(0, 4);
+  const label = (place) =>
+      [formatShortDay(data.runs[runs[place]].time),
+       place < step || year(place) !== year(place - step) ? year(place) : ''];
+  const axis = linearAxis(theme, '', (value) => label(value));
+  const ticks = runs.map((_, place) => place).filter((place) => place % step === 0);
+  return {
+    ...axis,
+    title: {display: false},
+    min: -0.7,
+    max: runs.length - 0.3,
+    grid: {...axis.grid, display: false},
+    afterBuildTicks: (scale) => (scale.ticks = ticks.map((value) => ({value}))),
+    ticks: {...axis.ticks, autoSkip: false},
+  };
+}
+
+const fixedWidth = {
+  afterFit: (scale) => (scale.width = kAxisWidth)
+};
+
+function tooltipLines(series, {at, kind}) {
+  const run = data.runs[series.nights[at]];
+  const [value, error] = [series.values[at], series.errors[at]];
+  const level = series.levels.find(({first, end}) => first <= at && at < end);
+  return [
+    value === null ? 'no value' :
+                     formatValue(series, value) + (error ? ` ± ${percent(error, 2)} (standard error)` : ''),
+    level ? `level ${formatValue(series, level.value)} (${formatValue(series, level.low)} to ${
+                formatValue(series, level.high)})` :
+            null,
+    kind === 'left' || kind === 'missing' ? 'not looked at for changes' :
+        kind === 'spike'                  ? 'stands alone: a spike' :
+                                            null,
+    environmentOf(run).text,
+    ...notesOf(series)
+        .filter((note) => notePlace(note) === placeOf[series.nights[at]])
+        .map(({by, text}) => `${by}: ${text}`),
+  ].filter((text) => text !== null);
+}
+
+const tooltipOf = (title, lines) => ({
+  displayColors: false,
+  backgroundColor: 'rgb(24 28 34 / 0.95)',
+  titleColor: '#fff',
+  bodyColor: '#fff',
+  callbacks: {title: ([item]) => (item ? title(item.raw) : ''), label: (item) => lines(item.raw)},
+});
+
+function stepsOf(series, theme) {
+  const color = {worse: seriesColor(theme, 1), better: seriesColor(theme, 2), other: seriesColor(theme, 3)};
+  return series.events.map((id) => eventOf.get(String(id)))
+      .map((event) => ({
+             from: placeOf[event.good_run],
+             to: placeOf[event.bad_run],
+             color: color[toneOf(event)],
+             label: `${glyphOf(event)} ${event.effect === null ? 'errors' : effectText(event)}`
+           }));
+}
+
+function drawSeries(canvas, series, theme) {
+  const {unit, dots} = dotsOf(series);
+  const place = (at) => placeOf[series.nights[at]];
+  const color = {night: seriesColor(theme, 0), spike: seriesColor(theme, 4), left: theme.muted, missing: theme.muted};
+  const radius = dots.length > 150 ? 2.5 : 4;
+  const picture = {
+    hasStrips: true,
+    epochs: epochsOf(series.machine),
+    steps: stepsOf(series, theme),
+    levels: series.levels.map(({first, end, value, low, high}) => ({
+                                from: place(first),
+                                to: place(end - 1),
+                                value: value / unit.ns,
+                                low: low / unit.ns,
+                                high: high / unit.ns
+                              })),
+    notes: notesOf(series).map(notePlace),
+    scores: series.scores.slice(1).map(([at]) => place(at)),
+  };
+  const dataset = {
+    data: dots,
+    pointStyle: dots.map(({kind}) => kDotStyles[kind]),
+    pointRadius: dots.map(({kind}) => (kind === 'spike' ? radius + 2 : radius)),
+    pointBorderColor: dots.map(({kind}) => color[kind]),
+    pointBackgroundColor: dots.map(({kind}) => (kind === 'left' ? 'transparent' : withAlpha(color[kind], 0.75))),
+    pointBorderWidth: dots.map(({kind}) => (kind === 'night' ? 0 : 1.5)),
+    pointHoverRadius: 7,
+    pointHitRadius: 6,
+  };
+  return scatterChart(canvas, [dataset], {
+    x: nightAxis(series.machine, theme, canvas.parentNode.clientWidth),
+    y: {
+      ...linearAxis(theme, `${series.metric.replaceAll('_', ' ')}, ${unit.name}`, (value) => shortNumber(value, 4)),
+      ...fixedWidth,
+      grace: '6%'
+    },
+    legend: {display: false},
+    layout: {padding: {top: 2 * kStripHeight, right: 12}},
+    tooltip: tooltipOf(({at}) => runText(data.runs[series.nights[at]]), (dot) => tooltipLines(series, dot)),
+    plugins: [plotPlugin(picture, theme)],
+  });
+}
+
+export const controlOf = (series) =>
+    (data.machines[series.machine].devices.find(({backend}) => backend === series.backend) || {}).calibration;
+
+function drawControl(canvas, series, theme) {
+  const {nights, control_ns: control} = controlOf(series);
+  const sorted = control.filter((ns) => ns !== null).sort((a, b) => a - b);
+  const middle = sorted[Math.floor(sorted.length / 2)];
+  const dots = nights.map(
+      (run, at) =>
+          ({x: placeOf[run], y: control[at] === null ? NaN : 100 * (control[at] / middle - 1), run, ns: control[at]}));
+  const picture = {
+    epochs: epochsOf(series.machine),
+    steps: stepsOf(series, theme),
+    levels: [],
+    notes: [],
+    scores: [],
+    hasStrips: false
+  };
+  const dataset = {
+    data: dots,
+    showLine: true,
+    borderColor: withAlpha(seriesColor(theme, 7), 0.5),
+    borderWidth: 1,
+    backgroundColor: seriesColor(theme, 7),
+    pointStyle: 'rect',
+    radius: dots.length > 150 ? 1.5 : 2.5,
+    hoverRadius: 6,
+    pointHitRadius: 6
+  };
+  const signed = (value) => `${value > 0 ? '+' : value < 0 ? '−' : ''}${shortNumber(Math.abs(value))}`;
+  return scatterChart(canvas, [dataset], {
+    x: nightAxis(series.machine, theme, canvas.parentNode.clientWidth),
+    y: {...linearAxis(theme, 'control, %', signed), ...fixedWidth, suggestedMin: -2, suggestedMax: 2},
+    legend: {display: false},
+    layout: {padding: {right: 12}},
+    tooltip: tooltipOf(
+        ({run}) => runText(data.runs[run]),
+        ({ns, y}) => [`control case ${formatValue({unit: 'ns'}, ns)}`, `${signed(y)} % off its median`]),
+    plugins: [plotPlugin(picture, theme)],
+  });
+}
+
+function chartCanvas(label) {
+  const canvas = make('canvas', {tabindex: 0, role: 'img', 'aria-label': label});
+  canvas.addEventListener('keydown', (event) => {
+    const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
+    if (!step) return;
+    event.preventDefault();
+    moveActive(Chart.getChart(canvas), step);
+  });
+  return canvas;
+}
+
+const drawings = new Map();  // canvas -> how its chart is made
+
+/** Makes the charts anew of all canvases that are still shown: after a change of colours, or for those just put in. */
+export function drawCharts() {
+  const theme = readTheme();
+  for (const [canvas, draw] of drawings) {
+    const chart = Chart.getChart(canvas);
+    if (chart) chart.destroy();
+    if (canvas.isConnected)
+      draw(theme);
+    else
+      drawings.delete(canvas);
+  }
+}
+
+/** The charts of a series, which drawCharts() fills once they are in the page. */
+export function seriesCharts(series, summary) {
+  const canvas = chartCanvas(`${series.name}. ${summary} The table below has the same figures.`);
+  drawings.set(canvas, (theme) => drawSeries(canvas, series, theme));
+  const boxes = [make('div', {class: 'canvas-box'}, canvas)];
+  if (controlOf(series)) {
+    const control =
+        chartCanvas('The control case of its device over the same nights: it moves where the machine does.');
+    drawings.set(control, (theme) => drawControl(control, series, theme));
+    boxes.push(make('div', {class: 'canvas-box control-box'}, control));
+  }
+  return boxes;
+}

@@ -1,0 +1,111 @@
+// What the trend page derives from its data: a night's place on the axis of its machine, and what things are called.
+
+import {data, formatNumber, formatTime, percent, shortNumber, timeUnit} from './page.js';
+
+/** Of each machine, its runs by time. A run's place on an axis of nights is its index there. */
+export const runsOf = data.machines.map(() => []);
+export const placeOf = data.runs.map((run, index) => runsOf[run.machine].push(index) - 1);
+
+const dateFormat = (options) => new Intl.DateTimeFormat('en-GB', {timeZone: 'UTC', ...options});
+const kDay = dateFormat({day: 'numeric', month: 'short', year: 'numeric'});
+const kShortDay = dateFormat({day: 'numeric', month: 'short'});
+const kMoment = dateFormat({day: 'numeric', month: 'short', year: 'numeric', hour: '2-digit', minute: '2-digit'});
+const formatDate = (format, time) => {
+  const date = new Date(time);
+  return Number.isNaN(date.getTime()) ? String(time ?? 'unknown') : format.format(date);
+};
+export const formatDay = (time) => formatDate(kDay, time);
+export const formatShortDay = (time) => formatDate(kShortDay, time);
+export const formatMoment = (time) => formatDate(kMoment, time);
+
+/** Hexadecimal ids in the length that people quote. */
+export const isCommit = (text) => /^[0-9a-f]{7,64}$/i.test(text ?? '');
+export const shortCommit = (text) => (isCommit(text) ? text.slice(0, 8) : text || 'unknown');
+
+export const machineName = (index) => data.machines[index].name;
+export const runText = (run) => `${formatMoment(run.time)}, ${shortCommit(run.commit)}${run.dirty ? ' and more' : ''}`;
+export const environmentOf = (run) => data.environments[run.environment];
+
+const isWorse = (event) => event.kind === 'slower' || (event.kind === 'drift' && event.effect > 0);
+const isBetter = (event) => event.kind === 'faster' || (event.kind === 'drift' && event.effect < 0);
+/** worse, better or other: a class name, too. */
+export const toneOf = (event) => (isWorse(event) ? 'worse' : isBetter(event) ? 'better' : 'other');
+export const glyphOf = (event) => ({worse: '▲', better: '▼', other: '◆'})[toneOf(event)];
+
+export function effectText(event) {
+  if (event.effect === null) return 'errors changed';
+  const size = percent(Math.abs(event.effect), 2);
+  return `${size} ${event.effect > 0 ? 'slower' : 'faster'}${event.kind === 'drift' ? ', drifting' : ''}`;
+}
+
+/** "4.7 to 5.7 %"; of what is faster, how much faster. */
+export function intervalOf(event) {
+  if (event.low === null || event.high === null) return '';
+  const [low, high] = event.effect < 0 ? [-event.high, -event.low] : [event.low, event.high];
+  return `${shortNumber(100 * low, 2)} to ${percent(high, 2)}`;
+}
+
+const isOpen = (event) => event.state === 'suspect' || event.state === 'confirmed';
+const kGroups = [
+  {title: 'Confirmed regressions', holds: (event) => event.state === 'confirmed' && isWorse(event)},
+  {title: 'Suspects', holds: (event) => event.state === 'suspect' && event.kind !== 'errors'},
+  {title: 'Improvements', holds: (event) => event.state === 'confirmed' && isBetter(event)},
+  {title: 'Errors changed', holds: isOpen},
+  {title: 'Moved with the machine', holds: (event) => event.state === 'environment'},
+  {title: 'Accepted and cleared', holds: () => true, folded: true},
+];
+
+/**
+ * The events by what is to be done about them, the worst first.
+ * @returns {{title: string, folded?: boolean, events: any[]}[]}
+ */
+export function eventGroups() {
+  const groups = kGroups.map((group) => ({...group, events: []}));
+  for (const event of data.events) groups.find(({holds}) => holds(event)).events.push(event);
+  for (const {events} of groups) events.sort((a, b) => Math.abs(b.effect ?? 0) - Math.abs(a.effect ?? 0));
+  return groups.filter(({events}) => events.length > 0);
+}
+
+export const eventOf = new Map(data.events.map((event) => [String(event.id), event]));
+/** A series' name in links: its number in the database, where the data has it. */
+export const seriesId = (index) => String(data.series[index].id ?? index);
+export const seriesOf = new Map(data.series.map((_, index) => [seriesId(index), index]));
+
+/** Where a series was measured, as one line. */
+export function whereText(series) {
+  const parts = [series.scene, series.map, series.format, series.backend];
+  return [...parts, machineName(series.machine)].filter(Boolean).join(' · ');
+}
+
+export const formatValue = (series, value) =>
+    (series.unit === 'ns' ? formatTime(value) : `${formatNumber(value)} ${series.unit}`);
+/** What to divide by, and how it is called then. */
+export const unitOf = (series, value) => (series.unit === 'ns' ? timeUnit(value) : {name: series.unit, ns: 1});
+
+/** The last step, or what a drift sums up to: a share. */
+export function changeOf(series) {
+  if (series.drift) return Math.expm1(series.drift.per_night * series.nights.length);
+  const [before, last] = series.levels.slice(-2);
+  return last ? last.value / before.value - 1 : 0;
+}
+export const changeText = (share) =>
+    (share === 0 ? 'steady' : `${share > 0 ? '▲ +' : '▼ −'}${percent(Math.abs(share), 2)}`);
+
+/** What an event's series did together: the mean of their log values, each less its own median. */
+export function pooled(event) {
+  const sums = new Map();
+  for (const index of event.series) {
+    const {nights, values, levels, invalid} = data.series[index];
+    const base = Math.log(levels[0]?.value ?? values.find((value) => value > 0) ?? 1);
+    const left = new Set(invalid);
+    nights.forEach((run, at) => {
+      if (left.has(at) || !(values[at] > 0)) return;
+      const [sum, count] = sums.get(run) || [0, 0];
+      sums.set(run, [sum + Math.log(values[at]) - base, count + 1]);
+    });
+  }
+  return [...sums].sort(([a], [b]) => a - b).map(([run, [sum, count]]) => ({run, value: sum / count}));
+}
+
+export const shiftText = (share) =>
+    (share === null ? 'too few nights to say' : `${percent(share, 2)} is found within 5 nights in 9 of 10 cases`);

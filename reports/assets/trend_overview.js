@@ -1,0 +1,87 @@
+// The answer first: did anything move, and what to do about it.
+
+import {copyButton} from './copy.js';
+import {byId, data, make, percent, shortNumber} from './page.js';
+import {effectText, eventGroups, formatDay, glyphOf, intervalOf, isCommit, machineName, shortCommit, toneOf} from './trend_data.js';
+import {fillPaged} from './trend_paged.js';
+import {eventSpark} from './trend_spark.js';
+import {linkTo} from './trend_state.js';
+
+const kLate_ms = 2.5 * 86400e3;
+const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
+/** What would have been seen, had it been there. */
+function sensitivityText() {
+  const known = data.machines.filter((machine) => machine.smallest_shift !== null);
+  if (known.length === 0) return 'Too few nights to say which shift would be seen.';
+  const shifts = known.map(({name, smallest_shift: shift}) => `${percent(shift, 2)} on ${name}`);
+  return `A shift of ${shifts.join(', ')} is found within 5 nights in 9 of 10 cases.`;
+}
+
+function lateMachines() {
+  const late = data.machines.filter(({last}) => last && Date.parse(data.made) - Date.parse(last) > kLate_ms);
+  return late.map(({name, last}) => make('p', {class: 'notice'}, `${name} was last seen on ${formatDay(last)}.`));
+}
+
+function drawVerdict() {
+  if (data.runs.length === 0) {
+    byId('verdict').append(
+        make('p', {class: 'headline'}, 'No nights yet'),
+        make('p', {class: 'muted'}, 'Once nights are recorded, this page says what moved between them.'));
+    return;
+  }
+  const [answer, ...scope] = data.verdict.text.split('; ');
+  byId('verdict').classList.add(data.verdict.exit === 0 ? 'calm' : 'alert');
+  byId('verdict').append(
+      make(
+          'p', {class: 'headline'},
+          make('span', {class: 'glyph', 'aria-hidden': 'true'}, data.verdict.exit === 0 ? '✓' : '▲'), sentence(answer),
+          make('span', {class: 'muted'}, scope.join('; '))),
+      make('p', {class: 'muted'}, sensitivityText()), ...lateMachines());
+}
+
+export const statePill = (state) => make('span', {class: `pill ${state}`}, state);
+
+/** "good..bad", with the command that lists what lies between. */
+export function commitsElement({commits: [good, bad]}) {
+  const range = make('code', {}, `${shortCommit(good)}..${shortCommit(bad)}`);
+  if (!isCommit(good) || !isCommit(bad)) return range;
+  return make('span', {class: 'commits'}, range, ' ', copyButton(`git log ${good}..${bad}`, 'Copy git log'));
+}
+
+const surenessText = ({q}) =>
+    (q === null ? null : `q ${q < 1e-3 ? Number(q).toExponential(0).replace('e-', 'e−') : shortNumber(q, 2)}`);
+/** Facts of an event as short texts: where, how many series, how sure. */
+export const factsOf =
+    (event) => [machineName(event.machine), `${event.series.length} series`, surenessText(event)].filter(Boolean);
+
+function eventRow(event) {
+  const since = data.runs[event.bad_run];
+  return make(
+      'li', {class: `event-row ${toneOf(event)}`},
+      make(
+          'div', {class: 'effect'},
+          make('strong', {}, make('span', {class: 'glyph', 'aria-hidden': 'true'}, glyphOf(event)), effectText(event)),
+          make('span', {class: 'muted'}, intervalOf(event))),
+      make(
+          'div', {}, make('a', {class: 'what', href: linkTo({view: 'event', event: event.id})}, event.what),
+          make(
+              'p', {class: 'muted facts-line'}, statePill(event.state),
+              ...factsOf(event).map((fact) => make('span', {}, fact))),
+          make('p', {class: 'facts-line'}, make('span', {}, `since ${formatDay(since.time)}`), commitsElement(event)),
+          event.text ? make('p', {class: 'muted'}, event.text) : null),
+      event.effect === null ? null : eventSpark(event));
+}
+
+function groupElement({title, folded, events}) {
+  const list = fillPaged(make('ul', {class: 'event-list'}), events, eventRow);
+  const head = `${title} (${events.length})`;
+  return folded ? make('details', {class: 'event-group'}, make('summary', {}, make('h2', {}, head)), list) :
+                  make('div', {class: 'event-group'}, make('h2', {}, head), list);
+}
+
+export function drawOverview() {
+  byId('subtitle').textContent = `${data.title}; checked ${formatDay(data.made)}`;
+  drawVerdict();
+  byId('events').append(...eventGroups().map(groupElement));
+}

@@ -1,0 +1,92 @@
+// Small charts: of an event in its row, of a series among others of an event, of a machine's control case.
+
+import {drawn} from './marks.js';
+import {placeOf, pooled, runsOf, toneOf} from './trend_data.js';
+
+const kWidth = 240;
+const kHeight = 56;
+
+/** The values without the few that stand far out, and all levels: [low, high], never empty. */
+function rangeOf(values, levels) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const cut = Math.floor(sorted.length / 30);
+  const all = [...sorted.slice(cut, sorted.length - cut), ...levels.flatMap(({low, high, y}) => [low ?? y, high ?? y])];
+  if (all.length === 0) return [0, 1];
+  const [low, high] = [Math.min(...all), Math.max(...all)];
+  const margin = Math.max(0.08 * (high - low), 1e-3 * Math.abs(high), 1e-9);
+  return [low - margin, high + margin];
+}
+
+/**
+ * dots: [{x, y, isHollow}], x from 0 to count - 1; levels: [{from, to, y, low, high}], ends included; step: [from, to],
+ * where the change lies, or nothing; tone: of the change.
+ */
+function spark({count, dots, levels = [], step = null, tone = '', label}) {
+  const shown = dots.filter(({isHollow}) => !isHollow);
+  const [low, high] = rangeOf(shown.map(({y}) => y), levels);
+  const x = (place) => ((place + 0.5) / Math.max(count, 1)) * kWidth;
+  const y = (value) => kHeight - 3 - (kHeight - 6) * Math.max(0, Math.min(1, (value - low) / (high - low)));
+  const radius = Math.max(0.8, Math.min(2.2, kWidth / count / 2.4));
+  const svg =
+      drawn('svg', {viewBox: `0 0 ${kWidth} ${kHeight}`, role: 'img', 'aria-label': label, class: `spark ${tone}`});
+  if (step)
+    svg.append(drawn(
+        'rect', {class: 'step', x: x(step[0]), y: 0, width: Math.max(2, x(step[1]) - x(step[0])), height: kHeight}));
+  for (const level of levels.filter((l) => l.low !== undefined)) {
+    svg.append(drawn('rect', {
+      class: 'interval',
+      x: x(level.from - 0.5),
+      y: y(level.high),
+      width: x(level.to + 0.5) - x(level.from - 0.5),
+      height: Math.max(1, y(level.low) - y(level.high))
+    }));
+  }
+  const path = (some) => some.map((dot) => `M${x(dot.x).toFixed(1)} ${y(dot.y).toFixed(1)}h0`).join('');
+  svg.append(drawn('path', {class: 'dots', d: path(shown), 'stroke-width': 2 * radius}));
+  svg.append(
+      drawn('path', {class: 'level', d: levels.map((l) => `M${x(l.from - 0.5)} ${y(l.y)}H${x(l.to + 0.5)}`).join('')}));
+  return svg;
+}
+
+const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+
+/** What the event's series did together, before and after. */
+export function eventSpark(event) {
+  const dots = pooled(event).map(({run, value}) => ({x: placeOf[run], y: value}));
+  const step = [placeOf[event.good_run], placeOf[event.bad_run]];
+  const level = (some) =>
+      (some.length === 0 ? [] : [{from: some[0].x, to: some[some.length - 1].x, y: mean(some.map(({y}) => y))}]);
+  const levels = event.kind === 'drift' ?
+      [] :
+      [...level(dots.filter(({x}) => x <= step[0])), ...level(dots.filter(({x}) => x >= step[1]))];
+  const label = `${dots.length} nights, the mean of ${event.series.length} series`;
+  return spark({count: runsOf[event.machine].length, dots, levels, step, tone: toneOf(event), label});
+}
+
+export function seriesSpark(series, event) {
+  const invalid = new Set(series.invalid);
+  const place = (at) => placeOf[series.nights[at]];
+  const dots = series.nights.map(
+      (_, at) => ({x: place(at), y: series.values[at], isHollow: invalid.has(at) || series.values[at] === null}));
+  const levels = series.levels.map(
+      ({first, end, value, low, high}) => ({from: place(first), to: place(end - 1), y: value, low, high}));
+  const step = event && [placeOf[event.good_run], placeOf[event.bad_run]];
+  return spark({
+    count: runsOf[series.machine].length,
+    dots,
+    levels,
+    step,
+    tone: event ? toneOf(event) : '',
+    label: `${series.nights.length} nights`
+  });
+}
+
+/** The control case of a device over the nights. */
+export function controlSpark(machine, {nights, control_ns: control}) {
+  const dots = nights.map((run, at) => ({x: placeOf[run], y: control[at]}));
+  return spark({
+    count: runsOf[machine].length,
+    dots: dots.filter(({y}) => y !== null),
+    label: `control case of ${nights.length} nights`
+  });
+}
