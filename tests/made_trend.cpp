@@ -206,7 +206,7 @@ class TrendMaker {
     for (std::size_t night = 0; night < options_.nights; ++night) {
       nights.push_back(run_of(machine, night));
       const bool is_new = night >= epoch && std::string_view(backend) == "vulkan";
-      control.push_back(rounded(2.4e5 * (machine + 1) * std::exp(noise(0.005) + (is_new ? 0.06 : 0))));
+      control.push_back(rounded(2.4e5 * static_cast<double>(machine + 1) * std::exp(noise(0.005) + (is_new ? 0.06 : 0))));
     }
     const bool is_llvmpipe = machine == 0;
     json audit = {{{"timer", "device"},

@@ -2,6 +2,7 @@
 
 import {byId, data} from './page.js';
 import {drawCharts} from './trend_chart.js';
+import {formatMoment} from './trend_data.js';
 import {drawEvent} from './trend_event.js';
 import {drawHealth} from './trend_health.js';
 import {drawLog} from './trend_log.js';
@@ -43,7 +44,7 @@ function onNavigation() {
   });
 }
 
-byId('subtitle').textContent = data.title;
+byId('subtitle').textContent = `${data.title}; checked ${formatMoment(data.made)} UTC`;
 Chart.defaults.font.family = 'system-ui, sans-serif';
 makeFilters();
 readState();

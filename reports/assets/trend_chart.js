@@ -3,7 +3,7 @@
 import {readTheme, seriesColor, withAlpha} from './marks.js';
 import {data, make, percent, shortNumber} from './page.js';
 import {linearAxis, moveActive, scatterChart} from './scatter.js';
-import {effectText, environmentOf, eventOf, formatShortDay, formatValue, glyphOf, placeOf, runsOf, runText, toneOf, unitOf} from './trend_data.js';
+import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, placeOf, runsOf, runText, toneOf, unitOf} from './trend_data.js';
 import {epochsOf} from './trend_epochs.js';
 import {kStripHeight, plotPlugin} from './trend_plot.js';
 
@@ -16,26 +16,38 @@ const kDotStyles = {
   missing: 'crossRot'
 };
 
-/** One dot a night; a night without a value lies on the lowest one's line. */
+/** Where the nights are that count, with their levels, and some room for the others. */
+function shownRange(series, kindOf) {
+  const {values, levels} = series;
+  const counted = values.filter((_, at) => kindOf(at) === 'night');
+  const known = counted.length ? counted : values.filter((value) => value !== null);
+  const all = [...known, ...levels.flatMap(({low, high}) => [low, high])];
+  if (all.length === 0) return [1, 1];
+  const [low, high] = [Math.min(...all), Math.max(...all)];
+  const room = Math.max(0.12 * (high - low), 0.005 * high);
+  return [low - room, high + room];
+}
+
+/** One dot a night. Spikes and what was not looked at go to the edge where they lie beyond the rest. */
 export function dotsOf(series) {
+  const {nights, values} = series;
   const invalid = new Set(series.invalid);
   const spikes = new Set(series.spikes);
-  const known = series.values.filter((value) => value !== null);
-  const unit = unitOf(series, known[0] ?? 1);
-  const lowest = known.length ? Math.min(...known) : 1;
   const kindOf = (at) =>
-      (series.values[at] === null ? 'missing' :
-           invalid.has(at)        ? 'left' :
-           spikes.has(at)         ? 'spike' :
-                                    'night');
-  const dots = series.nights.map((run, at) => ({
-                                   x: placeOf[run],
-                                   y: (series.values[at] ?? lowest) / unit.ns,
-                                   at,
-                                   error: series.errors[at],
-                                   kind: kindOf(at),
-                                 }));
-  return {unit, dots};
+      (values[at] === null ? 'missing' :
+           invalid.has(at) ? 'left' :
+           spikes.has(at)  ? 'spike' :
+                             'night');
+  const [low, high] = shownRange(series, kindOf);
+  const unit = unitOf(series, high);
+  const dots = nights.map((run, at) => ({
+                            x: placeOf[run],
+                            y: Math.max(low, Math.min(high, values[at] ?? low)) / unit.ns,
+                            at,
+                            error: series.errors[at],
+                            kind: kindOf(at),
+                          }));
+  return {unit, dots, range: [low / unit.ns, high / unit.ns]};
 }
 
 /** Notes of the machine's nights, and of the series' events where these lie. */
@@ -45,25 +57,29 @@ export function notesOf(series) {
 }
 const notePlace = ({run, event}) => placeOf[run !== null ? run : eventOf.get(String(event)).bad_run];
 
-/** Dates under the nights, as many as there is room for. */
-function nightAxis(machine, theme, width) {
+/**
+ * Nights with dates under them, as many as there is room for; hasDates: or none, where another chart below has them.
+ */
+function nightAxis(machine, theme, hasDates) {
   const runs = runsOf[machine];
-  const room = Math.max(2, Math.floor((width - kAxisWidth) / 76));
-  const step = kSteps.find((size) => size * room >= runs.length) || Math.ceil(runs.length / room);
   const year = (place) => String(data.runs[runs[place]].time).slice(0, 4);
+  let step = 1;
   const label = (place) =>
       [formatShortDay(data.runs[runs[place]].time),
        place < step || year(place) !== year(place - step) ? year(place) : ''];
-  const axis = linearAxis(theme, '', (value) => label(value));
-  const ticks = runs.map((_, place) => place).filter((place) => place % step === 0);
+  const axis = linearAxis(theme, '', label);
   return {
     ...axis,
     title: {display: false},
     min: -0.7,
     max: runs.length - 0.3,
     grid: {...axis.grid, display: false},
-    afterBuildTicks: (scale) => (scale.ticks = ticks.map((value) => ({value}))),
-    ticks: {...axis.ticks, autoSkip: false},
+    afterBuildTicks: (scale) => {
+      const room = Math.max(2, Math.floor((scale.chart.width - kAxisWidth) / 76));
+      step = kSteps.find((size) => size * room >= runs.length) || Math.ceil(runs.length / room);
+      scale.ticks = runs.map((_, place) => ({value: place})).filter(({value}) => value % step === 0);
+    },
+    ticks: {...axis.ticks, autoSkip: false, display: hasDates},
   };
 }
 
@@ -106,12 +122,13 @@ function stepsOf(series, theme) {
              from: placeOf[event.good_run],
              to: placeOf[event.bad_run],
              color: color[toneOf(event)],
-             label: `${glyphOf(event)} ${event.effect === null ? 'errors' : effectText(event)}`
-           }));
+             label: `${glyphOf(event)} ${event.effect === null ? 'errors' : percent(Math.abs(event.effect), 2)}`
+           }))
+      .sort((a, b) => a.from - b.from);
 }
 
 function drawSeries(canvas, series, theme) {
-  const {unit, dots} = dotsOf(series);
+  const {unit, dots, range} = dotsOf(series);
   const place = (at) => placeOf[series.nights[at]];
   const color = {night: seriesColor(theme, 0), spike: seriesColor(theme, 4), left: theme.muted, missing: theme.muted};
   const radius = dots.length > 150 ? 2.5 : 4;
@@ -140,11 +157,12 @@ function drawSeries(canvas, series, theme) {
     pointHitRadius: 6,
   };
   return scatterChart(canvas, [dataset], {
-    x: nightAxis(series.machine, theme, canvas.parentNode.clientWidth),
+    x: nightAxis(series.machine, theme, !controlOf(series)),
     y: {
       ...linearAxis(theme, `${series.metric.replaceAll('_', ' ')}, ${unit.name}`, (value) => shortNumber(value, 4)),
       ...fixedWidth,
-      grace: '6%'
+      suggestedMin: range[0],
+      suggestedMax: range[1]
     },
     legend: {display: false},
     layout: {padding: {top: 2 * kStripHeight, right: 12}},
@@ -183,9 +201,10 @@ function drawControl(canvas, series, theme) {
     pointHitRadius: 6
   };
   const signed = (value) => `${value > 0 ? '+' : value < 0 ? '−' : ''}${shortNumber(Math.abs(value))}`;
+  const axis = linearAxis(theme, 'control, %', signed);
   return scatterChart(canvas, [dataset], {
-    x: nightAxis(series.machine, theme, canvas.parentNode.clientWidth),
-    y: {...linearAxis(theme, 'control, %', signed), ...fixedWidth, suggestedMin: -2, suggestedMax: 2},
+    x: nightAxis(series.machine, theme, true),
+    y: {...axis, ticks: {...axis.ticks, maxTicksLimit: 4}, ...fixedWidth, suggestedMin: -2, suggestedMax: 2},
     legend: {display: false},
     layout: {padding: {right: 12}},
     tooltip: tooltipOf(

@@ -1,6 +1,6 @@
 // What the trend page derives from its data: a night's place on the axis of its machine, and what things are called.
 
-import {data, formatNumber, formatTime, percent, shortNumber, timeUnit} from './page.js';
+import {data, formatNumber, formatTime, make, percent, shortNumber, timeUnit} from './page.js';
 
 /** Of each machine, its runs by time. A run's place on an axis of nights is its index there. */
 export const runsOf = data.machines.map(() => []);
@@ -24,7 +24,7 @@ export const shortCommit = (text) => (isCommit(text) ? text.slice(0, 8) : text |
 
 export const machineName = (index) => data.machines[index].name;
 export const runText = (run) => `${formatMoment(run.time)}, ${shortCommit(run.commit)}${run.dirty ? ' and more' : ''}`;
-export const environmentOf = (run) => data.environments[run.environment];
+export const environmentOf = (run) => data.environments[run.environment] || {hash: '', text: 'unknown environment'};
 
 const isWorse = (event) => event.kind === 'slower' || (event.kind === 'drift' && event.effect > 0);
 const isBetter = (event) => event.kind === 'faster' || (event.kind === 'drift' && event.effect < 0);
@@ -34,8 +34,8 @@ export const glyphOf = (event) => ({worse: '▲', better: '▼', other: '◆'})[
 
 export function effectText(event) {
   if (event.effect === null) return 'errors changed';
-  const size = percent(Math.abs(event.effect), 2);
-  return `${size} ${event.effect > 0 ? 'slower' : 'faster'}${event.kind === 'drift' ? ', drifting' : ''}`;
+  const word = {slower: 'slower', faster: 'faster'}[event.kind] || (event.effect > 0 ? 'slower' : 'faster');
+  return `${percent(Math.abs(event.effect), 2)} ${word}${event.kind === 'drift' ? ', drifting' : ''}`;
 }
 
 /** "4.7 to 5.7 %"; of what is faster, how much faster. */
@@ -71,41 +71,28 @@ export const eventOf = new Map(data.events.map((event) => [String(event.id), eve
 export const seriesId = (index) => String(data.series[index].id ?? index);
 export const seriesOf = new Map(data.series.map((_, index) => [seriesId(index), index]));
 
-/** Where a series was measured, as one line. */
-export function whereText(series) {
-  const parts = [series.scene, series.map, series.format, series.backend];
-  return [...parts, machineName(series.machine)].filter(Boolean).join(' · ');
-}
+/** Where a series was measured, in parts that are not broken in two. */
+export const whereParts =
+    ({scene, map, format, backend, machine}) => [scene, map, format, backend, machineName(machine)].filter(Boolean);
+export const whereElement = (series) => make(
+    'span', {class: 'where muted'},
+    ...whereParts(series).flatMap((part, index) => [index ? ' · ' : '', make('span', {}, part)]));
 
 export const formatValue = (series, value) =>
     (series.unit === 'ns' ? formatTime(value) : `${formatNumber(value)} ${series.unit}`);
 /** What to divide by, and how it is called then. */
 export const unitOf = (series, value) => (series.unit === 'ns' ? timeUnit(value) : {name: series.unit, ns: 1});
 
-/** The last step, or what a drift sums up to: a share. */
+/** The last step within an environment, or what a drift sums up to: a share. */
 export function changeOf(series) {
   if (series.drift) return Math.expm1(series.drift.per_night * series.nights.length);
   const [before, last] = series.levels.slice(-2);
-  return last ? last.value / before.value - 1 : 0;
+  const environment = (at) => data.runs[series.nights[at]].environment;
+  if (!last || environment(before.first) !== environment(last.first)) return 0;
+  return last.value / before.value - 1;
 }
 export const changeText = (share) =>
     (share === 0 ? 'steady' : `${share > 0 ? '▲ +' : '▼ −'}${percent(Math.abs(share), 2)}`);
 
-/** What an event's series did together: the mean of their log values, each less its own median. */
-export function pooled(event) {
-  const sums = new Map();
-  for (const index of event.series) {
-    const {nights, values, levels, invalid} = data.series[index];
-    const base = Math.log(levels[0]?.value ?? values.find((value) => value > 0) ?? 1);
-    const left = new Set(invalid);
-    nights.forEach((run, at) => {
-      if (left.has(at) || !(values[at] > 0)) return;
-      const [sum, count] = sums.get(run) || [0, 0];
-      sums.set(run, [sum + Math.log(values[at]) - base, count + 1]);
-    });
-  }
-  return [...sums].sort(([a], [b]) => a - b).map(([run, [sum, count]]) => ({run, value: sum / count}));
-}
-
 export const shiftText = (share) =>
-    (share === null ? 'too few nights to say' : `${percent(share, 2)} is found within 5 nights in 9 of 10 cases`);
+    (share === null ? 'too few nights to say' : `${percent(share, 2)} would be found within 5 nights in 9 of 10 cases`);

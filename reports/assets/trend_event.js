@@ -1,7 +1,7 @@
 // One event: what moved, its history, the chosen one of its series, and all of them small.
 
 import {byId, data, make} from './page.js';
-import {changeOf, changeText, effectText, eventOf, formatDay, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereText} from './trend_data.js';
+import {changeOf, changeText, effectText, eventOf, formatDay, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereElement} from './trend_data.js';
 import {commitsElement, factsOf, statePill} from './trend_overview.js';
 import {fillPaged} from './trend_paged.js';
 import {showSeries} from './trend_panel.js';
@@ -50,7 +50,7 @@ function multiple(event, index) {
           make(
               'span', {class: 'multiple-head'}, make('strong', {}, series.name),
               make('span', {}, changeText(changeOf(series)))),
-          make('span', {class: 'muted'}, whereText(series)), seriesSpark(series, event)));
+          whereElement(series), seriesSpark(series, event)));
 }
 
 function drawMultiples(event) {

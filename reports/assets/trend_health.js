@@ -2,7 +2,7 @@
 
 import {auditTable} from './audits.js';
 import {byId, data, factsTable, formatTime, make, percent} from './page.js';
-import {formatMoment, shiftText} from './trend_data.js';
+import {formatDay, formatMoment, shiftText} from './trend_data.js';
 import {epochTable} from './trend_epochs.js';
 import {controlSpark} from './trend_spark.js';
 
@@ -15,6 +15,14 @@ function controlText({control_ns: control}) {
   return `${formatTime(low)} to ${formatTime(high)} over ${known.length} nights`;
 }
 
+function controlFigure(machine, calibration) {
+  const [first, last] = [calibration.nights[0], calibration.nights[calibration.nights.length - 1]];
+  return make(
+      'figure', {}, controlSpark(machine, calibration),
+      make(
+          'figcaption', {}, `control case, ${formatDay(data.runs[first].time)} to ${formatDay(data.runs[last].time)}`));
+}
+
 function deviceCard(device, machine) {
   const {calibration} = device;
   return make(
@@ -25,7 +33,7 @@ function deviceCard(device, machine) {
         ['Filter', device.filter.map(filterText).join('; ')],
         ['Control case', calibration && controlText(calibration)],
       ]),
-      calibration && calibration.nights.length > 1 ? controlSpark(machine, calibration) : null);
+      calibration && calibration.nights.length > 1 ? controlFigure(machine, calibration) : null);
 }
 
 function machineElement(machine, index) {

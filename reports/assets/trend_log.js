@@ -10,7 +10,8 @@ const eventLink = (event) =>
     make('a', {href: linkTo({view: 'event', event: event.id})}, `${event.what} on ${machineName(event.machine)}`);
 
 function subjectOf({event, run}) {
-  if (event) return [eventLink(event), make('span', {class: 'muted'}, ` ${glyphOf(event)} ${effectText(event)}`)];
+  if (event)
+    return [eventLink(event), ' ', make('span', {class: 'muted mark'}, `${glyphOf(event)} ${effectText(event)}`)];
   return [`night of ${runText(data.runs[run])} on ${machineName(data.runs[run].machine)}`];
 }
 

@@ -15,7 +15,7 @@ function sensitivityText() {
   const known = data.machines.filter((machine) => machine.smallest_shift !== null);
   if (known.length === 0) return 'Too few nights to say which shift would be seen.';
   const shifts = known.map(({name, smallest_shift: shift}) => `${percent(shift, 2)} on ${name}`);
-  return `A shift of ${shifts.join(', ')} is found within 5 nights in 9 of 10 cases.`;
+  return `A shift of ${shifts.join(', ')} would be found within 5 nights in 9 of 10 cases.`;
 }
 
 function lateMachines() {
@@ -58,7 +58,7 @@ export const factsOf =
 function eventRow(event) {
   const since = data.runs[event.bad_run];
   return make(
-      'li', {class: `event-row ${toneOf(event)}`},
+      'li', {class: `event-row ${toneOf(event)} ${event.state}`},
       make(
           'div', {class: 'effect'},
           make('strong', {}, make('span', {class: 'glyph', 'aria-hidden': 'true'}, glyphOf(event)), effectText(event)),
@@ -81,7 +81,13 @@ function groupElement({title, folded, events}) {
 }
 
 export function drawOverview() {
-  byId('subtitle').textContent = `${data.title}; checked ${formatDay(data.made)}`;
   drawVerdict();
   byId('events').append(...eventGroups().map(groupElement));
+  const {least_effect: effect, least_nights: nights, false_discovery_rate: rate, confidence} = data.options;
+  const question = `Looked for: steps of at least ${percent(effect)} that last ${nights} nights, with at most ${
+      percent(rate)} false alarms. `;
+  const terms =
+      `Ranges are ${percent(confidence)} intervals; q is the share of false alarms among changes as clear as ` +
+      'this one. Commits: the last before the change, and the first surely after it.';
+  byId('events').append(make('p', {class: 'muted footnote'}, question, data.events.length ? terms : ''));
 }

@@ -3,8 +3,8 @@
 import {swatch} from './marks.js';
 import {data, dataTable, factsTable, make, numberCell, percent, shortNumber} from './page.js';
 import {controlOf, dotsOf, drawCharts, notesOf, seriesCharts} from './trend_chart.js';
-import {changeOf, changeText, effectText, environmentOf, eventOf, formatDay, formatMoment, formatValue, glyphOf, shiftText, shortCommit, toneOf, whereText} from './trend_data.js';
-import {epochTable} from './trend_epochs.js';
+import {changeOf, changeText, effectText, environmentOf, eventOf, formatDay, formatMoment, formatValue, glyphOf, shiftText, shortCommit, toneOf, whereElement} from './trend_data.js';
+import {epochsOf, epochTable} from './trend_epochs.js';
 import {linkTo} from './trend_state.js';
 
 /** The levels as a sentence. */
@@ -30,7 +30,9 @@ function legend(series, dots) {
           series.levels.length > 0, 'M1 4h14v8H1zM1 8h14',
           {fill: 'var(--series-0)', 'fill-opacity': 0.25, stroke: 'var(--ink)', 'stroke-width': 1},
           `level, with ${levels} interval`),
-      entry(kinds.has('spike'), 'triangle', {fill: 'var(--series-4)'}, 'spike: a night that stands alone'),
+      entry(
+          kinds.has('spike'), 'triangle', {fill: 'var(--series-4)'},
+          'spike: a night that stands alone, at the edge if beyond it'),
       entry(kinds.has('left'), 'circle', outline('var(--muted)'), 'not looked at'),
       entry(kinds.has('missing'), 'M4 4l8 8M12 4l-8 8', outline('var(--muted)'), 'no value'),
       entry(
@@ -59,7 +61,6 @@ function facts(series) {
   const last = series.levels[series.levels.length - 1];
   const share = (value, digits = 2) => (value === null ? null : percent(value, digits));
   return factsTable([
-    ['Where', whereText(series)],
     ['Events', eventLinks(series)],
     [
       'Level now',
@@ -122,9 +123,9 @@ function noteList(series) {
 export function showSeries(place, series) {
   const {dots} = dotsOf(series);
   place.replaceChildren(make(
-      'figure', {class: 'chart'}, make('h3', {class: 'series-name'}, series.name),
-      make('p', {class: 'muted'}, whereText(series)), ...seriesCharts(series, summaryOf(series)), legend(series, dots),
-      noteList(series), facts(series), epochTable(series.machine),
+      'figure', {class: 'chart'}, make('h3', {class: 'series-name'}, series.name), make('p', {}, whereElement(series)),
+      ...seriesCharts(series, summaryOf(series)), legend(series, dots), noteList(series), facts(series),
+      epochsOf(series.machine).length > 1 ? epochTable(series.machine) : null,
       lazyDetails(`All ${dots.length} nights as a table`, () => nightsTable(series, dots))));
   drawCharts();
 }

@@ -44,6 +44,9 @@ function line(ctx, x0, y0, x1, y1, color, width, dash = []) {
 
 function drawSteps(chart, {steps, hasStrips}) {
   const {ctx, chartArea: area, scales: {x}} = chart;
+  let free = area.left;  // where the next label may begin
+  ctx.font = `600 ${kFont}`;
+  ctx.textAlign = 'left';
   for (const step of steps) {
     const [left, right] = [x.getPixelForValue(step.from), x.getPixelForValue(step.to)];
     ctx.fillStyle = withAlpha(step.color, 0.18);
@@ -51,14 +54,13 @@ function drawSteps(chart, {steps, hasStrips}) {
     for (const edge of [left, right])
       line(ctx, edge, area.top, edge, area.bottom, withAlpha(step.color, 0.7), 1, [3, 3]);
     if (!hasStrips) continue;
+    const {width} = ctx.measureText(step.label);
+    const at = Math.max(free, Math.min(area.right - width, (left + right - width) / 2));
     ctx.fillStyle = step.color;
-    ctx.font = `600 ${kFont}`;
-    const half = ctx.measureText(step.label).width / 2;
-    ctx.textAlign = 'center';
-    const middle = Math.max(area.left + half, Math.min(area.right - half, (left + right) / 2));
-    ctx.fillText(step.label, middle, area.top - kStripHeight / 2);
-    ctx.font = kFont;
+    ctx.fillText(step.label, at, area.top - kStripHeight / 2);
+    free = at + width + 6;
   }
+  ctx.font = kFont;
 }
 
 function drawIntervals(chart, {levels}, theme) {
@@ -88,8 +90,8 @@ function drawMarks(chart, {notes, scores}, theme) {
   };
   for (const place of notes) {
     const at = x.getPixelForValue(place);
-    line(ctx, at, area.top - kStripHeight + 2, at, area.bottom, withAlpha(theme.ink, 0.45), 1, [1, 3]);
-    filled(`M${at} ${area.top - kStripHeight + 2}h8l-2.5 3.5 2.5 3.5h-8z`, theme.ink);
+    line(ctx, at, area.top, at, area.bottom, withAlpha(theme.ink, 0.45), 1, [1, 3]);
+    filled(`M${at} ${area.top + 1}h9l-2.5 3.5 2.5 3.5h-9z`, theme.ink);
   }
   for (const place of scores) {
     const at = x.getPixelForValue(place - 0.5);

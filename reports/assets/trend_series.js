@@ -1,7 +1,7 @@
 // All series: a search, filters, the list by size of the last step, and the chosen one.
 
 import {byId, data, make} from './page.js';
-import {changeOf, changeText, machineName, seriesId, seriesOf, whereText} from './trend_data.js';
+import {changeOf, changeText, machineName, seriesId, seriesOf, whereElement, whereParts} from './trend_data.js';
 import {fillPaged} from './trend_paged.js';
 import {showSeries} from './trend_panel.js';
 import {linkTo, markCurrent, replaceState, state} from './trend_state.js';
@@ -15,7 +15,7 @@ const entries =
                series,
                index,
                change: changeOf(series),
-               text: [series.name, series.setting, whereText(series), series.technique].join(' ').toLowerCase(),
+               text: [series.name, series.setting, series.technique, ...whereParts(series)].join(' ').toLowerCase(),
              }))
         .sort((a, b) => Math.abs(b.change) - Math.abs(a.change) || a.index - b.index);
 
@@ -35,7 +35,7 @@ function listItem({series, index, change}) {
           'a',
           {class: 'series-link', href: linkTo({...state, series: seriesId(index)}), 'data-series': seriesId(index)},
           make('span', {class: `change ${tone}`}, changeText(change)),
-          make('span', {}, make('strong', {}, series.name), make('span', {class: 'muted'}, whereText(series)))));
+          make('span', {}, make('strong', {}, series.name), whereElement(series))));
 }
 
 /** Up and down go from link to link, as in any list. */
@@ -54,6 +54,7 @@ function drawList() {
   if (question !== listed) {
     listed = question;
     const found = matching();
+    byId('series-list').hidden = found.length === 0;
     byId('series-count').textContent = `${found.length} of ${data.series.length} series, by size of their last step`;
     byId('series-list').replaceChildren(fillPaged(make('ol', {onkeydown: onListKey}), found, listItem));
     byId('series-list').dataset.first = found.length ? seriesId(found[0].index) : '';
@@ -87,9 +88,17 @@ function filterControl(trait) {
   return make('label', {}, `${trait} `, select);
 }
 
+const kRest_ms = 120;
+let resting = 0;
+
+/** The list answers every letter of a search; the charts follow once the typing rests. */
 function change(fields) {
   replaceState({...fields, series: ''});
-  drawChosen(drawList());
+  drawList();
+  clearTimeout(resting);
+  resting = setTimeout(() => {
+    if (state.view === 'series') drawChosen(drawList());
+  }, kRest_ms);
 }
 
 /** Once: the controls. */

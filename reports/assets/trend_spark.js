@@ -1,7 +1,8 @@
 // Small charts: of an event in its row, of a series among others of an event, of a machine's control case.
 
 import {drawn} from './marks.js';
-import {placeOf, pooled, runsOf, toneOf} from './trend_data.js';
+import {data} from './page.js';
+import {placeOf, runsOf, toneOf} from './trend_data.js';
 
 const kWidth = 240;
 const kHeight = 56;
@@ -48,33 +49,61 @@ function spark({count, dots, levels = [], step = null, tone = '', label}) {
   return svg;
 }
 
+const levelsOf = ({nights, levels}) => levels.map(
+    ({first, end, value, low, high}) =>
+        ({from: placeOf[nights[first]], to: placeOf[nights[end - 1]], y: value, low, high}));
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-/** What the event's series did together, before and after. */
+/** What the event's series did together: the means of their log values, each less its level before the event. */
+function pooled({series, good_run: good, bad_run: bad}) {
+  const sums = new Map();
+  const [before, after] = [{from: 0, to: placeOf[good]}, {from: placeOf[bad], to: Infinity}];
+  const narrow = (side, level) => Object.assign(
+      side, {from: Math.max(side.from, level?.from ?? Infinity), to: Math.min(side.to, level?.to ?? -Infinity)});
+  for (const index of series) {
+    const {nights, values, invalid, spikes} = data.series[index];
+    const levels = levelsOf(data.series[index]);
+    const levelAt = (run) => levels.find(({from, to}) => from <= placeOf[run] && placeOf[run] <= to);
+    narrow(before, levelAt(good));
+    narrow(after, levelAt(bad));
+    const base = Math.log(levelAt(good)?.y ?? values.find((value) => value > 0));
+    const left = new Set([...invalid, ...spikes]);
+    nights.forEach((run, at) => {
+      if (left.has(at) || !(values[at] > 0)) return;
+      const [sum, count] = sums.get(placeOf[run]) || [0, 0];
+      sums.set(placeOf[run], [sum + Math.log(values[at]) - base, count + 1]);
+    });
+  }
+  const dots = [...sums].sort(([a], [b]) => a - b).map(([x, [sum, count]]) => ({x, y: sum / count}));
+  return {dots, sides: [before, after]};
+}
+
+/** With the levels before and after, for the nights that all of the series have them. */
 export function eventSpark(event) {
-  const dots = pooled(event).map(({run, value}) => ({x: placeOf[run], y: value}));
-  const step = [placeOf[event.good_run], placeOf[event.bad_run]];
-  const level = (some) =>
-      (some.length === 0 ? [] : [{from: some[0].x, to: some[some.length - 1].x, y: mean(some.map(({y}) => y))}]);
-  const levels = event.kind === 'drift' ?
-      [] :
-      [...level(dots.filter(({x}) => x <= step[0])), ...level(dots.filter(({x}) => x >= step[1]))];
-  const label = `${dots.length} nights, the mean of ${event.series.length} series`;
-  return spark({count: runsOf[event.machine].length, dots, levels, step, tone: toneOf(event), label});
+  const {dots, sides} = pooled(event);
+  const levels = sides.flatMap(({from, to}) => {
+    const side = dots.filter(({x}) => from <= x && x <= to);
+    return side.length ? [{from: side[0].x, to: side[side.length - 1].x, y: mean(side.map(({y}) => y))}] : [];
+  });
+  return spark({
+    count: runsOf[event.machine].length,
+    dots,
+    levels: event.kind === 'drift' ? [] : levels,
+    step: [placeOf[event.good_run], placeOf[event.bad_run]],
+    tone: toneOf(event),
+    label: `${dots.length} nights, the mean of ${event.series.length} series`
+  });
 }
 
 export function seriesSpark(series, event) {
   const invalid = new Set(series.invalid);
-  const place = (at) => placeOf[series.nights[at]];
-  const dots = series.nights.map(
-      (_, at) => ({x: place(at), y: series.values[at], isHollow: invalid.has(at) || series.values[at] === null}));
-  const levels = series.levels.map(
-      ({first, end, value, low, high}) => ({from: place(first), to: place(end - 1), y: value, low, high}));
+  const isHollow = (at) => invalid.has(at) || series.values[at] === null;
+  const dots = series.nights.map((run, at) => ({x: placeOf[run], y: series.values[at], isHollow: isHollow(at)}));
   const step = event && [placeOf[event.good_run], placeOf[event.bad_run]];
   return spark({
     count: runsOf[series.machine].length,
     dots,
-    levels,
+    levels: levelsOf(series),
     step,
     tone: event ? toneOf(event) : '',
     label: `${series.nights.length} nights`
