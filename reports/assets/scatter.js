@@ -1,5 +1,13 @@
 // Scatter charts in the page's colours, and moving over their dots with the keyboard.
 
+/** Of tooltips: dark in both colour schemes. */
+export const tooltipLook = {
+  displayColors: false,
+  backgroundColor: 'rgb(24 28 34 / 0.95)',
+  titleColor: '#fff',
+  bodyColor: '#fff',
+};
+
 export const linearAxis = (theme, title, callback) => ({
   type: 'linear',
   title: {display: true, text: title, color: theme.muted},

@@ -2,8 +2,8 @@
 
 import {readTheme, seriesColor, withAlpha} from './marks.js';
 import {data, make, percent, shortNumber} from './page.js';
-import {linearAxis, moveActive, scatterChart} from './scatter.js';
-import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, placeOf, runsOf, runText, toneOf, unitOf} from './trend_data.js';
+import {linearAxis, moveActive, scatterChart, tooltipLook} from './scatter.js';
+import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, levelLines, placeOf, runsOf, runText, toneOf, unitOf} from './trend_data.js';
 import {epochsOf} from './trend_epochs.js';
 import {kStripHeight, plotPlugin} from './trend_plot.js';
 
@@ -108,16 +108,14 @@ function tooltipLines(series, {at, kind}) {
 }
 
 const tooltipOf = (title, lines) => ({
-  displayColors: false,
-  backgroundColor: 'rgb(24 28 34 / 0.95)',
-  titleColor: '#fff',
-  bodyColor: '#fff',
+  ...tooltipLook,
   callbacks: {title: ([item]) => (item ? title(item.raw) : ''), label: (item) => lines(item.raw)},
 });
 
 function stepsOf(series, theme) {
   const color = {worse: seriesColor(theme, 1), better: seriesColor(theme, 2), other: seriesColor(theme, 3)};
   return series.events.map((id) => eventOf.get(String(id)))
+      .filter(({kind}) => kind !== 'drift')
       .map((event) => ({
              from: placeOf[event.good_run],
              to: placeOf[event.bad_run],
@@ -130,19 +128,16 @@ function stepsOf(series, theme) {
 function drawSeries(canvas, series, theme) {
   const {unit, dots, range} = dotsOf(series);
   const place = (at) => placeOf[series.nights[at]];
+  const divided = (value) => (value === undefined ? value : value / unit.ns);
+  const inUnit = ({from, to, start, end, low, high}) =>
+      ({from, to, start: divided(start), end: divided(end), low: divided(low), high: divided(high)});
   const color = {night: seriesColor(theme, 0), spike: seriesColor(theme, 4), left: theme.muted, missing: theme.muted};
   const radius = dots.length > 150 ? 2.5 : 4;
   const picture = {
     hasStrips: true,
     epochs: epochsOf(series.machine),
     steps: stepsOf(series, theme),
-    levels: series.levels.map(({first, end, value, low, high}) => ({
-                                from: place(first),
-                                to: place(end - 1),
-                                value: value / unit.ns,
-                                low: low / unit.ns,
-                                high: high / unit.ns
-                              })),
+    levels: levelLines(series).map(inUnit),
     notes: notesOf(series).map(notePlace),
     scores: series.scores.slice(1).map(([at]) => place(at)),
   };

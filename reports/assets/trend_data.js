@@ -91,6 +91,29 @@ export function changeOf(series) {
   if (!last || environment(before.first) !== environment(last.first)) return 0;
   return last.value / before.value - 1;
 }
+/** The level that holds a run, or nothing. */
+export const levelAt = ({nights, levels}, run) =>
+    levels.find(({first, end}) => nights[first] <= run && run <= nights[end - 1]);
+
+/** What an event did to a series: a share. */
+export function changeAcross(series, {good_run: good, bad_run: bad}) {
+  const [before, after] = [levelAt(series, good), levelAt(series, bad)];
+  return series.drift || !before || !after ? changeOf(series) : after.value / before.value - 1;
+}
+
+/** The levels as lines from place to place, sloped where the series drifts: then they have no interval. */
+export const levelLines = ({nights, levels, drift}) => levels.map(({first, end, value, low, high}) => {
+  const tilt = drift ? Math.exp(drift.per_night * (end - first) / 2) : 1;
+  const interval = drift ? {} : {low, high};
+  return {
+    from: placeOf[nights[first]],
+    to: placeOf[nights[end - 1]],
+    start: value / tilt,
+    end: value * tilt,
+    ...interval
+  };
+});
+
 export const changeText = (share) =>
     (share === 0 ? 'steady' : `${share > 0 ? '▲ +' : '▼ −'}${percent(Math.abs(share), 2)}`);
 

@@ -1,7 +1,7 @@
 // One event: what moved, its history, the chosen one of its series, and all of them small.
 
 import {byId, data, make} from './page.js';
-import {changeOf, changeText, effectText, eventOf, formatDay, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereElement} from './trend_data.js';
+import {changeAcross, changeText, effectText, eventOf, formatDay, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereElement} from './trend_data.js';
 import {commitsElement, factsOf, statePill} from './trend_overview.js';
 import {fillPaged} from './trend_paged.js';
 import {showSeries} from './trend_panel.js';
@@ -20,6 +20,11 @@ function historyList(event) {
               make('span', {}, `${line.by}${line.text ? `: ${line.text}` : ''}`))));
 }
 
+function whenText(event) {
+  const [good, bad] = [event.good_run, event.bad_run].map((run) => formatDay(data.runs[run].time));
+  return event.kind === 'drift' ? `from ${good} to ${bad}` : `last seen as before on ${good}, moved by ${bad}`;
+}
+
 const headOf = (event) => make(
     'div', {class: `card event-card ${toneOf(event)}`}, make('h2', {tabindex: -1}, event.what),
     make(
@@ -28,13 +33,7 @@ const headOf = (event) => make(
     make(
         'p', {class: 'facts-line'}, statePill(event.state),
         ...factsOf(event).map((fact) => make('span', {class: 'muted'}, fact))),
-    make(
-        'p', {class: 'facts-line'},
-        make(
-            'span', {},
-            `last seen as before on ${formatDay(data.runs[event.good_run].time)}, moved by ${
-                formatDay(data.runs[event.bad_run].time)}`),
-        commitsElement(event)),
+    make('p', {class: 'facts-line'}, make('span', {}, whenText(event)), commitsElement(event)),
     event.text ? make('p', {}, event.text) : null, historyList(event));
 
 function multiple(event, index) {
@@ -47,15 +46,16 @@ function multiple(event, index) {
             href: linkTo({view: 'event', event: event.id, series: seriesId(index)}),
             'data-series': seriesId(index)
           },
+          make('strong', {}, series.name),
           make(
-              'span', {class: 'multiple-head'}, make('strong', {}, series.name),
-              make('span', {}, changeText(changeOf(series)))),
-          whereElement(series), seriesSpark(series, event)));
+              'span', {class: 'multiple-line'},
+              make('span', {class: 'change'}, changeText(changeAcross(series, event))), whereElement(series)),
+          seriesSpark(series, event)));
 }
 
 function drawMultiples(event) {
-  const sorted =
-      [...event.series].sort((a, b) => Math.abs(changeOf(data.series[b])) - Math.abs(changeOf(data.series[a])));
+  const size = (index) => Math.abs(changeAcross(data.series[index], event));
+  const sorted = [...event.series].sort((a, b) => size(b) - size(a));
   byId('event-multiples')
       .replaceChildren(
           make('h2', {}, `All of its ${event.series.length} series`),
@@ -63,8 +63,8 @@ function drawMultiples(event) {
   return sorted[0];
 }
 
-let drawn_event = null;
-let first_series;
+let drawnEvent = null;
+let firstSeries;
 
 export function drawEvent() {
   const event = eventOf.get(state.event);
@@ -75,15 +75,15 @@ export function drawEvent() {
             make('p', {}, make('a', {href: '#'}, 'Back to the overview')));
     byId('event-series').replaceChildren();
     byId('event-multiples').replaceChildren();
-    drawn_event = null;
+    drawnEvent = null;
     return;
   }
-  if (drawn_event !== event) {
-    drawn_event = event;
+  if (drawnEvent !== event) {
+    drawnEvent = event;
     byId('event-head').replaceChildren(headOf(event));
-    first_series = drawMultiples(event);
+    firstSeries = drawMultiples(event);
   }
-  const index = seriesOf.get(state.series) ?? first_series;
+  const index = seriesOf.get(state.series) ?? firstSeries;
   markCurrent(byId('event-multiples').querySelectorAll('a'), (link) => link.dataset.series === seriesId(index));
   if (index !== undefined) showSeries(byId('event-series'), data.series[index]);
 }

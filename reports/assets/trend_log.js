@@ -26,9 +26,9 @@ export function drawLog() {
   const notes = data.annotations.map(
       ({time, by, text, run, event}) =>
           ({time, by, text, run, state: 'note', event: event === null ? null : eventOf.get(String(event))}));
-  const entries_by_time = [...states, ...notes].sort((a, b) => (a.time < b.time ? 1 : -1));
+  const lines = [...states, ...notes].sort((a, b) => (a.time < b.time ? 1 : -1));
   byId('log-entries')
       .append(
-          entries_by_time.length ? fillPaged(make('ol', {class: 'log'}), entries_by_time, logItem) :
-                                   make('p', {class: 'missing'}, 'Nothing was decided or noted yet.'));
+          lines.length ? fillPaged(make('ol', {class: 'log'}), lines, logItem) :
+                         make('p', {class: 'missing'}, 'Nothing was decided or noted yet.'));
 }

@@ -56,7 +56,7 @@ export const factsOf =
     (event) => [machineName(event.machine), `${event.series.length} series`, surenessText(event)].filter(Boolean);
 
 function eventRow(event) {
-  const since = data.runs[event.bad_run];
+  const since = data.runs[event.kind === 'drift' ? event.good_run : event.bad_run];
   return make(
       'li', {class: `event-row ${toneOf(event)} ${event.state}`},
       make(

@@ -21,6 +21,7 @@ function legend(series, dots) {
       (shown ? make('span', {class: 'mark'}, swatch(shape, style), text) : null);
   const outline = (color) => ({fill: 'none', stroke: color, 'stroke-width': 1.5});
   const levels = percent(data.options.confidence);
+  const hasStep = series.events.some((id) => eventOf.get(String(id)).kind !== 'drift');
   return make(
       'div', {class: 'legend'},
       entry(
@@ -29,14 +30,14 @@ function legend(series, dots) {
       entry(
           series.levels.length > 0, 'M1 4h14v8H1zM1 8h14',
           {fill: 'var(--series-0)', 'fill-opacity': 0.25, stroke: 'var(--ink)', 'stroke-width': 1},
-          `level, with ${levels} interval`),
+          series.drift ? 'drift' : `level, with ${levels} interval`),
       entry(
           kinds.has('spike'), 'triangle', {fill: 'var(--series-4)'},
           'spike: a night that stands alone, at the edge if beyond it'),
       entry(kinds.has('left'), 'circle', outline('var(--muted)'), 'not looked at'),
       entry(kinds.has('missing'), 'M4 4l8 8M12 4l-8 8', outline('var(--muted)'), 'no value'),
       entry(
-          series.events.length > 0, 'M4 1v14M12 1v14', {...outline('var(--series-1)'), 'stroke-dasharray': '2.5 2'},
+          hasStep, 'M4 1v14M12 1v14', {...outline('var(--series-1)'), 'stroke-dasharray': '2.5 2'},
           'where the change lies'),
       entry(
           notesOf(series).length > 0, 'M4 1v14M4 1h9l-3 3.5 3 3.5h-9', {fill: 'var(--ink)', stroke: 'var(--ink)'},
@@ -67,7 +68,7 @@ function facts(series) {
       last &&
           `${formatValue(series, last.value)} (${formatValue(series, last.low)} to ${formatValue(series, last.high)})`
     ],
-    ['Last step', last && changeText(changeOf(series))],
+    [series.drift ? 'Over all nights' : 'Last step', last && changeText(changeOf(series))],
     ['Drift', series.drift && `${percent(series.drift.per_night, 2)} a night`],
     [
       'Noise of a night',

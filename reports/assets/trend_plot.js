@@ -66,7 +66,7 @@ function drawSteps(chart, {steps, hasStrips}) {
 function drawIntervals(chart, {levels}, theme) {
   const {ctx, scales: {x, y}} = chart;
   ctx.fillStyle = withAlpha(theme.series[0], 0.18);
-  for (const {from, to, low, high} of levels) {
+  for (const {from, to, low, high} of levels.filter((level) => level.low !== undefined)) {
     const [left, top] = [x.getPixelForValue(from - 0.5), y.getPixelForValue(high)];
     ctx.fillRect(left, top, x.getPixelForValue(to + 0.5) - left, y.getPixelForValue(low) - top);
   }
@@ -116,10 +116,10 @@ export const plotPlugin = (picture, theme) => ({
   afterDatasetsDraw(chart) {
     const {ctx, scales: {x, y}} = chart;
     ctx.save();
-    for (const {from, to, value} of picture.levels)
+    for (const {from, to, start, end} of picture.levels)
       line(
-          ctx, x.getPixelForValue(from - 0.5), y.getPixelForValue(value), x.getPixelForValue(to + 0.5),
-          y.getPixelForValue(value), theme.ink, 2);
+          ctx, x.getPixelForValue(from - 0.5), y.getPixelForValue(start), x.getPixelForValue(to + 0.5),
+          y.getPixelForValue(end), theme.ink, 2);
     drawMarks(chart, picture, theme);
     ctx.restore();
   },

@@ -2,7 +2,7 @@
 
 import {drawn} from './marks.js';
 import {data} from './page.js';
-import {placeOf, runsOf, toneOf} from './trend_data.js';
+import {levelAt, levelLines, placeOf, runsOf, toneOf} from './trend_data.js';
 
 const kWidth = 240;
 const kHeight = 56;
@@ -11,7 +11,10 @@ const kHeight = 56;
 function rangeOf(values, levels) {
   const sorted = [...values].sort((a, b) => a - b);
   const cut = Math.floor(sorted.length / 30);
-  const all = [...sorted.slice(cut, sorted.length - cut), ...levels.flatMap(({low, high, y}) => [low ?? y, high ?? y])];
+  const all = [
+    ...sorted.slice(cut, sorted.length - cut),
+    ...levels.flatMap(({low, high, start, end}) => [low ?? start, high ?? end])
+  ];
   if (all.length === 0) return [0, 1];
   const [low, high] = [Math.min(...all), Math.max(...all)];
   const margin = Math.max(0.08 * (high - low), 1e-3 * Math.abs(high), 1e-9);
@@ -19,7 +22,7 @@ function rangeOf(values, levels) {
 }
 
 /**
- * dots: [{x, y, isHollow}], x from 0 to count - 1; levels: [{from, to, y, low, high}], ends included; step: [from, to],
+ * dots: [{x, y, isHollow}], x from 0 to count - 1; levels: as levelLines() gives them; step: [from, to],
  * where the change lies, or nothing; tone: of the change.
  */
 function spark({count, dots, levels = [], step = null, tone = '', label}) {
@@ -44,29 +47,29 @@ function spark({count, dots, levels = [], step = null, tone = '', label}) {
   }
   const path = (some) => some.map((dot) => `M${x(dot.x).toFixed(1)} ${y(dot.y).toFixed(1)}h0`).join('');
   svg.append(drawn('path', {class: 'dots', d: path(shown), 'stroke-width': 2 * radius}));
-  svg.append(
-      drawn('path', {class: 'level', d: levels.map((l) => `M${x(l.from - 0.5)} ${y(l.y)}H${x(l.to + 0.5)}`).join('')}));
+  svg.append(drawn('path', {
+    class: 'level',
+    d: levels.map((l) => `M${x(l.from - 0.5)} ${y(l.start)}L${x(l.to + 0.5)} ${y(l.end)}`).join('')
+  }));
   return svg;
 }
 
-const levelsOf = ({nights, levels}) => levels.map(
-    ({first, end, value, low, high}) =>
-        ({from: placeOf[nights[first]], to: placeOf[nights[end - 1]], y: value, low, high}));
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
 /** What the event's series did together: the means of their log values, each less its level before the event. */
 function pooled({series, good_run: good, bad_run: bad}) {
   const sums = new Map();
   const [before, after] = [{from: 0, to: placeOf[good]}, {from: placeOf[bad], to: Infinity}];
-  const narrow = (side, level) => Object.assign(
-      side, {from: Math.max(side.from, level?.from ?? Infinity), to: Math.min(side.to, level?.to ?? -Infinity)});
-  for (const index of series) {
-    const {nights, values, invalid, spikes} = data.series[index];
-    const levels = levelsOf(data.series[index]);
-    const levelAt = (run) => levels.find(({from, to}) => from <= placeOf[run] && placeOf[run] <= to);
-    narrow(before, levelAt(good));
-    narrow(after, levelAt(bad));
-    const base = Math.log(levelAt(good)?.y ?? values.find((value) => value > 0));
+  const narrow = (side, {nights}, level) => {
+    side.from = level ? Math.max(side.from, placeOf[nights[level.first]]) : Infinity;
+    side.to = level ? Math.min(side.to, placeOf[nights[level.end - 1]]) : -Infinity;
+  };
+  for (const one of series.map((index) => data.series[index])) {
+    const {nights, values, invalid, spikes} = one;
+    const level = levelAt(one, good);
+    narrow(before, one, level);
+    narrow(after, one, levelAt(one, bad));
+    const base = Math.log(level?.value ?? values.find((value) => value > 0));
     const left = new Set([...invalid, ...spikes]);
     nights.forEach((run, at) => {
       if (left.has(at) || !(values[at] > 0)) return;
@@ -78,18 +81,23 @@ function pooled({series, good_run: good, bad_run: bad}) {
   return {dots, sides: [before, after]};
 }
 
+/** Where the change lies; a drift is everywhere. */
+const stepOf = (event) => (event.kind === 'drift' ? null : [placeOf[event.good_run], placeOf[event.bad_run]]);
+
 /** With the levels before and after, for the nights that all of the series have them. */
 export function eventSpark(event) {
   const {dots, sides} = pooled(event);
   const levels = sides.flatMap(({from, to}) => {
     const side = dots.filter(({x}) => from <= x && x <= to);
-    return side.length ? [{from: side[0].x, to: side[side.length - 1].x, y: mean(side.map(({y}) => y))}] : [];
+    if (side.length === 0) return [];
+    const height = mean(side.map(({y}) => y));
+    return [{from: side[0].x, to: side[side.length - 1].x, start: height, end: height}];
   });
   return spark({
     count: runsOf[event.machine].length,
     dots,
     levels: event.kind === 'drift' ? [] : levels,
-    step: [placeOf[event.good_run], placeOf[event.bad_run]],
+    step: stepOf(event),
     tone: toneOf(event),
     label: `${dots.length} nights, the mean of ${event.series.length} series`
   });
@@ -99,12 +107,11 @@ export function seriesSpark(series, event) {
   const invalid = new Set(series.invalid);
   const isHollow = (at) => invalid.has(at) || series.values[at] === null;
   const dots = series.nights.map((run, at) => ({x: placeOf[run], y: series.values[at], isHollow: isHollow(at)}));
-  const step = event && [placeOf[event.good_run], placeOf[event.bad_run]];
   return spark({
     count: runsOf[series.machine].length,
     dots,
-    levels: levelsOf(series),
-    step,
+    levels: levelLines(series),
+    step: event && stepOf(event),
     tone: event ? toneOf(event) : '',
     label: `${series.nights.length} nights`
   });
