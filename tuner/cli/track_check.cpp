@@ -100,7 +100,7 @@ CheckedHistory checked_history(History& history, const CheckArguments& arguments
 }
 
 Exit print_check(const CheckedHistory& checked, const CheckArguments& arguments, const CheckOutput& output) {
-  if (!output.junit.empty()) write_atomically(output.junit, track_junit(checked.view, checked.check));
+  if (!output.junit.empty()) write_output(output.junit, track_junit(checked.view, checked.check));
   if (output.json)
     fmt::print("{}\n", track_json(checked.view, checked.check).dump(2));
   else if (output.markdown)
@@ -116,7 +116,7 @@ Exit print_check(const CheckedHistory& checked, const CheckArguments& arguments,
 
 void write_trend_page(const CheckedHistory& checked, const CheckArguments& arguments, const std::string& file) {
   const std::string title = database_title(arguments.database);
-  write_atomically(file, trend_page(trend_data_json(checked.view, checked.check, arguments.options(), title)));
+  write_output(file, trend_page(trend_data_json(checked.view, checked.check, arguments.options(), title)));
 }
 
 void add_track_check(CLI::App& track, int& exit_code) {

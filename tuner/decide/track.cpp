@@ -58,6 +58,10 @@ bool is_same_event(const EventRow& known, const EventRow& found, const Calendar&
          is_same_time(known, found, calendar) && overlap(known, found) >= 0.5;
 }
 
+std::string key_of(const EventRow& event) {
+  return fmt::format("{}|{}|{}|{}", event.machine, event.kind, event.what, event.bad_run);
+}
+
 EventState last_state(const EventRow& event) { return event.states.back().state; }
 
 bool is_regression(const EventRow& event) { return event.kind != event_kind::faster; }
@@ -194,6 +198,7 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (is_seen[i]) continue;
     judged.emplace_back(seen[i].row, now_unix_s);
+    judged.back().event().key = key_of(seen[i].row);
     judged.back().see(seen[i]);
   }
   for (Judgement& one : judged)

@@ -80,11 +80,11 @@ std::string event_line(const EventRow& event, const HistoryView& view) {
 std::string effect_text(const EventRow& event) {
   if (event.kind == event_kind::errors) return "errors changed";
   if (event.kind == event_kind::lost) return "lost";
-  const bool is_higher = event.effect > 0;
   const auto [low, high] = std::minmax(std::abs(event.low), std::abs(event.high));
-  const std::string size = fmt::format("{} [{:.1f}, {:.1f}]", size_text(event.effect), 100 * low, 100 * high);
-  if (event.kind == event_kind::drift) return size + " a night, little by little";
-  return fmt::format("{} {} ({})", size, event.kind, is_higher ? "more" : "less");
+  const std::string interval = fmt::format("[{:.2g}, {:.2g}]", 100 * low, 100 * high);
+  if (event.kind == event_kind::drift)
+    return fmt::format("{:.2g} % {} a night, little by little", 100 * std::abs(event.effect), interval);
+  return fmt::format("{} {} {}", size_text(event.effect), event.kind, interval);
 }
 
 std::string interval_text(const EventRow& event, const HistoryView& view) {
