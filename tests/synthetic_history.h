@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tuner/decide/events.h"
 #include "tuner/search/random.h"
 
 namespace reliefbench {
@@ -31,5 +32,22 @@ struct SyntheticHistory {
   double drift = 0;              ///< in sigma a night
 };
 [[nodiscard]] std::vector<double> synthetic_history(const SyntheticHistory& options, Noise& noise);
+
+/// Series of machines, backends, techniques, maps and formats, all of these with all.
+struct SyntheticFleet {
+  std::uint64_t seed = 1;
+  std::size_t machines = 1;
+  std::size_t backends = 1;
+  std::size_t techniques = 6;
+  std::size_t maps = 3;
+  std::size_t formats = 3;
+  std::size_t nights = 40;
+  double least_sigma = 0.01;  ///< of a night's log value; series differ in it
+  double most_sigma = 0.03;
+  double common_sigma = 0.003;  ///< of what all series of a machine share in a night
+  double spike_share = 0.01;    ///< of nights that are 10 to 30 % slower
+};
+/// Named "t0", "m0", "f0", "b0" and so on. Machines take turns in the calendar.
+[[nodiscard]] std::vector<CheckedSeries> synthetic_fleet(const SyntheticFleet& options);
 
 }  // namespace reliefbench
