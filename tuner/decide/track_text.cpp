@@ -83,7 +83,7 @@ std::string effect_text(const EventRow& event) {
   const auto [low, high] = std::minmax(std::abs(event.low), std::abs(event.high));
   const std::string interval = fmt::format("[{:.2g}, {:.2g}]", 100 * low, 100 * high);
   if (event.kind == event_kind::drift)
-    return fmt::format("{:.2g} % {} a night, little by little", 100 * std::abs(event.effect), interval);
+    return fmt::format("{} slower {}, little by little", size_text(event.effect), interval);
   return fmt::format("{} {} {}", size_text(event.effect), event.kind, interval);
 }
 
