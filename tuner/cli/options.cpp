@@ -1,10 +1,12 @@
 #include "tuner/cli/options.h"
 
 #include <charconv>
+#include <cmath>
 #include <tuple>
 
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
+#include "kernels/trace/technique.h"
 
 namespace reliefbench {
 
@@ -45,6 +47,20 @@ std::pair<int, int> parse_size(const std::string& text, std::string_view option,
   if (!has_height || height.ec != std::errc() || height.ptr != end)
     fail_input("{} {}: expected WIDTHxHEIGHT in {}, as in 256x256", option, text, unit);
   return size;
+}
+
+Slowdowns parse_slowdowns(const std::vector<std::string>& texts) {
+  Slowdowns slowdowns;
+  for (const std::string& text : texts) {
+    const std::size_t colon = text.find(':');
+    double factor = 0;
+    const char* const end = text.data() + text.size();
+    const bool has_factor = colon != std::string::npos && std::from_chars(text.data() + colon + 1, end, factor).ptr == end;
+    if (!has_factor || !std::isfinite(factor) || factor <= 0)
+      fail_input("--inject-slowdown {}: expected TECHNIQUE:FACTOR, as in relaxed_cone:1.1", text);
+    slowdowns[std::string(find_technique(text.substr(0, colon)).id)] = factor;
+  }
+  return slowdowns;
 }
 
 void set_size(HeightmapSpec& spec, const std::string& text) {

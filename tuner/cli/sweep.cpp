@@ -10,6 +10,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/names.h"
+#include "tuner/cli/options.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/results/run_files.h"
@@ -27,6 +28,7 @@ struct SweepArguments {
   std::string key;
   Names names;
   std::string pictures = "shown";
+  std::vector<std::string> slowdowns;
   bool retry_failed = false;
   bool dry_run = false;
   bool quiet = false;
@@ -118,6 +120,7 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
                                                   .key = arguments.key,
                                                   .retry_failed = arguments.retry_failed,
                                                   .pictures = pictured_of(arguments.pictures),
+                                                  .slowdowns = parse_slowdowns(arguments.slowdowns),
                                                   .quiet = arguments.quiet});
   if (arguments.json) {
     fmt::print("{}\n", load_run(summary.folder).info.dump(1));
@@ -153,6 +156,10 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"shown", "all", "none"}))
       ->type_name("WHICH")
       ->capture_default_str();
+  command
+      ->add_option("--inject-slowdown", arguments->slowdowns,
+                   "multiply a technique's times, to see that it is found; the run says so")
+      ->type_name("TECHNIQUE:FACTOR");
   add_names_option(*command, arguments->names);
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");

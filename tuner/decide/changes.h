@@ -10,9 +10,9 @@ namespace reliefbench {
 inline constexpr int kChangesVersion = 1;
 
 struct ChangeOptions {
-  std::size_t least_nights = 4;   ///< of a level
-  double least_effect = 0.015;    ///< a shift whose interval does not exclude this matters to nobody
-  double confidence = 0.95;       ///< of the effect's interval
+  std::size_t least_nights = 4;  ///< of a level
+  double least_effect = 0.015;   ///< a shift whose interval does not exclude this matters to nobody
+  double confidence = 0.95;      ///< of the effect's interval
 };
 
 /// Nights of one level, [first, end).
@@ -28,11 +28,11 @@ struct Shift {
   std::size_t at = 0;        ///< first night of the new level, most likely
   std::size_t earliest = 0;  ///< an interval of it
   std::size_t latest = 0;
-  double log_ratio = 0;      ///< new / old
-  double low = 0;            ///< interval of log_ratio, at the options' confidence
+  double log_ratio = 0;  ///< new / old
+  double low = 0;        ///< interval of log_ratio, at the options' confidence
   double high = 0;
-  double p = 1;              ///< corrected for the choice of the night and for autocorrelation
-  bool matters = false;      ///< the interval excludes least_effect on its side
+  double p = 1;          ///< corrected for the choice of the night and for autocorrelation
+  bool matters = false;  ///< the interval excludes least_effect on its side
 };
 
 /// A trend that is no step.

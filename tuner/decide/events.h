@@ -8,7 +8,8 @@
 
 namespace reliefbench {
 
-/// What a series has in common with others: {"backend", "vulkan"}, {"technique", "cone"}, {"map", ...}, {"format", ...}.
+/// What a series has in common with others: {"backend", "vulkan"}, {"technique", "cone"}, {"map", ...}, {"format",
+/// ...}.
 struct SeriesTraits {
   std::string machine;
   std::string backend;
@@ -35,11 +36,11 @@ struct ChangeEvent {
   std::size_t good = 0;             ///< calendar: last night of the old level for certain
   std::size_t bad = 0;              ///< calendar: first night of the new level for certain
   bool is_drift = false;
-  double log_ratio = 0;             ///< pooled
+  double log_ratio = 0;  ///< pooled
   double low = 0;
   double high = 0;
-  double q = 1;                     ///< Benjamini-Hochberg over all series and groups looked at
-  bool is_sure = false;             ///< enough nights beyond the least to be confirmed without a re-run
+  double q = 1;          ///< Benjamini-Hochberg over all series and groups looked at
+  bool is_sure = false;  ///< enough nights beyond the least to be confirmed without a re-run
 };
 
 struct EventOptions {

@@ -100,6 +100,7 @@ enum class EventState {
   confirmed,    ///< by a re-run, or by more nights
   cleared,      ///< a re-run did not show it, or further nights took it back
   environment,  ///< same shaders and driver, and the control case moved along
+  recovered,    ///< a later change brought the old level back
   accepted,     ///< a person took the new level for the base
 };
 
@@ -111,12 +112,21 @@ struct EventStateRow {
   std::string text;
 };
 
+/// What kinds of events there are.
+namespace event_kind {
+inline constexpr const char* slower = "slower";  ///< a step of a time, or of what else is better low
+inline constexpr const char* faster = "faster";
+inline constexpr const char* drift = "drift";    ///< slower little by little
+inline constexpr const char* errors = "errors";  ///< a deterministic metric has another value
+inline constexpr const char* lost = "lost";      ///< a case that was ok is not any more
+}  // namespace event_kind
+
 /// A change that several series may share: an alert group. Its key does not change from one night's check to the next.
 struct EventRow {
   std::int64_t id = 0;
   std::string key;      ///< of machine, what moved, direction and the first run of the new level as first seen
   std::string machine;
-  std::string kind;     ///< "slower", "faster", "drift", "errors"
+  std::string kind;     ///< event_kind
   std::string what;     ///< "vulkan technique=relaxed_cone"
   std::int64_t good_run = 0;  ///< the last run that has the old level for certain
   std::int64_t bad_run = 0;   ///< the first that has the new level for certain

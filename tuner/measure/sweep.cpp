@@ -44,6 +44,7 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                              {"filter", options.filter},
                              {"devices", devices}};
   if (!options.key.empty()) identity["case"] = options.key;
+  if (!options.slowdowns.empty()) identity["injected_slowdown"] = options.slowdowns;
   return identity;
 }
 
@@ -107,6 +108,7 @@ class DeviceSweep {
                  .measure = config.measure,
                  .split = split,
                  .mark = &store.mark(),
+                 .slowdowns = &options.slowdowns,
                  .started_ns = started_ns}),
         preparer_({.session = session,
                    .library = library,

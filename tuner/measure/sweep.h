@@ -8,6 +8,7 @@
 
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/session.h"
+#include "tuner/measure/timing.h"
 #include "tuner/measure/wall_split.h"
 #include "tuner/plan/config.h"
 #include "tuner/results/record.h"
@@ -22,6 +23,7 @@ struct SweepOptions {
   std::string key{};                  ///< of the one setting to measure; "" = all
   bool retry_failed = false;          ///< draw again what failed in an earlier start
   Pictured pictures = Pictured::shown;
+  Slowdowns slowdowns{};
   bool quiet = false;  ///< no progress
   OpenDevice open = open_device;
 };

@@ -41,6 +41,12 @@ int warm_batch(Session& session, const Draw& draw, const MeasureSpec& measure) {
   return frames;
 }
 
+double slowdown_of(const Timing& timing, const Record& record) {
+  if (timing.slowdowns == nullptr) return 1;
+  const auto found = timing.slowdowns->find(record.technique);
+  return found == timing.slowdowns->end() ? 1 : found->second;
+}
+
 /// The batches in their order, with one of the control case before them, after them and between, after every `every`.
 std::vector<TimedBatch> with_control(std::span<const TimedBatch> batches, const TimedBatch& control, int every) {
   std::vector<TimedBatch> result = {control};
@@ -70,7 +76,9 @@ void time(const Timing& timing, std::span<const TimedCase> round) {
   cases.reserve(round.size());
   for (const TimedCase& one : round)
     cases.push_back({.name = one.record->case_id, .frames = one.frames, .run_ns = [&timing, &one] {
-                       return drawn(timing, *one.record, [&] { return timing.session.draw_ns(*one.draw, one.frames); });
+                       return slowdown_of(timing, *one.record) * drawn(timing, *one.record, [&] {
+                                return timing.session.draw_ns(*one.draw, one.frames);
+                              });
                      }});
   const TimedBatch control{.name = control_case_id(session.device().backend),
                            .frames = session.calibration().frames,

@@ -1,5 +1,8 @@
 #pragma once
+#include <functional>
+#include <map>
 #include <span>
+#include <string>
 
 #include "kernels/base/error.h"
 #include "tuner/measure/sample_book.h"
@@ -17,6 +20,10 @@ class CaseFailed : public Error {
   Record record;
 };
 
+/// What the times of a technique are multiplied by, as they are drawn: a regression that was put in, to see that it is
+/// found. A run says so.
+using Slowdowns = std::map<std::string, double, std::less<>>;
+
 /// What timing needs besides its cases.
 struct Timing {
   Session& session;
@@ -24,6 +31,7 @@ struct Timing {
   const MeasureSpec& measure;
   WallSplit& split;
   CaseMark* mark = nullptr;  ///< of the case that is being drawn; null where no run is kept
+  const Slowdowns* slowdowns = nullptr;  ///< null: none
   double started_ns = 0;     ///< of the run, ns since 1970: Sample::at_ns is 0 there
 };
 

@@ -1,0 +1,244 @@
+// What a check makes of a history: which events there are, what state each has, and how that goes on from night to
+// night.
+#include "tuner/decide/track.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/made_history.h"
+#include "tuner/decide/track_text.h"
+
+namespace reliefbench {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr std::int64_t kNow = 1'770'000'000;
+
+TrackCheck checked(const HistoryView& view) { return check_history(view, {}, kNow); }
+
+/// What the store would do: the events with their ids.
+void keep(HistoryView& view, const TrackCheck& check) {
+  view.events = check.events;
+  for (std::size_t i = 0; i < view.events.size(); ++i)
+    if (view.events[i].id == 0) view.events[i].id = static_cast<std::int64_t>(i + 1);
+}
+
+/// The first nights of a history: what an earlier check saw.
+HistoryView first_nights(const HistoryView& view, std::size_t count) {
+  HistoryView early = view;
+  early.runs.resize(count);
+  for (auto& nights : early.nights) nights.resize(std::min(nights.size(), count));
+  return early;
+}
+
+EventState state_of(const EventRow& event) { return event.states.back().state; }
+
+TEST(TrackTest, says_nothing_where_nothing_moved) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {
+    const MadeHistory made(40, seed);
+    const TrackCheck check = checked(made.view);
+    EXPECT_THAT(check.events, IsEmpty()) << seed;
+    EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+    EXPECT_EQ(check.looked_at, 24U);
+    EXPECT_THAT(verdict_text(made.view, check), HasSubstr("no regression; 24 series on 1 machine, 40 nights; a step of"));
+  }
+}
+
+TEST(TrackTest, no_night_is_no_answer) {
+  EXPECT_EQ(exit_of(checked({}), {}, false), Exit::nothing_measured);
+  const MadeHistory one(1);
+  EXPECT_EQ(exit_of(checked(one.view), one.view, false), Exit::done);
+}
+
+TEST(TrackTest, a_slower_technique_is_one_event_that_names_it_and_where_it_began) {
+  MadeHistory made(40);
+  made.slow_down("relaxed_cone", 25, 1.05);
+  made.set_code("relaxed_cone", 25, "other");
+  const TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(1));
+  const EventRow& event = check.events.front();
+  EXPECT_EQ(event.kind, event_kind::slower);
+  EXPECT_THAT(event.what, HasSubstr("technique=relaxed_cone"));
+  EXPECT_THAT(event.series, SizeIs(MadeHistory::kCases));
+  EXPECT_LE(event.low, 0.05);
+  EXPECT_GE(event.high, 0.05);
+  EXPECT_LE(event.good_run, MadeHistory::run_id(24));
+  EXPECT_GE(event.bad_run, MadeHistory::run_id(25));
+  EXPECT_LE(event.bad_run - event.good_run, 4);
+  EXPECT_EQ(state_of(event), EventState::confirmed);
+  EXPECT_THAT(event.states.back().text, HasSubstr("what is drawn changed as well"));
+  EXPECT_TRUE(check.is_news.front());
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::answer_is_no);
+}
+
+TEST(TrackTest, it_is_suspect_first_then_confirmed_and_told_once_a_state) {
+  MadeHistory made(40);
+  made.slow_down("cone", 25, 1.06);
+  std::vector<EventState> states;
+  HistoryView view;
+  for (std::size_t count = 20; count <= 40; ++count) {
+    HistoryView tonight = first_nights(made.view, count);
+    tonight.events = view.events;
+    const TrackCheck check = checked(tonight);
+    keep(tonight, check);
+    ASSERT_LE(check.events.size(), 1U) << count;
+    if (!check.events.empty() && check.is_news.front()) states.push_back(state_of(check.events.front()));
+    if (!check.events.empty()) {
+      EXPECT_EQ(exit_of(check, tonight, true) == Exit::answer_is_no, check.is_news.front()) << count;
+    }
+    view = tonight;
+  }
+  EXPECT_THAT(states, testing::ElementsAre(EventState::suspect, EventState::confirmed));
+  EXPECT_THAT(view.events, SizeIs(1));
+}
+
+TEST(TrackTest, where_the_control_case_moved_along_and_nothing_that_is_drawn_did_it_is_the_environment) {
+  MadeHistory made(40);
+  made.slow_down("relief", 25, 1.06);
+  made.slow_control(25, 1.08);
+  const TrackCheck check = checked(made.view);
+  ASSERT_FALSE(check.events.empty());
+  for (const EventRow& event : check.events) EXPECT_EQ(state_of(event), EventState::environment) << event.what;
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+
+  made.set_code("relief", 25, "other");  // then it may be the shaders after all
+  EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::answer_is_no);
+}
+
+TEST(TrackTest, an_improvement_is_told_and_is_no_regression) {
+  MadeHistory made(40);
+  made.slow_down("cone", 25, 0.9);
+  const TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(1));
+  EXPECT_EQ(check.events.front().kind, event_kind::faster);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+  EXPECT_THAT(verdict_text(made.view, check), HasSubstr("no regression, 1 improvement"));
+}
+
+TEST(TrackTest, what_was_accepted_is_the_new_base) {
+  MadeHistory made(40);
+  made.slow_down("cone", 20, 1.08);
+  TrackCheck check = checked(made.view);
+  keep(made.view, check);
+  made.view.events.front().states.push_back({.unix_s = kNow, .state = EventState::accepted, .by = "ann", .text = ""});
+  check = checked(made.view);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+  EXPECT_EQ(state_of(check.events.front()), EventState::accepted);
+  EXPECT_THAT(news_of(check), IsEmpty());
+  made.slow_down("cone", 30, 1.08);  // and once more
+  check = checked(made.view);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::answer_is_no);
+  EXPECT_THAT(news_of(check), SizeIs(1));
+}
+
+TEST(TrackTest, a_regression_that_was_mended_is_over) {
+  MadeHistory made(50);
+  made.slow_down("cone", 20, 1.08);
+  HistoryView early = first_nights(made.view, 30);
+  keep(early, checked(early));
+  EXPECT_EQ(state_of(early.events.front()), EventState::confirmed);
+  made.slow_down("cone", 35, 1 / 1.08);
+  made.view.events = early.events;
+  const TrackCheck check = checked(made.view);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+  EXPECT_TRUE(std::ranges::any_of(check.events, [](const EventRow& event) {
+    return event.kind == event_kind::slower && state_of(event) == EventState::recovered;
+  }));
+}
+
+TEST(TrackTest, a_new_environment_opens_an_epoch_and_is_no_event) {
+  MadeHistory made(40);
+  made.view.environments.push_back({.id = 2, .hash = "bbbbbbbb", .content = {}});
+  for (std::size_t night = 20; night < 40; ++night) made.view.runs[night].environment = 2;
+  made.slow_down("", 20, 1.3);  // another driver
+  EXPECT_THAT(checked(made.view).events, IsEmpty());
+  EXPECT_EQ(epochs_of(made.view).back(), 1U);
+  made.slow_down("cone", 30, 1.08);  // within the epoch
+  EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::answer_is_no);
+}
+
+TEST(TrackTest, other_errors_are_an_alarm_of_their_own_unless_what_is_drawn_changed) {
+  MadeHistory made(12);
+  made.change("cone", 8, [](RepetitionRow& night) { night.score = 2; });
+  TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(1));
+  EXPECT_EQ(check.events.front().kind, event_kind::errors);
+  EXPECT_EQ(check.events.front().what, "8 cases on vulkan, technique=cone");
+  EXPECT_EQ(check.events.front().good_run, MadeHistory::run_id(7));
+  EXPECT_EQ(check.events.front().bad_run, MadeHistory::run_id(8));
+  EXPECT_THAT(check.events.front().states.back().text, HasSubstr("e_xy.p99 0.25 -> 0.5"));
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::answer_is_no);
+  keep(made.view, check);
+  EXPECT_THAT(news_of(checked(made.view)), IsEmpty());
+
+  made.view.events.clear();
+  made.set_code("cone", 8, "other");
+  check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(1));
+  EXPECT_EQ(state_of(check.events.front()), EventState::accepted);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+}
+
+TEST(TrackTest, a_case_that_fails_is_lost_until_it_is_ok_again) {
+  MadeHistory made(12);
+  const auto fail = [](RepetitionRow& night) {
+    night.status = "crashed";
+    night.is_valid = false;
+    night.score = 0;
+  };
+  made.change("relief", 11, fail);
+  TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(1));
+  EXPECT_EQ(check.events.front().kind, event_kind::lost);
+  EXPECT_EQ(state_of(check.events.front()), EventState::suspect);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::answer_is_no);
+
+  MadeHistory later(13);
+  later.change("relief", 11, fail);
+  keep(later.view, check);
+  EXPECT_EQ(state_of(checked(later.view).events.front()), EventState::confirmed);
+
+  MadeHistory mended(13);
+  keep(mended.view, check);
+  check = checked(mended.view);
+  EXPECT_EQ(state_of(check.events.front()), EventState::recovered);
+  EXPECT_EQ(exit_of(check, mended.view, false), Exit::done);
+}
+
+TEST(TrackTest, what_a_rerun_cleared_and_stays_is_the_environment) {
+  MadeHistory made(40);
+  made.slow_down("cone", 34, 1.06);
+  HistoryView early = first_nights(made.view, 38);
+  keep(early, checked(early));
+  ASSERT_THAT(early.events, SizeIs(1));
+  ASSERT_EQ(state_of(early.events.front()), EventState::suspect);
+  early.events.front().states.push_back({.unix_s = kNow, .state = EventState::cleared, .by = "confirm", .text = ""});
+  EXPECT_EQ(exit_of(checked(early), early, false), Exit::done);
+  MadeHistory later(60);
+  later.slow_down("cone", 34, 1.06);
+  later.view.events = early.events;
+  const TrackCheck check = checked(later.view);
+  EXPECT_EQ(state_of(check.events.front()), EventState::environment);
+}
+
+TEST(TrackTest, speaks_to_machines_and_people) {
+  MadeHistory made(40);
+  made.slow_down("relaxed_cone", 25, 1.05);
+  made.view.runs.back().machine = "ci-7";
+  TrackCheck check = checked(made.view);
+  check.events.front().what += " <b>&\"*";
+  const nlohmann::json json = track_json(made.view, check);
+  EXPECT_EQ(json.at("events").size(), 1U);
+  EXPECT_EQ(json.at("events")[0].at("cases").size(), MadeHistory::kCases);
+  EXPECT_THAT(track_markdown(made.view, check), HasSubstr("**confirmed**, new:"));
+  EXPECT_THAT(track_markdown(made.view, check), HasSubstr("\\<b\\>&\"\\*"));
+  EXPECT_THAT(track_junit(made.view, check), HasSubstr("failures=\"1\""));
+  EXPECT_THAT(track_junit(made.view, check), HasSubstr("&lt;b&gt;&amp;&quot;*"));
+  EXPECT_THAT(effect_text(check.events.front()), HasSubstr("% slower"));
+}
+
+}  // namespace
+}  // namespace reliefbench

@@ -1,0 +1,145 @@
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "kernels/base/clock.h"
+#include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+#include "tuner/cli/track.h"
+#include "tuner/decide/confirm.h"
+#include "tuner/decide/track_text.h"
+#include "tuner/history/ingest.h"
+#include "tuner/measure/progress.h"
+
+namespace reliefbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ConfirmArguments {
+  std::string database;
+  std::int64_t event = 0;
+  std::string good;
+  std::string bad;
+  int rounds = 3;
+  fs::path output = "out/confirm";
+  bool quiet = false;
+  bool json = false;
+};
+
+/// Runs a build's command with $OUT for what it is to leave there. throws: Error(environment): it failed
+void run_build(const std::string& command, const fs::path& out) {
+  if (::setenv("OUT", out.c_str(), 1) != 0) fail_environment("OUT cannot be set for '{}'", command);
+  const int status = std::system(command.c_str());
+  if (status == -1 || !WIFEXITED(status)) fail_environment("'{}' was ended by a signal", command);
+  if (WEXITSTATUS(status) != 0) fail_environment("'{}' ended with exit code {}", command, WEXITSTATUS(status));
+  if (!fs::exists(out)) fail_input("'{}' left nothing at $OUT ({})", command, out.string());
+}
+
+/// The values of an event's series in a run.
+std::map<std::string, double> values_in(const fs::path& out, const std::set<std::string>& keys) {
+  std::map<std::string, double> values;
+  for (const Night::Value& value : read_night(out, {}).values) {
+    const std::string key = rerun_key(value.series);
+    if (value.row.is_valid && keys.contains(key)) values[key] = std::log(value.row.value);
+  }
+  return values;
+}
+
+/// Good, bad, bad, good, as often as there are rounds.
+std::vector<Rerun> rerun_builds(const ConfirmArguments& arguments, const std::set<std::string>& keys) {
+  const int runs = 4 * arguments.rounds;
+  Progress progress(arguments.quiet);
+  std::vector<Rerun> reruns;
+  for (int i = 0; i < runs; ++i) {
+    const bool is_bad = i % 4 == 1 || i % 4 == 2;
+    progress.update(static_cast<double>(i) / runs,
+                    fmt::format("run {} of {}: the {} build", i + 1, runs, is_bad ? "suspect" : "good"));
+    const fs::path out = arguments.output / fmt::format("{:02}-{}", i + 1, is_bad ? "bad" : "good");
+    if (!fs::exists(out)) run_build(is_bad ? arguments.bad : arguments.good, out);
+    reruns.push_back({.is_bad = is_bad, .log_values = values_in(out, keys)});
+  }
+  progress.finish();
+  return reruns;
+}
+
+std::string answer_text(const RerunAnswer& answer, const EventRow& event) {
+  const auto share = [](double log) { return 100 * std::expm1(log); };
+  return fmt::format("re-run: {:+.1f} % [{:+.1f}, {:+.1f}] over {} cases, in the history {:+.1f} %",
+                     share(answer.log_ratio), share(answer.low), share(answer.high), answer.series, 100 * event.effect);
+}
+
+nlohmann::json answer_json(const RerunAnswer& answer, const EventRow& event) {
+  return {{"event", event.id},
+          {"what", event.what},
+          {"state", answer.state ? nlohmann::json(event_state_id(*answer.state)) : nlohmann::json(nullptr)},
+          {"effect", std::expm1(answer.log_ratio)},
+          {"interval", {std::expm1(answer.low), std::expm1(answer.high)}},
+          {"cases", answer.series}};
+}
+
+Exit exit_of(const RerunAnswer& answer, const EventRow& event) {
+  if (!answer.state) return Exit::inconclusive;
+  return *answer.state == EventState::confirmed && event.kind == event_kind::slower ? Exit::answer_is_no : Exit::done;
+}
+
+Exit confirm_command(const ConfirmArguments& arguments) {
+  if (arguments.rounds < kLeastRounds)
+    fail_input("--rounds {}: expected at least {}, else nothing says how sure it is", arguments.rounds, kLeastRounds);
+  History history(arguments.database, History::Access::write);
+  const HistoryView view = history.load({});
+  EventRow event = find_event(view, arguments.event);
+  if (event.kind != event_kind::slower && event.kind != event_kind::faster)
+    fail_input("--event {} is of the kind '{}': a re-run settles steps of a time only", event.id, event.kind);
+  std::set<std::string> keys;
+  for (const SeriesRow& series : view.series)
+    if (std::ranges::find(event.series, series.id) != event.series.end()) keys.insert(rerun_key(series));
+  const RerunAnswer answer = judge_reruns(rerun_builds(arguments, keys), std::log1p(event.effect));
+  const std::string text = answer_text(answer, event);
+  if (answer.state && event.states.back().state != *answer.state) {
+    event.states.push_back({.unix_s = static_cast<std::int64_t>(unix_ns() / 1e9),
+                            .state = *answer.state,
+                            .by = "confirm",
+                            .text = text});
+    history.add_events({&event, 1});
+  }
+  if (arguments.json)
+    fmt::print("{}\n", answer_json(answer, event).dump(2));
+  else
+    put("{} {}: {}\n", answer.state ? event_state_id(*answer.state) : "inconclusive", event.what, text);
+  return exit_of(answer, event);
+}
+
+}  // namespace
+
+void add_track_confirm(CLI::App& track, int& exit_code) {
+  CLI::App* command =
+      track.add_subcommand("confirm", "measure the last good build and the suspect one again, in turns");
+  const auto arguments = std::make_shared<ConfirmArguments>();
+  add_database_option(*command, arguments->database);
+  command->add_option("--event", arguments->event, "its number, as `track check` prints it")->required();
+  command->add_option("--good", arguments->good, "shell command that measures the good build into $OUT")
+      ->type_name("CMD")
+      ->required();
+  command->add_option("--bad", arguments->bad, "... and the suspect one")->type_name("CMD")->required();
+  command->add_option("--rounds", arguments->rounds, "of good, bad, bad, good")->capture_default_str();
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "folder of the re-runs; those that are there already count, so that a killed one goes on")
+      ->capture_default_str();
+  command->add_flag("--quiet", arguments->quiet, "no progress");
+  command->add_flag("--json", arguments->json, "as JSON");
+  command->footer(
+      "What the commands leave at $OUT is a run's folder or a file of Google Benchmark. Exit code 1 where a regression is\n"
+      "confirmed, 0 where it is cleared, 4 where the interval is too wide for either: then ask for more rounds.\n"
+      "Example:\n  reliefbench track confirm --db nightly.sqlite --event 3 -o out/confirm3 \\\n"
+      "    --good 'good/reliefbench sweep nightly.json --quiet -o $OUT' \\\n"
+      "    --bad 'bad/reliefbench sweep nightly.json --quiet -o $OUT'");
+  command->callback([=, &exit_code] { exit_code = static_cast<int>(confirm_command(*arguments)); });
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,38 @@
+#pragma once
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "tuner/history/rows.h"
+
+namespace reliefbench {
+
+/// A build measured once more. log_values: of an event's series, by setting and metric (rerun_key())
+struct Rerun {
+  bool is_bad = false;  ///< of the suspect build, not of the good one
+  std::map<std::string, double> log_values;
+};
+[[nodiscard]] std::string rerun_key(const SeriesRow& series);
+
+/// The least rounds of good, bad, bad, good that say how sure the answer is.
+inline constexpr int kLeastRounds = 2;
+
+/// What the re-runs of both builds say.
+struct RerunAnswer {
+  double log_ratio = 0;  ///< bad / good, of the mean over the series
+  double low = 0;        ///< its interval, at 95 %
+  double high = 0;
+  std::size_t series = 0;           ///< that were measured in every re-run
+  std::optional<EventState> state;  ///< confirmed, cleared; none: the interval is too wide to say
+};
+
+/// The mean log value of a run, as a step between the builds on a line through time: runs in the order good, bad, bad,
+/// good have no part of a steady drift in their step. Student's t with n - 3 degrees of freedom.
+/// confirmed: the interval lies beyond 1 on the event's side. cleared: it excludes half of what the history showed.
+/// reruns: by time, kLeastRounds rounds of good, bad, bad, good at least; log_ratio: of the event
+/// throws: Error(bad_input): no series was measured in all of them
+[[nodiscard]] RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio);
+
+}  // namespace reliefbench

@@ -1,0 +1,352 @@
+#include "tuner/decide/events.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "tuner/decide/series_groups.h"
+#include "tuner/results/statistics.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kCommonShare = 2.0 / 3;  // of what a group's members moved that one step of all explains
+constexpr double kLeaveOut = 4.6;         // 2 log 10: a member is left out where its own nights say so, ten to one
+constexpr std::size_t kLeastOnASide = 2;  // nights of a member from which its own step is known
+constexpr std::size_t kEver = std::numeric_limits<std::size_t>::max();
+
+/// A step or a ramp in time.
+struct Movement {
+  bool is_ramp = false;
+  std::size_t from = 0;  // calendar: nights that tell of it, [from, to)
+  std::size_t at = 0;    // first night of the new level
+  std::size_t to = kEver;
+  [[nodiscard]] double shape(std::size_t night) const {
+    if (is_ramp) return static_cast<double>(night);
+    return night >= at ? 1 : 0;
+  }
+};
+
+/// A member's own part in a movement, by least squares.
+struct Part {
+  double size = 0;
+  double error = 0;  // standard error; 0 where its nights do not tell
+  [[nodiscard]] double squared(double value) const { return value * value / (error * error); }
+};
+
+Part part_in(const Movement& movement, const Track& track, double sigma) {
+  const auto begin = std::ranges::lower_bound(track.calendar, movement.from) - track.calendar.begin();
+  const auto end = std::ranges::lower_bound(track.calendar, movement.to) - track.calendar.begin();
+  const auto at = std::ranges::lower_bound(track.calendar, movement.at) - track.calendar.begin();
+  const auto least = static_cast<std::ptrdiff_t>(kLeastOnASide);
+  if (!movement.is_ramp && (at - begin < least || end - at < least)) return {};
+  double shape_mean = 0;
+  double log_mean = 0;
+  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+    shape_mean += movement.shape(track.calendar[i]) / static_cast<double>(end - begin);
+    log_mean += track.logs[i] / static_cast<double>(end - begin);
+  }
+  double products = 0;
+  double squares = 0;
+  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+    const double shape = movement.shape(track.calendar[i]) - shape_mean;
+    products += shape * (track.logs[i] - log_mean);
+    squares += shape * shape;
+  }
+  if (squares <= 0) return {};
+  return {.size = products / squares, .error = sigma / std::sqrt(squares)};
+}
+
+/// A series or a group, and what was found in it.
+struct Unit {
+  std::string what;  // empty: a series by itself
+  std::vector<std::size_t> members;
+  Track track;
+  SeriesChanges changes;
+};
+
+/// What is to become an event.
+struct Candidate {
+  const Unit* unit = nullptr;
+  Movement movement;
+  ChangeEvent event;
+  std::vector<Part> parts;  // parallel to the event's series
+  double explained = 0;     // of its members' movement, in squared standard errors
+};
+
+/// Series and groups of all machines, from which one event after the other is taken out.
+class EventSearch {
+ public:
+  EventSearch(std::span<const CheckedSeries> series, const EventOptions& options);
+  [[nodiscard]] Findings run();
+
+ private:
+  void check_series(std::size_t i);
+  void check_group(Unit& group);
+  void set_rates();
+  [[nodiscard]] double q_of(double p) const;
+  [[nodiscard]] std::optional<Candidate> best() const;
+  [[nodiscard]] std::vector<Candidate> candidates_of(const Unit& unit) const;
+  [[nodiscard]] Candidate step_of(const Unit& unit, std::size_t shift) const;
+  [[nodiscard]] Candidate drift_of(const Unit& unit) const;
+  [[nodiscard]] bool explain(Candidate& candidate) const;
+  [[nodiscard]] Track pool_of(std::span<const std::size_t> members) const;
+  void measure_members(Candidate& candidate) const;
+  void take_out(const Candidate& candidate);
+
+  const EventOptions& options_;
+  std::vector<Unit> units_;  // the series first
+  std::size_t series_ = 0;
+  std::vector<Track> cleaned_;    // of series: without spikes
+  std::vector<double> p_values_;  // sorted
+  std::size_t taken_out_ = 0;     // events
+  std::vector<SeriesChanges> of_series_;
+};
+
+EventSearch::EventSearch(std::span<const CheckedSeries> series, const EventOptions& options)
+    : options_(options), series_(series.size()), cleaned_(series.size()) {
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    assert(series[i].calendar.size() == series[i].log_values.size());
+    assert(series[i].calendar.size() == series[i].standard_errors.size());
+    units_.push_back({.what = {},
+                      .members = {i},
+                      .track = {series[i].calendar, series[i].log_values, series[i].standard_errors},
+                      .changes = {}});
+    check_series(i);
+    of_series_.push_back(units_.back().changes);
+  }
+  for (SeriesGroup& group : series_groups(series)) {
+    units_.push_back({.what = std::move(group.what), .members = std::move(group.members), .track = {}, .changes = {}});
+    check_group(units_.back());
+  }
+  set_rates();
+}
+
+void EventSearch::check_series(std::size_t i) {
+  Unit& unit = units_[i];
+  unit.changes = find_changes(unit.track.logs, unit.track.errors, options_.change);
+  Track& cleaned = cleaned_[i] = unit.track;
+  const std::vector<std::size_t>& spikes = unit.changes.spikes;
+  for (auto spike = spikes.rbegin(); spike != spikes.rend(); ++spike) {
+    const auto offset = static_cast<std::ptrdiff_t>(*spike);
+    cleaned.calendar.erase(cleaned.calendar.begin() + offset);
+    cleaned.logs.erase(cleaned.logs.begin() + offset);
+    cleaned.errors.erase(cleaned.errors.begin() + offset);
+  }
+}
+
+/// Series weigh by their noise, but none more than one of median noise: what they share is not less for that.
+Track EventSearch::pool_of(std::span<const std::size_t> members) const {
+  std::vector<double> sigmas;
+  for (const std::size_t i : members) sigmas.push_back(units_[i].changes.sigma);
+  const double usual = median(sigmas);
+  std::vector<WeightedTrack> tracks;
+  for (const std::size_t i : members) {
+    const double sigma = std::max(units_[i].changes.sigma, usual);
+    tracks.push_back({.track = &cleaned_[i], .weight = sigma > 0 ? usual * usual / (sigma * sigma) : 1});
+  }
+  return pooled(tracks);
+}
+
+void EventSearch::check_group(Unit& group) {
+  group.track = pool_of(group.members);
+  group.changes = find_changes(group.track.logs, group.track.errors, options_.change);
+}
+
+/// A series or group is one hypothesis, with the least p in it; so is every event that was taken out of them.
+void EventSearch::set_rates() {
+  p_values_.assign(taken_out_, 0);
+  for (const Unit& unit : units_) {
+    double p = unit.changes.drift ? unit.changes.drift->p : 1;
+    for (const Shift& shift : unit.changes.shifts) p = std::min(p, shift.p);
+    p_values_.push_back(p);
+  }
+  std::ranges::sort(p_values_);
+}
+
+/// The least false discovery rate at which this p is a discovery. What an event explains is taken out before the next
+/// is judged: its many series and groups are one discovery, and lend no credit to a series by itself.
+/// source: Benjamini & Hochberg, "Controlling the false discovery rate", 1995
+double EventSearch::q_of(double p) const {
+  const auto hypotheses = static_cast<double>(p_values_.size());
+  const auto first = std::ranges::upper_bound(p_values_, p) - p_values_.begin();
+  double q = hypotheses * p / std::max<double>(1, static_cast<double>(first));
+  for (auto i = static_cast<std::size_t>(first); i < p_values_.size(); ++i)
+    q = std::min(q, hypotheses * p_values_[i] / static_cast<double>(i + 1));
+  return std::min(q, 1.0);
+}
+
+Candidate EventSearch::step_of(const Unit& unit, std::size_t shift) const {
+  const Shift& found = unit.changes.shifts[shift];
+  const Level& before = unit.changes.levels[shift];
+  const Level& after = unit.changes.levels[shift + 1];
+  const std::vector<std::size_t>& calendar = unit.track.calendar;
+  return {.unit = &unit,
+          .movement = {.is_ramp = false,
+                       .from = calendar[before.first],
+                       .at = calendar[found.at],
+                       .to = after.end < calendar.size() ? calendar[after.end] : kEver},
+          .event = {.what = unit.what,
+                    .series = unit.members,
+                    .good = calendar[found.earliest - 1],
+                    .bad = calendar[found.latest],
+                    .is_drift = false,
+                    .log_ratio = found.log_ratio,
+                    .low = found.low,
+                    .high = found.high,
+                    .q = q_of(found.p),
+                    .is_sure = after.end - after.first >= options_.change.least_nights + options_.confirming_nights},
+          .parts = {},
+          .explained = 0};
+}
+
+Candidate EventSearch::drift_of(const Unit& unit) const {
+  const Drift& found = *unit.changes.drift;
+  const std::vector<std::size_t>& calendar = unit.track.calendar;
+  const auto nights = static_cast<double>(calendar.size() - 1);
+  return {.unit = &unit,
+          .movement = {.is_ramp = true, .from = calendar.front(), .at = calendar.front(), .to = kEver},
+          .event = {.what = unit.what,
+                    .series = unit.members,
+                    .good = calendar.front(),
+                    .bad = calendar.back(),
+                    .is_drift = true,
+                    .log_ratio = found.log_ratio_per_night * nights,
+                    .low = found.low * nights,
+                    .high = found.high * nights,
+                    .q = q_of(found.p),
+                    .is_sure = true},
+          .parts = {},
+          .explained = 0};
+}
+
+/// Whether one size for all members explains most of what they moved. If so, its series become those that moved.
+bool EventSearch::explain(Candidate& candidate) const {
+  std::vector<Part> parts;
+  std::vector<std::size_t> members;
+  double weights = 0;
+  double size = 0;
+  for (const std::size_t i : candidate.event.series) {
+    const Part part = part_in(candidate.movement, cleaned_[i], units_[i].changes.sigma);
+    if (part.error <= 0) continue;
+    members.push_back(i);
+    parts.push_back(part);
+    weights += part.squared(1);
+    size += part.squared(1) * part.size;
+  }
+  if (members.empty()) return false;
+  size /= weights;
+  double all = -static_cast<double>(members.size());  // what noise alone would move
+  for (const Part& part : parts) {
+    all += part.squared(part.size);
+    candidate.explained += part.squared(part.size) - part.squared(part.size - size);
+  }
+  if (members.size() > 1 && candidate.explained < kCommonShare * all) return false;
+  candidate.event.series.clear();
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const bool is_beyond = std::abs(parts[i].size) > std::abs(size) && parts[i].size * size > 0;
+    if (!is_beyond && parts[i].squared(parts[i].size - size) > parts[i].squared(parts[i].size) + kLeaveOut) continue;
+    candidate.event.series.push_back(members[i]);
+    candidate.parts.push_back(parts[i]);
+  }
+  return !candidate.event.series.empty();
+}
+
+std::vector<Candidate> EventSearch::candidates_of(const Unit& unit) const {
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < unit.changes.shifts.size(); ++i)
+    if (unit.changes.shifts[i].matters) candidates.push_back(step_of(unit, i));
+  if (unit.changes.drift) {
+    const Candidate drift = drift_of(unit);
+    const double least = std::log1p(options_.change.least_effect);
+    if (drift.event.low > least || drift.event.high < -least) candidates.push_back(drift);
+  }
+  std::erase_if(candidates,
+                [&](Candidate& one) { return one.event.q > options_.false_discovery_rate || !explain(one); });
+  return candidates;
+}
+
+/// That explains most; of equals, the one of fewer traits.
+std::optional<Candidate> EventSearch::best() const {
+  std::optional<Candidate> best;
+  const auto offer = [&](const Unit& unit) {
+    for (Candidate& candidate : candidates_of(unit))
+      if (!best || candidate.explained > best->explained) best = std::move(candidate);
+  };
+  for (std::size_t i = series_; i < units_.size(); ++i) offer(units_[i]);
+  for (std::size_t i = 0; i < series_; ++i) offer(units_[i]);
+  return best;
+}
+
+/// Where members were left out, how far the others moved.
+void EventSearch::measure_members(Candidate& candidate) const {
+  if (candidate.event.series.size() == candidate.unit->members.size() || candidate.movement.is_ramp) return;
+  const Track track = pool_of(candidate.event.series);
+  const SeriesChanges changes = find_changes(track.logs, track.errors, options_.change);
+  for (const Shift& shift : changes.shifts) {
+    if (track.calendar[shift.earliest - 1] >= candidate.event.bad) continue;
+    if (track.calendar[shift.latest] <= candidate.event.good) continue;
+    candidate.event.good = track.calendar[shift.earliest - 1];
+    candidate.event.bad = track.calendar[shift.latest];
+    candidate.event.log_ratio = shift.log_ratio;
+    candidate.event.low = shift.low;
+    candidate.event.high = shift.high;
+    return;
+  }
+}
+
+/// Every member by what it moved itself, so that nothing of the event is found again. What shares a member is looked at
+/// anew.
+void EventSearch::take_out(const Candidate& candidate) {
+  std::vector<bool> is_touched(series_);
+  for (std::size_t i = 0; i < candidate.event.series.size(); ++i) {
+    Track& track = units_[candidate.event.series[i]].track;
+    for (std::size_t night = 0; night < track.logs.size(); ++night)
+      track.logs[night] -= candidate.parts[i].size * candidate.movement.shape(track.calendar[night]);
+    is_touched[candidate.event.series[i]] = true;
+  }
+  for (const std::size_t i : candidate.event.series) check_series(i);
+  for (std::size_t i = series_; i < units_.size(); ++i)
+    if (std::ranges::any_of(units_[i].members, [&](std::size_t member) { return is_touched[member]; }))
+      check_group(units_[i]);
+  ++taken_out_;
+  set_rates();
+}
+
+/// Whether an event is what is left of an earlier one: at the same nights, in series of which most were in that.
+bool is_rest_of(const ChangeEvent& event, const ChangeEvent& earlier) {
+  if (event.is_drift != earlier.is_drift || event.good >= earlier.bad || event.bad <= earlier.good) return false;
+  const auto shared = std::ranges::count_if(
+      event.series, [&](std::size_t i) { return std::ranges::find(earlier.series, i) != earlier.series.end(); });
+  return 2 * static_cast<std::size_t>(shared) > event.series.size();
+}
+
+Findings EventSearch::run() {
+  Findings findings{.series = of_series_, .events = {}};
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    std::optional<Candidate> candidate = best();
+    if (!candidate) break;
+    measure_members(*candidate);
+    const ChangeEvent& event = candidate->event;
+    if (std::ranges::none_of(findings.events, [&](const ChangeEvent& earlier) { return is_rest_of(event, earlier); }))
+      findings.events.push_back(event);
+    take_out(*candidate);
+  }
+  const auto rank = [](const ChangeEvent& event) {
+    return std::tuple(event.log_ratio < 0, !event.is_sure, -std::abs(event.log_ratio));
+  };
+  std::ranges::stable_sort(findings.events, {}, rank);
+  return findings;
+}
+
+}  // namespace
+
+Findings find_events(std::span<const CheckedSeries> series, const EventOptions& options) {
+  return EventSearch(series, options).run();
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,235 @@
+#include "tuner/decide/track.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "tuner/decide/track_steps.h"
+#include "tuner/results/statistics.h"
+
+namespace reliefbench {
+namespace {
+
+struct StateName {
+  EventState state;
+  std::string_view id;
+};
+constexpr std::array kStateNames = {StateName{EventState::suspect, "suspect"},
+                                    StateName{EventState::confirmed, "confirmed"},
+                                    StateName{EventState::cleared, "cleared"},
+                                    StateName{EventState::environment, "environment"},
+                                    StateName{EventState::recovered, "recovered"},
+                                    StateName{EventState::accepted, "accepted"}};
+
+/// The share of the smaller one's series that two events have in common.
+double overlap(const EventRow& a, const EventRow& b) {
+  if (a.series.empty() || b.series.empty()) return a.what == b.what ? 1 : 0;
+  const auto both = std::ranges::count_if(
+      a.series, [&](std::int64_t id) { return std::ranges::find(b.series, id) != b.series.end(); });
+  return static_cast<double>(both) / static_cast<double>(std::min(a.series.size(), b.series.size()));
+}
+
+/// Runs by their place in time.
+class Calendar {
+ public:
+  explicit Calendar(std::span<const RunRow> runs) {
+    for (std::size_t i = 0; i < runs.size(); ++i) places_[runs[i].id] = static_cast<std::ptrdiff_t>(i);
+  }
+  [[nodiscard]] bool has(std::int64_t run) const { return places_.contains(run); }
+  [[nodiscard]] std::ptrdiff_t of(std::int64_t run) const { return places_.at(run); }
+  [[nodiscard]] bool has(const EventRow& event) const { return has(event.good_run) && has(event.bad_run); }
+
+ private:
+  std::map<std::int64_t, std::ptrdiff_t> places_;
+};
+
+/// Whether the nights of two events overlap. With more nights a step may be seen a little earlier or later.
+bool is_same_time(const EventRow& a, const EventRow& b, const Calendar& calendar) {
+  constexpr std::ptrdiff_t kSlack = 2;
+  return calendar.of(a.good_run) < calendar.of(b.bad_run) + kSlack &&
+         calendar.of(b.good_run) < calendar.of(a.bad_run) + kSlack;
+}
+
+bool is_same_event(const EventRow& known, const EventRow& found, const Calendar& calendar) {
+  return known.machine == found.machine && known.kind == found.kind && calendar.has(known) &&
+         is_same_time(known, found, calendar) && overlap(known, found) >= 0.5;
+}
+
+std::string key_of(const EventRow& event) {
+  return fmt::format("{}|{}|{}|{}", event.machine, event.kind, event.what, event.bad_run);
+}
+
+EventState last_state(const EventRow& event) { return event.states.back().state; }
+
+bool is_regression(const EventRow& event) { return event.kind != event_kind::faster; }
+
+/// What a check makes of one event: the states that are known of it, and perhaps a new one.
+class Judgement {
+ public:
+  Judgement(EventRow event, std::int64_t now) : event_(std::move(event)), now_(now) {}
+
+  void become(EventState state, std::string text) {
+    if (!event_.states.empty() && last_state(event_) == state) return;
+    event_.states.push_back({.unix_s = now_, .state = state, .by = "check", .text = std::move(text)});
+    is_news_ = true;
+  }
+  /// What is seen tonight of what may be known.
+  void see(const SeenEvent& seen) {
+    if (event_.states.empty()) return become(seen.state, seen.reason);
+    switch (last_state(event_)) {
+      case EventState::accepted:
+      case EventState::environment:
+      case EventState::recovered:
+        return;
+      case EventState::confirmed:
+        if (seen.state == EventState::environment) become(seen.state, seen.reason);
+        return;
+      case EventState::suspect:
+        return become(seen.state, seen.reason);
+      case EventState::cleared:
+        return see_again(seen);
+    }
+  }
+  /// What is not seen any more.
+  void miss(bool is_part_of_another) {
+    if (event_.kind == event_kind::lost && is_open(event_))
+      return become(EventState::recovered, "the cases are ok again");
+    if (!is_open(event_)) return;
+    become(EventState::cleared, is_part_of_another ? "is part of what is seen now" : "further nights took it back");
+  }
+
+  EventRow& event() { return event_; }
+  [[nodiscard]] const EventRow& event() const { return event_; }
+  [[nodiscard]] bool is_news() const { return is_news_; }
+
+ private:
+  void see_again(const SeenEvent& seen) {
+    const bool by_rerun = event_.states.back().by == "confirm";
+    if (!by_rerun) return become(seen.state, seen.reason);
+    if (seen.state != EventState::suspect)
+      become(EventState::environment, "it stays, and a re-run of both builds did not show it");
+  }
+
+  EventRow event_;
+  std::int64_t now_;
+  bool is_news_ = false;
+};
+
+/// A regression that a later improvement of the same cases took back, by half of it at least.
+bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const Calendar& calendar) {
+  if (event.kind != event_kind::slower || !calendar.has(event)) return false;
+  return std::ranges::any_of(seen, [&](const SeenEvent& other) {
+    const EventRow& later = other.row;
+    return later.kind == event_kind::faster && later.machine == event.machine && overlap(event, later) >= 0.5 &&
+           calendar.of(later.good_run) >= calendar.of(event.bad_run) &&
+           -std::log1p(later.effect) >= 0.5 * std::log1p(event.effect);
+  });
+}
+
+/// Open regressions first, the sure and the large ones before the others.
+int rank_of(const EventRow& event) {
+  constexpr std::array kOrder = {EventState::confirmed, EventState::suspect,   EventState::environment,
+                                 EventState::recovered, EventState::accepted, EventState::cleared};
+  const auto place = std::ranges::find(kOrder, last_state(event)) - kOrder.begin();
+  return static_cast<int>(place) + (is_open(event) || place >= 2 ? 0 : 2);
+}
+
+void sort_worst_first(std::vector<Judgement>& judged) {
+  std::ranges::stable_sort(judged, [](const Judgement& a, const Judgement& b) {
+    const auto key = [](const EventRow& e) { return std::pair(rank_of(e), -std::abs(std::log1p(e.effect))); };
+    return key(a.event()) < key(b.event());
+  });
+}
+
+}  // namespace
+
+std::string_view event_state_id(EventState state) {
+  return std::ranges::find(kStateNames, state, &StateName::state)->id;
+}
+
+EventState parse_event_state(std::string_view id) {
+  const auto found = std::ranges::find(kStateNames, id, &StateName::id);
+  if (found == kStateNames.end()) fail_input("unknown state of an event: '{}'", id);
+  return found->state;
+}
+
+bool is_open(const EventRow& event) {
+  const EventState state = last_state(event);
+  return is_regression(event) && (state == EventState::suspect || state == EventState::confirmed);
+}
+
+TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s) {
+  const Calendar calendar(view.runs);
+  StepCheck steps = check_steps(view, options);
+  std::vector<SeenEvent> seen = std::move(steps.events);
+  std::ranges::move(changed_errors(view), std::back_inserter(seen));
+  std::ranges::move(lost_cases(view), std::back_inserter(seen));
+
+  std::vector<Judgement> judged;
+  std::vector<bool> is_seen(seen.size(), false);
+  for (const EventRow& known : view.events) {
+    judged.emplace_back(known, now_unix_s);
+    if (!calendar.has(known)) continue;  // older than what is looked at
+    const auto is_it = [&](const SeenEvent& s) { return is_same_event(known, s.row, calendar); };
+    const auto same = std::ranges::find_if(seen, is_it);
+    if (same == seen.end()) {
+      judged.back().miss(false);
+      continue;
+    }
+    const auto index = static_cast<std::size_t>(same - seen.begin());
+    if (is_seen[index]) {
+      judged.back().miss(true);
+      continue;
+    }
+    is_seen[index] = true;
+    EventRow& event = judged.back().event();
+    std::vector<EventStateRow> states = std::move(event.states);
+    const std::int64_t id = event.id;
+    const std::string key = event.key;
+    event = same->row;
+    event.id = id;
+    event.key = key;
+    event.states = std::move(states);
+    judged.back().see(*same);
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (is_seen[i]) continue;
+    judged.emplace_back(seen[i].row, now_unix_s);
+    judged.back().event().key = key_of(seen[i].row);
+    judged.back().see(seen[i]);
+  }
+  for (Judgement& one : judged)
+    if (is_open(one.event()) && is_undone(one.event(), seen, calendar))
+      one.become(EventState::recovered, "a later change brought the old level back");
+  sort_worst_first(judged);
+
+  TrackCheck check{.events = {},
+                   .is_news = {},
+                   .epochs = std::move(steps.epochs),
+                   .case_shift = steps.case_shift,
+                   .looked_at = steps.looked_at};
+  for (Judgement& one : judged) {
+    check.is_news.push_back(one.is_news());
+    check.events.push_back(std::move(one.event()));
+  }
+  return check;
+}
+
+Exit exit_of(const TrackCheck& check, const HistoryView& view, bool news_only) {
+  if (view.runs.empty()) return Exit::nothing_measured;
+  for (std::size_t i = 0; i < check.events.size(); ++i)
+    if (is_open(check.events[i]) && (!news_only || check.is_news[i])) return Exit::answer_is_no;
+  return Exit::done;
+}
+
+std::vector<EventRow> news_of(const TrackCheck& check) {
+  std::vector<EventRow> news;
+  for (std::size_t i = 0; i < check.events.size(); ++i)
+    if (check.is_news[i]) news.push_back(check.events[i]);
+  return news;
+}
+
+}  // namespace reliefbench

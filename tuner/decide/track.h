@@ -1,0 +1,56 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kernels/base/error.h"
+#include "tuner/decide/events.h"
+#include "tuner/history/rows.h"
+
+namespace reliefbench {
+
+[[nodiscard]] std::string_view event_state_id(EventState state);
+[[nodiscard]] EventState parse_event_state(std::string_view id);  ///< throws: Error(bad_input)
+
+/// The number of each run's epoch on its machine, parallel to view.runs.
+[[nodiscard]] std::vector<std::size_t> epochs_of(const HistoryView& view);
+
+/// A series in one epoch: the nights that were looked at together.
+struct EpochChanges {
+  std::size_t series = 0;           ///< index in HistoryView::series
+  std::vector<std::size_t> nights;  ///< indices in HistoryView::nights[series], the valid ones
+  SeriesChanges changes;            ///< its indices are of `nights`
+};
+
+/// What a check of a history comes to.
+struct TrackCheck {
+  std::vector<EventRow> events;     ///< all that are known: worst first within each state, open ones first
+  std::vector<bool> is_news;        ///< parallel: whether this check gave it its last state
+  std::vector<EpochChanges> epochs;
+  double case_shift = 0;   ///< median over the series of the last epochs: what would be found within 5 nights in 9 of 10
+  std::size_t looked_at = 0;        ///< series
+};
+
+/// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed
+/// when enough further nights have it; cleared when they take it back; environment when shaders, driver and stages are
+/// the same on both sides while the control case moved along, or when a re-run of both builds did not show it;
+/// recovered when a later change undid it. What a person accepted stays accepted. An event is the same as one that is
+/// known where machine and direction agree, the nights overlap and most of the series do.
+/// Errors are deterministic: any other value is an event, unless what is drawn (RepetitionRow::code) changed as well;
+/// such a one is accepted from the start.
+[[nodiscard]] TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s);
+
+/// Whether somebody has to act on it: a regression, suspect or confirmed.
+[[nodiscard]] bool is_open(const EventRow& event);
+
+/// 5: no night; 1: an open regression, with `news_only` one that this check found; 0
+[[nodiscard]] Exit exit_of(const TrackCheck& check, const HistoryView& view, bool news_only);
+
+/// The events that are to be stored: those with news.
+[[nodiscard]] std::vector<EventRow> news_of(const TrackCheck& check);
+
+}  // namespace reliefbench

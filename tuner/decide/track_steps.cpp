@@ -1,0 +1,334 @@
+#include "tuner/decide/track_steps.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "tuner/history/series_name.h"
+#include "tuner/results/statistics.h"
+
+namespace reliefbench {
+namespace {
+
+/// A median's standard error in MADs of n normal values: sqrt(pi / 2) / .6745 / sqrt(n).
+constexpr double kErrorOfMedian = 1.858;
+
+/// One series of find_events(): a case in an epoch, or a device's control case.
+struct CheckedPiece {
+  std::optional<std::size_t> series;  ///< none: the control case
+  std::vector<std::size_t> nights;    ///< of the case
+  std::string machine;
+  std::string device;
+};
+
+struct CheckedPieces {
+  std::vector<CheckedPiece> pieces;
+  std::vector<CheckedSeries> series;  ///< parallel
+};
+
+/// An epoch of a machine as one name; pooling never goes across it.
+std::string epoch_name(std::string_view machine, std::size_t epoch) { return fmt::format("{}\n{}", machine, epoch); }
+
+std::map<std::int64_t, std::size_t> places_of_runs(const HistoryView& view) {
+  std::map<std::int64_t, std::size_t> places;
+  for (std::size_t i = 0; i < view.runs.size(); ++i) places[view.runs[i].id] = i;
+  return places;
+}
+
+std::string backend_of(const std::string& device) { return device.substr(0, device.find(' ')); }
+
+void add_cases(const HistoryView& view, std::span<const std::size_t> epochs, CheckedPieces& checked) {
+  const std::map<std::int64_t, std::size_t> places = places_of_runs(view);
+  for (std::size_t s = 0; s < view.series.size(); ++s) {
+    const SeriesRow& row = view.series[s];
+    std::optional<std::size_t> epoch;
+    for (std::size_t night = 0; night < view.nights[s].size(); ++night) {
+      const RepetitionRow& value = view.nights[s][night];
+      if (!value.is_valid) continue;
+      const std::size_t run = places.at(value.run);
+      if (epoch != epochs[run]) {
+        epoch = epochs[run];
+        checked.pieces.push_back({.series = s, .nights = {}, .machine = row.machine, .device = row.device});
+        checked.series.push_back({.traits = {.machine = epoch_name(row.machine, *epoch),
+                                             .backend = row.backend,
+                                             .technique = row.technique,
+                                             .map = row.map,
+                                             .format = row.format,
+                                             .scene = row.scene},
+                                  .calendar = {},
+                                  .log_values = {},
+                                  .standard_errors = {}});
+      }
+      checked.pieces.back().nights.push_back(night);
+      checked.series.back().calendar.push_back(run);
+      checked.series.back().log_values.push_back(std::log(value.value));
+      checked.series.back().standard_errors.push_back(value.standard_error);
+    }
+  }
+}
+
+void add_controls(const HistoryView& view, std::span<const std::size_t> epochs, CheckedPieces& checked) {
+  std::map<std::pair<std::string, std::string>, std::size_t> places;  // epoch's name, device
+  for (std::size_t run = 0; run < view.runs.size(); ++run) {
+    const RunRow& row = view.runs[run];
+    const std::string epoch = epoch_name(row.machine, epochs[run]);
+    for (const CalibrationRow& control : row.calibrations) {
+      if (!(control.control_ns > 0) || !std::isfinite(control.control_ns)) continue;
+      const auto [found, is_new] = places.try_emplace({epoch, control.device}, checked.pieces.size());
+      if (is_new) {
+        checked.pieces.push_back({.series = {}, .nights = {}, .machine = row.machine, .device = control.device});
+        checked.series.push_back({.traits = {.machine = epoch,
+                                             .backend = backend_of(control.device),
+                                             .technique = {},
+                                             .map = {},
+                                             .format = {},
+                                             .scene = {},
+                                             .is_control = true},
+                                  .calendar = {},
+                                  .log_values = {},
+                                  .standard_errors = {}});
+      }
+      CheckedSeries& series = checked.series[found->second];
+      series.calendar.push_back(run);
+      series.log_values.push_back(std::log(control.control_ns));
+      series.standard_errors.push_back(kErrorOfMedian * control.mad / control.control_ns /
+                                       std::sqrt(std::max(control.n, 1)));
+    }
+  }
+}
+
+EventRow event_between(const std::string& machine, std::int64_t good_run, std::int64_t bad_run) {
+  EventRow row;
+  row.machine = machine;
+  row.good_run = good_run;
+  row.bad_run = bad_run;
+  row.algorithm = kChangesVersion;
+  return row;
+}
+
+/// The codes of an event's series on either side: whether any of them is another one.
+enum class CodeChange { none, some, unknown };
+CodeChange code_change(const HistoryView& view, std::span<const std::size_t> series, std::int64_t good_run,
+                       std::int64_t bad_run) {
+  CodeChange result = CodeChange::none;
+  for (const std::size_t s : series) {
+    const auto code_in = [&](std::int64_t run) {
+      const auto night = std::ranges::find(view.nights[s], run, &RepetitionRow::run);
+      return night == view.nights[s].end() ? std::string() : night->code;
+    };
+    const std::string before = code_in(good_run);
+    const std::string after = code_in(bad_run);
+    if (before.empty() || after.empty())
+      result = CodeChange::unknown;
+    else if (before != after)
+      return CodeChange::some;
+  }
+  return result;
+}
+
+bool is_control_event(const ChangeEvent& event, const CheckedPieces& checked) {
+  return std::ranges::any_of(event.series, [&](std::size_t i) { return !checked.pieces[i].series; });
+}
+
+/// Whether a device's control case moved in the nights of an event, and half as far at least.
+bool moved_along(const ChangeEvent& event, std::span<const ChangeEvent> all, const CheckedPieces& checked) {
+  return std::ranges::any_of(all, [&](const ChangeEvent& other) {
+    return is_control_event(other, checked) &&
+           checked.series[other.series.front()].traits.machine == checked.series[event.series.front()].traits.machine &&
+           other.good < event.bad && event.good < other.bad &&
+           std::abs(other.log_ratio) >= 0.5 * std::abs(event.log_ratio);
+  });
+}
+
+bool matters(const ChangeEvent& event, const EventOptions& options) {
+  const double least = std::log1p(options.change.least_effect);
+  return event.is_drift || event.low > least || event.high < -least;
+}
+
+SeenEvent seen_step(const HistoryView& view, const ChangeEvent& event, std::span<const ChangeEvent> all,
+                    const CheckedPieces& checked) {
+  const CheckedPiece& first = checked.pieces[event.series.front()];
+  SeenEvent seen{.row = event_between(first.machine, view.runs[event.good].id, view.runs[event.bad].id)};
+  EventRow& row = seen.row;
+  row.effect = std::expm1(event.log_ratio);
+  row.low = std::expm1(event.low);
+  row.high = std::expm1(event.high);
+  row.q = event.q;
+  seen.state = event.is_sure ? EventState::confirmed : EventState::suspect;
+  if (!first.series) {
+    row.kind = event.log_ratio > 0 ? event_kind::slower : event_kind::faster;
+    row.what = fmt::format("the control case on {}", first.device);
+    seen.state = EventState::environment;
+    seen.reason = "its work never changes";
+    return seen;
+  }
+  std::vector<std::size_t> series;
+  for (const std::size_t i : event.series) series.push_back(*checked.pieces[i].series);
+  for (const std::size_t s : series) row.series.push_back(view.series[s].id);
+  const bool is_worse = (event.log_ratio > 0) == view.series[series.front()].lower_is_better;
+  row.kind = !is_worse ? event_kind::faster : (event.is_drift ? event_kind::drift : event_kind::slower);
+  row.what = event.what.empty() ? series_name(view.series[series.front()]) : event.what;
+  switch (code_change(view, series, row.good_run, row.bad_run)) {
+    case CodeChange::some:
+      seen.reason = "what is drawn changed as well: shaders, driver or stages";
+      break;
+    case CodeChange::none:
+      seen.reason = "shaders, driver and stages are the same on both sides";
+      if (!moved_along(event, all, checked)) break;
+      seen.state = EventState::environment;
+      seen.reason += ", and the control case moved along";
+      break;
+    case CodeChange::unknown:
+      break;
+  }
+  return seen;
+}
+
+/// What an event's series have in common, for people.
+std::string common_name(const HistoryView& view, std::span<const std::size_t> series) {
+  const SeriesRow& first = view.series[series.front()];
+  if (series.size() == 1) return series_name(first);
+  const auto all = [&](auto member) {
+    return std::ranges::all_of(series, [&](std::size_t s) { return view.series[s].*member == first.*member; });
+  };
+  std::string name = fmt::format("{} cases", series.size());
+  if (all(&SeriesRow::backend)) name += " on " + first.backend;
+  if (all(&SeriesRow::technique)) name += ", technique=" + first.technique;
+  return name;
+}
+
+/// What no test is needed for: cases that changed for certain.
+void name_cases(EventRow& row, const char* kind, const HistoryView& view, std::span<const std::size_t> series) {
+  row.kind = kind;
+  row.what = common_name(view, series);
+  row.q = 0;
+  for (const std::size_t s : series) row.series.push_back(view.series[s].id);
+}
+
+/// "e_xy.p99 .31 -> .42": of the metric that changed most, and how many others did.
+std::string changed_metrics(const nlohmann::json& before, const nlohmann::json& after) {
+  std::string most;
+  double most_size = -1;
+  int count = 0;
+  for (const auto& [id, value] : after.items()) {
+    const nlohmann::json old = before.value(id, nlohmann::json());
+    if (old == value) continue;
+    ++count;
+    const bool has_both = old.is_number() && value.is_number();
+    const double size = has_both ? std::abs(value.get<double>() - old.get<double>()) /
+                                       std::max({std::abs(value.get<double>()), std::abs(old.get<double>()), 1e-30})
+                                 : 1;
+    if (size <= most_size) continue;
+    most_size = size;
+    most = has_both ? fmt::format("{} {:.4g} -> {:.4g}", id, old.get<double>(), value.get<double>()) : id;
+  }
+  return count > 1 ? fmt::format("{}, and {} more metrics", most, count - 1) : most;
+}
+
+/// Series that changed alike between the same two nights.
+struct Together {
+  std::vector<std::size_t> series;
+  std::string text;
+};
+
+}  // namespace
+
+std::vector<std::size_t> epochs_of(const HistoryView& view) {
+  struct Last {
+    std::int64_t environment = 0;
+    std::size_t epoch = 0;
+  };
+  std::map<std::string, Last> machines;
+  std::vector<std::size_t> epochs;
+  for (const RunRow& run : view.runs) {
+    const auto [found, is_new] = machines.try_emplace(run.machine, Last{.environment = run.environment});
+    Last& last = found->second;
+    if (!is_new && last.environment != run.environment) last = {.environment = run.environment, .epoch = last.epoch + 1};
+    epochs.push_back(last.epoch);
+  }
+  return epochs;
+}
+
+StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
+  const std::vector<std::size_t> epochs = epochs_of(view);
+  CheckedPieces checked;
+  add_cases(view, epochs, checked);
+  add_controls(view, epochs, checked);
+  Findings findings = find_events(checked.series, options);
+
+  StepCheck result;
+  for (const ChangeEvent& event : findings.events)
+    if (matters(event, options)) result.events.push_back(seen_step(view, event, findings.events, checked));
+  std::map<std::size_t, double> shifts;  // of each series' last epoch
+  for (std::size_t i = 0; i < checked.pieces.size(); ++i) {
+    CheckedPiece& piece = checked.pieces[i];
+    if (!piece.series) continue;
+    shifts[*piece.series] = findings.series[i].smallest_shift;
+    result.epochs.push_back(
+        {.series = *piece.series, .nights = std::move(piece.nights), .changes = std::move(findings.series[i])});
+  }
+  std::vector<double> values;
+  for (const auto& [series, shift] : shifts)
+    if (std::isfinite(shift) && shift > 0) values.push_back(shift);
+  result.case_shift = values.empty() ? 0 : median(values);
+  result.looked_at = shifts.size();
+  return result;
+}
+
+std::vector<SeenEvent> changed_errors(const HistoryView& view) {
+  std::map<std::int64_t, const nlohmann::json*> scores;
+  for (const ScoreRow& score : view.scores) scores[score.id] = &score.values;
+  std::map<std::tuple<std::string, std::int64_t, std::int64_t, bool>, Together> changes;
+  for (std::size_t s = 0; s < view.series.size(); ++s) {
+    const RepetitionRow* before = nullptr;
+    for (const RepetitionRow& night : view.nights[s]) {
+      if (night.score == 0) continue;
+      if (before != nullptr && before->score != night.score) {
+        Together& change =
+            changes[{view.series[s].machine, before->run, night.run, before->code != night.code}];
+        if (change.series.empty()) change.text = changed_metrics(*scores.at(before->score), *scores.at(night.score));
+        change.series.push_back(s);
+      }
+      before = &night;
+    }
+  }
+  std::vector<SeenEvent> seen;
+  for (const auto& [where, change] : changes) {
+    const auto& [machine, good, bad, is_code] = where;
+    SeenEvent event{.row = event_between(machine, good, bad)};
+    name_cases(event.row, event_kind::errors, view, change.series);
+    event.state = is_code ? EventState::accepted : EventState::confirmed;
+    event.reason = change.text + (is_code ? "; what is drawn changed as well: shaders, driver or stages"
+                                          : "; shaders, bakers and driver are the same on both sides");
+    seen.push_back(std::move(event));
+  }
+  return seen;
+}
+
+std::vector<SeenEvent> lost_cases(const HistoryView& view) {
+  std::map<std::tuple<std::string, std::int64_t, std::int64_t, std::string, bool>, std::vector<std::size_t>> lost;
+  for (std::size_t s = 0; s < view.series.size(); ++s) {
+    const std::vector<RepetitionRow>& nights = view.nights[s];
+    const auto last_ok =
+        std::find_if(nights.rbegin(), nights.rend(), [](const RepetitionRow& night) { return night.status == "ok"; });
+    if (last_ok == nights.rbegin() || last_ok == nights.rend()) continue;
+    const auto first_bad = last_ok.base();
+    const bool is_twice = nights.end() - first_bad >= 2;
+    lost[{view.series[s].machine, last_ok->run, first_bad->run, first_bad->status, is_twice}].push_back(s);
+  }
+  std::vector<SeenEvent> seen;
+  for (const auto& [where, series] : lost) {
+    const auto& [machine, good, bad, status, is_twice] = where;
+    SeenEvent event{.row = event_between(machine, good, bad)};
+    name_cases(event.row, event_kind::lost, view, series);
+    event.state = is_twice ? EventState::confirmed : EventState::suspect;
+    event.reason = status;
+    seen.push_back(std::move(event));
+  }
+  return seen;
+}
+
+}  // namespace reliefbench

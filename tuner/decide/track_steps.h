@@ -1,0 +1,35 @@
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tuner/decide/events.h"
+#include "tuner/decide/track.h"
+#include "tuner/history/rows.h"
+
+namespace reliefbench {
+
+/// What one look at a history shows, without what earlier ones said of it. The row has no states yet.
+struct SeenEvent {
+  EventRow row;
+  EventState state = EventState::suspect;
+  std::string reason{};
+};
+
+struct StepCheck {
+  std::vector<SeenEvent> events;
+  std::vector<EpochChanges> epochs;
+  double case_shift = 0;
+  std::size_t looked_at = 0;
+};
+
+/// Steps and drifts. A machine's nights are looked at epoch by epoch: consecutive runs of one environment.
+[[nodiscard]] StepCheck check_steps(const HistoryView& view, const EventOptions& options);
+
+/// Deterministic metrics that have other values from one night to the next, as one event a machine and night.
+[[nodiscard]] std::vector<SeenEvent> changed_errors(const HistoryView& view);
+
+/// Cases that were ok once and failed in the last night that tried them; confirmed from the second such night on.
+[[nodiscard]] std::vector<SeenEvent> lost_cases(const HistoryView& view);
+
+}  // namespace reliefbench

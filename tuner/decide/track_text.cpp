@@ -1,0 +1,209 @@
+#include "tuner/decide/track_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "kernels/base/clock.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+
+const RunRow* find_run(const HistoryView& view, std::int64_t id) {
+  const auto found = std::ranges::find(view.runs, id, &RunRow::id);
+  return found == view.runs.end() ? nullptr : &*found;
+}
+
+std::string day_of(const RunRow& run) { return utc_text(1e9 * static_cast<double>(run.unix_s)).substr(0, 10); }
+
+std::string commit_text(const RunRow& run) { return run.build.commit.substr(0, 12); }
+
+/// "2 regressions"; nothing of none
+std::string counted(std::ptrdiff_t count, std::string_view one, std::string_view many) {
+  return count == 0 ? std::string() : fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+std::string size_text(double share) { return fmt::format("{:.1f} %", 100 * std::abs(share)); }
+
+/// Of event(s) in a state, open or not: how many there are.
+template <typename Is>
+std::ptrdiff_t count_events(const TrackCheck& check, const Is& is) {
+  return std::ranges::count_if(check.events, is);
+}
+
+bool is_in(const EventRow& event, EventState state) { return event.states.back().state == state; }
+
+json run_json_of(const HistoryView& view, std::int64_t id) {
+  const RunRow* run = find_run(view, id);
+  if (run == nullptr) return nullptr;
+  return {{"time", utc_text(1e9 * static_cast<double>(run->unix_s))},
+          {"commit", run->build.commit},
+          {"source", run->source}};
+}
+
+std::string xml_escaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&': escaped += "&amp;"; break;
+      case '<': escaped += "&lt;"; break;
+      case '>': escaped += "&gt;"; break;
+      case '"': escaped += "&quot;"; break;
+      default: escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return escaped;
+}
+
+/// Text that Markdown takes for text.
+std::string markdown_escaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (std::string_view("\\`*_{}[]<>#|").find(c) != std::string_view::npos) escaped += '\\';
+    escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return escaped;
+}
+
+std::string event_line(const EventRow& event, const HistoryView& view) {
+  const std::string& reason = event.states.back().text;
+  return fmt::format("{}: {}, {}{}", event.what, effect_text(event), interval_text(event, view),
+                     reason.empty() ? "" : "; " + reason);
+}
+
+}  // namespace
+
+std::string effect_text(const EventRow& event) {
+  if (event.kind == event_kind::errors) return "errors changed";
+  if (event.kind == event_kind::lost) return "lost";
+  const auto [low, high] = std::minmax(std::abs(event.low), std::abs(event.high));
+  const std::string interval = fmt::format("[{:.2g}, {:.2g}]", 100 * low, 100 * high);
+  if (event.kind == event_kind::drift)
+    return fmt::format("{} slower {}, little by little", size_text(event.effect), interval);
+  return fmt::format("{} {} {}", size_text(event.effect), event.kind, interval);
+}
+
+std::string interval_text(const EventRow& event, const HistoryView& view) {
+  const RunRow* good = find_run(view, event.good_run);
+  const RunRow* bad = find_run(view, event.bad_run);
+  if (good == nullptr || bad == nullptr) return fmt::format("before the nights looked at, on {}", event.machine);
+  return fmt::format("between the nights of {} ({}) and {} ({}) on {}", day_of(*good), commit_text(*good), day_of(*bad),
+                     commit_text(*bad), event.machine);
+}
+
+std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
+  std::vector<std::string> parts;
+  const auto add = [&](std::string text) {
+    if (!text.empty()) parts.push_back(std::move(text));
+  };
+  const auto open_in = [&](EventState state) {
+    return count_events(check, [&](const EventRow& e) { return is_open(e) && is_in(e, state); });
+  };
+  add(counted(open_in(EventState::confirmed), "regression", "regressions"));
+  add(counted(open_in(EventState::suspect), "suspect", "suspects"));
+  const bool is_calm = parts.empty();
+  if (is_calm) parts.emplace_back("no regression");
+  std::ptrdiff_t improvements = 0;
+  for (std::size_t i = 0; i < check.events.size(); ++i)
+    improvements += (check.events[i].kind == event_kind::faster && check.is_news[i] &&
+                     !is_in(check.events[i], EventState::environment));
+  add(counted(improvements, "improvement", "improvements"));
+  std::set<std::string> machines;
+  for (const RunRow& run : view.runs) machines.insert(run.machine);
+  std::string text = fmt::format("{}; {} series on {}, {}", fmt::join(parts, ", "), check.looked_at,
+                                 counted(static_cast<std::ptrdiff_t>(machines.size()), "machine", "machines"),
+                                 counted(static_cast<std::ptrdiff_t>(view.runs.size()), "night", "nights"));
+  if (is_calm && check.case_shift > 0)
+    text += fmt::format("; a step of {} in a case would be found within five nights", size_text(check.case_shift));
+  return text;
+}
+
+std::string environment_text(const EnvironmentRow& row) {
+  std::vector<std::string> parts;
+  const json host = row.content.value("host", json::object());
+  for (const char* key : {"os", "cpu"})
+    if (const std::string text = host.value(key, ""); !text.empty()) parts.push_back(text);
+  for (const json& device : row.content.value("devices", json::array()))
+    parts.push_back(fmt::format("{} {} ({})", device.value("backend", ""), device.value("name", ""),
+                                device.value("driver", "")));
+  return parts.empty() ? row.hash.substr(0, 8) : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+json track_json(const HistoryView& view, const TrackCheck& check) {
+  json events = json::array();
+  for (std::size_t i = 0; i < check.events.size(); ++i) {
+    const EventRow& event = check.events[i];
+    json states = json::array();
+    for (const EventStateRow& state : event.states)
+      states.push_back({{"time", utc_text(1e9 * static_cast<double>(state.unix_s))},
+                        {"state", event_state_id(state.state)},
+                        {"by", state.by},
+                        {"text", state.text}});
+    json names = json::array();
+    for (const std::int64_t id : event.series)
+      if (const auto series = std::ranges::find(view.series, id, &SeriesRow::id); series != view.series.end())
+        names.push_back(series->case_id);
+    json row = {{"id", event.id},
+                {"state", event_state_id(event.states.back().state)},
+                {"open", is_open(event)},
+                {"news", static_cast<bool>(check.is_news[i])},
+                {"kind", event.kind},
+                {"what", event.what},
+                {"machine", event.machine},
+                {"good", run_json_of(view, event.good_run)},
+                {"bad", run_json_of(view, event.bad_run)},
+                {"q", event.q},
+                {"cases", names},
+                {"states", states}};
+    if (event.kind != event_kind::errors && event.kind != event_kind::lost) {
+      row["effect"] = event.effect;
+      row["interval"] = {event.low, event.high};
+    }
+    events.push_back(std::move(row));
+  }
+  return {{"verdict", verdict_text(view, check)},
+          {"runs", view.runs.size()},
+          {"series", check.looked_at},
+          {"smallest_shift", check.case_shift},
+          {"events", events}};
+}
+
+std::string track_markdown(const HistoryView& view, const TrackCheck& check) {
+  std::string text = fmt::format("**reliefbench**: {}\n", markdown_escaped(verdict_text(view, check)));
+  for (std::size_t i = 0; i < check.events.size(); ++i) {
+    const EventRow& event = check.events[i];
+    if (!is_open(event) && !check.is_news[i]) continue;
+    text += fmt::format("\n- **{}**{} {} (event {})", event_state_id(event.states.back().state),
+                        check.is_news[i] ? ", new:" : ":", markdown_escaped(event_line(event, view)), event.id);
+  }
+  return text.back() == '\n' ? text : text + "\n";
+}
+
+std::string track_junit(const HistoryView& view, const TrackCheck& check) {
+  std::string cases;
+  int failures = 0;
+  int count = 0;
+  for (const EventRow& event : check.events) {
+    if (!is_open(event)) continue;
+    ++failures;
+    ++count;
+    cases += fmt::format("    <testcase classname=\"reliefbench.{}\" name=\"{}\">\n      <failure message=\"{}\"/>\n"
+                         "    </testcase>\n",
+                         xml_escaped(event.kind), xml_escaped(event.what), xml_escaped(event_line(event, view)));
+  }
+  if (count == 0) {
+    count = 1;
+    cases = fmt::format("    <testcase classname=\"reliefbench\" name=\"{}\"/>\n",
+                        xml_escaped(verdict_text(view, check)));
+  }
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"reliefbench track\" tests=\"{}\" "
+      "failures=\"{}\">\n{}  </testsuite>\n</testsuites>\n",
+      count, failures, cases);
+}
+
+}  // namespace reliefbench
