@@ -1,5 +1,4 @@
 // The trend page as a browser draws it, and what it does as readers go about in it.
-#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "reports/pages/trend_page.h"
@@ -324,71 +323,34 @@ TEST_F(TrendInBrowser, HistoriesWithLittleInThem) {
   EXPECT_THAT(body, has("shown", "missing,left,missing"));
 }
 
-// A reader of a large history waits for neither the first look nor a filter. With the browser's clock, which stands
-// still while a page is dumped in virtual time: nothing is awaited here.
-TEST_F(TrendInBrowser, AThousandSeriesOfFourHundredNightsAreQuick) {
-  const std::string probe = R"(
-    const timed = (action) => {
-      const start = performance.now();
-      action();
-      document.body.getBoundingClientRect();  // with the layout
-      return Math.round(performance.now() - start);
-    };
-    result.elements = document.querySelectorAll('*').length;
-    result.painted = Math.round(performance.getEntriesByType('paint').map(({startTime}) => startTime).concat(0)[0]);
-    document.body.getBoundingClientRect();
-    result.drawn = Math.round(performance.now());
-    result.opened = timed(() => { location.hash = 'view=series'; readState(); showView(); });
-    const choose = (selector, value, event) => timed(() => {
-      const control = document.querySelector(selector);
-      control.value = value;
-      control.dispatchEvent(new Event(event));
-    });
-    const filters = ['cone', 'qdm', '', 'relief'].map((value) => choose('#filters select[name=technique]', value, 'change'));
-    const searches = ['g', 'gr', 'gra', 'grazing'].map((value) => choose('#filters input', value, 'input'));
-    const took = [...filters, ...searches].sort((a, b) => a - b);
-    result.filtered = took[4];
-    result.slowest = took[7];
-    result.found = byId('series-count').textContent;
-    result.elementsafter = document.querySelectorAll('*').length;
-  )";
-  const std::string body =
-      body_tag(document(trend_page(made_trend({.series = 1000, .nights = 400})), probe, {.in_real_time = true}));
-  expect_drawn(body);
-  const auto figure = [&](const std::string& name) {
-    const std::size_t at = body.find("data-" + name + "=\"");
-    return at == std::string::npos ? 1e9 : std::stod(body.substr(at + name.size() + 7));
-  };
-  std::cout << fmt::format(
-      "first paint {} ms, drawn {} ms, series opened {} ms, a filter {} ms, the slowest {} ms; {} and {} elements\n",
-      figure("painted"), figure("drawn"), figure("opened"), figure("filtered"), figure("slowest"), figure("elements"),
-      figure("elementsafter"));
-  EXPECT_LT(figure("drawn"), 2000);
-  EXPECT_LT(figure("filtered"), 100);  // the median: another process may hold up a single one
-  EXPECT_LT(figure("elementsafter"), 2000);
-  EXPECT_THAT(body, HasSubstr(" of 1000 series"));
-}
-
-// To be looked at: build/screenshots/trend_*.png.
-TEST_F(TrendInBrowser, LeavesPictures) {
-  const std::filesystem::path folder = std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "build" / "screenshots";
-  std::filesystem::create_directories(folder);
-  const std::string html = trend_page(made_trend());
-  const auto take = [&](const std::string& name, const Opening& opening) {
-    const std::filesystem::path picture =
-        folder / fmt::format("trend_{}_{}{}.png", opening.width_px, opening.is_dark ? "dark" : "light", name);
-    std::filesystem::remove(picture);
-    screenshot(html, picture, opening);
-    EXPECT_TRUE(std::filesystem::exists(picture) && std::filesystem::file_size(picture) > 20000) << picture;
-  };
-  for (const bool is_dark : {false, true}) {
-    take("", {.height_px = 1420, .is_dark = is_dark});
-    take("", {.width_px = 390, .height_px = 2300, .is_dark = is_dark});
-    take("_event", {.fragment = "view=event&event=1", .height_px = 2000, .is_dark = is_dark});
-    take("_event", {.fragment = "view=event&event=1", .width_px = 390, .height_px = 2600, .is_dark = is_dark});
-  }
-  take("_series", {.fragment = "view=series", .height_px = 1250});
-  take("_machines", {.fragment = "view=machines", .height_px = 1900});
+TEST_F(TrendInBrowser, EventsOfWhichLittleIsKnown) {
+  json data = made_trend({.series = 200});
+  json& lost = data["events"][0];  // and of a run that is not on the page
+  lost["kind"] = "lost";
+  for (const char* key : {"effect", "low", "high", "good_run", "bad_run"}) lost[key] = nullptr;
+  lost["commits"] = {nullptr, nullptr};
+  data["events"][1]["series"] = json::array();
+  data["events"][2]["commits"] = {"v1.2", "v1.3"};
+  const std::string body = body_of(data, std::string(kEveryView) + R"(
+    await go('nav a');
+    result.groups = texts('#events h2');
+    result.first = texts('.event-row:first-child .effect').slice(0, 5) + all('.event-row')[0].querySelectorAll('.facts-line')[1].textContent;
+    result.copies = all('.copy')[1].title;
+    location.hash = 'view=event&event=1';
+    await moment();
+    result.when = texts('#event-head .facts-line');
+    result.dots = dots('#event-series').length;
+    location.hash = 'view=event&event=2';
+    await moment();
+    result.none = texts('#event-series');
+  )");
+  expect_probed(body);
+  EXPECT_THAT(body, HasSubstr("data-groups=\"Lost: ok before, not any more (1)|Suspects (2)|"));
+  EXPECT_THAT(body, has("first", "◆lostsince before these nightsunknown..unknown"));
+  EXPECT_THAT(body, has("copies", "git log v1.2..v1.3"));
+  EXPECT_THAT(body, HasSubstr("moved before these nights"));
+  EXPECT_THAT(body, has("dots", 40));
+  EXPECT_THAT(body, has("none", "None of its series is on this page."));
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 import {readTheme, seriesColor, withAlpha} from './marks.js';
 import {data, make, percent, shortNumber} from './page.js';
 import {linearAxis, moveActive, scatterChart, tooltipLook} from './scatter.js';
-import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, levelLines, placeOf, runsOf, runText, toneOf, unitOf} from './trend_data.js';
+import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, levelLines, placeOf, runsOf, runText, stepOf, toneOf, unitOf} from './trend_data.js';
 import {epochsOf} from './trend_epochs.js';
 import {kStripHeight, plotPlugin} from './trend_plot.js';
 
@@ -50,12 +50,13 @@ export function dotsOf(series) {
   return {unit, dots, range: [low / unit.ns, high / unit.ns]};
 }
 
-/** Notes of the machine's nights, and of the series' events where these lie. */
+/** Notes of the machine's nights, and of the series' events. */
 export function notesOf(series) {
   return data.annotations.filter(
       ({run, event}) => (run !== null ? data.runs[run].machine === series.machine : series.events.includes(event)));
 }
-const notePlace = ({run, event}) => placeOf[run !== null ? run : eventOf.get(String(event)).bad_run];
+/** Where a note lies: an event's where it was sure. */
+const notePlace = ({run, event}) => placeOf[run ?? eventOf.get(String(event)).bad_run];
 
 /**
  * Nights with dates under them, as many as there is room for; hasDates: or none, where another chart below has them.
@@ -114,14 +115,15 @@ const tooltipOf = (title, lines) => ({
 
 function stepsOf(series, theme) {
   const color = {worse: seriesColor(theme, 1), better: seriesColor(theme, 2), other: seriesColor(theme, 3)};
+  const label = (event) => event.effect !== null ? percent(Math.abs(event.effect), 2) :
+      event.kind === 'lost'                      ? 'lost' :
+                                                   'errors';
   return series.events.map((id) => eventOf.get(String(id)))
-      .filter(({kind}) => kind !== 'drift')
-      .map((event) => ({
-             from: placeOf[event.good_run],
-             to: placeOf[event.bad_run],
-             color: color[toneOf(event)],
-             label: `${glyphOf(event)} ${event.effect === null ? 'errors' : percent(Math.abs(event.effect), 2)}`
-           }))
+      .filter(stepOf)
+      .map((event) => {
+        const [from, to] = stepOf(event);
+        return {from, to, color: color[toneOf(event)], label: `${glyphOf(event)} ${label(event)}`};
+      })
       .sort((a, b) => a.from - b.from);
 }
 
@@ -138,7 +140,7 @@ function drawSeries(canvas, series, theme) {
     epochs: epochsOf(series.machine),
     steps: stepsOf(series, theme),
     levels: levelLines(series).map(inUnit),
-    notes: notesOf(series).map(notePlace),
+    notes: notesOf(series).map(notePlace).filter((at) => at !== undefined),
     scores: series.scores.slice(1).map(([at]) => place(at)),
   };
   const dataset = {
@@ -166,8 +168,11 @@ function drawSeries(canvas, series, theme) {
   });
 }
 
-export const controlOf = (series) =>
-    (data.machines[series.machine].devices.find(({backend}) => backend === series.backend) || {}).calibration;
+/** Of the series' device; of the first of its backend where the data does not say. */
+export const controlOf = ({machine, backend, device}) => {
+  const {devices} = data.machines[machine];
+  return (devices[device] || devices.find((one) => one.backend === backend) || {}).calibration;
+};
 
 function drawControl(canvas, series, theme) {
   const {nights, control_ns: control} = controlOf(series);

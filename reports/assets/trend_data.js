@@ -18,9 +18,10 @@ export const formatDay = (time) => formatDate(kDay, time);
 export const formatShortDay = (time) => formatDate(kShortDay, time);
 export const formatMoment = (time) => formatDate(kMoment, time);
 
+/** What git and a shell take for a revision and nothing else. */
+export const isRevision = (text) => /^\w[\w./-]*$/.test(text ?? '') && text !== 'unknown';
 /** Hexadecimal ids in the length that people quote. */
-export const isCommit = (text) => /^[0-9a-f]{7,64}$/i.test(text ?? '');
-export const shortCommit = (text) => (isCommit(text) ? text.slice(0, 8) : text || 'unknown');
+export const shortCommit = (text) => (/^[0-9a-f]{12,}$/i.test(text ?? '') ? text.slice(0, 8) : text || 'unknown');
 
 export const machineName = (index) => data.machines[index].name;
 export const runText = (run) => `${formatMoment(run.time)}, ${shortCommit(run.commit)}${run.dirty ? ' and more' : ''}`;
@@ -33,7 +34,7 @@ export const toneOf = (event) => (isWorse(event) ? 'worse' : isBetter(event) ? '
 export const glyphOf = (event) => ({worse: '▲', better: '▼', other: '◆'})[toneOf(event)];
 
 export function effectText(event) {
-  if (event.effect === null) return 'errors changed';
+  if (event.effect === null) return event.kind === 'lost' ? 'lost' : 'errors changed';
   const word = {slower: 'slower', faster: 'faster'}[event.kind] || (event.effect > 0 ? 'slower' : 'faster');
   return `${percent(Math.abs(event.effect), 2)} ${word}${event.kind === 'drift' ? ', drifting' : ''}`;
 }
@@ -48,7 +49,8 @@ export function intervalOf(event) {
 const isOpen = (event) => event.state === 'suspect' || event.state === 'confirmed';
 const kGroups = [
   {title: 'Confirmed regressions', holds: (event) => event.state === 'confirmed' && isWorse(event)},
-  {title: 'Suspects', holds: (event) => event.state === 'suspect' && event.kind !== 'errors'},
+  {title: 'Lost: ok before, not any more', holds: (event) => event.kind === 'lost' && isOpen(event)},
+  {title: 'Suspects', holds: (event) => event.state === 'suspect' && event.effect !== null},
   {title: 'Improvements', holds: (event) => event.state === 'confirmed' && isBetter(event)},
   {title: 'Errors changed', holds: isOpen},
   {title: 'Moved with the machine', holds: (event) => event.state === 'environment'},
@@ -83,17 +85,23 @@ export const formatValue = (series, value) =>
 /** What to divide by, and how it is called then. */
 export const unitOf = (series, value) => (series.unit === 'ns' ? timeUnit(value) : {name: series.unit, ns: 1});
 
-/** The last step within an environment, or what a drift sums up to: a share. */
-export function changeOf(series) {
-  if (series.drift) return Math.expm1(series.drift.per_night * series.nights.length);
-  const [before, last] = series.levels.slice(-2);
-  const environment = (at) => data.runs[series.nights[at]].environment;
-  if (!last || environment(before.first) !== environment(last.first)) return 0;
-  return last.value / before.value - 1;
+/** The last step within an environment, or what a drift sums up to over its nights: a share. */
+export function changeOf({nights, levels, drift}) {
+  const [last, before] = [...levels].reverse();
+  const environment = (at) => data.runs[nights[at]].environment;
+  if (drift && last) return (1 + drift.per_night) ** (last.end - last.first - 1) - 1;
+  return before && environment(before.first) === environment(last.first) ? last.value / before.value - 1 : 0;
 }
 /** The level that holds a run, or nothing. */
 export const levelAt = ({nights, levels}, run) =>
-    levels.find(({first, end}) => nights[first] <= run && run <= nights[end - 1]);
+    run === null ? undefined : levels.find(({first, end}) => nights[first] <= run && run <= nights[end - 1]);
+
+/** Places between which an event's change lies: none of a drift, nor of what began before the nights shown. */
+export const stepOf = ({kind, good_run: good, bad_run: bad}) =>
+    (kind === 'drift' || good === null || bad === null ? null : [placeOf[good], placeOf[bad]]);
+
+/** Day of a run that may lie before the nights shown. */
+export const dayOf = (run) => (run === null ? 'before these nights' : formatDay(data.runs[run].time));
 
 /** What an event did to a series: a share. */
 export function changeAcross(series, {good_run: good, bad_run: bad}) {
@@ -101,17 +109,12 @@ export function changeAcross(series, {good_run: good, bad_run: bad}) {
   return series.drift || !before || !after ? changeOf(series) : after.value / before.value - 1;
 }
 
-/** The levels as lines from place to place, sloped where the series drifts: then they have no interval. */
-export const levelLines = ({nights, levels, drift}) => levels.map(({first, end, value, low, high}) => {
-  const tilt = drift ? Math.exp(drift.per_night * (end - first) / 2) : 1;
-  const interval = drift ? {} : {low, high};
-  return {
-    from: placeOf[nights[first]],
-    to: placeOf[nights[end - 1]],
-    start: value / tilt,
-    end: value * tilt,
-    ...interval
-  };
+/** The levels as lines from place to place; the last is sloped where the series drifts: then it has no interval. */
+export const levelLines = ({nights, levels, drift}) => levels.map(({first, end, value, low, high}, index) => {
+  const line = {from: placeOf[nights[first]], to: placeOf[nights[end - 1]]};
+  if (!drift || index < levels.length - 1) return {...line, start: value, end: value, low, high};
+  const tilt = (1 + drift.per_night) ** ((end - first) / 2);
+  return {...line, start: value / tilt, end: value * tilt};
 });
 
 export const changeText = (share) =>

@@ -1,7 +1,7 @@
 // One event: what moved, its history, the chosen one of its series, and all of them small.
 
 import {byId, data, make} from './page.js';
-import {changeAcross, changeText, effectText, eventOf, formatDay, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereElement} from './trend_data.js';
+import {changeAcross, changeText, dayOf, effectText, eventOf, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereElement} from './trend_data.js';
 import {commitsElement, factsOf, statePill} from './trend_overview.js';
 import {fillPaged} from './trend_paged.js';
 import {showSeries} from './trend_panel.js';
@@ -20,10 +20,13 @@ function historyList(event) {
               make('span', {}, `${line.by}${line.text ? `: ${line.text}` : ''}`))));
 }
 
-function whenText(event) {
-  const [good, bad] = [event.good_run, event.bad_run].map((run) => formatDay(data.runs[run].time));
-  return event.kind === 'drift' ? `from ${good} to ${bad}` : `last seen as before on ${good}, moved by ${bad}`;
+function whenText({kind, good_run: good, bad_run: bad}) {
+  if (kind === 'drift') return `from ${dayOf(good)} to ${dayOf(bad)}`;
+  return bad === null ? 'moved before these nights' : `last seen as before on ${dayOf(good)}, moved by ${dayOf(bad)}`;
 }
+
+/** What the history does not end in anyway. */
+const reasonOf = ({text, states}) => (text && text !== states[states.length - 1].text ? make('p', {}, text) : null);
 
 const headOf = (event) => make(
     'div', {class: `card event-card ${toneOf(event)}`}, make('h2', {tabindex: -1}, event.what),
@@ -33,8 +36,8 @@ const headOf = (event) => make(
     make(
         'p', {class: 'facts-line'}, statePill(event.state),
         ...factsOf(event).map((fact) => make('span', {class: 'muted'}, fact))),
-    make('p', {class: 'facts-line'}, make('span', {}, whenText(event)), commitsElement(event)),
-    event.text ? make('p', {}, event.text) : null, historyList(event));
+    make('p', {class: 'facts-line'}, make('span', {}, whenText(event)), commitsElement(event)), reasonOf(event),
+    historyList(event));
 
 function multiple(event, index) {
   const series = data.series[index];
@@ -85,5 +88,8 @@ export function drawEvent() {
   }
   const index = seriesOf.get(state.series) ?? firstSeries;
   markCurrent(byId('event-multiples').querySelectorAll('a'), (link) => link.dataset.series === seriesId(index));
-  if (index !== undefined) showSeries(byId('event-series'), data.series[index]);
+  if (index === undefined)
+    byId('event-series').replaceChildren(make('p', {class: 'missing'}, 'None of its series is on this page.'));
+  else
+    showSeries(byId('event-series'), data.series[index]);
 }

@@ -30,7 +30,7 @@ function deviceCard(device, machine) {
         ['Backend', device.backend],
         ['Driver', device.driver],
         ['Timer', device.timer],
-        ['Filter', device.filter.map(filterText).join('; ')],
+        ['Filter', (device.filter || []).map(filterText).join('; ')],
         ['Control case', calibration && controlText(calibration)],
       ]),
       calibration && calibration.nights.length > 1 ? controlFigure(machine, calibration) : null);

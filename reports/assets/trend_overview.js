@@ -2,7 +2,7 @@
 
 import {copyButton} from './copy.js';
 import {byId, data, make, percent, shortNumber} from './page.js';
-import {effectText, eventGroups, formatDay, glyphOf, intervalOf, isCommit, machineName, shortCommit, toneOf} from './trend_data.js';
+import {dayOf, effectText, eventGroups, formatDay, glyphOf, intervalOf, isRevision, machineName, shortCommit, toneOf} from './trend_data.js';
 import {fillPaged} from './trend_paged.js';
 import {eventSpark} from './trend_spark.js';
 import {linkTo} from './trend_state.js';
@@ -30,13 +30,13 @@ function drawVerdict() {
         make('p', {class: 'muted'}, 'Once nights are recorded, this page says what moved between them.'));
     return;
   }
-  const [answer, ...scope] = data.verdict.text.split('; ');
+  const [answer, scope] = data.verdict.text.split('; ');
   byId('verdict').classList.add(data.verdict.exit === 0 ? 'calm' : 'alert');
   byId('verdict').append(
       make(
           'p', {class: 'headline'},
           make('span', {class: 'glyph', 'aria-hidden': 'true'}, data.verdict.exit === 0 ? '✓' : '▲'), sentence(answer),
-          make('span', {class: 'muted'}, scope.join('; '))),
+          make('span', {class: 'muted'}, scope ?? '')),
       make('p', {class: 'muted'}, sensitivityText()), ...lateMachines());
 }
 
@@ -45,18 +45,19 @@ export const statePill = (state) => make('span', {class: `pill ${state}`}, state
 /** "good..bad", with the command that lists what lies between. */
 export function commitsElement({commits: [good, bad]}) {
   const range = make('code', {}, `${shortCommit(good)}..${shortCommit(bad)}`);
-  if (!isCommit(good) || !isCommit(bad)) return range;
+  if (!isRevision(good) || !isRevision(bad)) return range;
   return make('span', {class: 'commits'}, range, ' ', copyButton(`git log ${good}..${bad}`, 'Copy git log'));
 }
 
-const surenessText = ({q}) =>
-    (q === null ? null : `q ${q < 1e-3 ? Number(q).toExponential(0).replace('e-', 'e−') : shortNumber(q, 2)}`);
+const surenessText = ({q, effect}) =>
+    (q === null || effect === null ?
+         null :
+         `q ${q < 1e-3 ? Number(q).toExponential(0).replace('e-', 'e−') : shortNumber(q, 2)}`);
 /** Facts of an event as short texts: where, how many series, how sure. */
 export const factsOf =
     (event) => [machineName(event.machine), `${event.series.length} series`, surenessText(event)].filter(Boolean);
 
 function eventRow(event) {
-  const since = data.runs[event.kind === 'drift' ? event.good_run : event.bad_run];
   return make(
       'li', {class: `event-row ${toneOf(event)} ${event.state}`},
       make(
@@ -68,7 +69,10 @@ function eventRow(event) {
           make(
               'p', {class: 'muted facts-line'}, statePill(event.state),
               ...factsOf(event).map((fact) => make('span', {}, fact))),
-          make('p', {class: 'facts-line'}, make('span', {}, `since ${formatDay(since.time)}`), commitsElement(event)),
+          make(
+              'p', {class: 'facts-line'},
+              make('span', {}, `since ${dayOf(event.kind === 'drift' ? event.good_run : event.bad_run)}`),
+              commitsElement(event)),
           event.text ? make('p', {class: 'muted'}, event.text) : null),
       event.effect === null ? null : eventSpark(event));
 }

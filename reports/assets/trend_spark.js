@@ -2,7 +2,7 @@
 
 import {drawn} from './marks.js';
 import {data} from './page.js';
-import {levelAt, levelLines, placeOf, runsOf, toneOf} from './trend_data.js';
+import {levelAt, levelLines, placeOf, runsOf, stepOf, toneOf} from './trend_data.js';
 
 const kWidth = 240;
 const kHeight = 56;
@@ -59,7 +59,8 @@ const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.
 /** What the event's series did together: the means of their log values, each less its level before the event. */
 function pooled({series, good_run: good, bad_run: bad}) {
   const sums = new Map();
-  const [before, after] = [{from: 0, to: placeOf[good]}, {from: placeOf[bad], to: Infinity}];
+  const before = {from: 0, to: placeOf[good] ?? -Infinity};
+  const after = {from: placeOf[bad] ?? 0, to: Infinity};
   const narrow = (side, {nights}, level) => {
     side.from = level ? Math.max(side.from, placeOf[nights[level.first]]) : Infinity;
     side.to = level ? Math.min(side.to, placeOf[nights[level.end - 1]]) : -Infinity;
@@ -81,12 +82,10 @@ function pooled({series, good_run: good, bad_run: bad}) {
   return {dots, sides: [before, after]};
 }
 
-/** Where the change lies; a drift is everywhere. */
-const stepOf = (event) => (event.kind === 'drift' ? null : [placeOf[event.good_run], placeOf[event.bad_run]]);
-
 /** With the levels before and after, for the nights that all of the series have them. */
 export function eventSpark(event) {
   const {dots, sides} = pooled(event);
+  if (dots.length === 0) return null;
   const levels = sides.flatMap(({from, to}) => {
     const side = dots.filter(({x}) => from <= x && x <= to);
     if (side.length === 0) return [];
