@@ -49,6 +49,7 @@ class History {
     std::optional<std::int64_t> since_unix_s{};  ///< runs from then on
     std::string machine{};                       ///< "" = all
     bool with_samples = false;
+    std::int64_t run = 0;  ///< only that one; 0 = all
   };
   /// Series without a night in the view are left out; events and their annotations are not, whatever runs they name.
   [[nodiscard]] HistoryView load(const Query& query) const;
