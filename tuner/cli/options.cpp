@@ -49,9 +49,15 @@ std::pair<int, int> parse_size(const std::string& text, std::string_view option,
   return size;
 }
 
-Slowdowns parse_slowdowns(const std::vector<std::string>& texts) {
+CLI::Option* add_slowdown_option(CLI::App& command) {
+  return command
+      .add_option("--inject-slowdown", "multiply a technique's times, to see that it is found; the run says so")
+      ->type_name("TECHNIQUE:FACTOR");
+}
+
+Slowdowns slowdowns_of(const CLI::Option* option) {
   Slowdowns slowdowns;
-  for (const std::string& text : texts) {
+  for (const std::string& text : option->results()) {
     const std::size_t colon = text.find(':');
     double factor = 0;
     const char* const end = text.data() + text.size();

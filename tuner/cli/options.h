@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "kernels/image/heightmap.h"
 #include "tuner/measure/timing.h"
@@ -41,8 +40,9 @@ void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments);  ///< 
 
 /// "read rocks.png: 512x512, 16-bit grey (alpha ignored)" on stderr; nothing of a procedural heightmap.
 void print_reading(const std::string& reading);
-/// --inject-slowdown: "TECHNIQUE:FACTOR" each. throws: Error(bad_input)
-[[nodiscard]] Slowdowns parse_slowdowns(const std::vector<std::string>& texts);
+/// --inject-slowdown TECHNIQUE:FACTOR, as often as there are techniques.
+[[nodiscard]] CLI::Option* add_slowdown_option(CLI::App& command);
+[[nodiscard]] Slowdowns slowdowns_of(const CLI::Option* option);  ///< throws: Error(bad_input)
 
 /// "WIDTHxHEIGHT". option, unit: for the message. throws: Error(bad_input)
 [[nodiscard]] std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit);

@@ -28,10 +28,10 @@ struct SweepArguments {
   std::string key;
   Names names;
   std::string pictures = "shown";
-  std::vector<std::string> slowdowns;
   bool retry_failed = false;
   bool dry_run = false;
   bool quiet = false;
+  Slowdowns slowdowns;
   bool json = false;
 };
 
@@ -120,7 +120,7 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
                                                   .key = arguments.key,
                                                   .retry_failed = arguments.retry_failed,
                                                   .pictures = pictured_of(arguments.pictures),
-                                                  .slowdowns = parse_slowdowns(arguments.slowdowns),
+                                                  .slowdowns = arguments.slowdowns,
                                                   .quiet = arguments.quiet});
   if (arguments.json) {
     fmt::print("{}\n", load_run(summary.folder).info.dump(1));
@@ -156,16 +156,16 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"shown", "all", "none"}))
       ->type_name("WHICH")
       ->capture_default_str();
-  command
-      ->add_option("--inject-slowdown", arguments->slowdowns,
-                   "multiply a technique's times, to see that it is found; the run says so")
-      ->type_name("TECHNIQUE:FACTOR");
+  const CLI::Option* slowdowns = add_slowdown_option(*command);
   add_names_option(*command, arguments->names);
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");
   command->footer("Example:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all");
-  command->callback([arguments, &exit_code] { sweep_command(*arguments, exit_code); });
+  command->callback([=, &exit_code] {
+    arguments->slowdowns = slowdowns_of(slowdowns);
+    sweep_command(*arguments, exit_code);
+  });
 }
 
 }  // namespace reliefbench

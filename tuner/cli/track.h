@@ -1,68 +1,91 @@
 #pragma once
-#include <CLI/CLI.hpp>
-#include <memory>
 #include <string>
 
+#include "kernels/base/error.h"
 #include "tuner/decide/track.h"
 #include "tuner/history/history.h"
+#include "tuner/history/ingest.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace reliefbench {
 
-// The subcommands of `track`, one file each.
+// One function a subcommand of `track`, as in commands.h.
+void add_track_night(CLI::App& track, int& exit_code);
 void add_track_ingest(CLI::App& track, int& exit_code);
 void add_track_check(CLI::App& track, int& exit_code);
 void add_track_report(CLI::App& track, int& exit_code);
-void add_track_night(CLI::App& track, int& exit_code);
-void add_track_accept(CLI::App& track, int& exit_code);
 void add_track_confirm(CLI::App& track, int& exit_code);
+void add_track_accept(CLI::App& track, int& exit_code);
 void add_track_annotate(CLI::App& track, int& exit_code);
 void add_track_list(CLI::App& track, int& exit_code);
 void add_track_export(CLI::App& track, int& exit_code);
 
-/// Which history is looked at, and how closely.
+/// --db, which every subcommand asks for.
+CLI::Option* add_database_option(CLI::App& command);
+
+/// Which nights, as --machine and --since say.
+struct NightOptions {
+  const CLI::Option* machine;
+  const CLI::Option* since;
+  [[nodiscard]] History::Query query() const;  ///< throws: Error(bad_input): --since
+};
+[[nodiscard]] NightOptions add_night_options(CLI::App& command);
+
+/// What is said of a night beside its files: --commit, --parent, --time and --machine.
+struct LabelOptions {
+  const CLI::Option* commit;
+  const CLI::Option* parent;
+  const CLI::Option* time;
+  const CLI::Option* machine;
+  [[nodiscard]] NightLabels labels() const;  ///< throws: Error(bad_input): --time
+};
+[[nodiscard]] LabelOptions add_label_options(CLI::App& command);
+
+/// How a history is checked, and where the answer goes.
 struct CheckArguments {
   std::string database;
-  std::string since;
-  std::string machine;
-  double least_effect = EventOptions{}.change.least_effect;
-  std::size_t least_nights = EventOptions{}.change.least_nights;
-  bool news = false;
-
-  [[nodiscard]] EventOptions options() const;      ///< throws: Error(bad_input)
-  [[nodiscard]] History::Query query() const;      ///< throws: Error(bad_input)
-};
-/// Adds --since, --machine, --least-effect and --least-nights; `arguments` must outlive the parse.
-void add_check_options(CLI::App& command, CheckArguments& arguments);
-void add_database_option(CLI::App& command, std::string& database);
-
-/// Where a check's answer goes besides standard output.
-struct CheckOutput {
+  History::Query query{};
+  EventOptions options{};
+  bool news_only = false;
   bool json = false;
   bool markdown = false;
-  std::string junit;  ///< a file; "" = none
+  std::string junit{};  ///< a file; "" = none
 };
-void add_check_outputs(CLI::App& command, CheckOutput& output);
+struct CheckOptions {
+  const CLI::Option* least_effect;
+  const CLI::Option* least_nights;
+  const CLI::Option* news;
+  const CLI::Option* json;
+  const CLI::Option* markdown;
+  const CLI::Option* junit;
+  /// throws: Error(bad_input): what makes no sense
+  [[nodiscard]] CheckArguments arguments(const CLI::Option* database, const History::Query& query) const;
+};
+[[nodiscard]] CheckOptions add_check_options(CLI::App& command);
 
 /// A history with what a check makes of it. New states are stored, so that the ids of its events are known.
 struct CheckedHistory {
+  std::string title;  ///< the database's name, without a password
   HistoryView view;
   TrackCheck check;
 };
-[[nodiscard]] CheckedHistory checked_history(History& history, const CheckArguments& arguments);
+/// throws: Error as History's constructor
+[[nodiscard]] CheckedHistory checked_history(const CheckArguments& arguments);
 
 /// Prints a check's answer. returns: exit_of() it
-Exit print_check(const CheckedHistory& checked, const CheckArguments& arguments, const CheckOutput& output);
+Exit print_check(const CheckedHistory& checked, const CheckArguments& arguments);
 
 /// Writes the trend page. throws: FileError
 void write_trend_page(const CheckedHistory& checked, const CheckArguments& arguments, const std::string& file);
 
-/// The events of a history, the one of an id. throws: Error(bad_input): there is none, naming those that are open
+/// The event of that id. throws: Error(bad_input): there is none, naming those that are open
 [[nodiscard]] const EventRow& find_event(const HistoryView& view, std::int64_t id);
 
-/// A history's name without its password.
-[[nodiscard]] std::string database_title(const std::string& database);
-
-/// "2026-11-24T03:00:00Z", "2026-11-24" or "@UNIX_SECONDS" as seconds since 1970. throws: Error(bad_input), naming the option
-[[nodiscard]] std::int64_t parse_time(const std::string& text, std::string_view option);
+/// Who is at the keyboard, unless a name is given.
+[[nodiscard]] std::string author(const CLI::Option* by);
 
 }  // namespace reliefbench

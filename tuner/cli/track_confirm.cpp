@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "kernels/base/clock.h"
 #include "tuner/cli/format.h"
@@ -26,7 +27,7 @@ struct ConfirmArguments {
   std::string good;
   std::string bad;
   int rounds = 3;
-  fs::path output = "out/confirm";
+  fs::path output;
   bool quiet = false;
   bool json = false;
 };
@@ -90,6 +91,7 @@ Exit exit_of(const RerunAnswer& answer, const EventRow& event) {
 Exit confirm_command(const ConfirmArguments& arguments) {
   if (arguments.rounds < kLeastRounds)
     fail_input("--rounds {}: expected at least {}, else nothing says how sure it is", arguments.rounds, kLeastRounds);
+  { History(arguments.database, History::Access::read); }  // what is not there is not made
   History history(arguments.database, History::Access::write);
   const HistoryView view = history.load({});
   EventRow event = find_event(view, arguments.event);
@@ -119,27 +121,39 @@ Exit confirm_command(const ConfirmArguments& arguments) {
 void add_track_confirm(CLI::App& track, int& exit_code) {
   CLI::App* command =
       track.add_subcommand("confirm", "measure the last good build and the suspect one again, in turns");
-  const auto arguments = std::make_shared<ConfirmArguments>();
-  add_database_option(*command, arguments->database);
-  command->add_option("--event", arguments->event, "its number, as `track check` prints it")->required();
-  command->add_option("--good", arguments->good, "shell command that measures the good build into $OUT")
-      ->type_name("CMD")
-      ->required();
-  command->add_option("--bad", arguments->bad, "... and the suspect one")->type_name("CMD")->required();
-  command->add_option("--rounds", arguments->rounds, "of good, bad, bad, good")->capture_default_str();
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "folder of the re-runs; those that are there already count, so that a killed one goes on")
-      ->capture_default_str();
-  command->add_flag("--quiet", arguments->quiet, "no progress");
-  command->add_flag("--json", arguments->json, "as JSON");
+  const ConfirmArguments usual;
+  const std::string rounds_text = fmt::format("of good, bad, bad, good; {}", usual.rounds);
+  const CLI::Option* database = add_database_option(*command);
+  const CLI::Option* event =
+      command->add_option("--event", "its number, as `track check` prints it")->type_name("N")->required();
+  const CLI::Option* good =
+      command->add_option("--good", "shell command that measures the good build into $OUT")->type_name("CMD")->required();
+  const CLI::Option* bad = command->add_option("--bad", "... and the suspect one")->type_name("CMD")->required();
+  const CLI::Option* rounds =
+      command->add_option("--rounds", rounds_text)->type_name("N");
+  const CLI::Option* output =
+      command
+          ->add_option("-o,--output",
+                       "folder of the re-runs; those that are there already count, so that a killed one goes on")
+          ->required();
+  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
+  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "What the commands leave at $OUT is a run's folder or a file of Google Benchmark. Exit code 1 where a regression is\n"
       "confirmed, 0 where it is cleared, 4 where the interval is too wide for either: then ask for more rounds.\n"
-      "Example:\n  reliefbench track confirm --db nightly.sqlite --event 3 -o out/confirm3 \\\n"
+      "Example:\n  reliefbench track confirm --db history.db --event 3 -o out/confirm3 \\\n"
       "    --good 'good/reliefbench sweep nightly.json --quiet -o $OUT' \\\n"
       "    --bad 'bad/reliefbench sweep nightly.json --quiet -o $OUT'");
-  command->callback([=, &exit_code] { exit_code = static_cast<int>(confirm_command(*arguments)); });
+  command->callback([=, &exit_code] {
+    exit_code = static_cast<int>(confirm_command({.database = database->as<std::string>(),
+                                                  .event = event->as<std::int64_t>(),
+                                                  .good = good->as<std::string>(),
+                                                  .bad = bad->as<std::string>(),
+                                                  .rounds = value_or(rounds, usual.rounds),
+                                                  .output = output->as<std::string>(),
+                                                  .quiet = is_set(quiet),
+                                                  .json = is_set(json)}));
+  });
 }
 
 }  // namespace reliefbench

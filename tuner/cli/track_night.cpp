@@ -7,7 +7,6 @@
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
-#include "tuner/history/ingest.h"
 #include "tuner/measure/sweep.h"
 
 namespace reliefbench {
@@ -16,16 +15,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct NightArguments {
-  std::string config;
-  fs::path output;
-  std::string backend = "all";
-  int device = 0;
-  std::string filter;
-  std::vector<std::string> slowdowns;
-  std::string page;
+  Config config;
+  SweepOptions sweep;
   NightLabels labels;
-  std::string time;
-  bool quiet = false;
+  CheckArguments check;
+  std::string page;
 };
 
 /// "out/nights/20261127T030000Z"
@@ -35,24 +29,14 @@ fs::path folder_of_tonight() {
   return fs::path("out/nights") / name;
 }
 
-Exit night_command(NightArguments arguments, const CheckArguments& check, const CheckOutput& output) {
-  if (arguments.output.empty()) arguments.output = folder_of_tonight();
-  if (!arguments.time.empty()) arguments.labels.unix_s = parse_time(arguments.time, "--time");
-  const Config config = load_config(arguments.config);
-  History history(check.database, History::Access::write);  // before hours of work, not after
-  const SweepSummary summary = run_sweep(config, {.output = arguments.output,
-                                                  .backends = choose_backends(arguments.backend),
-                                                  .device = arguments.device,
-                                                  .filter = arguments.filter,
-                                                  .pictures = Pictured::none,
-                                                  .slowdowns = parse_slowdowns(arguments.slowdowns),
-                                                  .quiet = arguments.quiet});
-  Night night = read_night(arguments.output, arguments.labels);
-  if (!history.add(night))
-    print_error(fmt::format("{}: is in the history already", arguments.output.string()));
-  const CheckedHistory checked = checked_history(history, check);
-  if (!arguments.page.empty()) write_trend_page(checked, check, arguments.page);
-  const Exit answer = print_check(checked, check, output);
+Exit night_command(const NightArguments& arguments) {
+  History history(arguments.check.database, History::Access::write);  // before the work, not after
+  const SweepSummary summary = run_sweep(arguments.config, arguments.sweep);
+  const std::string folder = arguments.sweep.output.string();
+  if (!history.add(read_night(folder, arguments.labels))) print_error(folder + ": is in the history already");
+  const CheckedHistory checked = checked_history(arguments.check);
+  if (!arguments.page.empty()) write_trend_page(checked, arguments.check, arguments.page);
+  const Exit answer = print_check(checked, arguments.check);
   return summary.statuses.contains("ok") || answer != Exit::done ? answer : Exit::nothing_measured;
 }
 
@@ -60,30 +44,38 @@ Exit night_command(NightArguments arguments, const CheckArguments& check, const 
 
 void add_track_night(CLI::App& track, int& exit_code) {
   CLI::App* command = track.add_subcommand("night", "sweep, ingest, check and page in one, for cron");
-  const auto arguments = std::make_shared<NightArguments>();
-  const auto check = std::make_shared<CheckArguments>();
-  const auto output = std::make_shared<CheckOutput>();
-  command->add_option("CONFIG", arguments->config, "what to measure (configs/nightly.json)")->required();
-  add_database_option(*command, check->database);
-  command->add_option("-o,--output", arguments->output,
-                      "folder of the run; an interrupted one there goes on. Default: out/nights/TIME");
-  command->add_option("--page", arguments->page, "write the trend page, too")->type_name("FILE");
-  command->add_option("--backend", arguments->backend, "opengl | vulkan | null | all (that are real)")
-      ->capture_default_str();
-  command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
-  command->add_option("--filter", arguments->filter, "only cases whose id matches this glob");
-  add_label_options(*command, arguments->labels, arguments->time);
-  command->add_option("--inject-slowdown", arguments->slowdowns, "multiply a technique's times, to see that it is found")
-      ->type_name("TECHNIQUE:FACTOR");
-  add_check_options(*command, *check);
-  add_check_outputs(*command, *output);
-  command->add_flag("--quiet", arguments->quiet, "no progress");
+  const CLI::Option* config =
+      command->add_option("CONFIG", "what to measure, JSON (configs/nightly.json)")->required();
+  const CLI::Option* database = add_database_option(*command);
+  const CLI::Option* output = command->add_option(
+      "-o,--output", "folder of the run; an interrupted one there goes on. Default: out/nights/TIME");
+  const CLI::Option* page = command->add_option("--page", "write the trend page, too")->type_name("FILE");
+  const CLI::Option* backend = command->add_option("--backend", "opengl | vulkan | null | all (that are real)");
+  const CLI::Option* device = command->add_option("--device", "index on the backend, see `reliefbench devices`");
+  const CLI::Option* filter = command->add_option("--filter", "only cases whose id matches this glob");
+  const CLI::Option* slowdowns = add_slowdown_option(*command);
+  const LabelOptions labels = add_label_options(*command);
+  const CheckOptions options = add_check_options(*command);
+  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
   command->footer(
-      "Exit codes are those of `track check`.\n"
-      "Example:\n  reliefbench track night configs/nightly.json --db nightly.sqlite --page trend.html \\\n"
+      "Exit codes are those of `track check`, which looks at all nights of the history.\n"
+      "Example:\n  reliefbench track night configs/nightly.json --db history.db --page trend.html \\\n"
       "    --commit \"$(git rev-parse HEAD)\" --parent \"$(git rev-parse HEAD^)\"");
-  command->callback(
-      [=, &exit_code] { exit_code = static_cast<int>(night_command(*arguments, *check, *output)); });
+  command->callback([=, &exit_code] {
+    const fs::path folder = output->empty() ? folder_of_tonight() : fs::path(output->as<std::string>());
+    exit_code = static_cast<int>(
+        night_command({.config = load_config(config->as<std::string>()),
+                       .sweep = {.output = folder,
+                                 .backends = choose_backends(value_or(backend, std::string("all"))),
+                                 .device = value_or(device, 0),
+                                 .filter = value_or(filter, std::string()),
+                                 .pictures = Pictured::none,
+                                 .slowdowns = slowdowns_of(slowdowns),
+                                 .quiet = is_set(quiet)},
+                       .labels = labels.labels(),
+                       .check = options.arguments(database, {}),
+                       .page = value_or(page, std::string())}));
+  });
 }
 
 }  // namespace reliefbench

@@ -97,7 +97,8 @@ void Database::open_file(bool may_write) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) fail_input("{}: is a folder, expected a history's file", name_);
   if (!may_write && !fs::exists(path, ignored))
-    fail_input("{}: there is no such history; `reliefbench track ingest` makes one", name_);
+    throw Error(Exit::nothing_measured,
+                fmt::format("{}: there is no such history; `reliefbench track ingest` makes one", name_));
   if (const fs::path folder = fs::absolute(path).parent_path(); !fs::is_directory(folder, ignored))
     fail_file(folder, "the history's folder", ENOENT);
   sql_.open(soci::sqlite3, file_uri(path, may_write ? "mode=rwc" : "mode=ro"));

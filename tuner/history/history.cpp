@@ -205,6 +205,8 @@ History::History(const std::string& database, Access access)
 
 History::~History() = default;
 
+const std::string& History::name() const { return connection_->database.shown(); }
+
 std::optional<std::int64_t> History::add(const Night& night) {
   check_night(night);
   Database& database = connection_->database;

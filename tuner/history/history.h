@@ -33,10 +33,13 @@ class History {
   enum class Access { read, write };  ///< write makes the database, and migrates an older schema
 
   /// database: a file's path, or "postgresql://..."
-  /// throws: Error(bad_input): no such file to read, not a history, a newer schema;
+  /// throws: Error(nothing_measured): to be read, and there is none, or an empty database;
+  ///         Error(bad_input): not a history, a newer schema;
   ///         Error(environment): read-only, full, or a server that does not answer
   History(const std::string& database, Access access);
   ~History();
+  /// For people: without a password.
+  [[nodiscard]] const std::string& name() const;
   History(const History&) = delete;
   History& operator=(const History&) = delete;
 
@@ -49,6 +52,7 @@ class History {
     std::optional<std::int64_t> since_unix_s{};  ///< runs from then on
     std::string machine{};                       ///< "" = all
     bool with_samples = false;
+    std::int64_t run = 0;  ///< only that one; 0 = all
   };
   /// Series without a night in the view are left out; events and their annotations are not, whatever runs they name.
   [[nodiscard]] HistoryView load(const Query& query) const;

@@ -10,8 +10,10 @@ namespace {
 using Id = std::int64_t;
 using Text = std::string;
 
-/// What of a table `run r` a query asks for; with its parameters: since, machine, machine.
-const Text kAsked = " JOIN machine m ON m.id = r.machine WHERE r.unix_s >= :since AND (:any = '' OR m.name = :machine)";
+/// What of a table `run r` a query asks for; with its parameters: since, machine, machine, run, run.
+const Text kAsked =
+    " JOIN machine m ON m.id = r.machine WHERE r.unix_s >= :since AND (:any = '' OR m.name = :machine)"
+    " AND (:all = 0 OR r.id = :run)";
 
 /// Reads the parts of a view.
 class ViewReader {
@@ -39,7 +41,7 @@ class ViewReader {
   /// each_row() of a query of `run r`, `kAsked` at its end.
   template <typename... Columns, typename Row>
   void each_asked(const Text& query, const Row& row) {
-    each_row<Columns...>(sql_, query, row, since_, query_.machine, query_.machine);
+    each_row<Columns...>(sql_, query, row, since_, query_.machine, query_.machine, query_.run, query_.run);
   }
 
   void read_runs() {

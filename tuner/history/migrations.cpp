@@ -99,7 +99,9 @@ void check_schema(Database& database, std::span<const Migration> steps) {
   const int last = steps.back().version;
   const int version = schema_version(database);
   check_is_known(database, version, last);
-  if (version == 0) fail_input("{}: holds no history yet; `reliefbench track ingest` fills it", database.shown());
+  if (version == 0)
+    throw Error(Exit::nothing_measured,
+                fmt::format("{}: holds no history yet; `reliefbench track ingest` fills it", database.shown()));
   if (version < last)
     fail_input("{}: has schema {}, this reliefbench reads {}; the next `track ingest` brings it there",
                database.shown(), version, last);
