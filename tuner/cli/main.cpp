@@ -56,6 +56,7 @@ int run(int argc, char** argv) {
   add_tune_command(app, exit_code);
   add_report_command(app, exit_code);
   add_compare_command(app, exit_code);
+  add_choose_command(app, exit_code);
   add_track_command(app, exit_code);
   add_stress_command(app, exit_code);
   add_claims_command(app, exit_code);

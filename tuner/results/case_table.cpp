@@ -59,4 +59,10 @@ std::vector<TableRow> case_table(const Run& run) {
   return rows;
 }
 
+std::vector<TableRow> load_case_table(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) return parse_case_table(read_file(path), path.string());
+  return case_table(load_run(path));
+}
+
 }  // namespace reliefbench

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -33,6 +34,9 @@ struct TableRow {
 
 /// Every case of a run, in the run's order. throws: Error(bad_input): a record that this registry does not know
 [[nodiscard]] std::vector<TableRow> case_table(const Run& run);
+
+/// Of a run's folder, or of a table.csv that stands alone. throws: Error(bad_input): neither
+[[nodiscard]] std::vector<TableRow> load_case_table(const std::filesystem::path& path);
 
 /// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, scene_key,
 /// status, reason, map, every other parameter of the registry (blank where inactive), every metric of the registry
