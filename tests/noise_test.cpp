@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -178,7 +179,7 @@ TEST(MedianAcrossBlocks, is_unbiased_where_a_block_is_held_up_as_a_whole) {
     Observed observed;
     for (int block = 0; block < 5; ++block) observed.add(machine.block(0, random));
     across += observed.across / kSettings;
-    within += observed.plain.mean / kSettings;
+    within += observed.plain / kSettings;
   }
   EXPECT_NEAR(across, 0.5 * 0.104, 0.003);
   EXPECT_GT(within, 0.5 * 0.104 + 0.01);
@@ -208,10 +209,14 @@ TEST(RankBound, chances_of_all_counts_add_up_to_no_more_than_alpha) {
 }
 
 TEST(RankBound, is_the_samples_quantile_where_it_shows_one_and_beyond_it_elsewhere) {
-  std::vector<double> falling;
-  for (int i = 1000; i > 0; --i) falling.push_back(0.01 * i);  // 10 ... 0.01
-  EXPECT_NEAR(beyond(falling, 0.1), 9.2, 0.011);               // two standard errors above 9
-  EXPECT_EQ(beyond(falling, 1e-4), 15);
+  std::vector<double> values;
+  for (int i = 0; i < 1000; ++i) values.push_back(0.01 * (1 + i * 387 % 1000));  // 0.01 ... 10
+  sort_tail(values, 0.1);
+  EXPECT_NEAR(beyond(values, 0.1), 9.2, 0.011);    // two standard errors above 9
+  EXPECT_NEAR(beyond(values, 0.05), 9.64, 0.011);  // likewise
+  EXPECT_EQ(beyond(values, 1e-4), 15);
+  sort_tail(values, 2);
+  EXPECT_TRUE(std::ranges::is_sorted(values, std::greater{}));
   EXPECT_EQ(beyond({}, 0.1), kLeastBeyond);
 }
 

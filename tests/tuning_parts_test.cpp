@@ -13,6 +13,7 @@
 #include "tuner/search/gaps.h"
 #include "tuner/search/improvement.h"
 #include "tuner/search/likelihood.h"
+#include "tuner/search/loops.h"
 #include "tuner/search/observations.h"
 #include "tuner/search/random.h"
 #include "tuner/search/recorded_table.h"
@@ -24,7 +25,7 @@ namespace {
 
 double median_of_three(double a, double b, double c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
 
-RC_GTEST_PROP(MedianStatistic, is_the_mean_over_all_triples, ()) {
+RC_GTEST_PROP(MeanMedian, is_the_mean_over_all_triples, ()) {
   auto values = *rc::gen::resize(12, rc::gen::container<std::vector<int>>(rc::gen::inRange(-50, 50)));
   while (values.size() < 3) values.push_back(static_cast<int>(values.size()));
   std::vector<double> sorted(values.begin(), values.end());
@@ -34,7 +35,7 @@ RC_GTEST_PROP(MedianStatistic, is_the_mean_over_all_triples, ()) {
   for (std::size_t i = 0; i < sorted.size(); ++i)
     for (std::size_t j = i + 1; j < sorted.size(); ++j)
       for (std::size_t k = j + 1; k < sorted.size(); ++k, ++count) sum += sorted[j];
-  RC_ASSERT(std::abs(median_statistic(sorted).mean - sum / count) < 1e-9);
+  RC_ASSERT(std::abs(mean_median(sorted, sorted.front(), sorted.back()) - sum / count) < 1e-9);
 }
 
 TEST(TrueLogTime, is_the_mean_over_all_draws) {
@@ -222,6 +223,58 @@ TEST(NonDominatedSort, agrees_with_peeling_by_definition) {
       EXPECT_EQ(ranked[i].front, front);
     }
   }
+}
+
+TEST(Loops, exp_is_that_of_the_library) {
+  std::vector<double> values;
+  for (double x = -700; x <= 700; x += 0.37) values.push_back(x);
+  std::vector<double> powers = values;
+  exp_of_each(powers);
+  for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(powers[i] / std::exp(values[i]), 1, 5e-16) << values[i];
+}
+
+// Of every length, as the last elements are worked out by themselves.
+TEST(Loops, rows_and_sums_are_those_of_the_plain_loop) {
+  Random random(3);
+  constexpr std::size_t kMost = 11;
+  std::vector<double> rows(kMost * kMost);
+  for (double& value : rows) value = random.uniform();
+  const std::vector<double> factors(rows.begin(), rows.begin() + kMost);
+  for (std::size_t n = 0; n <= kMost; ++n) {
+    for (std::size_t count = 0; count <= kMost; ++count) {
+      std::vector<double> row(n, 1);
+      subtract_rows(row, {.first = rows.data(), .stride = kMost}, {.first = factors.data(), .stride = 1}, count);
+      for (std::size_t i = 0; i < n; ++i) {
+        double expected = 1;
+        for (std::size_t k = 0; k < count; ++k) expected -= factors[k] * rows[k * kMost + i];
+        EXPECT_NEAR(row[i], expected, 1e-14);
+      }
+    }
+    EXPECT_EQ(sum_of(static_cast<int>(n), [](int i) { return i; }), static_cast<double>(n * (n - (n > 0 ? 1 : 0)) / 2));
+  }
+}
+
+TEST(Loops, the_kernel_is_its_formula) {
+  constexpr int kPairs = 7;
+  PairSums sums{.distance = Eigen::ArrayXd::LinSpaced(kPairs, 0, 40), .additive = Eigen::ArrayXd::Ones(kPairs)};
+  PairSums moved = sums;
+  const std::vector<double> squared(kPairs, 0.5);
+  move_weight(sums, squared, {.before = 0, .after = 3}, moved);
+  Eigen::ArrayXd kernel(kPairs);
+  mixed_kernel(moved, 2, 0.25, kernel);
+  for (int i = 0; i < kPairs; ++i) {
+    const double distance = sums.distance[i] + 1.5;
+    const double r = std::sqrt(5 * distance);
+    const double additive = (1 - 1 + 1 / (1 + 1.5)) / 2;
+    EXPECT_NEAR(moved.distance[i], distance, 1e-12);
+    EXPECT_NEAR(kernel[i], 0.25 * additive + 0.75 * (1 + r + r * r / 3) * std::exp(-r), 1e-14);
+  }
+}
+
+RC_GTEST_PROP(MostImprovement, is_never_less_than_the_expected_one, ()) {
+  const double mean = *rc::gen::inRange(-900, 900) / 100.0;
+  const double deviation = *rc::gen::inRange(0, 300) / 100.0;
+  RC_ASSERT(most_improvement(0, mean, deviation) >= expected_improvement(0, mean, deviation));
 }
 
 // A move keeps what it leaves alone; afterwards all is as if it had been worked out anew.

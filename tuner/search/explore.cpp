@@ -94,6 +94,9 @@ std::vector<std::size_t> Explorer::propose(std::span<const Observed> observed, s
       const std::size_t i = left[place];
       const double mean = surrogate_.mean(place_[i]);
       const double deviation = surrogate_.deviation(place_[i]);
+      const double limit = by_volume ? front.most_growth(rank_[i], mean, deviation)
+                                     : most_improvement(front.best(rank_[i]), mean, deviation);
+      if (limit <= most) continue;
       const double gain = by_volume ? front.expected_growth(rank_[i], mean, deviation)
                                     : expected_improvement(front.best(rank_[i]), mean, deviation);
       if (gain <= most) continue;

@@ -15,6 +15,14 @@ double expected_improvement(double best, double mean, double deviation) {
   return std::max(0.0, gain * below + deviation * density);
 }
 
+double most_improvement(double best, double mean, double deviation) {
+  const double gain = best - mean;
+  if (!(gain < 0 && deviation > 0)) return std::max(gain, 0.0) + 0.4 * std::max(deviation, 0.0);
+  // The normal density over 1 + z^2, by Mills' ratio; and exp(z^2 / 2) is no less than its series.
+  const double square = gain / deviation * (gain / deviation);
+  return 0.4 * deviation / ((1 + square) * (1 + square / 2 * (1 + square / 4)));
+}
+
 std::size_t Staircase::strip_of(std::size_t rank) const {
   const auto after = std::ranges::upper_bound(strips_, rank, {}, &Strip::begin);
   return static_cast<std::size_t>(after - strips_.begin()) - 1;

@@ -7,6 +7,8 @@ namespace reliefbench {
 
 /// E max(best - T, 0) for a normal T.
 [[nodiscard]] double expected_improvement(double best, double mean, double deviation);
+/// No less than that, by a few multiplications.
+[[nodiscard]] double most_improvement(double best, double mean, double deviation);
 
 /// The least log time known within each budget, in strips: strip i holds the budgets of ranks [begin, begin of the
 /// next). Ranks are those of the distinct errors of the feasible settings, so that a setting of rank r answers budgets
@@ -26,6 +28,10 @@ class Staircase {
   /// the strips of width x expected improvement. Strips fall in time, so that it ends where none is left.
   /// source: Emmerich, Deutz & Klinkenberg, "Hypervolume-based expected improvement", 2011; one objective deterministic
   [[nodiscard]] double expected_growth(std::size_t rank, double mean, double deviation) const;
+  /// No less than that.
+  [[nodiscard]] double most_growth(std::size_t rank, double mean, double deviation) const {
+    return static_cast<double>(ranks_ - rank) * most_improvement(best(rank), mean, deviation);
+  }
 
  private:
   struct Strip {

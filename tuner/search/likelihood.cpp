@@ -1,26 +1,50 @@
 #include "tuner/search/likelihood.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "tuner/search/loops.h"
+
 namespace reliefbench {
+namespace {
+
+/// Of a symmetric matrix's lower triangle, in place: a right-hand side that is a further row becomes what solves for
+/// it. False where the matrix is not positive definite.
+bool factorise(Eigen::MatrixXd& matrix) {
+  const Eigen::Index rows = matrix.rows();
+  for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+    const std::span below(&matrix(column, column), static_cast<std::size_t>(rows - column));
+    const Strided row{.first = &matrix(column, 0), .stride = rows};
+    subtract_rows(below, row, row, static_cast<std::size_t>(column));
+    if (!(below.front() > 0)) return false;
+    const double scale = 1 / std::sqrt(below.front());
+    for (double& value : below) value *= scale;
+  }
+  return true;
+}
+
+}  // namespace
 
 Likelihood::Likelihood(Points points, Eigen::VectorXd log_weights)
     : points_(std::move(points)),
       log_weights_(std::move(log_weights)),
-      distance_(Eigen::ArrayXd::Zero(points_.squared.rows())),
-      additive_(distance_),
-      matrix_(points_.values.size(), points_.values.size()) {
+      sums_{.distance = Eigen::ArrayXd::Zero(points_.squared.rows()),
+            .additive = Eigen::ArrayXd::Constant(points_.squared.rows(), static_cast<double>(points_.squared.cols()))},
+      moved_(sums_),
+      kernel_(points_.squared.rows()),
+      matrix_(points_.values.size() + 1, points_.values.size()) {
   for (Eigen::Index axis = 0; axis < points_.squared.cols(); ++axis) {
-    const Eigen::ArrayXd along = std::exp(log_weights_[axis]) * points_.squared.col(axis);
-    distance_ += along;
-    additive_ += rational_quadratic(along);
+    move_weight(sums_, along(axis), {.before = 0, .after = std::exp(log_weights_[axis])}, moved_);
+    std::swap(sums_, moved_);
   }
-  density_ = density(distance_, additive_, log_weights_[log_weights_.size() - 1]);
+  density_ = density(sums_, log_weights_[log_weights_.size() - 1]);
   posterior_ = posterior(density_, log_weights_.squaredNorm());
+}
+
+std::span<const double> Likelihood::along(Eigen::Index axis) const {
+  return {points_.squared.col(axis).data(), static_cast<std::size_t>(points_.squared.rows())};
 }
 
 bool Likelihood::improve(Eigen::Index weight, double log_weight) {
@@ -34,45 +58,34 @@ bool Likelihood::improve(Eigen::Index weight, double log_weight) {
     posterior_ = posterior(density_, squares);
     return true;
   }
-  Eigen::ArrayXd distance = distance_;
-  Eigen::ArrayXd additive = additive_;
-  double log_odds = log_weights_[log_weights_.size() - 1];
-  if (is_axis) {
-    const auto squared = points_.squared.col(weight);
-    const Eigen::ArrayXd before = std::exp(log_weights_[weight]) * squared;
-    const Eigen::ArrayXd after = std::exp(log_weight) * squared;
-    distance = (distance + after - before).max(0);
-    additive += rational_quadratic(after) - rational_quadratic(before);
-  } else {
-    log_odds = log_weight;
-  }
-  const Density moved = density(distance, additive, log_odds);
+  const double log_odds = is_axis ? log_weights_[log_weights_.size() - 1] : log_weight;
+  if (is_axis)
+    move_weight(sums_, along(weight), {.before = std::exp(log_weights_[weight]), .after = std::exp(log_weight)},
+                moved_);
+  const Density moved = density(is_axis ? moved_ : sums_, log_odds);
   if (!(posterior(moved, squares) > posterior_)) return false;
   log_weights_[weight] = log_weight;
-  distance_ = std::move(distance);
-  additive_ = std::move(additive);
+  if (is_axis) std::swap(sums_, moved_);
   density_ = moved;
   posterior_ = posterior(moved, squares);
   return true;
 }
 
-Likelihood::Density Likelihood::density(const Eigen::ArrayXd& distance, const Eigen::ArrayXd& additive,
-                                        double log_odds) {
+Likelihood::Density Likelihood::density(const PairSums& sums, double log_odds) {
   const Eigen::Index n = points_.values.size();
   const double odds = std::exp(log_odds);
-  const Eigen::ArrayXd kernel = mixed_kernel(odds / (1 + odds), points_.squared.cols(), distance, additive);
+  mixed_kernel(sums, static_cast<std::size_t>(points_.squared.cols()), odds / (1 + odds), kernel_);
   Eigen::Index first = 0;
   for (Eigen::Index b = 0; b < n; ++b) {
     const Eigen::Index below = n - b - 1;
-    matrix_.col(b).tail(below) = kernel.segment(first, below).matrix();
+    matrix_.col(b).segment(b + 1, below) = kernel_.segment(first, below).matrix();
     matrix_(b, b) = 1 + kJitter + points_.noise[b];
     first += below;
   }
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> cholesky(matrix_);  // in place
-  const double none = -std::numeric_limits<double>::infinity();
-  if (cholesky.info() != Eigen::Success) return {.log_density = none, .variance = density_.variance};
-  const double fit = cholesky.matrixL().solve(points_.values).squaredNorm();
-  const double variance = std::max(fit / static_cast<double>(n), 1e-8);
+  matrix_.row(n) = points_.values.transpose();
+  if (!factorise(matrix_))
+    return {.log_density = -std::numeric_limits<double>::infinity(), .variance = density_.variance};
+  const double variance = std::max(matrix_.row(n).squaredNorm() / static_cast<double>(n), 1e-8);
   double log_determinant = 0;
   for (Eigen::Index i = 0; i < n; ++i) log_determinant += std::log(matrix_(i, i));
   return {.log_density = -static_cast<double>(n) / 2 * std::log(variance) - log_determinant, .variance = variance};

@@ -1,5 +1,8 @@
 #pragma once
 #include <Eigen/Core>
+#include <span>
+
+#include "tuner/search/loops.h"
 
 namespace reliefbench {
 
@@ -26,35 +29,25 @@ class Likelihood {
     double log_density;
     double variance;
   };
-  /// Up to a constant and without the prior. distance, additive: of the pairs, sums over the axes
-  [[nodiscard]] Density density(const Eigen::ArrayXd& distance, const Eigen::ArrayXd& additive, double log_odds);
+  /// Up to a constant and without the prior.
+  [[nodiscard]] Density density(const PairSums& sums, double log_odds);
   /// With a normal prior on the log weights, which keeps axes that the points say nothing about where they are.
   /// squares: of the log weights
   [[nodiscard]] static double posterior(const Density& density, double squares) {
     return density.log_density - squares / 8;
   }
 
+  [[nodiscard]] std::span<const double> along(Eigen::Index axis) const;  // of the pairs
+
   Points points_;
   Eigen::VectorXd log_weights_;
-  Eigen::ArrayXd distance_;
-  Eigen::ArrayXd additive_;
-  Eigen::MatrixXd matrix_;  // lower triangle, reused
+  PairSums sums_;
+  PairSums moved_;  // the sums after a move that is looked at
+  Eigen::ArrayXd kernel_;
+  Eigen::MatrixXd matrix_;  // covariance, then its Cholesky factor: the lower triangle; the last row is the values
   Density density_{.log_density = 0, .variance = 1};
   double posterior_ = 0;
 };
-
-/// Along one axis; the rational quadratic kernel with all scales, so that no distance is without influence.
-template <typename Squared>
-[[nodiscard]] auto rational_quadratic(const Squared& weighted) {
-  return 1 / (1 + weighted);
-}
-/// share: of the additive kernel, of which `additive` is the sum over `axes`
-template <typename Distance, typename Additive>
-[[nodiscard]] Eigen::ArrayXd mixed_kernel(double share, Eigen::Index axes, const Distance& distance,
-                                          const Additive& additive) {
-  const Eigen::ArrayXd r = (5 * distance).sqrt();
-  return share / static_cast<double>(axes) * additive + (1 - share) * (1 + r + r.square() / 3) * (-r).exp();
-}
 
 inline constexpr double kJitter = 1e-6;  ///< share of the process's variance
 

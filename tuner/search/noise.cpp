@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "tuner/search/correlation.h"
+#include "tuner/search/loops.h"
 #include "tuner/search/rank_bound.h"
 
 namespace reliefbench {
@@ -35,15 +36,10 @@ double middle_of(std::span<const double> sorted) { return sorted[sorted.size() /
 
 double clipped_deviations(const Observed& observed, double scale) {
   const double middle = middle_of(observed.frames);
-  double sum = 0;
-  for (const double frame : observed.frames) sum += square(std::min(std::abs(frame - middle), kWinsor * scale));
-  return sum;
-}
-/// The statistic of frames that are pulled into [low, high].
-MedianStatistic clamped_statistic(std::span<const double> sorted, double low, double high) {
-  std::vector<double> tame(sorted.begin(), sorted.end());
-  for (double& frame : tame) frame = std::clamp(frame, low, high);
-  return median_statistic(tame);
+  const double most = kWinsor * scale;
+  return sum_of(static_cast<int>(observed.frames.size()), [&](int i) {
+    return square(std::min(std::abs(observed.frames[static_cast<std::size_t>(i)] - middle), most));
+  });
 }
 
 }  // namespace
@@ -178,11 +174,8 @@ void NoiseModel::fit_tails(std::span<const Observed> observed) {
       blocks[first + block][filled[block]++] = (setting.frames[i] - middle) * unit;  // by rising time, as frames are
     }
   }
-  std::ranges::sort(fastest, std::greater{});
-  std::ranges::sort(medians, std::greater{});
   rank(above_.fastest, fastest);
   rank(above_.medians, medians);
-  std::ranges::reverse(medians);
   for (double& median : medians) median = -median;
   rank(below_.medians, medians);
   if (blocks.size() < kSeenThrice) return;
@@ -205,7 +198,7 @@ void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
   std::vector<std::pair<double, std::size_t>> frames;  // with their block
   for (std::size_t i = 0; i < blocks.size(); ++i)
     for (const double frame : blocks[i]) frames.emplace_back(frame, i);
-  std::ranges::sort(frames);
+  std::ranges::sort(frames, {}, &std::pair<double, std::size_t>::first);
   std::vector<double> values;
   values.reserve(frames.size());
   for (const auto& [frame, block] : frames) values.push_back(frame);
@@ -214,31 +207,37 @@ void NoiseModel::fit_cumulants(std::span<const Block> blocks) {
   std::vector<double> linear(blocks.size());
   for (std::size_t i = 0; i < frames.size(); ++i) linear[frames[i].second] += projection[i] - mean;
 
+  std::vector<double> medians;
+  medians.reserve(blocks.size());
+  for (const Block& block : blocks) medians.push_back(block[1] - mean);
+  std::vector<double> powers(blocks.size());
   const auto n = static_cast<double>(blocks.size());
   // Few blocks say little of the tails: psi is then no less than the normal one.
   const double normal = blocks.size() < kKnownTails ? design_effect() / 2 : 0;
   for (std::size_t j = 0; j < kRates; ++j) {
     const double rate = rates_[j];
-    std::array<double, 4> sums{};
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const auto set = [&](Cumulants Side::*cumulant, std::span<const double> deviations, double variance) {
       // exp of some hundreds: only where all others are identical; the radius is then huge in any case
-      const double block = std::clamp(rate * (blocks[i][1] - mean), -300.0, 300.0);
-      const double sum = std::clamp(rate * linear[i], -300.0, 300.0);
-      sums[0] += std::exp(block);
-      sums[1] += std::exp(-block);
-      sums[2] += std::exp(sum);
-      sums[3] += std::exp(-sum);
-    }
-    above_.block[j] = std::max(kMedianVariance * normal * square(rate), std::log(sums[0] / n));
-    below_.block[j] = std::max(kMedianVariance * normal * square(rate), std::log(sums[1] / n));
-    above_.linear[j] = std::max(kLinearVariance * normal * square(rate), std::log(sums[2] / n));
-    below_.linear[j] = std::max(kLinearVariance * normal * square(rate), std::log(sums[3] / n));
+      for (std::size_t i = 0; i < deviations.size(); ++i) powers[i] = std::clamp(rate * deviations[i], -300.0, 300.0);
+      exp_of_each(powers);
+      const double least = variance * normal * square(rate);
+      const auto power = [&](int i) { return powers[static_cast<std::size_t>(i)]; };
+      const double above = sum_of(static_cast<int>(powers.size()), power);
+      const double below = sum_of(static_cast<int>(powers.size()), [&](int i) { return 1 / power(i); });
+      (above_.*cumulant)[j] = std::max(least, std::log(above / n));
+      (below_.*cumulant)[j] = std::max(least, std::log(below / n));
+    };
+    set(&Side::block, medians, kMedianVariance);
+    set(&Side::linear, linear, kLinearVariance);
   }
 }
 
-void NoiseModel::rank(Beyond& side, std::span<const double> falling) const {
+void NoiseModel::rank(Beyond& side, std::span<double> values) const {
+  double longest = 0;
+  for (const std::array<double, kMostRanked>& tails : tails_) longest = std::max(longest, std::ranges::max(tails));
+  sort_tail(values, longest);
   for (std::size_t tier = 0; tier < kTiers; ++tier)
-    for (std::size_t i = 0; i < kMostRanked; ++i) side[tier][i] = beyond(falling, tails_[tier][i]);
+    for (std::size_t i = 0; i < kMostRanked; ++i) side[tier][i] = beyond(values, tails_[tier][i]);
 }
 
 void NoiseModel::forget(Side& side) const {
@@ -301,16 +300,18 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   // Frames beyond are outliers of this setting; a line is kept by three quarters of its frames being beyond, too.
   const double outlying = frames[frames.size() / 4] + kClip * calm;
   const double inlying = frames[frames.size() * 3 / 4] - kClip * calm;
-  const MedianStatistic& plain = observed.plain;
-  const MedianStatistic tame = highest > outlying ? clamped_statistic(frames, lowest, outlying) : plain;
-  observed.mean = observed.count() < kSeenThrice ? plain.mean : observed.across;
-  observed.clipped = tame.mean;
+  observed.mean = observed.count() < kSeenThrice ? observed.plain : observed.across;
+  observed.clipped = highest > outlying ? mean_median(frames, lowest, outlying) : observed.plain;
   Bounds bounds{.block_deviation = block_deviation(own)};
   if (observed.count() < kSeenTwice) return bounds;
 
-  const auto error_without = [&](const MedianStatistic& outliers) {
-    return kOutlier * std::sqrt(std::max(0.0, plain.variance - outliers.variance) * design_effect() / count);
+  // Of what frames beyond [low, high] contribute.
+  const auto error_beyond = [&](double low, double high) {
+    if (low <= lowest && high >= highest) return 0.0;
+    const double beyond = median_variance(frames, lowest, highest) - median_variance(frames, low, high);
+    return kOutlier * std::sqrt(std::max(0.0, beyond) * design_effect() / count);
   };
+  const double slow_error = error_beyond(lowest, outlying);
   const std::size_t tier = tier_of(observed);
   const std::size_t ranked = std::min<std::size_t>(observed.medians.size(), kMostRanked) - 1;
   const auto outvoted = static_cast<std::size_t>(rank_of(observed.count())) - 1;
@@ -320,7 +321,7 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   const double slow = least + kClip * calm;
   const double fast = std::min(most - kFastClip * own, highest);
   const double above = own * radius(above_, observed);
-  const double below = own * radius(below_, observed) + error_without(tame);
+  const double below = own * radius(below_, observed) + slow_error;
   if (observed.count() < kSeenThrice) {
     const double lesser = std::min(slow, lesser_across_blocks(observed, lowest, std::max(slow, lowest)));
     bounds.lower = std::max(least, lesser - above);
@@ -334,12 +335,11 @@ NoiseModel::Bounds NoiseModel::bound(Observed& observed) const {
   double lower = std::min(slow, across(lowest, std::max(slow, lowest)));
   const auto slow_frames = static_cast<double>(frames.end() - std::ranges::upper_bound(frames, outlying));
   if (slow_frames >= kSeenOutliers * design_effect())
-    lower += std::max(0.0, observed.across - across(lowest, std::max(slow, outlying)) - error_without(tame));
+    lower += std::max(0.0, observed.across - across(lowest, std::max(slow, outlying)) - slow_error);
   double upper = across(fast, highest);
   const auto fast_frames = static_cast<double>(std::ranges::lower_bound(frames, inlying) - frames.begin());
   const double gained = fast_frames > 0 ? across(std::min(fast, inlying), highest) - observed.across : 0;
-  if (fast_frames >= kSeenOutliers * design_effect())
-    upper -= std::max(0.0, gained - error_without(clamped_statistic(frames, inlying, highest)));
+  if (fast_frames >= kSeenOutliers * design_effect()) upper -= std::max(0.0, gained - error_beyond(inlying, highest));
   // Ranks bound the middle of a setting's frames; many blocks show where its mean is.
   const double ranked_least = observed.count() < kLinear ? least - gained : -kNoBound;
   bounds.lower = std::max(ranked_least, lower - above);

@@ -107,7 +107,7 @@ class NoiseModel {
   void fit_scales(std::span<const Observed> observed);
   void fit_tails(std::span<const Observed> observed);
   void fit_cumulants(std::span<const Block> blocks);
-  void rank(Beyond& side, std::span<const double> falling) const;
+  void rank(Beyond& side, std::span<double> values) const;  // leaves them in another order
   void forget(Side& side) const;
   [[nodiscard]] double solved(const Side& side, std::size_t tier, int count) const;
   [[nodiscard]] double pooled_variance(double log_time) const;

@@ -2,13 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "kernels/base/error.h"
+#include "tuner/search/loops.h"
 
 namespace reliefbench {
 
 static_assert(kBlock == 3, "the median statistic is that of triples");
+
+namespace {
+
+/// Of each frame, by rising time: the lesser of a pair is of one of the other blocks, the greater of another one.
+void count_pairs(std::span<const std::size_t> blocks, std::size_t count, std::span<double> pairs) {
+  std::vector<double> below(count, 0);  // frames, one a block
+  double tied = 0;                      // pairs of a frame below and one above that are of one block
+  const std::size_t n = blocks.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double own_below = below[blocks[i]];
+    const double own_above = kBlock - 1 - own_below;
+    tied -= own_below;
+    pairs[i] = (static_cast<double>(i) - own_below) * (static_cast<double>(n - 1 - i) - own_above) -
+               (tied - own_below * own_above);
+    tied += own_above;
+    below[blocks[i]] += 1;
+  }
+}
+
+}  // namespace
 
 void Observed::add(const std::array<double, kBlock>& block) {
   const std::size_t number = medians.size();
@@ -21,7 +41,9 @@ void Observed::add(const std::array<double, kBlock>& block) {
   std::ranges::sort(sorted);
   medians.insert(std::ranges::upper_bound(medians, sorted[1]), sorted[1]);
   fastest.insert(std::ranges::upper_bound(fastest, sorted[0]), sorted[0]);
-  plain = median_statistic(frames);
+  pairs.resize(frames.size());
+  count_pairs(blocks, medians.size(), pairs);
+  plain = mean_median(frames, frames.front(), frames.back());
   if (medians.size() >= 3) across = median_across_blocks(*this, frames.front(), frames.back());
 }
 
@@ -42,21 +64,10 @@ void draw_round(TimeSource& times, std::span<const std::size_t> candidates, std:
 }
 
 double median_across_blocks(const Observed& observed, double low, double high) {
-  const std::size_t n = observed.frames.size();
-  std::vector<double> below(observed.medians.size(), 0);  // frames, one a block
-  std::vector<double> above(observed.medians.size(), kBlock);
-  double tied = 0;  // pairs of a frame below and one above that are of one block
-  double sum = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t own = observed.blocks[i];
-    above[own] -= 1;
-    tied -= below[own];
-    const double pairs = (static_cast<double>(i) - below[own]) * (static_cast<double>(n - 1 - i) - above[own]) -
-                         (tied - below[own] * above[own]);
-    sum += pairs * std::clamp(observed.frames[i], low, high);
-    tied += above[own];
-    below[own] += 1;
-  }
+  const double sum = sum_of(static_cast<int>(observed.frames.size()), [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    return observed.pairs[at] * std::clamp(observed.frames[at], low, high);
+  });
   const double k = observed.count();
   return sum / (k * (k - 1) * (k - 2) / 6 * kBlock * kBlock * kBlock);
 }
@@ -101,13 +112,29 @@ std::vector<double> median_projection(std::span<const double> values) {
   return projection;
 }
 
-MedianStatistic median_statistic(std::span<const double> values) {
-  const std::vector<double> projection = median_projection(values);
-  const auto n = static_cast<double>(values.size());
-  MedianStatistic result{.mean = std::accumulate(projection.begin(), projection.end(), 0.0) / n};
-  for (const double value : projection) result.variance += (value - result.mean) * (value - result.mean);
-  result.variance *= 9 / (n - 1);  // each value is one of three
-  return result;
+double mean_median(std::span<const double> values, double low, double high) {
+  const int n = static_cast<int>(values.size());
+  const double sum =
+      sum_of(n, [&](int i) { return std::clamp(values[static_cast<std::size_t>(i)], low, high) * i * (n - 1 - i); });
+  return sum / (n * (n - 1.0) * (n - 2.0) / 6);
+}
+
+double median_variance(std::span<const double> values, double low, double high) {
+  const int n = static_cast<int>(values.size());
+  const auto value = [&](int i) { return std::clamp(values[static_cast<std::size_t>(i)], low, high); };
+  // As median_projection().
+  const double mean = mean_median(values, low, high);
+  const double share = 2 / ((n - 1.0) * (n - 2.0));
+  double others = sum_of(n, [&](int i) { return value(i) * (n - 1 - i); }) - value(0) * (n - 1);
+  double squares = 0;
+  for (int i = 0;; ++i) {
+    const double own = value(i) * i;
+    const double deviation = (own * (n - 1 - i) + others) * share - mean;
+    squares += deviation * deviation;
+    if (i == n - 1) break;
+    others += own - value(i + 1) * (n - 2 - i);
+  }
+  return squares * 9 / (n - 1);  // each value is one of three
 }
 
 }  // namespace reliefbench

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 
 namespace reliefbench {
 namespace {
@@ -19,6 +20,12 @@ double log_upper_tail(int trials, int least, double log_chance) {
     most = std::max(most, term);
   }
   return most + std::log(sum);
+}
+
+/// Of the value that has such a tail beyond it, as the share of a sample is uncertain; below 1 where none surely has.
+double sure_rank(std::size_t values, double tail) {
+  const double expected = tail * static_cast<double>(values);
+  return expected - 2 * std::sqrt(expected);
 }
 
 }  // namespace
@@ -39,11 +46,20 @@ std::array<double, kMostRanked> tails_for(double log_alpha) {
   return tails;
 }
 
-double beyond(std::span<const double> falling, double tail) {
-  const double expected = tail * static_cast<double>(falling.size());
-  const double surely = expected - 2 * std::sqrt(expected);  // the share of a sample is uncertain
-  if (surely >= 1) return falling[static_cast<std::size_t>(surely)];
-  return std::max(kLeastBeyond, falling.empty() ? 0.0 : kBeyond * falling.front());
+double beyond(std::span<const double> values, double tail) {
+  const double rank = sure_rank(values.size(), tail);
+  if (rank >= 1) return values[static_cast<std::size_t>(rank)];
+  return std::max(kLeastBeyond, values.empty() ? 0.0 : kBeyond * values.front());
+}
+
+void sort_tail(std::span<double> values, double tail) {
+  const auto end = values.begin() + static_cast<std::ptrdiff_t>(std::max(sure_rank(values.size(), tail), 0.0)) + 1;
+  if (end >= values.end()) {
+    std::ranges::sort(values, std::greater{});
+    return;
+  }
+  std::ranges::nth_element(values, end, std::greater{});
+  std::sort(values.begin(), end, std::greater{});
 }
 
 }  // namespace reliefbench

@@ -24,8 +24,11 @@ inline constexpr int kMostRanked = 32;  ///< counts that have a rank of their ow
 [[nodiscard]] std::array<double, kMostRanked> tails_for(double log_alpha);
 
 /// How far from their centre the values lie that have a tail of t beyond them, as far as a sample of them shows.
-/// falling: the sample; where it is too small to show such a tail, kBeyond times its largest, and kLeastBeyond
-[[nodiscard]] double beyond(std::span<const double> falling, double tail);
+/// values: the sample, sorted by sort_tail() for such a tail or a longer one; where it is too small to show such a
+/// tail, kBeyond times its largest, and kLeastBeyond
+[[nodiscard]] double beyond(std::span<const double> values, double tail);
+/// Brings the largest values to the front, falling, as far as beyond() asks for them.
+void sort_tail(std::span<double> values, double tail);
 inline constexpr double kBeyond = 1.5;
 inline constexpr double kLeastBeyond = 4;
 

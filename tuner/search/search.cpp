@@ -150,11 +150,12 @@ class Search {
     next_refit_ = std::max(60.0, kRefit * static_cast<double>(result_.samples));
     refitted_at_ = result_.samples;
     noise_.fit(observed_);
+    const double unseen = noise_.block_deviation(Observed{});
     for (const std::size_t i : gaps_.by_error()) {
       if (observed_[i].is_measured())
         set_bounds(i);
       else
-        scales_[i] = noise_.block_deviation(observed_[i]);
+        scales_[i] = unseen;
     }
     slack_ = std::max(estimate_slack(chains_, observed_, scales_), audited_slack_);
     for (const std::size_t i : gaps_.by_error()) {

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "tuner/search/likelihood.h"
+#include "tuner/search/loops.h"
 
 namespace reliefbench {
 namespace {
@@ -29,7 +31,8 @@ double squared_distance(double a, double b, Surrogate::Axis axis) {
 
 }  // namespace
 
-Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_(capacity) {
+Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity)
+    : capacity_(capacity), mean_(Eigen::VectorXd::Zero(std::ssize(space.candidates))) {
   const auto features = [&](auto&& feature) {
     std::vector<double> column;
     for (const Candidate& candidate : space.candidates) column.push_back(feature(candidate));
@@ -41,10 +44,18 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
     add_axis(Axis::work, features([i](const Candidate& candidate) { return std::log1p(candidate.work[i]); }));
   for (std::size_t i = 0; i < space.category_axes.size(); ++i)
     add_axis(Axis::category, features([i](const Candidate& candidate) { return candidate.categories[i]; }));
+  for (const Axis kind : {Axis::steps, Axis::category}) {
+    std::vector<std::size_t> axes;
+    for (std::size_t i = 0; i < axes_.size(); ++i)
+      if (axes_[i].axis == kind) axes.push_back(i);
+    add_group(std::move(axes));
+  }
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    if (axes_[i].axis == Axis::work) add_group({i});
   weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(axes_.size()) + 1);
   for (std::size_t axis = 0; axis < axes_.size(); ++axis)
     if (axes_[axis].axis == Axis::category) weights_[static_cast<Eigen::Index>(axis)] = 0.2;
-  const auto settings = static_cast<Eigen::Index>(space.candidates.size());
+  const Eigen::Index settings = mean_.size();
   prior_ = Eigen::VectorXd::Zero(settings);
   work_ = prior_;
   if (!space.work_axes.empty())
@@ -54,7 +65,6 @@ Surrogate::Surrogate(const SearchSpace& space, std::size_t capacity) : capacity_
   factor_ = RowMajor::Zero(most, most);
   columns_.resize(most, settings);
   explained_ = Eigen::VectorXd::Zero(settings);
-  mean_ = Eigen::VectorXd::Zero(settings);
 }
 
 void Surrogate::add_axis(Axis axis, std::vector<double> features) {
@@ -74,29 +84,57 @@ void Surrogate::add_axis(Axis axis, std::vector<double> features) {
   axes_.push_back(std::move(levels));
 }
 
+void Surrogate::add_group(std::vector<std::size_t> axes) {
+  Group group{.axes = std::move(axes), .examples = {}, .places = {}};
+  std::map<std::vector<std::size_t>, std::size_t> seen;
+  for (std::size_t setting = 0; setting < static_cast<std::size_t>(mean_.size()); ++setting) {
+    std::vector<std::size_t> tuple;
+    for (const std::size_t axis : group.axes) tuple.push_back(axes_[axis].places[setting]);
+    const auto [found, is_new] = seen.try_emplace(std::move(tuple), group.examples.size());
+    if (is_new) group.examples.push_back(setting);
+    group.places.push_back(found->second);
+  }
+  groups_.push_back(std::move(group));
+}
+
+/// Squared distance along an axis, weighted, between one of its values and each.
+Eigen::ArrayXd Surrogate::along(std::size_t axis, std::size_t own) const {
+  const Levels& levels = axes_[axis];
+  Eigen::ArrayXd along(static_cast<Eigen::Index>(levels.values.size()));
+  for (std::size_t level = 0; level < levels.values.size(); ++level)
+    along[static_cast<Eigen::Index>(level)] =
+        level == own ? 0
+                     : weights_[static_cast<Eigen::Index>(axis)] *
+                               squared_distance(levels.values[own], levels.values[level], levels.axis) +
+                           levels.unseen[own] + levels.unseen[level];
+  return along;
+}
+
 Eigen::VectorXd Surrogate::correlations(std::size_t candidate) const {
-  Eigen::ArrayXd distance = Eigen::ArrayXd::Zero(mean_.size());
-  Eigen::ArrayXd additive = distance;
-  for (std::size_t i = 0; i < axes_.size(); ++i) {
-    const Levels& axis = axes_[i];
-    const std::size_t own = axis.places[candidate];
-    Eigen::ArrayXd along(static_cast<Eigen::Index>(axis.values.size()));
-    for (std::size_t level = 0; level < axis.values.size(); ++level)
-      along[static_cast<Eigen::Index>(level)] =
-          level == own ? 0
-                       : weights_[static_cast<Eigen::Index>(i)] *
-                                 squared_distance(axis.values[own], axis.values[level], axis.axis) +
-                             axis.unseen[own] + axis.unseen[level];
-    const Eigen::ArrayXd share = rational_quadratic(along);
-    for (Eigen::Index setting = 0; setting < distance.size(); ++setting) {
-      const auto level = static_cast<Eigen::Index>(axis.places[static_cast<std::size_t>(setting)]);
-      distance[setting] += along[level];
-      additive[setting] += share[level];
+  PairSums sums{.distance = Eigen::ArrayXd::Zero(mean_.size()), .additive = Eigen::ArrayXd::Zero(mean_.size())};
+  for (const Group& group : groups_) {
+    const auto tuples = static_cast<Eigen::Index>(group.examples.size());
+    PairSums part{.distance = Eigen::ArrayXd::Zero(tuples), .additive = Eigen::ArrayXd::Zero(tuples)};
+    for (const std::size_t axis : group.axes) {
+      const std::vector<std::size_t>& places = axes_[axis].places;
+      const Eigen::ArrayXd distance = along(axis, places[candidate]);
+      const Eigen::ArrayXd additive = 1 / (1 + distance);
+      for (Eigen::Index tuple = 0; tuple < tuples; ++tuple) {
+        const auto level = static_cast<Eigen::Index>(places[group.examples[static_cast<std::size_t>(tuple)]]);
+        part.distance[tuple] += distance[level];
+        part.additive[tuple] += additive[level];
+      }
+    }
+    for (Eigen::Index setting = 0; setting < mean_.size(); ++setting) {
+      const auto tuple = static_cast<Eigen::Index>(group.places[static_cast<std::size_t>(setting)]);
+      sums.distance[setting] += part.distance[tuple];
+      sums.additive[setting] += part.additive[tuple];
     }
   }
-  const auto axes = static_cast<Eigen::Index>(axes_.size());
-  const double odds = weights_[axes];
-  return mixed_kernel(odds / (1 + odds), axes, distance, additive);
+  const double odds = weights_[weights_.size() - 1];
+  Eigen::ArrayXd kernel(mean_.size());
+  mixed_kernel(sums, axes_.size(), odds / (1 + odds), kernel);
+  return kernel;
 }
 
 void Surrogate::append(std::size_t candidate, double noise_variance) {
@@ -108,9 +146,11 @@ void Surrogate::append(std::size_t candidate, double noise_variance) {
   const double diagonal = std::sqrt(std::max(rest, kJitter * variance_));
   factor_.row(n).head(n) = row.transpose();
   factor_(n, n) = diagonal;
-  Eigen::RowVectorXd column = variance_ * correlations(candidate).transpose();
-  if (n > 0) column.noalias() -= row.transpose() * columns_.topRows(n);
-  columns_.row(n) = column / diagonal;
+  columns_.row(n) = variance_ * correlations(candidate).transpose();
+  subtract_rows({&columns_(n, 0), static_cast<std::size_t>(columns_.cols())},
+                {.first = columns_.data(), .stride = columns_.cols()}, {.first = row.data(), .stride = 1},
+                static_cast<std::size_t>(n));
+  columns_.row(n) /= diagonal;
   explained_ += columns_.row(n).array().square().matrix().transpose();
   points_.push_back(candidate);
   noise_.push_back(noise_variance);

@@ -46,7 +46,8 @@ class Surrogate {
 
  private:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  [[nodiscard]] Eigen::VectorXd correlations(std::size_t candidate) const;  // with all settings
+  [[nodiscard]] Eigen::ArrayXd along(std::size_t axis, std::size_t own) const;  // one a value of the axis
+  [[nodiscard]] Eigen::VectorXd correlations(std::size_t candidate) const;      // with all settings
   [[nodiscard]] Likelihood::Points pairs_of(std::span<const std::size_t> points) const;
   void fit();
   void append(std::size_t candidate, double noise_variance);
@@ -65,8 +66,17 @@ class Surrogate {
   };
   void add_axis(Axis axis, std::vector<double> features);
 
+  /// Axes whose values many settings share: what depends on these alone is worked out once for all that do.
+  struct Group {
+    std::vector<std::size_t> axes;
+    std::vector<std::size_t> examples;  // a setting of each tuple of values
+    std::vector<std::size_t> places;    // in examples, one a setting
+  };
+  void add_group(std::vector<std::size_t> axes);
+
   std::size_t capacity_;
   std::vector<Levels> axes_;
+  std::vector<Group> groups_;
   Eigen::VectorXd work_;      // of each setting, on the first work axis; 0 without one
   Eigen::VectorXd prior_;     // log time of each setting: the process's mean
   Eigen::VectorXd weights_;   // 1 / length^2 of each axis
