@@ -31,7 +31,7 @@ std::vector<CheckedSeries> moved(std::vector<CheckedSeries> fleet, const std::ve
   return fleet;
 }
 
-std::string text(const Findings& findings) {
+std::string events_text(const Findings& findings) {
   std::string text;
   for (const ChangeEvent& event : findings.events)
     text += fmt::format("  '{}' {} series, ({}, {}], {:+.1f} % [{:+.1f}, {:+.1f}], q {:.1g}{}{}\n", event.what,
@@ -53,16 +53,16 @@ bool is_right(const Findings& findings, const std::vector<Cause>& causes) {
 
 using Moves = std::function<bool(const SeriesTraits&)>;
 
-Moves technique(const std::string& name) {
+Moves of_technique(const std::string& name) {
   return [name](const SeriesTraits& traits) { return traits.technique == name; };
 }
-Moves format(const std::string& name) {
+Moves of_format(const std::string& name) {
   return [name](const SeriesTraits& traits) { return traits.format == name; };
 }
-Moves backend(const std::string& name) {
+Moves of_backend(const std::string& name) {
   return [name](const SeriesTraits& traits) { return traits.backend == name; };
 }
-Moves machine(const std::string& name) {
+Moves of_machine(const std::string& name) {
   return [name](const SeriesTraits& traits) { return traits.machine == name; };
 }
 Moves both(const Moves& one, const Moves& other) {
@@ -87,39 +87,42 @@ TEST(Events, OneForEachCause) {
     std::vector<Cause> causes;
     std::uint64_t least_right = 9;
   };
-  const Moves single = both(both(technique("t2"), format("f1")), [](const SeriesTraits& t) { return t.map == "m1"; });
+  const Moves single =
+      both(both(of_technique("t2"), of_format("f1")), [](const SeriesTraits& t) { return t.map == "m1"; });
   fmt::print("\nnoise 1 to 3 %: made-up fleets in which every cause is one event, and no other is told\n");
   for (const Row& row : {
            Row{"nothing", kUsual, {}},
            Row{"nothing in 12 nights", of_nights(kUsual, 12), {}},
            Row{"nothing in 120 nights", of_nights(kUsual, 120), {}},
            Row{"nothing in 378 series", kBig, {}},
-           Row{"a technique", kUsual, {{"technique=t2", technique("t2"), 25, 1.05}}},
-           Row{"a technique by 2.5 %", of_nights(kUsual, 60), {{"technique=t2", technique("t2"), 40, 1.025}}},
-           Row{"a technique of 378 series", kBig, {{"technique=t2", technique("t2"), 25, 1.05}}},
-           Row{"a technique on a backend", kBig, {{"b1 technique=t2", both(technique("t2"), backend("b1")), 25, 1.05}}},
+           Row{"a technique", kUsual, {{"technique=t2", of_technique("t2"), 25, 1.05}}},
+           Row{"a technique by 2.5 %", of_nights(kUsual, 60), {{"technique=t2", of_technique("t2"), 40, 1.025}}},
+           Row{"a technique of 378 series", kBig, {{"technique=t2", of_technique("t2"), 25, 1.05}}},
+           Row{"a technique on a backend",
+               kBig,
+               {{"b1 technique=t2", both(of_technique("t2"), of_backend("b1")), 25, 1.05}}},
            Row{"a format of a technique",
                kBig,
-               {{"technique=t2 format=f1", both(technique("t2"), format("f1")), 25, 1.07}}},
-           Row{"a format", kUsual, {{"format=f1", format("f1"), 25, 1.05}}},
-           Row{"a backend", kBig, {{"b1", backend("b1"), 25, 1.04}}},
+               {{"technique=t2 format=f1", both(of_technique("t2"), of_format("f1")), 25, 1.07}}},
+           Row{"a format", kUsual, {{"format=f1", of_format("f1"), 25, 1.05}}},
+           Row{"a backend", kBig, {{"b1", of_backend("b1"), 25, 1.04}}},
            Row{"a machine", kUsual, {{"everything", everything, 25, 1.04}}},
-           Row{"one of two machines", {.machines = 2}, {{"everything", machine("machine 1"), 51, 1.04}}},
+           Row{"one of two machines", {.machines = 2}, {{"everything", of_machine("machine 1"), 51, 1.04}}},
            Row{"two techniques",
                kUsual,
-               {{"technique=t2", technique("t2"), 25, 1.05}, {"technique=t4", technique("t4"), 25, 1.09}}},
+               {{"technique=t2", of_technique("t2"), 25, 1.05}, {"technique=t4", of_technique("t4"), 25, 1.09}}},
            Row{"two techniques, one faster",
                kUsual,
-               {{"technique=t2", technique("t2"), 25, 1.05}, {"technique=t3", technique("t3"), 25, 0.93}}},
+               {{"technique=t2", of_technique("t2"), 25, 1.05}, {"technique=t3", of_technique("t3"), 25, 0.93}}},
            Row{"two techniques, two nights",
                kUsual,
-               {{"technique=t2", technique("t2"), 15, 1.05}, {"technique=t4", technique("t4"), 25, 1.06}}},
+               {{"technique=t2", of_technique("t2"), 15, 1.05}, {"technique=t4", of_technique("t4"), 25, 1.06}}},
            Row{"a technique twice",
                kUsual,
-               {{"technique=t2", technique("t2"), 15, 1.05}, {"technique=t2", technique("t2"), 28, 1.06}}},
+               {{"technique=t2", of_technique("t2"), 15, 1.05}, {"technique=t2", of_technique("t2"), 28, 1.06}}},
            Row{"a case", kUsual, {{"", single, 20, 1.2}}},
-           Row{"a technique, 8 + 4 nights", of_nights(kUsual, 12), {{"technique=t2", technique("t2"), 8, 1.1}}, 10},
-           Row{"the same of 378 series", of_nights(kBig, 12), {{"technique=t2", technique("t2"), 8, 1.1}}, 10},
+           Row{"a technique, 8 + 4 nights", of_nights(kUsual, 12), {{"technique=t2", of_technique("t2"), 8, 1.1}}, 10},
+           Row{"the same of 378 series", of_nights(kBig, 12), {{"technique=t2", of_technique("t2"), 8, 1.1}}, 10},
        }) {
     std::uint64_t right = 0;
     std::string wrong;
@@ -130,7 +133,7 @@ TEST(Events, OneForEachCause) {
       if (is_right(findings, row.causes))
         ++right;
       else
-        wrong += fmt::format("seed {}\n{}", seed, text(findings));
+        wrong += fmt::format("seed {}\n{}", seed, events_text(findings));
     }
     fmt::print("{:28} {:2} of {}\n", row.name, right, kSeeds);
     EXPECT_GE(right, row.least_right) << row.name << '\n' << wrong;
@@ -178,8 +181,8 @@ TEST(Events, AreFoundSoon) {
         Row{"technique", 1.03, 30, 7, 10}, Row{"case", 1.2, 8, 6, 9}, Row{"case", 1.1, 30, 7, 9}}) {
     const bool is_case = row.what == std::string("case");
     const auto moves =
-        is_case ? both(both(technique("t2"), format("f1")), [](const SeriesTraits& t) { return t.map == "m1"; })
-                : technique("t2");
+        is_case ? both(both(of_technique("t2"), of_format("f1")), [](const SeriesTraits& t) { return t.map == "m1"; })
+                : of_technique("t2");
     const Cause cause{is_case ? "" : "technique=t2", moves, row.before, row.ratio};
     std::vector<std::uint64_t> told(9);
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -204,13 +207,13 @@ TEST(Events, AreFoundSoon) {
 // --- by hand ---
 
 ChangeEvent only_event(const Findings& findings) {
-  EXPECT_EQ(findings.events.size(), 1U) << text(findings);
+  EXPECT_EQ(findings.events.size(), 1U) << events_text(findings);
   return findings.events.empty() ? ChangeEvent{} : findings.events[0];
 }
 
 TEST(Events, SeriesThatStartLateMakeNoStep) {
   for (const double ratio : {1.0, 1.06}) {
-    auto fleet = moved(synthetic_fleet({.seed = 3}), {{"", technique("t2"), 30, ratio}});
+    auto fleet = moved(synthetic_fleet({.seed = 3}), {{"", of_technique("t2"), 30, ratio}});
     for (std::size_t i = 0; i < fleet.size(); i += 3) {  // 15 nights in
       CheckedSeries& series = fleet[i];
       series.calendar.erase(series.calendar.begin(), series.calendar.begin() + 15);
@@ -221,12 +224,12 @@ TEST(Events, SeriesThatStartLateMakeNoStep) {
     if (ratio > 1)
       EXPECT_EQ(only_event(findings).what, "technique=t2");
     else
-      EXPECT_TRUE(findings.events.empty()) << text(findings);
+      EXPECT_TRUE(findings.events.empty()) << events_text(findings);
   }
 }
 
 TEST(Events, MissingNightsAreNoMatter) {
-  auto fleet = moved(synthetic_fleet({.seed = 4}), {{"", technique("t2"), 25, 1.06}});
+  auto fleet = moved(synthetic_fleet({.seed = 4}), {{"", of_technique("t2"), 25, 1.06}});
   Noise noise(1);
   for (CheckedSeries& series : fleet) {
     CheckedSeries kept{.traits = series.traits, .calendar = {}, .log_values = {}, .standard_errors = {}};
@@ -248,9 +251,9 @@ TEST(Events, MissingNightsAreNoMatter) {
 
 // A technique's cases seldom change by one ratio.
 TEST(Events, MembersMayMoveByDifferentSizes) {
-  auto fleet = moved(synthetic_fleet({.seed = 5}), {{"", both(technique("t2"), format("f0")), 25, 1.04},
-                                                    {"", both(technique("t2"), format("f1")), 25, 1.07},
-                                                    {"", both(technique("t2"), format("f2")), 25, 1.10}});
+  auto fleet = moved(synthetic_fleet({.seed = 5}), {{"", both(of_technique("t2"), of_format("f0")), 25, 1.04},
+                                                    {"", both(of_technique("t2"), of_format("f1")), 25, 1.07},
+                                                    {"", both(of_technique("t2"), of_format("f2")), 25, 1.10}});
   const ChangeEvent event = only_event(find_events(fleet, {}));
   EXPECT_EQ(event.what, "technique=t2");
   EXPECT_EQ(event.series.size(), 9U);
@@ -258,7 +261,7 @@ TEST(Events, MembersMayMoveByDifferentSizes) {
 }
 
 TEST(Events, MemberThatDidNotMoveIsLeftOut) {
-  const auto moves = both(technique("t2"), [](const SeriesTraits& t) { return t.map != "m0" || t.format != "f0"; });
+  const auto moves = both(of_technique("t2"), [](const SeriesTraits& t) { return t.map != "m0" || t.format != "f0"; });
   const auto fleet = moved(synthetic_fleet({.seed = 6, .most_sigma = 0.015}), {{"", moves, 25, 1.08}});
   const ChangeEvent event = only_event(find_events(fleet, {}));
   EXPECT_EQ(event.what, "technique=t2");
@@ -269,7 +272,7 @@ TEST(Events, MemberThatDidNotMoveIsLeftOut) {
 TEST(Events, BadNightIsNone) {
   auto fleet = moved(synthetic_fleet({.seed = 7}), {{"", everything, 20, 1.3}, {"", everything, 21, 1 / 1.3}});
   const Findings findings = find_events(fleet, {});
-  EXPECT_TRUE(findings.events.empty()) << text(findings);
+  EXPECT_TRUE(findings.events.empty()) << events_text(findings);
 }
 
 TEST(Events, ControlIsByItself) {
@@ -295,10 +298,10 @@ TEST(Events, DriftOfATechniqueIsOne) {
 }
 
 TEST(Events, WorstIsFirst) {
-  const auto fleet = moved(synthetic_fleet({.seed = 10}), {{"", technique("t1"), 20, 0.8},
-                                                           {"", technique("t2"), 20, 1.05},
-                                                           {"", technique("t3"), 20, 1.1},
-                                                           {"", technique("t4"), 35, 1.2}});
+  const auto fleet = moved(synthetic_fleet({.seed = 10}), {{"", of_technique("t1"), 20, 0.8},
+                                                           {"", of_technique("t2"), 20, 1.05},
+                                                           {"", of_technique("t3"), 20, 1.1},
+                                                           {"", of_technique("t4"), 35, 1.2}});
   const Findings findings = find_events(fleet, {});
   std::vector<std::string> order;
   for (const ChangeEvent& event : findings.events) order.push_back(event.what);

@@ -128,6 +128,9 @@ SeriesChanges find_changes(std::span<const double> log_values, std::span<const d
     if (level > 0) changes.shifts.push_back(shift_into(kept, level, options));
   }
   changes.sigma = fit.sigma();
+  if (changes.drift)
+    changes.sigma =
+        std::sqrt(squares_about_line(kept.nights, kept.values) / static_cast<double>(kept.nights.size() - 2));
   changes.autocorrelation = fit.autocorrelation();
   changes.smallest_shift = smallest_shift_after(fit, least_gain);
   return changes;

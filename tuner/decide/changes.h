@@ -48,14 +48,21 @@ struct SeriesChanges {
   std::vector<Shift> shifts;        ///< between levels
   std::vector<std::size_t> spikes;  ///< nights that stand alone
   std::optional<Drift> drift;       ///< where it is significant and no shift explains it
-  double sigma = 0;                 ///< of a night's log value
+  double sigma = 0;                 ///< of a night's log value about its level, or about the drift
   double autocorrelation = 0;       ///< at lag one
   double smallest_shift = 0;        ///< as a share: what would be found within 5 nights in 9 of 10 cases
 };
 
-/// Steps in one series of nights.
-/// log_values: of each night's drift-corrected median, by time; standard_errors: of each, from within its night, 0
-/// where unknown; both of one epoch
+/// Steps in one series of nights. A step is found (in `shifts`) where one such series in 2,000 without a step would
+/// show one, at one look; whether it matters is another question. A new level shows from its least_nights-th night on;
+/// until then its nights are spikes. Where a line is the better account than levels, there is a drift and no shift.
+///
+/// Spikes are left out (lone_values); the rest are levels (LevelFit), whose noise is at least the median standard
+/// error. What that finds and misses in made-up histories is printed by tests/changes_test.cpp. What misleads it: noise
+/// that triples for a while makes steps in a tenth of the series, and autocorrelation cannot be known from few nights.
+///
+/// log_values: of each night's drift-corrected median, by time, finite; standard_errors: of each, from within its night
+/// and at least what the timer's tick makes of it (tick / sqrt(12)), 0 where unknown; both of one epoch
 [[nodiscard]] SeriesChanges find_changes(std::span<const double> log_values, std::span<const double> standard_errors,
                                          const ChangeOptions& options);
 

@@ -32,14 +32,14 @@ struct Movement {
   }
 };
 
-/// A member's own part in a movement, by least squares.
-struct Part {
+/// A member's own move in a movement, by least squares.
+struct OwnMove {
   double size = 0;
   double error = 0;  // standard error; 0 where its nights do not tell
   [[nodiscard]] double squared(double value) const { return value * value / (error * error); }
 };
 
-Part part_in(const Movement& movement, const Track& track, double sigma) {
+OwnMove own_move(const Movement& movement, const Track& track, double sigma) {
   const auto begin = std::ranges::lower_bound(track.calendar, movement.from) - track.calendar.begin();
   const auto end = std::ranges::lower_bound(track.calendar, movement.to) - track.calendar.begin();
   const auto at = std::ranges::lower_bound(track.calendar, movement.at) - track.calendar.begin();
@@ -71,12 +71,12 @@ struct Unit {
 };
 
 /// What is to become an event.
-struct Candidate {
+struct Suspect {
   const Unit* unit = nullptr;
   Movement movement;
   ChangeEvent event;
-  std::vector<Part> parts;  // parallel to the event's series
-  double explained = 0;     // of its members' movement, in squared standard errors
+  std::vector<OwnMove> moves;  // parallel to the event's series
+  double explained = 0;        // of its members' movement, in squared standard errors
 };
 
 /// Series and groups of all machines, from which one event after the other is taken out.
@@ -90,14 +90,14 @@ class EventSearch {
   void check_group(Unit& group);
   void set_rates();
   [[nodiscard]] double q_of(double p) const;
-  [[nodiscard]] std::optional<Candidate> best() const;
-  [[nodiscard]] std::vector<Candidate> candidates_of(const Unit& unit) const;
-  [[nodiscard]] Candidate step_of(const Unit& unit, std::size_t shift) const;
-  [[nodiscard]] Candidate drift_of(const Unit& unit) const;
-  [[nodiscard]] bool explain(Candidate& candidate) const;
+  [[nodiscard]] std::optional<Suspect> best() const;
+  [[nodiscard]] std::vector<Suspect> suspects_of(const Unit& unit) const;
+  [[nodiscard]] Suspect step_of(const Unit& unit, std::size_t shift) const;
+  [[nodiscard]] Suspect drift_of(const Unit& unit) const;
+  [[nodiscard]] bool explain(Suspect& suspect) const;
   [[nodiscard]] Track pool_of(std::span<const std::size_t> members) const;
-  void measure_members(Candidate& candidate) const;
-  void take_out(const Candidate& candidate);
+  void measure_members(Suspect& suspect) const;
+  void take_out(const Suspect& suspect);
 
   const EventOptions& options_;
   std::vector<Unit> units_;  // the series first
@@ -110,15 +110,13 @@ class EventSearch {
 
 EventSearch::EventSearch(std::span<const CheckedSeries> series, const EventOptions& options)
     : options_(options), series_(series.size()), cleaned_(series.size()) {
-  for (std::size_t i = 0; i < series.size(); ++i) {
-    assert(series[i].calendar.size() == series[i].log_values.size());
-    assert(series[i].calendar.size() == series[i].standard_errors.size());
-    units_.push_back({.what = {},
-                      .members = {i},
-                      .track = {series[i].calendar, series[i].log_values, series[i].standard_errors},
-                      .changes = {}});
+  for (const CheckedSeries& one : series) {
+    assert(one.calendar.size() == one.log_values.size() && one.calendar.size() == one.standard_errors.size());
+    const std::size_t i = units_.size();
+    units_.push_back(
+        {.what = {}, .members = {i}, .track = {one.calendar, one.log_values, one.standard_errors}, .changes = {}});
     check_series(i);
-    of_series_.push_back(units_.back().changes);
+    of_series_.push_back(units_[i].changes);
   }
   for (SeriesGroup& group : series_groups(series)) {
     units_.push_back({.what = std::move(group.what), .members = std::move(group.members), .track = {}, .changes = {}});
@@ -181,7 +179,7 @@ double EventSearch::q_of(double p) const {
   return std::min(q, 1.0);
 }
 
-Candidate EventSearch::step_of(const Unit& unit, std::size_t shift) const {
+Suspect EventSearch::step_of(const Unit& unit, std::size_t shift) const {
   const Shift& found = unit.changes.shifts[shift];
   const Level& before = unit.changes.levels[shift];
   const Level& after = unit.changes.levels[shift + 1];
@@ -201,11 +199,11 @@ Candidate EventSearch::step_of(const Unit& unit, std::size_t shift) const {
                     .high = found.high,
                     .q = q_of(found.p),
                     .is_sure = after.end - after.first >= options_.change.least_nights + options_.confirming_nights},
-          .parts = {},
+          .moves = {},
           .explained = 0};
 }
 
-Candidate EventSearch::drift_of(const Unit& unit) const {
+Suspect EventSearch::drift_of(const Unit& unit) const {
   const Drift& found = *unit.changes.drift;
   const std::vector<std::size_t>& calendar = unit.track.calendar;
   const auto nights = static_cast<double>(calendar.size() - 1);
@@ -221,62 +219,61 @@ Candidate EventSearch::drift_of(const Unit& unit) const {
                     .high = found.high * nights,
                     .q = q_of(found.p),
                     .is_sure = true},
-          .parts = {},
+          .moves = {},
           .explained = 0};
 }
 
 /// Whether one size for all members explains most of what they moved. If so, its series become those that moved.
-bool EventSearch::explain(Candidate& candidate) const {
-  std::vector<Part> parts;
+bool EventSearch::explain(Suspect& suspect) const {
+  std::vector<OwnMove> moves;
   std::vector<std::size_t> members;
   double weights = 0;
   double size = 0;
-  for (const std::size_t i : candidate.event.series) {
-    const Part part = part_in(candidate.movement, cleaned_[i], units_[i].changes.sigma);
-    if (part.error <= 0) continue;
+  for (const std::size_t i : suspect.event.series) {
+    const OwnMove move = own_move(suspect.movement, cleaned_[i], units_[i].changes.sigma);
+    if (move.error <= 0) continue;
     members.push_back(i);
-    parts.push_back(part);
-    weights += part.squared(1);
-    size += part.squared(1) * part.size;
+    moves.push_back(move);
+    weights += move.squared(1);
+    size += move.squared(1) * move.size;
   }
   if (members.empty()) return false;
   size /= weights;
   double all = -static_cast<double>(members.size());  // what noise alone would move
-  for (const Part& part : parts) {
-    all += part.squared(part.size);
-    candidate.explained += part.squared(part.size) - part.squared(part.size - size);
+  for (const OwnMove& move : moves) {
+    all += move.squared(move.size);
+    suspect.explained += move.squared(move.size) - move.squared(move.size - size);
   }
-  if (members.size() > 1 && candidate.explained < kCommonShare * all) return false;
-  candidate.event.series.clear();
+  if (members.size() > 1 && suspect.explained < kCommonShare * all) return false;
+  suspect.event.series.clear();
   for (std::size_t i = 0; i < members.size(); ++i) {
-    const bool is_alike = parts[i].size / size > kAlike;
-    if (!is_alike && parts[i].squared(parts[i].size - size) > parts[i].squared(parts[i].size) + kLeaveOut) continue;
-    candidate.event.series.push_back(members[i]);
-    candidate.parts.push_back(parts[i]);
+    const bool is_alike = moves[i].size / size > kAlike;
+    if (!is_alike && moves[i].squared(moves[i].size - size) > moves[i].squared(moves[i].size) + kLeaveOut) continue;
+    suspect.event.series.push_back(members[i]);
+    suspect.moves.push_back(moves[i]);
   }
-  return !candidate.event.series.empty();
+  return !suspect.event.series.empty();
 }
 
-std::vector<Candidate> EventSearch::candidates_of(const Unit& unit) const {
-  std::vector<Candidate> candidates;
+std::vector<Suspect> EventSearch::suspects_of(const Unit& unit) const {
+  std::vector<Suspect> suspects;
   for (std::size_t i = 0; i < unit.changes.shifts.size(); ++i)
-    if (unit.changes.shifts[i].matters) candidates.push_back(step_of(unit, i));
+    if (unit.changes.shifts[i].matters) suspects.push_back(step_of(unit, i));
   if (unit.changes.drift) {
-    const Candidate drift = drift_of(unit);
+    const Suspect drift = drift_of(unit);
     const double least = std::log1p(options_.change.least_effect);
-    if (drift.event.low > least || drift.event.high < -least) candidates.push_back(drift);
+    if (drift.event.low > least || drift.event.high < -least) suspects.push_back(drift);
   }
-  std::erase_if(candidates,
-                [&](Candidate& one) { return one.event.q > options_.false_discovery_rate || !explain(one); });
-  return candidates;
+  std::erase_if(suspects, [&](Suspect& one) { return one.event.q > options_.false_discovery_rate || !explain(one); });
+  return suspects;
 }
 
 /// That explains most; of equals, the one of fewer traits.
-std::optional<Candidate> EventSearch::best() const {
-  std::optional<Candidate> best;
+std::optional<Suspect> EventSearch::best() const {
+  std::optional<Suspect> best;
   const auto offer = [&](const Unit& unit) {
-    for (Candidate& candidate : candidates_of(unit))
-      if (!best || candidate.explained > best->explained) best = std::move(candidate);
+    for (Suspect& suspect : suspects_of(unit))
+      if (!best || suspect.explained > best->explained) best = std::move(suspect);
   };
   for (std::size_t i = series_; i < units_.size(); ++i) offer(units_[i]);
   for (std::size_t i = 0; i < series_; ++i) offer(units_[i]);
@@ -284,33 +281,33 @@ std::optional<Candidate> EventSearch::best() const {
 }
 
 /// Where members were left out, how far the others moved.
-void EventSearch::measure_members(Candidate& candidate) const {
-  if (candidate.event.series.size() == candidate.unit->members.size() || candidate.movement.is_ramp) return;
-  const Track track = pool_of(candidate.event.series);
+void EventSearch::measure_members(Suspect& suspect) const {
+  if (suspect.event.series.size() == suspect.unit->members.size() || suspect.movement.is_ramp) return;
+  const Track track = pool_of(suspect.event.series);
   const SeriesChanges changes = find_changes(track.logs, track.errors, options_.change);
   for (const Shift& shift : changes.shifts) {
-    if (track.calendar[shift.earliest - 1] >= candidate.event.bad) continue;
-    if (track.calendar[shift.latest] <= candidate.event.good) continue;
-    candidate.event.good = track.calendar[shift.earliest - 1];
-    candidate.event.bad = track.calendar[shift.latest];
-    candidate.event.log_ratio = shift.log_ratio;
-    candidate.event.low = shift.low;
-    candidate.event.high = shift.high;
+    if (track.calendar[shift.earliest - 1] >= suspect.event.bad) continue;
+    if (track.calendar[shift.latest] <= suspect.event.good) continue;
+    suspect.event.good = track.calendar[shift.earliest - 1];
+    suspect.event.bad = track.calendar[shift.latest];
+    suspect.event.log_ratio = shift.log_ratio;
+    suspect.event.low = shift.low;
+    suspect.event.high = shift.high;
     return;
   }
 }
 
 /// Every member by what it moved itself, so that nothing of the event is found again. What shares a member is looked at
 /// anew.
-void EventSearch::take_out(const Candidate& candidate) {
+void EventSearch::take_out(const Suspect& suspect) {
   std::vector<bool> is_touched(series_);
-  for (std::size_t i = 0; i < candidate.event.series.size(); ++i) {
-    Track& track = units_[candidate.event.series[i]].track;
+  for (std::size_t i = 0; i < suspect.event.series.size(); ++i) {
+    Track& track = units_[suspect.event.series[i]].track;
     for (std::size_t night = 0; night < track.logs.size(); ++night)
-      track.logs[night] -= candidate.parts[i].size * candidate.movement.shape(track.calendar[night]);
-    is_touched[candidate.event.series[i]] = true;
+      track.logs[night] -= suspect.moves[i].size * suspect.movement.shape(track.calendar[night]);
+    is_touched[suspect.event.series[i]] = true;
   }
-  for (const std::size_t i : candidate.event.series) check_series(i);
+  for (const std::size_t i : suspect.event.series) check_series(i);
   for (std::size_t i = series_; i < units_.size(); ++i)
     if (std::ranges::any_of(units_[i].members, [&](std::size_t member) { return is_touched[member]; }))
       check_group(units_[i]);
@@ -329,13 +326,13 @@ bool is_rest_of(const ChangeEvent& event, const ChangeEvent& earlier) {
 Findings EventSearch::run() {
   Findings findings{.series = of_series_, .events = {}};
   for (std::size_t i = 0; i < units_.size(); ++i) {
-    std::optional<Candidate> candidate = best();
-    if (!candidate) break;
-    measure_members(*candidate);
-    const ChangeEvent& event = candidate->event;
+    std::optional<Suspect> suspect = best();
+    if (!suspect) break;
+    measure_members(*suspect);
+    const ChangeEvent& event = suspect->event;
     if (std::ranges::none_of(findings.events, [&](const ChangeEvent& earlier) { return is_rest_of(event, earlier); }))
       findings.events.push_back(event);
-    take_out(*candidate);
+    take_out(*suspect);
   }
   const auto rank = [](const ChangeEvent& event) {
     return std::tuple(event.log_ratio < 0, !event.is_sure, -std::abs(event.log_ratio));

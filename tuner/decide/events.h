@@ -8,8 +8,7 @@
 
 namespace reliefbench {
 
-/// What a series has in common with others: {"backend", "vulkan"}, {"technique", "cone"}, {"map", ...}, {"format",
-/// ...}.
+/// What a series has in common with others. Empty: nothing.
 struct SeriesTraits {
   std::string machine;
   std::string backend;
@@ -39,7 +38,7 @@ struct ChangeEvent {
   double log_ratio = 0;  ///< pooled
   double low = 0;
   double high = 0;
-  double q = 1;          ///< Benjamini-Hochberg over all series and groups looked at
+  double q = 1;          ///< Benjamini-Hochberg over all series and groups, and the events found before it
   bool is_sure = false;  ///< enough nights beyond the least to be confirmed without a re-run
 };
 
@@ -55,7 +54,11 @@ struct Findings {
 };
 
 /// Looks for steps and drifts in every series and in what they share (the mean log over a technique, map, format,
-/// scene, backend and machine, where smaller steps show), and joins what is one change.
+/// scene, backend and machine, one or two of them, where smaller steps show), and joins what is one change.
+///
+/// The step or drift that explains most of its members' movement is an event; every member is then set right by what it
+/// moved itself, and the search goes on, so that no cause is found twice. A group is believed where one size explains
+/// two thirds of what its members moved. The control series are in no group.
 [[nodiscard]] Findings find_events(std::span<const CheckedSeries> series, const EventOptions& options);
 
 }  // namespace reliefbench

@@ -16,7 +16,7 @@ struct NullRow {
 
 // Printed by reliefbench_tests --gtest_also_run_disabled_tests --gtest_filter=NullGain.DISABLED_PrintsTheTable
 // (tests/null_gain_test.cpp): 200,000 series a row, seed = nights.
-constexpr std::array<NullRow, 16> kNullTable{{
+constexpr std::array<NullRow, 17> kNullTable{{
     {8, {3.34, 12.27, 32.6, 74.5}},
     {9, {4.41, 14.53, 35.5, 74.9}},
     {10, {4.98, 14.87, 34.1, 74.3}},
@@ -33,6 +33,7 @@ constexpr std::array<NullRow, 16> kNullTable{{
     {200, {8.36, 15.70, 21.4, 26.0}},
     {300, {8.77, 16.98, 22.7, 26.9}},
     {400, {9.22, 18.07, 23.5, 28.7}},
+    {600, {10.06, 19.41, 24.2, 28.6}},
 }};
 
 struct NullQuantiles {
@@ -53,7 +54,7 @@ NullQuantiles quantiles(std::size_t nights) {
 }
 
 /// The table's columns between which a value lies, or the last two.
-std::size_t column(const auto& is_beyond) {
+std::size_t bracket(const auto& is_beyond) {
   std::size_t i = 0;
   while (i + 2 < kTableP.size() && is_beyond(i + 1)) ++i;
   return i;
@@ -66,7 +67,7 @@ double null_p(double gain, std::size_t nights) {
   const double first = std::exp(log_gains[0]);
   if (gain <= first) return std::lerp(1.0, kTableP[0], std::max(gain, 0.0) / first);
   const double log_gain = std::log(gain);
-  const std::size_t i = column([&](std::size_t k) { return log_gain > log_gains[k]; });
+  const std::size_t i = bracket([&](std::size_t k) { return log_gain > log_gains[k]; });
   const double share = (log_gain - log_gains[i]) / (log_gains[i + 1] - log_gains[i]);
   return kTableP[i] * std::pow(kTableP[i + 1] / kTableP[i], share);
 }
@@ -74,7 +75,7 @@ double null_p(double gain, std::size_t nights) {
 double null_gain(double p, std::size_t nights) {
   const auto [log_gains] = quantiles(nights);
   if (p >= kTableP[0]) return std::exp(log_gains[0]) * (1 - p) / (1 - kTableP[0]);
-  const std::size_t i = column([&](std::size_t k) { return p < kTableP[k]; });
+  const std::size_t i = bracket([&](std::size_t k) { return p < kTableP[k]; });
   const double share = std::log(p / kTableP[i]) / std::log(kTableP[i + 1] / kTableP[i]);
   return std::exp(std::lerp(log_gains[i], log_gains[i + 1], share));
 }
