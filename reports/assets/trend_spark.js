@@ -22,12 +22,11 @@ function rangeOf(values, levels) {
 }
 
 /**
- * dots: [{x, y, isHollow}], x from 0 to count - 1; levels: as levelLines() gives them; step: [from, to],
+ * dots: [{x, y}], x from 0 to count - 1; levels: as levelLines() gives them; step: [from, to],
  * where the change lies, or nothing; tone: of the change.
  */
 function spark({count, dots, levels = [], step = null, tone = '', label}) {
-  const shown = dots.filter(({isHollow}) => !isHollow);
-  const [low, high] = rangeOf(shown.map(({y}) => y), levels);
+  const [low, high] = rangeOf(dots.map(({y}) => y), levels);
   const x = (place) => ((place + 0.5) / Math.max(count, 1)) * kWidth;
   const y = (value) => kHeight - 3 - (kHeight - 6) * Math.max(0, Math.min(1, (value - low) / (high - low)));
   const radius = Math.max(0.8, Math.min(2.2, kWidth / count / 2.4));
@@ -45,8 +44,8 @@ function spark({count, dots, levels = [], step = null, tone = '', label}) {
       height: Math.max(1, y(level.low) - y(level.high))
     }));
   }
-  const path = (some) => some.map((dot) => `M${x(dot.x).toFixed(1)} ${y(dot.y).toFixed(1)}h0`).join('');
-  svg.append(drawn('path', {class: 'dots', d: path(shown), 'stroke-width': 2 * radius}));
+  const path = dots.map((dot) => `M${x(dot.x).toFixed(1)} ${y(dot.y).toFixed(1)}h0`).join('');
+  svg.append(drawn('path', {class: 'dots', d: path, 'stroke-width': 2 * radius}));
   svg.append(drawn('path', {
     class: 'level',
     d: levels.map((l) => `M${x(l.from - 0.5)} ${y(l.start)}L${x(l.to + 0.5)} ${y(l.end)}`).join('')
@@ -104,8 +103,8 @@ export function eventSpark(event) {
 
 export function seriesSpark(series, event) {
   const invalid = new Set(series.invalid);
-  const isHollow = (at) => invalid.has(at) || series.values[at] === null;
-  const dots = series.nights.map((run, at) => ({x: placeOf[run], y: series.values[at], isHollow: isHollow(at)}));
+  const dots = series.nights.map((run, at) => ({x: placeOf[run], y: series.values[at], at}))
+                   .filter(({y, at}) => y !== null && !invalid.has(at));
   return spark({
     count: runsOf[series.machine].length,
     dots,
