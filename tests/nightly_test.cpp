@@ -21,13 +21,8 @@ using testing::SizeIs;
 constexpr int kNights = 40;
 constexpr int kSlowFrom = 25;
 
-class NightlyTest : public testing::TestWithParam<const char*> {
+class NightlyTest : public OnBothDatabases {
  protected:
-  void SetUp() override {
-    database_ = make_history_database(GetParam(), folder_.path());
-    if (database_.empty()) GTEST_SKIP() << "the PostgreSQL server is not installed";
-  }
-
   [[nodiscard]] CommandResult run(std::vector<std::string> arguments) const {
     return run_reliefbench(std::move(arguments), folder_.path());
   }
@@ -45,9 +40,6 @@ class NightlyTest : public testing::TestWithParam<const char*> {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run(std::move(arguments));
   }
-
-  TempFolder folder_;
-  std::string database_;
 };
 
 json open_events(const CommandResult& result) {
@@ -136,8 +128,7 @@ TEST_P(NightlyTest, builds_that_are_measured_again_settle_a_suspect) {
   EXPECT_THAT(result.err, HasSubstr("'exit 7' ended with exit code 7"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Databases, NightlyTest, testing::ValuesIn(kHistoryDatabases),
-                         [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Databases, NightlyTest, kBothDatabases, database_kind);
 
 }  // namespace
 }  // namespace reliefbench

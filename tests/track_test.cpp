@@ -208,6 +208,18 @@ TEST(TrackTest, a_case_that_fails_is_lost_until_it_is_ok_again) {
   EXPECT_EQ(exit_of(check, mended.view, false), Exit::done);
 }
 
+TEST(TrackTest, a_failure_that_may_pass_is_not_told_of_one_night) {
+  for (const std::size_t nights : {12U, 13U}) {
+    MadeHistory made(nights);
+    made.change("relief", 11, [](RepetitionRow& night) {
+      night.status = "throttled";
+      night.is_valid = false;
+      night.score = 0;
+    });
+    EXPECT_EQ(checked(made.view).events.size(), nights - 12);
+  }
+}
+
 TEST(TrackTest, what_a_rerun_cleared_and_stays_is_the_environment) {
   MadeHistory made(40);
   made.slow_down("cone", 34, 1.06);

@@ -15,6 +15,7 @@ namespace reliefbench {
 namespace {
 
 constexpr double kCommonShare = 2.0 / 3;  // of what a group's members moved that one step of all explains
+constexpr double kAlike = 1.0 / 3;        // of the common step, from which on a member moved with the others
 constexpr double kLeaveOut = 4.6;         // 2 log 10: a member is left out where its own nights say so, ten to one
 constexpr std::size_t kLeastOnASide = 2;  // nights of a member from which its own step is known
 constexpr std::size_t kEver = std::numeric_limits<std::size_t>::max();
@@ -248,8 +249,8 @@ bool EventSearch::explain(Candidate& candidate) const {
   if (members.size() > 1 && candidate.explained < kCommonShare * all) return false;
   candidate.event.series.clear();
   for (std::size_t i = 0; i < members.size(); ++i) {
-    const bool is_beyond = std::abs(parts[i].size) > std::abs(size) && parts[i].size * size > 0;
-    if (!is_beyond && parts[i].squared(parts[i].size - size) > parts[i].squared(parts[i].size) + kLeaveOut) continue;
+    const bool is_alike = parts[i].size / size > kAlike;
+    if (!is_alike && parts[i].squared(parts[i].size - size) > parts[i].squared(parts[i].size) + kLeaveOut) continue;
     candidate.event.series.push_back(members[i]);
     candidate.parts.push_back(parts[i]);
   }

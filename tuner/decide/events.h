@@ -30,8 +30,8 @@ struct CheckedSeries {
 
 /// Series of one machine that moved together.
 struct ChangeEvent {
-  std::string what;                 ///< the smallest group that holds them: "vulkan technique=relaxed_cone"; a case by
-                                    ///< itself is empty
+  std::string what;  ///< the group that holds them: "vulkan technique=relaxed_cone"; all: "everything"; a case by
+                     ///< itself is empty
   std::vector<std::size_t> series;  ///< indices
   std::size_t good = 0;             ///< calendar: last night of the old level for certain
   std::size_t bad = 0;              ///< calendar: first night of the new level for certain
@@ -45,8 +45,8 @@ struct ChangeEvent {
 
 struct EventOptions {
   ChangeOptions change;
-  double false_discovery_rate = 0.05;
-  std::size_t confirming_nights = 3;  ///< nights beyond the least that confirm a step
+  double false_discovery_rate = 0.01;  ///< of one look; a look every night is many
+  std::size_t confirming_nights = 3;   ///< nights beyond the least that confirm a step
 };
 
 struct Findings {
@@ -55,7 +55,7 @@ struct Findings {
 };
 
 /// Looks for steps and drifts in every series and in what they share (the mean log over a technique, map, format,
-/// backend and machine, where smaller steps show), and joins what is one change.
+/// scene, backend and machine, where smaller steps show), and joins what is one change.
 [[nodiscard]] Findings find_events(std::span<const CheckedSeries> series, const EventOptions& options);
 
 }  // namespace reliefbench

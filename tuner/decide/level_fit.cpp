@@ -19,6 +19,7 @@ constexpr double kSpikeOfFew = 16;               // over their number, beyond th
 constexpr double kLenientPenalty = 10;           // in sigma^2, of a step that is proposed
 constexpr double kMostRho = 0.95;
 constexpr double kRhoPrior = 20;         // values without autocorrelation that are taken as seen before
+constexpr double kCommonDf = 16;         // degrees of freedom that the noise of all levels is worth to one
 constexpr double kPlaceQuantile = 7.35;  // -2 log(1 - sqrt(.95))
 
 std::vector<double> absolute(std::span<const double> values) {
@@ -155,28 +156,36 @@ std::size_t LevelFit::best_split(std::size_t first, std::size_t end) const {
 /// autocorrelation", 1954, once for every level.
 void LevelFit::estimate_noise() {
   const auto n = static_cast<double>(values_.size());
-  double squares = 0;
+  std::vector<double> squares;
+  double all_squares = 0;
   double products = 0;
   double before = 0;
   for (std::size_t level = 0; level < starts_.size(); ++level) {
     const double centre = mean(level) - centre_;
+    squares.push_back(0);
     for (std::size_t i = starts_[level]; i < end(level); ++i) {
       const double rest = values_[i] - centre;
-      squares += rest * rest;
+      squares.back() += rest * rest;
       products += rest * before;
       before = rest;
     }
+    all_squares += squares.back();
   }
   rho_ = 0;
-  if (n > 3 && squares > 0) {
-    const double unbiased = (n * products / squares + static_cast<double>(starts_.size())) / (n - 3);
+  if (n > 3 && all_squares > 0) {
+    const double unbiased = (n * products / all_squares + static_cast<double>(starts_.size())) / (n - 3);
     rho_ = std::clamp(unbiased * n / (n + kRhoPrior), 0.0, kMostRho);
   }
-  df_ = n;
+  std::vector<double> df;
+  for (std::size_t level = 0; level < starts_.size(); ++level) {
+    const std::size_t length = std::max<std::size_t>(end(level) - starts_[level], 1);
+    df.push_back(static_cast<double>(length) - mean_inflation(length, rho_));
+  }
+  df_ = std::max(std::accumulate(df.begin(), df.end(), 0.0), 1.0);
+  variance_ = std::max(all_squares / df_, least_sigma_ * least_sigma_);
+  level_variances_.clear();
   for (std::size_t level = 0; level < starts_.size(); ++level)
-    df_ -= mean_inflation(std::max<std::size_t>(end(level) - starts_[level], 1), rho_);
-  df_ = std::max(df_, 1.0);
-  variance_ = std::max(squares / df_, least_sigma_ * least_sigma_);
+    level_variances_.push_back(std::max(variance_, (kCommonDf * variance_ + squares[level]) / (kCommonDf + df[level])));
 }
 
 std::size_t LevelFit::weakest() const {
@@ -216,7 +225,7 @@ double LevelFit::mean(std::size_t level) const {
 
 double LevelFit::mean_variance(std::size_t level) const {
   const std::size_t length = std::max<std::size_t>(end(level) - starts_[level], 1);
-  return variance_ * mean_inflation(length, rho_) / static_cast<double>(length);
+  return level_variances_[level] * mean_inflation(length, rho_) / static_cast<double>(length);
 }
 
 double LevelFit::gain(std::size_t level) const {

@@ -71,6 +71,7 @@ class LevelFit {
   std::vector<double> sums_;  // of the values before
   std::vector<std::size_t> starts_;
   double variance_ = 0;
+  std::vector<double> level_variances_;  // at least variance_: a level may be noisier
   double rho_ = 0;
   double df_ = 1;
 };

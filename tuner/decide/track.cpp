@@ -13,17 +13,6 @@
 namespace reliefbench {
 namespace {
 
-struct StateName {
-  EventState state;
-  std::string_view id;
-};
-constexpr std::array kStateNames = {StateName{EventState::suspect, "suspect"},
-                                    StateName{EventState::confirmed, "confirmed"},
-                                    StateName{EventState::cleared, "cleared"},
-                                    StateName{EventState::environment, "environment"},
-                                    StateName{EventState::recovered, "recovered"},
-                                    StateName{EventState::accepted, "accepted"}};
-
 /// The share of the smaller one's series that two events have in common.
 double overlap(const EventRow& a, const EventRow& b) {
   if (a.series.empty() || b.series.empty()) return a.what == b.what ? 1 : 0;
@@ -145,16 +134,6 @@ void sort_worst_first(std::vector<Judgement>& judged) {
 }
 
 }  // namespace
-
-std::string_view event_state_id(EventState state) {
-  return std::ranges::find(kStateNames, state, &StateName::state)->id;
-}
-
-EventState parse_event_state(std::string_view id) {
-  const auto found = std::ranges::find(kStateNames, id, &StateName::id);
-  if (found == kStateNames.end()) fail_input("unknown state of an event: '{}'", id);
-  return found->state;
-}
 
 bool is_open(const EventRow& event) {
   const EventState state = last_state(event);

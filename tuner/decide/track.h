@@ -13,9 +13,6 @@
 
 namespace reliefbench {
 
-[[nodiscard]] std::string_view event_state_id(EventState state);
-[[nodiscard]] EventState parse_event_state(std::string_view id);  ///< throws: Error(bad_input)
-
 /// The number of each run's epoch on its machine, parallel to view.runs.
 [[nodiscard]] std::vector<std::size_t> epochs_of(const HistoryView& view);
 

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "tuner/history/series_name.h"
+#include "tuner/results/record.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -263,10 +265,12 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
   for (const ChangeEvent& event : findings.events)
     if (matters(event, options)) result.events.push_back(seen_step(view, event, findings.events, checked));
   std::map<std::size_t, double> shifts;  // of each series' last epoch
+  std::set<std::size_t> looked_at;
   for (std::size_t i = 0; i < checked.pieces.size(); ++i) {
     CheckedPiece& piece = checked.pieces[i];
     if (!piece.series) continue;
-    shifts[*piece.series] = findings.series[i].smallest_shift;
+    if (piece.nights.size() >= options.change.least_nights) shifts[*piece.series] = findings.series[i].smallest_shift;
+    looked_at.insert(*piece.series);
     result.epochs.push_back(
         {.series = *piece.series, .nights = std::move(piece.nights), .changes = std::move(findings.series[i])});
   }
@@ -274,7 +278,7 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
   for (const auto& [series, shift] : shifts)
     if (std::isfinite(shift) && shift > 0) values.push_back(shift);
   result.case_shift = values.empty() ? 0 : median(values);
-  result.looked_at = shifts.size();
+  result.looked_at = looked_at.size();
   return result;
 }
 
@@ -317,6 +321,7 @@ std::vector<SeenEvent> lost_cases(const HistoryView& view) {
     if (last_ok == nights.rbegin() || last_ok == nights.rend()) continue;
     const auto first_bad = last_ok.base();
     const bool is_twice = nights.end() - first_bad >= 2;
+    if (!is_twice && may_pass(parse_status(first_bad->status))) continue;
     lost[{view.series[s].machine, last_ok->run, first_bad->run, first_bad->status, is_twice}].push_back(s);
   }
   std::vector<SeenEvent> seen;

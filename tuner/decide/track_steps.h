@@ -29,7 +29,8 @@ struct StepCheck {
 /// Deterministic metrics that have other values from one night to the next, as one event a machine and night.
 [[nodiscard]] std::vector<SeenEvent> changed_errors(const HistoryView& view);
 
-/// Cases that were ok once and failed in the last night that tried them; confirmed from the second such night on.
+/// Cases that were ok once and failed in the last night that tried them; confirmed from the second such night on, and
+/// not told before where the failure is one that may pass.
 [[nodiscard]] std::vector<SeenEvent> lost_cases(const HistoryView& view);
 
 }  // namespace reliefbench

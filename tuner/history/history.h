@@ -14,13 +14,15 @@ namespace reliefbench {
 /// What one import brings: a run with its series' values, and the scores that they name by index.
 struct Night {
   struct Value {
-    SeriesRow series;    ///< id unset
-    RepetitionRow row;   ///< run and score unset
+    SeriesRow series;                  ///< id unset
+    RepetitionRow row;                 ///< run and score unset
     std::optional<std::string> score;  ///< ScoreRow::values, serialised with sorted keys
   };
   RunRow run;  ///< id, environment unset
   nlohmann::json environment;
-  std::vector<Value> values;
+  std::vector<Value> values;           ///< each of another series
+  std::string origin{};                ///< what stays as it is of a run that is gone on with; "": nothing goes on
+  std::vector<std::string> skipped{};  ///< what was measured and is not in `values`, and why: for people
 };
 
 /// The history of a fleet: a database that run folders are imported into, and that can be made anew from them.
@@ -39,6 +41,7 @@ class History {
   History& operator=(const History&) = delete;
 
   /// Adds a night, all of it or nothing. returns: its run's id; nothing where it is there already (by content)
+  /// throws: Error(bad_input): an earlier state of this run is there, a series twice, a number that is not finite
   std::optional<std::int64_t> add(const Night& night);
 
   /// What is asked for.
@@ -47,9 +50,11 @@ class History {
     std::string machine{};                       ///< "" = all
     bool with_samples = false;
   };
+  /// Series without a night in the view are left out; events and their annotations are not, whatever runs they name.
   [[nodiscard]] HistoryView load(const Query& query) const;
 
-  void annotate(const AnnotationRow& annotation);  ///< its id unset
+  /// annotation: its id unset. throws: Error(bad_input): no such run or event
+  void annotate(const AnnotationRow& annotation);
 
   /// Appends a check's events: new ones with their first state, known ones (by key) with states that are new, and what
   /// is now known of their interval and effect as a new change-point row.

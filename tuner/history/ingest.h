@@ -9,7 +9,7 @@ namespace reliefbench {
 
 /// What a person or CI knows of a run beside what its files say.
 struct NightLabels {
-  std::optional<std::string> commit{};   ///< otherwise run.json's git_sha
+  std::optional<std::string> commit{};  ///< otherwise run.json's git_sha
   std::optional<std::string> parent{};
   std::optional<std::int64_t> unix_s{};  ///< otherwise when the run was started
   std::optional<std::string> machine{};  ///< otherwise the host's name

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace reliefbench {
@@ -10,7 +11,7 @@ namespace reliefbench {
 /// What a night was made with. Runs are compared within an environment only: a changed one opens a new epoch.
 struct EnvironmentRow {
   std::int64_t id = 0;
-  std::string hash;     ///< of `content`
+  std::string hash;        ///< of `content`
   nlohmann::json content;  ///< what would change times by itself: CPU, memory, OS and kernel, devices, drivers, timers
 };
 
@@ -23,23 +24,23 @@ struct BuildRow {
 
 /// What a device did in a run beside the cases: the control case, whose work never changes.
 struct CalibrationRow {
-  std::string device;      ///< backend and name: "vulkan llvmpipe (LLVM 15.0.6, 256 bits)"
-  double control_ns = 0;   ///< raw median of a frame
-  double mad = 0;          ///< of the raw times
+  std::string device;     ///< backend and name: "vulkan llvmpipe (LLVM 15.0.6, 256 bits)"
+  double control_ns = 0;  ///< raw median of a frame
+  double mad = 0;         ///< of the raw times
   int n = 0;
 };
 
 /// One night: a run of one machine.
 struct RunRow {
   std::int64_t id = 0;
-  std::string content;   ///< SHA-256 of what was imported: nothing is imported twice
-  std::string kind;      ///< "reliefbench" or "google-benchmark"
-  std::string machine;   ///< its name
+  std::string content;  ///< SHA-256 of what was imported: nothing is imported twice
+  std::string kind;     ///< "reliefbench" or "google-benchmark"
+  std::string machine;  ///< its name
   std::int64_t environment = 0;
   std::int64_t unix_s = 0;  ///< when it was started
   BuildRow build;
-  std::string source;    ///< where it was imported from
-  nlohmann::json health; ///< {"devices": [...]}: timer and filter audit as run.json has them; {} of other kinds
+  std::string source;     ///< where it was imported from
+  nlohmann::json health;  ///< {"devices": [...]}: timer and filter audit as run.json has them; {} of other kinds
   std::vector<CalibrationRow> calibrations;
 };
 
@@ -55,17 +56,17 @@ struct SeriesRow {
   std::string map;
   std::string format;
   std::string backend;
-  std::string device;     ///< as in CalibrationRow; "" of a benchmark
-  std::string metric;     ///< "frame_time"; of a benchmark "real_time", "cpu_time" or a counter's name
-  std::string unit;       ///< "ns", ...
+  std::string device;  ///< as in CalibrationRow; "" of a benchmark
+  std::string metric;  ///< "frame_time"; of a benchmark "real_time", "cpu_time" or a counter's name
+  std::string unit;    ///< "ns", ...
   bool lower_is_better = true;
 };
 
 /// A series in one run. Only what is valid is looked at for changes.
 struct RepetitionRow {
   std::int64_t run = 0;
-  double median = 0;      ///< raw
-  double mad = 0;         ///< of the raw samples
+  double median = 0;  ///< raw
+  double mad = 0;     ///< of the raw samples
   int n = 0;
   /// What is compared: the median of the samples, each divided by the control samples round it in time. It has no unit.
   /// Of a benchmark, which has no control case: the median.
@@ -73,8 +74,8 @@ struct RepetitionRow {
   double standard_error = 0;  ///< of log(value); 0 where n is 1
   bool is_valid = true;       ///< the case is ok, its timer was believed, the value is finite and positive
   std::string status;         ///< the case's; "ok" of a benchmark
-  std::string code;           ///< hash of what is drawn (timing_key): shaders, device, driver, stages. "" of a benchmark
-  std::int64_t score = 0;     ///< ScoreRow: all that is deterministic; 0 where there is none
+  std::string code;        ///< hash of what is drawn (timing_key): shaders, device, driver, stages. "" of a benchmark
+  std::int64_t score = 0;  ///< ScoreRow: all that is deterministic; 0 where there is none
   std::vector<double> samples;  ///< raw; empty unless asked for
 };
 
@@ -87,8 +88,8 @@ struct ScoreRow {
 /// Something that a person said of a night.
 struct AnnotationRow {
   std::int64_t id = 0;
-  std::int64_t run = 0;   ///< 0: of an event
-  std::int64_t event = 0; ///< 0: of a run
+  std::int64_t run = 0;    ///< 0: of an event
+  std::int64_t event = 0;  ///< 0: of a run
   std::int64_t unix_s = 0;
   std::string by;
   std::string text;
@@ -104,12 +105,16 @@ enum class EventState {
   accepted,     ///< a person took the new level for the base
 };
 
+[[nodiscard]] std::string_view event_state_id(EventState state);  ///< as they stand in the enum
+[[nodiscard]] EventState parse_event_state(std::string_view id);  ///< throws: Error(bad_input)
+
 /// A line of an event's history.
 struct EventStateRow {
   std::int64_t unix_s = 0;
   EventState state = EventState::suspect;
-  std::string by;    ///< "check", "confirm" or a person
+  std::string by;  ///< "check", "confirm" or a person
   std::string text;
+  bool operator==(const EventStateRow&) const = default;
 };
 
 /// What kinds of events there are.
@@ -124,17 +129,17 @@ inline constexpr const char* lost = "lost";      ///< a case that was ok is not 
 /// A change that several series may share: an alert group. Its key does not change from one night's check to the next.
 struct EventRow {
   std::int64_t id = 0;
-  std::string key;      ///< of machine, what moved, direction and the first run of the new level as first seen
+  std::string key;  ///< of machine, what moved, direction and the first run of the new level as first seen
   std::string machine;
-  std::string kind;     ///< event_kind
-  std::string what;     ///< "vulkan technique=relaxed_cone"
+  std::string kind;           ///< event_kind
+  std::string what;           ///< "vulkan technique=relaxed_cone"
   std::int64_t good_run = 0;  ///< the last run that has the old level for certain
   std::int64_t bad_run = 0;   ///< the first that has the new level for certain
-  double effect = 0;    ///< new / old - 1
-  double low = 0;       ///< its interval
+  double effect = 0;          ///< new / old - 1
+  double low = 0;             ///< its interval
   double high = 0;
-  double q = 1;         ///< false discovery rate (Benjamini-Hochberg)
-  int algorithm = 0;    ///< version of the detector
+  double q = 1;       ///< false discovery rate (Benjamini-Hochberg)
+  int algorithm = 0;  ///< version of the detector
   std::vector<std::int64_t> series;
   std::vector<EventStateRow> states;  ///< the oldest first; never empty
 };

@@ -1,7 +1,9 @@
 #include "tuner/results/host.h"
 
+#include <sys/utsname.h>
 #include <unistd.h>
 
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -29,8 +31,17 @@ std::string value_in(const char* path, std::string_view key) {
 std::string_view version() { return RELIEFBENCH_VERSION; }
 std::string_view git_sha() { return RELIEFBENCH_GIT_SHA; }
 
+std::string host_name() {
+  std::array<char, 256> name{};
+  if (gethostname(name.data(), name.size() - 1) != 0 || name.front() == '\0') return "unknown";
+  return name.data();
+}
+
 nlohmann::json host_json() {
-  return {{"cpu", value_in("/proc/cpuinfo", "model name")},
+  utsname system{};
+  return {{"name", host_name()},
+          {"kernel", uname(&system) == 0 ? system.release : ""},
+          {"cpu", value_in("/proc/cpuinfo", "model name")},
           {"cores", std::thread::hardware_concurrency()},
           {"os", value_in("/etc/os-release", "PRETTY_NAME")},
           {"memory_bytes", static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE)}};

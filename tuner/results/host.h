@@ -1,5 +1,6 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <string_view>
 
 namespace reliefbench {
@@ -7,7 +8,9 @@ namespace reliefbench {
 [[nodiscard]] std::string_view version();  ///< of reliefbench
 [[nodiscard]] std::string_view git_sha();  ///< of the sources it was built from; "unknown" outside a checkout
 
-/// The machine: {"cpu", "cores", "os", "memory_bytes"}.
+[[nodiscard]] std::string host_name();  ///< what the machine is called; "unknown" where it has no name
+
+/// The machine: {"name", "cpu", "cores", "os", "kernel", "memory_bytes"}.
 [[nodiscard]] nlohmann::json host_json();
 
 }  // namespace reliefbench

@@ -35,6 +35,7 @@ constexpr std::array kKeys = {
     KnownKey{"host", Type::object},
     KnownKey{"host.cpu", Type::text},
     KnownKey{"host.os", Type::text},
+    KnownKey{"host.name", Type::text},
     KnownKey{"config_path", Type::text},
     KnownKey{"bisected", Type::boolean},
     KnownKey{"devices", Type::array},

@@ -1,0 +1,138 @@
+#pragma once
+// Debian's SOCI was built with Boost, whose headers ours would then need for what we don't use.
+#include <soci/soci-config.h>
+#undef SOCI_HAVE_BOOST
+#undef SOCI_HAVE_BOOST_DATE_TIME
+#include <soci/soci.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+namespace reliefbench {
+
+/// A connection to SQLite or PostgreSQL, by SOCI. What differs between the two stands here; all other SQL is one text
+/// for both, and values go as parameters, never as part of it.
+class Database {
+ public:
+  /// name: a file's path, or "postgresql://..."; a file that a writer names is made
+  /// throws: Error as History's constructor
+  Database(const std::string& name, bool may_write);
+
+  [[nodiscard]] soci::session& sql() { return sql_; }
+  /// For messages: without a password.
+  [[nodiscard]] const std::string& shown() const { return shown_; }
+  [[nodiscard]] bool has_table(const std::string& table);
+  [[nodiscard]] bool is_empty();  ///< no table at all
+
+  /// Begins a transaction of the one writer that there is at a time; others wait for it. 30 s at most
+  void begin_writing();
+  /// Begins a transaction that sees one state of the database, whatever is written meanwhile.
+  void begin_reading();
+
+  /// Does some work, whose failure is told by an Error.
+  template <typename Work>
+  auto guarded(Work&& work) const -> decltype(work()) {
+    try {
+      return std::forward<Work>(work)();
+    } catch (const soci::soci_error& error) {
+      fail(error);
+    }
+  }
+
+ private:
+  void open_file(bool may_write);
+  void open_server();
+  [[noreturn]] void fail(const soci::soci_error& error) const;
+
+  std::string name_;
+  std::string shown_;
+  bool is_server_;
+  soci::session sql_;
+};
+
+/// A transaction, which is taken back unless it is committed.
+class Transaction {
+ public:
+  enum class Kind { read, write };
+  Transaction(Database& database, Kind kind);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit();
+
+ private:
+  soci::session& sql_;
+  bool is_open_ = true;
+};
+
+/// The id of a row, or of none.
+struct OptionalId {
+  std::int64_t id = 0;  ///< 0: none, NULL in the table
+};
+
+/// An INSERT that is run for many rows.
+/// Columns: the values' types
+template <typename... Columns>
+class Insert {
+ public:
+  /// into: "table (column, ...)"
+  Insert(soci::session& sql, std::string_view into) : statement_(prepared(sql, into)) {}
+  void operator()(Columns... values) {
+    values_ = {std::move(values)...};
+    statement_.execute(/*with_data_exchange=*/true);
+  }
+
+ private:
+  template <typename Column>
+  static std::string place_of(std::size_t i) {
+    const std::string name = ":v" + std::to_string(i);
+    return std::is_same_v<Column, OptionalId> ? "NULLIF(" + name + ", 0)" : name;
+  }
+  template <typename Column>
+  static auto& bound(Column& value) {
+    if constexpr (std::is_same_v<Column, OptionalId>)
+      return value.id;
+    else
+      return value;
+  }
+  soci::details::prepare_temp_type prepared(soci::session& sql, std::string_view into) {
+    std::string places;
+    std::size_t i = 0;
+    ((places += (i == 0 ? "" : ", ") + place_of<Columns>(i), ++i), ...);
+    soci::details::prepare_temp_type statement =
+        (sql.prepare << "INSERT INTO " + std::string(into) + " VALUES (" + places + ")");
+    std::apply([&](Columns&... value) { ((statement, soci::use(bound(value))), ...); }, values_);
+    return statement;
+  }
+
+  std::tuple<Columns...> values_{};  // before the statement, which points into it
+  soci::statement statement_;
+};
+
+/// Calls `row` with the values of each row that a query finds.
+/// Columns: their types; none may be NULL. parameters: of the query, in the order of its :names
+template <typename... Columns, typename Row, typename... Parameters>
+void each_row(soci::session& sql, const std::string& query, const Row& row, const Parameters&... parameters) {
+  std::tuple<Columns...> values;
+  soci::details::prepare_temp_type prepared = (sql.prepare << query);
+  std::apply([&](Columns&... value) { ((prepared, soci::into(value)), ...); }, values);
+  ((prepared, soci::use(parameters)), ...);
+  soci::statement statement(prepared);
+  statement.execute();
+  while (statement.fetch()) std::apply(row, values);
+}
+
+/// The number that a query finds; 0 where it finds no row.
+template <typename... Parameters>
+[[nodiscard]] std::int64_t number_of(soci::session& sql, const std::string& query, const Parameters&... parameters) {
+  std::int64_t number = 0;
+  each_row<std::int64_t>(
+      sql, query, [&](std::int64_t found) { number = found; }, parameters...);
+  return number;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <array>
+#include <unordered_map>
+
+#include "kernels/base/error.h"
+#include "tuner/history/connection.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::array<std::string_view, 6> kEventStateIds{"suspect",     "confirmed", "cleared",
+                                                         "environment", "recovered", "accepted"};
+
+/// What a change-point row holds, beside its series.
+bool is_known_so(const EventRow& stored, const EventRow& now) {
+  const auto known = [](const EventRow& e) {
+    return std::tie(e.good_run, e.bad_run, e.effect, e.low, e.high, e.q, e.algorithm, e.series);
+  };
+  return known(stored) == known(now);
+}
+
+void write_change_point(soci::session& sql, std::int64_t event_id, const EventRow& event) {
+  const std::int64_t id = next_id(sql, "change_point");
+  Insert<std::int64_t, std::int64_t, std::int64_t, std::int64_t, double, double, double, double, int>(
+      sql, "change_point (id, event, good_run, bad_run, effect, low, high, q, algorithm)")(
+      id, event_id, event.good_run, event.bad_run, event.effect, event.low, event.high, event.q, event.algorithm);
+  Insert<std::int64_t, std::int64_t> member(sql, "change_point_series (change_point, series)");
+  for (const std::int64_t series : event.series) member(id, series);
+}
+
+/// Events with what is known of them last; without their series and states.
+std::vector<EventRow> read_change_points(soci::session& sql, const std::string& machine) {
+  std::vector<EventRow> events;
+  using Id = std::int64_t;
+  each_row<Id, std::string, std::string, std::string, std::string, Id, Id, double, double, double, double, int>(
+      sql,
+      "SELECT e.id, e.key, m.name, e.kind, e.what, c.good_run, c.bad_run, c.effect, c.low, c.high, c.q, c.algorithm"
+      " FROM event e JOIN machine m ON m.id = e.machine JOIN change_point c ON c.event = e.id"
+      " WHERE c.id = (SELECT MAX(id) FROM change_point WHERE event = e.id)"
+      " AND (:any = '' OR m.name = :machine) ORDER BY e.id",
+      [&](Id id, const std::string& key, const std::string& name, const std::string& kind, const std::string& what,
+          Id good_run, Id bad_run, double effect, double low, double high, double q, int algorithm) {
+        events.push_back({.id = id,
+                          .key = key,
+                          .machine = name,
+                          .kind = kind,
+                          .what = what,
+                          .good_run = good_run,
+                          .bad_run = bad_run,
+                          .effect = effect,
+                          .low = low,
+                          .high = high,
+                          .q = q,
+                          .algorithm = algorithm,
+                          .series = {},
+                          .states = {}});
+      },
+      machine, machine);
+  return events;
+}
+
+}  // namespace
+
+std::string_view event_state_id(EventState state) { return kEventStateIds.at(static_cast<std::size_t>(state)); }
+
+EventState parse_event_state(std::string_view id) {
+  const auto found = std::ranges::find(kEventStateIds, id);
+  if (found == kEventStateIds.end()) fail_input("unknown state '{}' of an event", id);
+  return static_cast<EventState>(found - kEventStateIds.begin());
+}
+
+std::vector<EventRow> read_events(soci::session& sql, const std::string& machine) {
+  std::vector<EventRow> events = read_change_points(sql, machine);
+  std::unordered_map<std::int64_t, EventRow*> by_id;
+  for (EventRow& event : events) by_id.emplace(event.id, &event);
+  const auto find = [&](std::int64_t id) {
+    const auto found = by_id.find(id);
+    return found == by_id.end() ? nullptr : found->second;
+  };
+  each_row<std::int64_t, std::int64_t>(
+      sql,
+      "SELECT c.event, s.series FROM change_point c JOIN change_point_series s ON s.change_point = c.id"
+      " WHERE c.id = (SELECT MAX(id) FROM change_point WHERE event = c.event) ORDER BY s.series",
+      [&](std::int64_t id, std::int64_t series) {
+        if (EventRow* event = find(id)) event->series.push_back(series);
+      });
+  each_row<std::int64_t, std::int64_t, std::string, std::string, std::string>(
+      sql, "SELECT event, unix_s, state, author, said FROM event_state ORDER BY id",
+      [&](std::int64_t id, std::int64_t unix_s, const std::string& state, const std::string& by,
+          const std::string& text) {
+        if (EventRow* event = find(id))
+          event->states.push_back({.unix_s = unix_s, .state = parse_event_state(state), .by = by, .text = text});
+      });
+  return events;
+}
+
+void write_event(soci::session& sql, EventRow event) {
+  event.key = storable(event.key);
+  std::ranges::sort(event.series);
+  const auto [last, end] = std::ranges::unique(event.series);
+  event.series.erase(last, end);
+  for (EventStateRow& state : event.states) {
+    state.by = storable(state.by);
+    state.text = storable(state.text);
+  }
+  std::vector<EventRow> all = read_events(sql, event.machine);
+  const auto stored = std::ranges::find(all, event.key, &EventRow::key);
+  const bool is_new = stored == all.end();
+  const std::int64_t id = is_new ? next_id(sql, "event") : stored->id;
+  if (is_new)
+    Insert<std::int64_t, std::string, std::int64_t, std::string, std::string>(
+        sql, "event (id, key, machine, kind, what)")(id, event.key, machine_id(sql, event.machine),
+                                                     storable(event.kind), storable(event.what));
+  if (is_new || !is_known_so(*stored, event)) write_change_point(sql, id, event);
+  Insert<std::int64_t, std::int64_t, std::int64_t, std::string, std::string, std::string> insert(
+      sql, "event_state (id, event, unix_s, state, author, said)");
+  std::int64_t next = next_id(sql, "event_state");
+  for (const EventStateRow& state : event.states)
+    if (is_new || std::ranges::find(stored->states, state) == stored->states.end())
+      insert(next++, id, state.unix_s, std::string(event_state_id(state.state)), state.by, state.text);
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,11 @@
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+namespace reliefbench {
+
+/// Seconds since 1970 of ISO 8601 with a time: "2026-11-22T12:00:00Z", "2026-11-22T14:00+02:00", or of "@1795348800".
+/// what: for messages, what the text is of. throws: Error(bad_input)
+[[nodiscard]] std::int64_t parse_moment(std::string_view text, std::string_view what);
+
+}  // namespace reliefbench
