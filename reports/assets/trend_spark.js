@@ -55,21 +55,24 @@ function spark({count, dots, levels = [], step = null, tone = '', label}) {
 
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-/** What the event's series did together: the means of their log values, each less its level before the event. */
-function pooled({series, good_run: good, bad_run: bad}) {
+const quantile = (values, share) => [...values].sort((a, b) => a - b)[Math.floor(share * values.length)];
+
+/** Where three of four series are on the level that they have in a run: [from, to], or nothing. */
+function commonSpan(series, run) {
+  const held = series.map((one) => [one.nights, levelAt(one, run)]).filter(([, level]) => level);
+  if (held.length === 0) return null;
+  return [
+    quantile(held.map(([nights, {first}]) => placeOf[nights[first]]), 0.75),
+    quantile(held.map(([nights, {end}]) => placeOf[nights[end - 1]]), 0.25)
+  ];
+}
+
+/** What series did together: the means of their log values, each less its level at the run before the event. */
+function pooled(series, good) {
   const sums = new Map();
-  const before = {from: 0, to: placeOf[good] ?? -Infinity};
-  const after = {from: placeOf[bad] ?? 0, to: Infinity};
-  const narrow = (side, {nights}, level) => {
-    side.from = level ? Math.max(side.from, placeOf[nights[level.first]]) : Infinity;
-    side.to = level ? Math.min(side.to, placeOf[nights[level.end - 1]]) : -Infinity;
-  };
-  for (const one of series.map((index) => data.series[index])) {
+  for (const one of series) {
     const {nights, values, invalid, spikes} = one;
-    const level = levelAt(one, good);
-    narrow(before, one, level);
-    narrow(after, one, levelAt(one, bad));
-    const base = Math.log(level?.value ?? values.find((value) => value > 0));
+    const base = Math.log(levelAt(one, good)?.value ?? values.find((value) => value > 0));
     const left = new Set([...invalid, ...spikes]);
     nights.forEach((run, at) => {
       if (left.has(at) || !(values[at] > 0)) return;
@@ -77,27 +80,32 @@ function pooled({series, good_run: good, bad_run: bad}) {
       sums.set(placeOf[run], [sum + Math.log(values[at]) - base, count + 1]);
     });
   }
-  const dots = [...sums].sort(([a], [b]) => a - b).map(([x, [sum, count]]) => ({x, y: sum / count}));
-  return {dots, sides: [before, after]};
+  return [...sums].sort(([a], [b]) => a - b).map(([x, [sum, count]]) => ({x, y: sum / count}));
 }
 
-/** With the levels before and after, for the nights that all of the series have them. */
+/** With the levels before and after, where most of the series have them. */
 export function eventSpark(event) {
-  const {dots, sides} = pooled(event);
+  const series = event.series.map((index) => data.series[index]);
+  const dots = pooled(series, event.good_run);
   if (dots.length === 0) return null;
-  const levels = sides.flatMap(({from, to}) => {
-    const side = dots.filter(({x}) => from <= x && x <= to);
+  const step = stepOf(event);
+  const level = (span, from, to) => {
+    const side = span ? dots.filter(({x}) => Math.max(from, span[0]) <= x && x <= Math.min(to, span[1])) : [];
     if (side.length === 0) return [];
     const height = mean(side.map(({y}) => y));
     return [{from: side[0].x, to: side[side.length - 1].x, start: height, end: height}];
-  });
+  };
+  const levels = !step ? [] : [
+    ...level(commonSpan(series, event.good_run), 0, step[0]),
+    ...level(commonSpan(series, event.bad_run), step[1], Infinity)
+  ];
   return spark({
     count: runsOf[event.machine].length,
     dots,
-    levels: event.kind === 'drift' ? [] : levels,
-    step: stepOf(event),
+    levels,
+    step,
     tone: toneOf(event),
-    label: `${dots.length} nights, the mean of ${event.series.length} series`
+    label: `${dots.length} nights, the mean of ${series.length} series`
   });
 }
 
