@@ -12,11 +12,6 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-auto has(const std::string& name, const std::string& value) {
-  return HasSubstr(fmt::format("data-{}=\"{}\"", name, value));
-}
-auto has(const std::string& name, std::size_t value) { return has(name, std::to_string(value)); }
-
 class TrendInBrowser : public InBrowser {
  protected:
   /// probe: the body of an async function with some helpers; `go` follows a link and waits until its view is there.
