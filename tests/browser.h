@@ -81,6 +81,12 @@ inline std::string body_tag(const std::string& dom) {
   return begin == std::string::npos ? "no page" : dom.substr(begin, dom.find("\n<script>", begin) - begin);
 }
 
+/// result.NAME of a probe, as it stands in the body's tag.
+inline auto has(const std::string& name, const std::string& value) {
+  return testing::HasSubstr(fmt::format("data-{}=\"{}\"", name, value));
+}
+inline auto has(const std::string& name, std::size_t value) { return has(name, std::to_string(value)); }
+
 /// A page that was drawn to its end, without an error and with nothing loaded.
 inline void expect_drawn(const std::string& body) {
   EXPECT_THAT(body, testing::HasSubstr("data-rendered=\"true\""));

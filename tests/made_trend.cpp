@@ -22,7 +22,7 @@ constexpr std::int64_t kDay_s = 86400;
 
 std::string utc(std::int64_t unix_s) { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(unix_s)); }
 std::string hex(std::uint64_t number, int digits) { return fmt::format("{:016x}", number).substr(0, digits); }
-double rounded(double value) { return std::stod(fmt::format("{:.5g}", value)); }
+double five_digits(double value) { return std::stod(fmt::format("{:.5g}", value)); }
 
 struct Traits {
   std::string technique, map, format, scene, backend;
@@ -216,7 +216,7 @@ class TrendMaker {
       nights.push_back(run_of(machine, night));
       const bool is_new = night >= epoch && std::string_view(backend) == "vulkan";
       control.push_back(
-          rounded(2.4e5 * static_cast<double>(machine + 1) * std::exp(noise(0.005) + (is_new ? 0.06 : 0))));
+          five_digits(2.4e5 * static_cast<double>(machine + 1) * std::exp(noise(0.005) + (is_new ? 0.06 : 0))));
     }
     const bool is_llvmpipe = machine == 0;
     json audit = {{{"timer", "device"},
@@ -293,8 +293,8 @@ class TrendMaker {
       const bool is_invalid = happens(traits.machine == 0 && night == 12 ? 1 : 0.006);
       if (is_spike) spikes.push_back(night);
       if (is_invalid) invalid.push_back(night);
-      errors.push_back(rounded(0.003 + std::abs(noise(0.001))));
-      const double value = rounded(base * std::exp(shift[night] + noise(kNoise) + (is_spike ? 0.11 : 0)));
+      errors.push_back(five_digits(0.003 + std::abs(noise(0.001))));
+      const double value = five_digits(base * std::exp(shift[night] + noise(kNoise) + (is_spike ? 0.11 : 0)));
       values.push_back(is_invalid && night % 2 == 0 ? json() : json(value));
       if (night + 1 < ends[level]) continue;
       const double half_width = 1.96 * kNoise / std::sqrt(static_cast<double>(night + 1 - begin));
@@ -302,9 +302,9 @@ class TrendMaker {
           std::log(base) + (shift[night] + (drift.is_null() ? shift[night] : shift[begin])) / 2 + noise(half_width / 4);
       levels.push_back({{"first", begin},
                         {"end", night + 1},
-                        {"value", rounded(std::exp(log_value))},
-                        {"low", rounded(std::exp(log_value - half_width))},
-                        {"high", rounded(std::exp(log_value + half_width))}});
+                        {"value", five_digits(std::exp(log_value))},
+                        {"low", five_digits(std::exp(log_value - half_width))},
+                        {"high", five_digits(std::exp(log_value + half_width))}});
       begin = ends[level++];
     }
     const std::string name = fmt::format("{} {}_steps={}", traits.technique, traits.technique, steps);
@@ -325,7 +325,7 @@ class TrendMaker {
             {"invalid", invalid},
             {"spikes", spikes},
             {"levels", levels},
-            {"sigma", options_.nights < 2 ? json() : json(rounded(kNoise * std::exp(noise(0.2))))},
+            {"sigma", options_.nights < 2 ? json() : json(five_digits(kNoise * std::exp(noise(0.2))))},
             {"smallest_shift", options_.nights < 2 ? json() : json(0.021)},
             {"autocorrelation", options_.nights < 2 ? json() : json(0.08)},
             {"drift", drift},

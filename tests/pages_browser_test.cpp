@@ -17,12 +17,6 @@ namespace {
 
 using testing::HasSubstr;
 
-/// result.NAME of a probe, as it stands in the body's tag.
-auto has(const std::string& name, const std::string& value) {
-  return HasSubstr(fmt::format("data-{}=\"{}\"", name, value));
-}
-auto has(const std::string& name, std::size_t value) { return has(name, std::to_string(value)); }
-
 class ExtremesInBrowser : public InBrowser {
  protected:
   const std::filesystem::path stress_ = write_hand_made_stress(folder_ / "stress");

@@ -51,7 +51,7 @@ readState();
 showView();
 window.addEventListener('hashchange', onNavigation);
 
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', drawCharts);
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => drawCharts());
 // Paper is white whatever the screen is; charts are pictures, so they must be redrawn for it.
 for (const printing of [true, false]) {
   window.addEventListener(printing ? 'beforeprint' : 'afterprint', () => {

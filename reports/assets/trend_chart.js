@@ -227,12 +227,12 @@ function chartCanvas(label) {
 
 const drawings = new Map();  // canvas -> how its chart is made
 
-/** Makes the charts anew of all canvases that are still shown: after a change of colours, or for those just put in. */
-export function drawCharts() {
+/** Makes the charts of a place anew: those just put there, or all after a change of colours. */
+export function drawCharts(place = document.body) {
   const theme = readTheme();
   for (const [canvas, draw] of drawings) {
-    const chart = Chart.getChart(canvas);
-    if (chart) chart.destroy();
+    if (canvas.isConnected && !place.contains(canvas)) continue;
+    Chart.getChart(canvas)?.destroy();
     if (canvas.isConnected)
       draw(theme);
     else

@@ -30,8 +30,11 @@ export const environmentOf = (run) => data.environments[run.environment] || {has
 const isWorse = (event) => event.kind === 'slower' || (event.kind === 'drift' && event.effect > 0);
 const isBetter = (event) => event.kind === 'faster' || (event.kind === 'drift' && event.effect < 0);
 /** worse, better or other: a class name, too. */
-export const toneOf = (event) => (isWorse(event) ? 'worse' : isBetter(event) ? 'better' : 'other');
-export const glyphOf = (event) => ({worse: '▲', better: '▼', other: '◆'})[toneOf(event)];
+export const toneOf = (event) =>
+    (isWorse(event) || event.kind === 'lost' ? 'worse' :
+         isBetter(event)                     ? 'better' :
+                                               'other');
+export const glyphOf = (event) => (event.kind === 'lost' ? '✕' : {worse: '▲', better: '▼', other: '◆'}[toneOf(event)]);
 
 export function effectText(event) {
   if (event.effect === null) return event.kind === 'lost' ? 'lost' : 'errors changed';

@@ -22,7 +22,8 @@ function historyList(event) {
 
 function whenText({kind, good_run: good, bad_run: bad}) {
   if (kind === 'drift') return `from ${dayOf(good)} to ${dayOf(bad)}`;
-  return bad === null ? 'moved before these nights' : `last seen as before on ${dayOf(good)}, moved by ${dayOf(bad)}`;
+  return bad === null ? 'changed before these nights' :
+                        `last seen as before on ${dayOf(good)}, changed by ${dayOf(bad)}`;
 }
 
 /** What the history does not end in anyway. */

@@ -93,8 +93,8 @@ function nightsTable(series, dots) {
     const [value, error] = [series.values[at], series.errors[at]];
     return [
       formatMoment(run.time), make('code', {}, shortCommit(run.commit)),
-      numberCell(value === null ? '–' : formatValue(series, value)),
-      numberCell(error === null ? '–' : percent(error, 2)), environmentOf(run).hash, kKindTexts[kind]
+      numberCell(value === null ? '–' : formatValue(series, value)), numberCell(error ? percent(error, 2) : '–'),
+      environmentOf(run).hash, kKindTexts[kind]
     ];
   });
   return dataTable(['Night', 'Commit', series.metric, 'Standard error', 'Environment', ''], rows.reverse());
@@ -128,5 +128,5 @@ export function showSeries(place, series) {
       ...seriesCharts(series, summaryOf(series)), legend(series, dots), noteList(series), facts(series),
       epochsOf(series.machine).length > 1 ? epochTable(series.machine) : null,
       lazyDetails(`All ${dots.length} nights as a table`, () => nightsTable(series, dots))));
-  drawCharts();
+  drawCharts(place);
 }

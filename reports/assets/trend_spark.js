@@ -22,12 +22,11 @@ function rangeOf(values, levels) {
 }
 
 /**
- * dots: [{x, y, isHollow}], x from 0 to count - 1; levels: as levelLines() gives them; step: [from, to],
+ * dots: [{x, y}], x from 0 to count - 1; levels: as levelLines() gives them; step: [from, to],
  * where the change lies, or nothing; tone: of the change.
  */
 function spark({count, dots, levels = [], step = null, tone = '', label}) {
-  const shown = dots.filter(({isHollow}) => !isHollow);
-  const [low, high] = rangeOf(shown.map(({y}) => y), levels);
+  const [low, high] = rangeOf(dots.map(({y}) => y), levels);
   const x = (place) => ((place + 0.5) / Math.max(count, 1)) * kWidth;
   const y = (value) => kHeight - 3 - (kHeight - 6) * Math.max(0, Math.min(1, (value - low) / (high - low)));
   const radius = Math.max(0.8, Math.min(2.2, kWidth / count / 2.4));
@@ -45,8 +44,8 @@ function spark({count, dots, levels = [], step = null, tone = '', label}) {
       height: Math.max(1, y(level.low) - y(level.high))
     }));
   }
-  const path = (some) => some.map((dot) => `M${x(dot.x).toFixed(1)} ${y(dot.y).toFixed(1)}h0`).join('');
-  svg.append(drawn('path', {class: 'dots', d: path(shown), 'stroke-width': 2 * radius}));
+  const path = dots.map((dot) => `M${x(dot.x).toFixed(1)} ${y(dot.y).toFixed(1)}h0`).join('');
+  svg.append(drawn('path', {class: 'dots', d: path, 'stroke-width': 2 * radius}));
   svg.append(drawn('path', {
     class: 'level',
     d: levels.map((l) => `M${x(l.from - 0.5)} ${y(l.start)}L${x(l.to + 0.5)} ${y(l.end)}`).join('')
@@ -56,21 +55,24 @@ function spark({count, dots, levels = [], step = null, tone = '', label}) {
 
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-/** What the event's series did together: the means of their log values, each less its level before the event. */
-function pooled({series, good_run: good, bad_run: bad}) {
+const quantile = (values, share) => [...values].sort((a, b) => a - b)[Math.floor(share * values.length)];
+
+/** Where three of four series are on the level that they have in a run: [from, to], or nothing. */
+function commonSpan(series, run) {
+  const held = series.map((one) => [one.nights, levelAt(one, run)]).filter(([, level]) => level);
+  if (held.length === 0) return null;
+  return [
+    quantile(held.map(([nights, {first}]) => placeOf[nights[first]]), 0.75),
+    quantile(held.map(([nights, {end}]) => placeOf[nights[end - 1]]), 0.25)
+  ];
+}
+
+/** What series did together: the means of their log values, each less its level at the run before the event. */
+function pooled(series, good) {
   const sums = new Map();
-  const before = {from: 0, to: placeOf[good] ?? -Infinity};
-  const after = {from: placeOf[bad] ?? 0, to: Infinity};
-  const narrow = (side, {nights}, level) => {
-    side.from = level ? Math.max(side.from, placeOf[nights[level.first]]) : Infinity;
-    side.to = level ? Math.min(side.to, placeOf[nights[level.end - 1]]) : -Infinity;
-  };
-  for (const one of series.map((index) => data.series[index])) {
+  for (const one of series) {
     const {nights, values, invalid, spikes} = one;
-    const level = levelAt(one, good);
-    narrow(before, one, level);
-    narrow(after, one, levelAt(one, bad));
-    const base = Math.log(level?.value ?? values.find((value) => value > 0));
+    const base = Math.log(levelAt(one, good)?.value ?? values.find((value) => value > 0));
     const left = new Set([...invalid, ...spikes]);
     nights.forEach((run, at) => {
       if (left.has(at) || !(values[at] > 0)) return;
@@ -78,34 +80,39 @@ function pooled({series, good_run: good, bad_run: bad}) {
       sums.set(placeOf[run], [sum + Math.log(values[at]) - base, count + 1]);
     });
   }
-  const dots = [...sums].sort(([a], [b]) => a - b).map(([x, [sum, count]]) => ({x, y: sum / count}));
-  return {dots, sides: [before, after]};
+  return [...sums].sort(([a], [b]) => a - b).map(([x, [sum, count]]) => ({x, y: sum / count}));
 }
 
-/** With the levels before and after, for the nights that all of the series have them. */
+/** With the levels before and after, where most of the series have them. */
 export function eventSpark(event) {
-  const {dots, sides} = pooled(event);
+  const series = event.series.map((index) => data.series[index]);
+  const dots = pooled(series, event.good_run);
   if (dots.length === 0) return null;
-  const levels = sides.flatMap(({from, to}) => {
-    const side = dots.filter(({x}) => from <= x && x <= to);
+  const step = stepOf(event);
+  const level = (span, from, to) => {
+    const side = span ? dots.filter(({x}) => Math.max(from, span[0]) <= x && x <= Math.min(to, span[1])) : [];
     if (side.length === 0) return [];
     const height = mean(side.map(({y}) => y));
     return [{from: side[0].x, to: side[side.length - 1].x, start: height, end: height}];
-  });
+  };
+  const levels = !step ? [] : [
+    ...level(commonSpan(series, event.good_run), 0, step[0]),
+    ...level(commonSpan(series, event.bad_run), step[1], Infinity)
+  ];
   return spark({
     count: runsOf[event.machine].length,
     dots,
-    levels: event.kind === 'drift' ? [] : levels,
-    step: stepOf(event),
+    levels,
+    step,
     tone: toneOf(event),
-    label: `${dots.length} nights, the mean of ${event.series.length} series`
+    label: `${dots.length} nights, the mean of ${series.length} series`
   });
 }
 
 export function seriesSpark(series, event) {
   const invalid = new Set(series.invalid);
-  const isHollow = (at) => invalid.has(at) || series.values[at] === null;
-  const dots = series.nights.map((run, at) => ({x: placeOf[run], y: series.values[at], isHollow: isHollow(at)}));
+  const dots = series.nights.map((run, at) => ({x: placeOf[run], y: series.values[at], at}))
+                   .filter(({y, at}) => y !== null && !invalid.has(at));
   return spark({
     count: runsOf[series.machine].length,
     dots,
