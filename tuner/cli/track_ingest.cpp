@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <memory>
 #include <optional>
 
 #include "kernels/base/console.h"
@@ -97,8 +98,8 @@ Exit ingest_command(const IngestArguments& arguments) {
 
 void add_track_ingest(CLI::App& track, int& exit_code) {
   CLI::App* command = track.add_subcommand("ingest", "import runs' folders, or Google Benchmark's JSON files");
-  const CLI::Option* sources =
-      command->add_option("DIR", "folder of a finished sweep or tune, or a JSON file")->required()->expected(1, -1);
+  const auto sources = std::make_shared<std::vector<std::string>>();
+  command->add_option("DIR", *sources, "folders of finished sweeps and tunes, JSON files")->required()->expected(1, -1);
   const CLI::Option* database = add_database_option(*command);
   const CLI::Option* commit =
       command->add_option("--commit", "what was measured; the commit that reliefbench was built from")
@@ -116,10 +117,8 @@ void add_track_ingest(CLI::App& track, int& exit_code) {
       "aggregates alone, their median counts. A tune's folder holds only what its search timed that night.\n"
       "Example:\n  reliefbench track ingest out/night --db history.db --commit $(git rev-parse HEAD)");
   command->callback([=, &exit_code] {
-    IngestArguments arguments{.sources = sources->as<std::vector<std::string>>(),
-                              .database = database->as<std::string>(),
-                              .labels = {},
-                              .json = is_set(json)};
+    IngestArguments arguments{
+        .sources = *sources, .database = database->as<std::string>(), .labels = {}, .json = is_set(json)};
     NightLabels& labels = arguments.labels;
     for (const auto& [option, label] :
          {std::pair(commit, &labels.commit), std::pair(parent, &labels.parent), std::pair(machine, &labels.machine)})
