@@ -64,7 +64,7 @@ TEST_P(NightlyTest, a_technique_that_gets_slower_is_one_alert) {
 
   const CommandResult result = run({"track", "check", "--db", database_, "--json", "--junit", "news.xml"});
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_EQ(schema_errors("track", json::parse(result.out)), "");
+  EXPECT_EQ(schema_errors("track_check", json::parse(result.out)), "");
   const json open = open_events(result);
   ASSERT_THAT(open, SizeIs(1));
   EXPECT_THAT(open[0].at("what").get<std::string>(), HasSubstr("technique=relaxed_cone"));

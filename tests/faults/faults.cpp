@@ -77,6 +77,10 @@ ssize_t pwrite(int fd, const void* bytes, std::size_t size, off_t offset) {
   return inject("pwrite", path_of(fd), text(bytes, size),
                 [&] { return next<decltype(pwrite)>("pwrite")(fd, bytes, size, offset); });
 }
+ssize_t pwrite64(int fd, const void* bytes, std::size_t size, off64_t offset) {  // SQLite's
+  return inject("pwrite", path_of(fd), text(bytes, size),
+                [&] { return next<decltype(pwrite64)>("pwrite64")(fd, bytes, size, offset); });
+}
 int fsync(int fd) {
   return inject("fsync", path_of(fd), "", [&] { return next<decltype(fsync)>("fsync")(fd); });
 }

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <memory>
 #include <optional>
 
 #include "kernels/base/console.h"
@@ -96,8 +97,8 @@ Exit ingest_command(const IngestArguments& arguments) {
 
 void add_track_ingest(CLI::App& track, int& exit_code) {
   CLI::App* command = track.add_subcommand("ingest", "import runs' folders, or Google Benchmark's JSON files");
-  const CLI::Option* sources =
-      command->add_option("DIR", "folder of a finished sweep or tune, or a JSON file")->required()->expected(1, -1);
+  const auto sources = std::make_shared<std::vector<std::string>>();
+  command->add_option("DIR", *sources, "folders of finished sweeps and tunes, JSON files")->required()->expected(1, -1);
   const CLI::Option* database = add_database_option(*command);
   const LabelOptions labels = add_label_options(*command);
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
@@ -108,7 +109,7 @@ void add_track_ingest(CLI::App& track, int& exit_code) {
       "aggregates alone, their median counts. A tune's folder holds only what its search timed that night.\n"
       "Example:\n  reliefbench track ingest out/night --db history.db --commit $(git rev-parse HEAD)");
   command->callback([=, &exit_code] {
-    exit_code = static_cast<int>(ingest_command({.sources = sources->as<std::vector<std::string>>(),
+    exit_code = static_cast<int>(ingest_command({.sources = *sources,
                                                  .database = database->as<std::string>(),
                                                  .labels = labels.labels(),
                                                  .json = is_set(json)}));

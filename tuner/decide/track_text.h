@@ -19,7 +19,7 @@ namespace reliefbench {
 /// "Linux 6.1, vulkan llvmpipe (Mesa 22.3.6)"
 [[nodiscard]] std::string environment_text(const EnvironmentRow& row);
 
-/// The check for machines (configs/schema/track.schema.json).
+/// The check for machines (configs/schema/track_check.schema.json).
 [[nodiscard]] nlohmann::json track_json(const HistoryView& view, const TrackCheck& check);
 
 /// The open events, and those that are new, as a comment or mail. Nothing to say: one line.

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
+#include <system_error>
 #include <thread>
 
 #include "kernels/base/error.h"
@@ -69,6 +70,14 @@ int sqlite_result(const soci::soci_error& error) {
   return own == nullptr ? SQLITE_ERROR : own->result() & 0xff;
 }
 
+/// The errno that made SQLite give up.
+int system_error(soci::session& sql, int result) {
+  if (result == SQLITE_FULL || sql.get_backend() == nullptr) return ENOSPC;
+  const int known =
+      sqlite_api::sqlite3_system_errno(static_cast<soci::sqlite3_session_backend&>(*sql.get_backend()).conn_);
+  return known == 0 ? EIO : known;
+}
+
 /// A history's file goes over to a write-ahead log once; SQLite itself does not wait where another process does so now.
 void use_write_ahead_log(soci::session& sql) {
   std::string mode;
@@ -107,7 +116,8 @@ void Database::open_file(bool may_write) {
     sql_ << "SELECT COUNT(*) FROM sqlite_master", soci::into(tables);
   } catch (const soci::soci_error& error) {
     // The log of a file in a folder where nobody may write can be neither read nor made, nor is anything being written.
-    if (may_write || sqlite_result(error) != SQLITE_CANTOPEN) throw;
+    const int result = sqlite_result(error);
+    if (may_write || (result != SQLITE_CANTOPEN && result != SQLITE_READONLY)) throw;
     sql_.close();
     sql_.open(soci::sqlite3, file_uri(path, "mode=ro&immutable=1"));
   }
@@ -146,7 +156,7 @@ void Database::begin_writing() {
 
 void Database::begin_reading() { sql_ << (is_server_ ? "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY" : "BEGIN"); }
 
-void Database::fail(const soci::soci_error& error) const {
+void Database::fail(const soci::soci_error& error) {
   const std::string words = words_of(error);
   if (is_server_) {
     if (words.find("shared library") != std::string::npos)
@@ -154,9 +164,12 @@ void Database::fail(const soci::soci_error& error) const {
                        shown_);
     fail_environment("{}: {}", shown_, words);
   }
-  switch (sqlite_result(error)) {
+  const int result = sqlite_result(error);
+  switch (result) {
     case SQLITE_FULL:
-      fail_environment("{}: cannot be written: No space left on device", shown_);
+    case SQLITE_IOERR:
+      fail_environment("{}: cannot be read or written: {}", shown_,
+                       std::generic_category().message(system_error(sql_, result)));
     case SQLITE_BUSY:
       fail_environment("{}: another process has been writing to it for {} s", shown_, kPatience_s);
     case SQLITE_READONLY:

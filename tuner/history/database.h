@@ -35,7 +35,7 @@ class Database {
 
   /// Does some work, whose failure is told by an Error.
   template <typename Work>
-  auto guarded(Work&& work) const -> decltype(work()) {
+  auto guarded(Work&& work) -> decltype(work()) {
     try {
       return std::forward<Work>(work)();
     } catch (const soci::soci_error& error) {
@@ -46,7 +46,7 @@ class Database {
  private:
   void open_file(bool may_write);
   void open_server();
-  [[noreturn]] void fail(const soci::soci_error& error) const;
+  [[noreturn]] void fail(const soci::soci_error& error);
 
   std::string name_;
   std::string shown_;

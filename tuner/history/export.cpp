@@ -160,7 +160,7 @@ json github_action_json(const HistoryView& view) {
     list.push_back({{"name", column_name(series, /*with_machine=*/false)},
                     {"unit", is_of_ours(series) ? "of the control case" : series.unit},
                     {"value", row.value},
-                    {"extra", fmt::format("median {} {}, {} samples", row.median, series.unit, row.n)}});
+                    {"extra", fmt::format("median {:.6g} {}, {} samples", row.median, series.unit, row.n)}});
     if (row.standard_error > 0) list.back()["range"] = fmt::format("± {:.2g} %", 100 * kNormal95 * row.standard_error);
   });
   return list;

@@ -113,13 +113,23 @@ void add_entry(const json& entry, Benchmark& benchmark) {
   if (is_true(entry, "skipped")) benchmark.trouble = "skipped";
   if (string_in(entry, "aggregate_unit") == "percentage") return;  // coefficients of variation
   if (string_in(entry, "run_type") == "aggregate")
-    benchmark.aggregated = static_cast<int>(number_in(entry, "repetitions").value_or(0));
+    benchmark.aggregated = static_cast<int>(std::clamp(number_in(entry, "repetitions").value_or(0), 0.0, 1e6));
   const double factor = ns_per_unit(string_in(entry, "time_unit"));
   for (const char* key : {"real_time", "cpu_time"})
     if (entry.contains(key)) add_number(entry, key, factor, /*is_time=*/true, benchmark);
   for (const auto& [key, value] : entry.items())
     if ((value.is_number() || value.is_null()) && std::ranges::find(kNoMetrics, key) == kNoMetrics.end())
       add_number(entry, key, 1, /*is_time=*/false, benchmark);
+}
+
+/// Where the time is set by hand, as a GPU's is, no time of the CPU is measured: 0 throughout.
+void drop_unmeasured(Benchmark& benchmark) {
+  const auto cpu_time = benchmark.metrics.find("cpu_time");
+  if (cpu_time == benchmark.metrics.end()) return;
+  bool is_measured = false;
+  for (const std::optional<double>& value : cpu_time->second.repetitions) is_measured |= value != 0.0;
+  for (const auto& [name, value] : cpu_time->second.aggregates) is_measured |= value != 0.0;
+  if (!is_measured) benchmark.metrics.erase(cpu_time);
 }
 
 std::optional<double> aggregate(const MeasuredNumber& metric, const std::string& name) {
@@ -130,9 +140,10 @@ std::optional<double> aggregate(const MeasuredNumber& metric, const std::string&
 RepetitionRow row_of(const Benchmark& benchmark, const MeasuredNumber& metric) {
   RepetitionRow row;
   row.status = benchmark.trouble.empty() ? "ok" : benchmark.trouble;
-  for (const std::optional<double>& value : metric.repetitions)
-    value ? row.samples.push_back(*value)
-          : static_cast<void>(row.status = row.status == "ok" ? "not_finite" : row.status);
+  for (const std::optional<double>& value : metric.repetitions) {
+    if (value) row.samples.push_back(*value);
+    if (!value && row.status == "ok") row.status = "not_finite";
+  }
   if (!row.samples.empty()) {
     const Summary summary = summarise(row.samples);
     row.median = summary.median;
@@ -220,7 +231,8 @@ Night read_google_benchmark(const std::filesystem::path& path, std::optional<std
       unix_s ? *unix_s : parse_moment(string_in(*context, "date"), path.string() + ": key 'context.date'");
   night.environment = environment_of(*context);
   for (const std::string& name : names) {
-    const Benchmark& benchmark = benchmarks.at(name);
+    Benchmark& benchmark = benchmarks.at(name);
+    drop_unmeasured(benchmark);
     if (benchmark.metrics.empty()) night.skipped.push_back(fmt::format("{}: has no number", name));
     for (const auto& [id, metric] : benchmark.metrics) {
       night.values.push_back({.series = series_of(name, id, metric), .row = row_of(benchmark, metric), .score = {}});

@@ -178,6 +178,8 @@ std::string_view first_line(std::string_view text) { return text.substr(0, text.
 
 Night read_run(const fs::path& folder) {
   const Run run = load_run(folder);
+  if (run.info["identity"].contains("replay"))
+    fail_input("{}: its tune searched a recorded run and measured nothing", folder.string());
   if (!member_of(run.info, "finished", nullptr).is_string())
     fail_input("{}: key 'finished': the run is not finished; the command that began it goes on with it",
                (folder / kRunFile).string());
