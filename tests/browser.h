@@ -53,10 +53,11 @@ class InBrowser : public testing::Test {
     return dom;
   }
 
-  /// Leaves a picture of the page.
-  void screenshot(const std::string& html, const std::filesystem::path& picture, const Opening& opening) const {
+  /// Leaves a picture of the page. In real time: a narrow page is laid out twice, and charts follow in the next frame.
+  void screenshot(const std::string& html, const std::filesystem::path& picture, Opening opening) const {
+    opening.in_real_time = true;
     std::ofstream(folder_ / "page.html") << html;
-    (void)open_page(fmt::format("--hide-scrollbars --screenshot='{}'", picture.string()), opening);
+    (void)open_page(fmt::format("--hide-scrollbars --timeout=4000 --screenshot='{}'", picture.string()), opening);
   }
 
   TempFolder folder_;

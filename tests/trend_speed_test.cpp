@@ -73,8 +73,8 @@ TEST_F(TrendPictures, AreLeftInTheBuildFolder) {
     EXPECT_TRUE(std::filesystem::exists(picture) && std::filesystem::file_size(picture) > 20000) << picture;
   };
   for (const bool is_dark : {false, true}) {
-    take("", {.height_px = 1420, .is_dark = is_dark});
-    take("", {.width_px = 390, .height_px = 2300, .is_dark = is_dark});
+    take("", {.height_px = 1560, .is_dark = is_dark});
+    take("", {.width_px = 390, .height_px = 2620, .is_dark = is_dark});
     take("_event", {.fragment = "view=event&event=1", .height_px = 2000, .is_dark = is_dark});
     take("_event", {.fragment = "view=event&event=1", .width_px = 390, .height_px = 2600, .is_dark = is_dark});
   }
