@@ -221,7 +221,9 @@ class TrendPage {
       if (night.score != 0 && night.score != score) scores.push_back({i, night.score});
       if (night.score != 0) score = night.score;
     }
-    json made = {{"name", series_setting_name(row)},
+    json made = {{"id", row.id},
+                 {"device", device_of(row)},
+                 {"name", series_setting_name(row)},
                  {"setting", row.case_id},
                  {"scene", row.scene},
                  {"technique", row.technique},
@@ -239,6 +241,16 @@ class TrendPage {
                  {"events", events_of(row.id)}};
     add_changes(made, s, scale_of_run);
     return made;
+  }
+
+  /// Its place among the devices of its machine's last run; null where that has it not.
+  [[nodiscard]] json device_of(const SeriesRow& row) const {
+    const auto last = std::find_if(view_.runs.rbegin(), view_.runs.rend(),
+                                   [&](const RunRow& run) { return run.machine == row.machine; });
+    const json devices = last->health.value("devices", json::array());
+    for (std::size_t i = 0; i < devices.size(); ++i)
+      if (device_name(devices[i].value("backend", ""), devices[i].value("name", "")) == row.device) return i;
+    return nullptr;
   }
 
   [[nodiscard]] json events_of(std::int64_t series) const {

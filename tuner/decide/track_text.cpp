@@ -29,12 +29,6 @@ std::string counted(std::ptrdiff_t count, std::string_view one, std::string_view
 
 std::string size_text(double share) { return fmt::format("{:.1f} %", 100 * std::abs(share)); }
 
-/// Of event(s) in a state, open or not: how many there are.
-template <typename Is>
-std::ptrdiff_t count_events(const TrackCheck& check, const Is& is) {
-  return std::ranges::count_if(check.events, is);
-}
-
 bool is_in(const EventRow& event, EventState state) { return event.states.back().state == state; }
 
 json run_json_of(const HistoryView& view, std::int64_t id) {
@@ -100,11 +94,18 @@ std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
   const auto add = [&](std::string text) {
     if (!text.empty()) parts.push_back(std::move(text));
   };
+  const auto is_of = [](const EventRow& e, const char* kind) { return is_open(e) && e.kind == kind; };
   const auto open_in = [&](EventState state) {
-    return count_events(check, [&](const EventRow& e) { return is_open(e) && is_in(e, state); });
+    return std::ranges::count_if(check.events, [&](const EventRow& e) {
+      return is_in(e, state) && (is_of(e, event_kind::slower) || is_of(e, event_kind::drift));
+    });
   };
   add(counted(open_in(EventState::confirmed), "regression", "regressions"));
   add(counted(open_in(EventState::suspect), "suspect", "suspects"));
+  add(counted(std::ranges::count_if(check.events, [&](const EventRow& e) { return is_of(e, event_kind::errors); }),
+              "change of errors", "changes of errors"));
+  add(counted(std::ranges::count_if(check.events, [&](const EventRow& e) { return is_of(e, event_kind::lost); }),
+              "loss of cases", "losses of cases"));
   const bool is_calm = parts.empty();
   if (is_calm) parts.emplace_back("no regression");
   std::ptrdiff_t improvements = 0;
