@@ -60,8 +60,7 @@ std::vector<FleetRun> runs_of(const ChooseArguments& arguments) {
 }
 
 std::string loss_text(const Loss& loss) {
-  const auto percent = [](double share) { return format_number(100 * share); };
-  return fmt::format("{} % [{}, {}]", percent(loss.value), percent(loss.low), percent(loss.high));
+  return fmt::format("{:.1f} % [{:.1f}, {:.1f}]", 100 * loss.value, 100 * loss.low, 100 * loss.high);
 }
 
 /// "A", "B", ...: what a place is called in the table of them all.
@@ -71,7 +70,7 @@ std::string letter_of(std::size_t place) {
 
 void print_places(const Fleet& fleet, const Names& names) {
   const FleetSetting& pick = fleet.settings.front();
-  std::vector<std::vector<std::string>> rows = {{"", "place", "the pick's time", "slower than its best by", "own best"}};
+  std::vector<std::vector<std::string>> rows = {{"", "place", "the pick's time", "slower by", "own best"}};
   for (std::size_t p = 0; p < fleet.places.size(); ++p)
     rows.push_back({letter_of(p), place_text(fleet.places[p]), format_time_ns(pick.losses[p].time_ns),
                     loss_text(pick.losses[p]),
@@ -95,7 +94,7 @@ void print_fleet(const Fleet& fleet, const FleetOptions& options, const Names& n
   const FleetSetting& pick = fleet.settings.front();
   put("One setting for {} places with {}, of {} that were measured in all:\n", fleet.places.size(),
       fmt::join(budget_texts(options.budgets), " and "), fleet.settings.size());
-  put("  {}\n  {} slower than each place's own best: {}\n", paint.good(names.setting(setting_id(pick.settings))),
+  put("  {}\n  slower than each place's own best by {} {}\n", paint.good(names.setting(setting_id(pick.settings))),
       options.regret == Regret::minimax ? "at most" : "on average", loss_text(pick.combined));
   if (fleet.ties > 0)
     put("  {}\n", paint.dim(fmt::format("{} others cannot be told from it: their intervals overlap", fleet.ties)));
