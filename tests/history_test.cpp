@@ -16,7 +16,8 @@ namespace reliefbench {
 namespace {
 
 using ::testing::HasSubstr;
-using enum History::Access;
+constexpr History::Access kRead = History::Access::read;
+constexpr History::Access kWrite = History::Access::write;
 
 std::string history_error(const std::string& database, History::Access access, Exit code) {
   try {
@@ -33,8 +34,8 @@ INSTANTIATE_TEST_SUITE_P(Both, HistoryTest, kBothDatabases, database_kind);
 
 TEST_P(HistoryTest, gives_back_a_night_as_it_was) {
   const Night night = make_night({});
-  EXPECT_EQ(History(database_, write).add(night), 1);
-  const HistoryView view = History(database_, read).load({.with_samples = true});
+  EXPECT_EQ(History(database_, kWrite).add(night), 1);
+  const HistoryView view = History(database_, kRead).load({.with_samples = true});
   ASSERT_EQ(view.runs.size(), 1U);
   const RunRow& run = view.runs.front();
   EXPECT_EQ(run.content, night.run.content);
@@ -63,11 +64,11 @@ TEST_P(HistoryTest, gives_back_a_night_as_it_was) {
     EXPECT_EQ(view.scores.at(static_cast<std::size_t>(row.score - 1)).values,
               nlohmann::json::parse(*night.values[i].score));
   }
-  EXPECT_TRUE(History(database_, read).load({}).nights.front().front().samples.empty());
+  EXPECT_TRUE(History(database_, kRead).load({}).nights.front().front().samples.empty());
 }
 
 TEST_P(HistoryTest, adds_no_content_twice_and_stores_equal_things_once) {
-  History history(database_, write);
+  History history(database_, kWrite);
   EXPECT_EQ(history.add(make_night({})), 1);
   const std::string once = content_of(database_);
   EXPECT_EQ(history.add(make_night({})), std::nullopt);
@@ -81,7 +82,7 @@ TEST_P(HistoryTest, adds_no_content_twice_and_stores_equal_things_once) {
 }
 
 TEST_P(HistoryTest, sorts_nights_by_time_and_takes_what_is_asked_for) {
-  History history(database_, write);
+  History history(database_, kWrite);
   history.add(make_night({.content = "b", .unix_s = 2000}));
   history.add(make_night({.content = "a", .unix_s = 1000, .cases = 6}));
   history.add(make_night({.content = "c", .unix_s = 2500, .machine = "other"}));
@@ -99,7 +100,7 @@ TEST_P(HistoryTest, sorts_nights_by_time_and_takes_what_is_asked_for) {
 }
 
 TEST_P(HistoryTest, a_changed_environment_is_another) {
-  History history(database_, write);
+  History history(database_, kWrite);
   history.add(make_night({.content = "a", .unix_s = 1}));
   history.add(make_night({.content = "b", .unix_s = 2, .driver = "driver 2"}));
   history.add(make_night({.content = "c", .unix_s = 3}));
@@ -110,7 +111,7 @@ TEST_P(HistoryTest, a_changed_environment_is_another) {
 }
 
 TEST_P(HistoryTest, refuses_a_later_state_of_a_run_that_it_has) {
-  History history(database_, write);
+  History history(database_, kWrite);
   Night night = make_night({});
   night.origin = "origin";
   history.add(night);
@@ -126,7 +127,7 @@ TEST_P(HistoryTest, refuses_a_later_state_of_a_run_that_it_has) {
 }
 
 TEST_P(HistoryTest, a_night_that_fails_leaves_nothing) {
-  History history(database_, write);
+  History history(database_, kWrite);
   Night night = make_night({});
   night.values.push_back(night.values.front());  // a series twice
   EXPECT_THROW(history.add(night), Error);
@@ -150,7 +151,7 @@ TEST_P(HistoryTest, keeps_hostile_text_as_text) {
   series.device = broken;
   night.values.front().row.status = hostile;
   night.values.front().row.code = hostile;
-  History history(database_, write);
+  History history(database_, kWrite);
   ASSERT_EQ(history.add(night), 1);
   history.annotate({.run = 1, .unix_s = 1, .by = hostile, .text = broken});
   const HistoryView view = history.load({.machine = hostile});
@@ -167,7 +168,7 @@ TEST_P(HistoryTest, keeps_hostile_text_as_text) {
 }
 
 TEST_P(HistoryTest, keeps_events_and_appends_what_is_new_of_them) {
-  History history(database_, write);
+  History history(database_, kWrite);
   history.add(make_night({.content = "a", .unix_s = 1}));
   history.add(make_night({.content = "b", .unix_s = 2}));
   EventRow event{.key = "k",
@@ -212,18 +213,18 @@ TEST_P(HistoryTest, writers_wait_for_each_other) {
     writers.emplace_back([&, writer] {
       for (int i = 0; i < 3; ++i) {
         // Each opens anew, so that the schema is made by several at once; every other night is the same of all.
-        History history(database_, write);
+        History history(database_, kWrite);
         history.add(make_night({.content = i == 1 ? "shared" : fmt::format("{} {}", writer, i), .cases = 3 + writer}));
       }
     });
   for (std::thread& writer : writers) writer.join();
-  const HistoryView view = History(database_, read).load({});
+  const HistoryView view = History(database_, kRead).load({});
   EXPECT_EQ(view.runs.size(), 9U);
   EXPECT_EQ(view.series.size(), 6U);
 }
 
 TEST_P(HistoryTest, goes_from_one_schema_to_the_next_and_refuses_a_newer_one) {
-  { History(database_, write).add(make_night({})); }
+  { History(database_, kWrite).add(make_night({})); }
   const std::string before = content_of(database_);
   std::vector<Migration> steps(migrations().begin(), migrations().end());
   const int next = steps.back().version + 1;
@@ -246,7 +247,7 @@ TEST_P(HistoryTest, goes_from_one_schema_to_the_next_and_refuses_a_newer_one) {
     EXPECT_TRUE(database.has_table("extra"));
     EXPECT_EQ(number_of(database.sql(), "SELECT COUNT(*) FROM run WHERE note = ''"), 1);
   }
-  for (const History::Access access : {read, write})
+  for (const History::Access access : {kRead, kWrite})
     EXPECT_THAT(
         history_error(database_, access, Exit::bad_input),
         HasSubstr(fmt::format("was made by a newer reliefbench (schema {}; this one knows {})", next, next - 1)));
@@ -254,35 +255,35 @@ TEST_P(HistoryTest, goes_from_one_schema_to_the_next_and_refuses_a_newer_one) {
 
 TEST_P(HistoryTest, reads_no_empty_database_nor_one_of_something_else) {
   if (is_server()) {
-    EXPECT_THAT(history_error(database_, read, Exit::bad_input), HasSubstr("holds no history yet"));
+    EXPECT_THAT(history_error(database_, kRead, Exit::bad_input), HasSubstr("holds no history yet"));
   }
   {
     Database database(database_, /*may_write=*/true);
     database.sql() << "CREATE TABLE places (id INTEGER)";
   }
-  for (const History::Access access : {read, write})
+  for (const History::Access access : {kRead, kWrite})
     EXPECT_THAT(history_error(database_, access, Exit::bad_input), HasSubstr("is no history"));
 }
 
 TEST(HistoryFileTest, tells_what_is_no_history) {
   const TempFolder folder;
   const std::string missing = (folder / "none.db").string();
-  EXPECT_THAT(history_error(missing, read, Exit::bad_input), HasSubstr("track ingest"));
+  EXPECT_THAT(history_error(missing, kRead, Exit::bad_input), HasSubstr("track ingest"));
   EXPECT_FALSE(std::filesystem::exists(missing)) << "reading makes nothing";
-  EXPECT_THAT(history_error(folder.path().string(), write, Exit::bad_input), HasSubstr("is a folder"));
-  EXPECT_THAT(history_error((folder / "no/x.db").string(), write, Exit::bad_input), HasSubstr("No such file"));
+  EXPECT_THAT(history_error(folder.path().string(), kWrite, Exit::bad_input), HasSubstr("is a folder"));
+  EXPECT_THAT(history_error((folder / "no/x.db").string(), kWrite, Exit::bad_input), HasSubstr("No such file"));
   const std::string text = (folder / "text.db").string();
   std::ofstream(text) << std::string(2000, 'x');
-  EXPECT_THAT(history_error(text, read, Exit::bad_input), HasSubstr("not a database of SQLite"));
-  EXPECT_THAT(history_error(text, write, Exit::bad_input), HasSubstr("not a database of SQLite"));
+  EXPECT_THAT(history_error(text, kRead, Exit::bad_input), HasSubstr("not a database of SQLite"));
+  EXPECT_THAT(history_error(text, kWrite, Exit::bad_input), HasSubstr("not a database of SQLite"));
 }
 
 TEST(HistoryFileTest, reading_writes_nothing) {
   const TempFolder folder;
   const std::string file = (folder / "h.db").string();
-  { History(file, write).add(make_night({})); }
+  { History(file, kWrite).add(make_night({})); }
   const std::string before = file_text(file);
-  EXPECT_EQ(History(file, read).load({}).runs.size(), 1U);
+  EXPECT_EQ(History(file, kRead).load({}).runs.size(), 1U);
   EXPECT_EQ(file_text(file), before);
 }
 
@@ -292,7 +293,7 @@ TEST(HistoryServerTest, holds_what_a_file_holds) {
   const std::string server = PostgresServer::shared().make_database();
   const std::string file = (folder / "h.db").string();
   for (const std::string& database : {server, file}) {
-    History history(database, write);
+    History history(database, kWrite);
     history.add(make_night({.content = "b", .unix_s = 2000}));
     history.add(make_night({.content = "a", .unix_s = 1000, .cases = 6}));
     history.annotate({.run = 2, .unix_s = 5, .by = "me", .text = "new kernel"});
@@ -302,12 +303,12 @@ TEST(HistoryServerTest, holds_what_a_file_holds) {
 
 TEST(HistoryServerTest, hides_the_password_and_names_the_host) {
   const std::string text =
-      history_error("postgresql://me:secret@nowhere.invalid/x?password=hidden&a=b", read, Exit::environment);
+      history_error("postgresql://me:secret@nowhere.invalid/x?password=hidden&a=b", kRead, Exit::environment);
   EXPECT_THAT(text, HasSubstr("postgresql://me:***@nowhere.invalid/x?password=***"));
   EXPECT_THAT(text, ::testing::Not(::testing::AnyOf(HasSubstr("secret"), HasSubstr("hidden"), HasSubstr("\n"))));
   for (const std::string url :
        {"postgresql://me:sec@ret@host/x", "postgresql://me:sec/ret@host/x", "postgresql://me:sec?ret@host"})
-    EXPECT_THAT(history_error(url, read, Exit::bad_input), ::testing::Not(HasSubstr("ret@")));
+    EXPECT_THAT(history_error(url, kRead, Exit::bad_input), ::testing::Not(HasSubstr("ret@")));
 }
 
 TEST(HistorySourceTest, rows_are_only_appended) {
