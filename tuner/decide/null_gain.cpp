@@ -36,20 +36,16 @@ constexpr std::array<NullRow, 17> kNullTable{{
     {600, {10.06, 19.41, 24.2, 28.6}},
 }};
 
-struct NullQuantiles {
-  std::array<double, 4> log_gains;
-};
-
-/// Interpolated over log nights; the ends' beyond the ends.
-NullQuantiles quantiles(std::size_t nights) {
+/// Logarithms of the gains, interpolated over log nights; the ends' beyond the ends.
+std::array<double, 4> log_quantiles(std::size_t nights) {
   const auto above = std::ranges::lower_bound(kNullTable, nights, {}, &NullRow::nights);
   const NullRow& high = above == kNullTable.end() ? kNullTable.back() : *above;
   const NullRow& low = above == kNullTable.begin() || above == kNullTable.end() ? high : *(above - 1);
   const double span = std::log(static_cast<double>(high.nights) / static_cast<double>(low.nights));
   const double share = span > 0 ? std::log(static_cast<double>(nights) / static_cast<double>(low.nights)) / span : 0;
-  NullQuantiles result{};
+  std::array<double, 4> result{};
   for (std::size_t i = 0; i < kTableP.size(); ++i)
-    result.log_gains[i] = std::lerp(std::log(low.gains[i]), std::log(high.gains[i]), share);
+    result[i] = std::lerp(std::log(low.gains[i]), std::log(high.gains[i]), share);
   return result;
 }
 
@@ -63,7 +59,7 @@ std::size_t bracket(const auto& is_beyond) {
 }  // namespace
 
 double null_p(double gain, std::size_t nights) {
-  const auto [log_gains] = quantiles(nights);
+  const std::array<double, 4> log_gains = log_quantiles(nights);
   const double first = std::exp(log_gains[0]);
   if (gain <= first) return std::lerp(1.0, kTableP[0], std::max(gain, 0.0) / first);
   const double log_gain = std::log(gain);
@@ -73,7 +69,7 @@ double null_p(double gain, std::size_t nights) {
 }
 
 double null_gain(double p, std::size_t nights) {
-  const auto [log_gains] = quantiles(nights);
+  const std::array<double, 4> log_gains = log_quantiles(nights);
   if (p >= kTableP[0]) return std::exp(log_gains[0]) * (1 - p) / (1 - kTableP[0]);
   const std::size_t i = bracket([&](std::size_t k) { return p < kTableP[k]; });
   const double share = std::log(p / kTableP[i]) / std::log(kTableP[i + 1] / kTableP[i]);
