@@ -59,6 +59,7 @@ MadeFleet made_fleet(unsigned seed, std::size_t places, std::size_t settings, do
                    .scene = "rocks/oblique",
                    .reason = {},
                    .errors = std::vector<std::optional<double>>(metrics().size(), 0.1),
+                   .frame_time = {},
                    .samples_ns = {}};
       for (int i = 0; i < samples; ++i) row.samples_ns.push_back(true_ns * std::exp(noise * normal(random)));
       run.rows.push_back(std::move(row));
