@@ -255,7 +255,7 @@ TEST_P(HistoryTest, goes_from_one_schema_to_the_next_and_refuses_a_newer_one) {
 
 TEST_P(HistoryTest, reads_no_empty_database_nor_one_of_something_else) {
   if (is_server()) {
-    EXPECT_THAT(history_error(database_, kRead, Exit::bad_input), HasSubstr("holds no history yet"));
+    EXPECT_THAT(history_error(database_, kRead, Exit::nothing_measured), HasSubstr("holds no history yet"));
   }
   {
     Database database(database_, /*may_write=*/true);
@@ -268,7 +268,7 @@ TEST_P(HistoryTest, reads_no_empty_database_nor_one_of_something_else) {
 TEST(HistoryFileTest, tells_what_is_no_history) {
   const TempFolder folder;
   const std::string missing = (folder / "none.db").string();
-  EXPECT_THAT(history_error(missing, kRead, Exit::bad_input), HasSubstr("track ingest"));
+  EXPECT_THAT(history_error(missing, kRead, Exit::nothing_measured), HasSubstr("track ingest"));
   EXPECT_FALSE(std::filesystem::exists(missing)) << "reading makes nothing";
   EXPECT_THAT(history_error(folder.path().string(), kWrite, Exit::bad_input), HasSubstr("is a folder"));
   EXPECT_THAT(history_error((folder / "no/x.db").string(), kWrite, Exit::bad_input), HasSubstr("No such file"));

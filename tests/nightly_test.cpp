@@ -43,7 +43,8 @@ class NightlyTest : public OnBothDatabases {
 
 json open_events(const CommandResult& result) {
   json open = json::array();
-  for (const json& event : json::parse(result.out).at("events"))
+  const json check = json::parse(result.out);
+  for (const json& event : check.at("events"))
     if (event.at("open").get<bool>()) open.push_back(event);
   return open;
 }

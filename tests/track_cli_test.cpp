@@ -126,7 +126,7 @@ TEST_P(TrackCliTest, lists_events_that_a_check_left) {
 
 TEST_P(TrackCliTest, annotates_what_there_is) {
   if (!is_server()) {
-    EXPECT_EQ(track({"annotate", "--run", "1", "--text", "x"}).exit_code, 2);
+    EXPECT_EQ(track({"annotate", "--run", "1", "--text", "x"}).exit_code, 5);
     EXPECT_FALSE(std::filesystem::exists(database_)) << "which is not made for it";
   }
   output({"ingest", "night1"});

@@ -26,13 +26,14 @@ std::vector<std::string> trait_texts(const SeriesTraits& traits) {
   return texts;
 }
 
-/// Sorts groups of fewer traits first.
+/// Sorts groups of fewer traits first, and of as many those of a technique before those of a map.
 struct GroupKey {
   std::string machine;
   std::size_t traits = 0;
+  std::size_t place = 0;  ///< of the traits among all
   std::string what;
   [[nodiscard]] bool operator<(const GroupKey& other) const {
-    return std::tie(traits, machine, what) < std::tie(other.traits, other.machine, other.what);
+    return std::tie(traits, place, machine, what) < std::tie(other.traits, other.place, other.machine, other.what);
   }
 };
 
@@ -41,9 +42,10 @@ std::vector<GroupKey> group_keys(const SeriesTraits& traits) {
   const std::vector<std::string> texts = trait_texts(traits);
   std::vector<GroupKey> keys;
   const auto add = [&](std::size_t count, const std::string& what) {
-    keys.push_back({traits.machine, count, what.empty() ? "everything" : what});
+    const std::size_t place = keys.size();
+    keys.push_back({traits.machine, count, place, what.empty() ? "everything" : what});
     if (!traits.backend.empty())
-      keys.push_back({traits.machine, count + 1, what.empty() ? traits.backend : traits.backend + ' ' + what});
+      keys.push_back({traits.machine, count + 1, place, what.empty() ? traits.backend : traits.backend + ' ' + what});
   };
   add(0, "");
   for (std::size_t i = 0; i < texts.size(); ++i) {
