@@ -1,4 +1,5 @@
-// One setting for a fleet: the pick by enumeration, what its intervals cover, and recorded runs of a processor and a GPU.
+// One setting for a fleet: the pick by enumeration, what its intervals cover, and recorded runs of a processor and a
+// GPU.
 #include "tuner/decide/fleet.h"
 
 #include <fmt/format.h>
@@ -124,8 +125,9 @@ TEST(FleetTest, its_intervals_hold_together) {
       held += all;
       width += (fleet.settings.front().combined.high - fleet.settings.front().combined.low) / kFleets;
     }
-    std::cout << fmt::format("noise {:.1f} %: all intervals hold in {:.1f} % of {} fleets; the pick's is {:.1f} % wide\n",
-                             100 * noise, 100.0 * held / kFleets, kFleets, 100 * width);
+    std::cout << fmt::format(
+        "noise {:.1f} %: all intervals hold in {:.1f} % of {} fleets; the pick's is {:.1f} % wide\n", 100 * noise,
+        100.0 * held / kFleets, kFleets, 100 * width);
     EXPECT_GE(held, 0.93 * kFleets);
     EXPECT_LE(width, 12 * noise);
   }
@@ -164,8 +166,7 @@ TEST(FleetTest, recorded_runs_of_a_processor_and_a_gpu_have_one_setting) {
   std::vector<FleetRun> runs;
   for (const char* name : {"exhaustive_rocks.csv", "exhaustive_rocks_h200.csv", "exhaustive_bricks.csv"})
     runs.push_back({.name = name, .rows = load_case_table(kRecorded / name)});
-  const FleetOptions options{
-      .budgets = parse_budgets(std::vector<std::string>{"e_xy.p99<=0.5", "missed_rate<=0.001"})};
+  const FleetOptions options{.budgets = parse_budgets(std::vector<std::string>{"e_xy.p99<=0.5", "missed_rate<=0.001"})};
   const Fleet fleet = choose_for_fleet(runs, options);
   ASSERT_EQ(fleet.places.size(), 3U);
   // By enumeration, of the medians of the samples.

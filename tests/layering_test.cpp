@@ -43,7 +43,9 @@ struct Top {
 
 const std::vector<Top> kTops = {
     {"reports", {{"export", "pages"}}, {"kernels", "backends", "tuner"}},
-    {"tuner", {{"cli"}, {"tune"}, {"measure"}, {"decide"}, {"history"}, {"results"}, {"plan"}, {"search"}}, {"kernels", "backends"}},
+    {"tuner",
+     {{"cli"}, {"tune"}, {"measure"}, {"decide"}, {"history"}, {"results"}, {"plan"}, {"search"}},
+     {"kernels", "backends"}},
     {"backends", {{"opengl", "vulkan"}, {""}}, {"kernels"}},
     {"kernels", {{"trace"}, {"maps"}, {"judge"}, {"image"}, {"base"}}, {}}};
 

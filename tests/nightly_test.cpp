@@ -31,11 +31,23 @@ class NightlyTest : public OnBothDatabases {
     std::string config = file_text(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
     config.insert(config.find("\"name\""), fmt::format("\"seed\": {}, ", index + 1));
     std::ofstream(folder_ / "night.json") << config;
-    std::vector<std::string> arguments = {"track",    "night",     "night.json", "--db",     database_,
-                                          "--quiet",  "--json",    "--backend",  "null",     "-o",
-                                          fmt::format("nights/{}", index),       "--time",
-                                          fmt::format("@{}", 1'767'225'600 + 86400 * index), "--commit",
-                                          fmt::format("c{}", index), "--machine", "null-1"};
+    std::vector<std::string> arguments = {"track",
+                                          "night",
+                                          "night.json",
+                                          "--db",
+                                          database_,
+                                          "--quiet",
+                                          "--json",
+                                          "--backend",
+                                          "null",
+                                          "-o",
+                                          fmt::format("nights/{}", index),
+                                          "--time",
+                                          fmt::format("@{}", 1'767'225'600 + 86400 * index),
+                                          "--commit",
+                                          fmt::format("c{}", index),
+                                          "--machine",
+                                          "null-1"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run(std::move(arguments));
   }
@@ -104,16 +116,18 @@ TEST_P(NightlyTest, no_night_is_no_answer) {
 TEST_P(NightlyTest, builds_that_are_measured_again_settle_a_suspect) {
   for (int index = 0; index < 16; ++index) {
     const bool is_slow = index >= 12;
-    (void)night(index, is_slow ? std::vector<std::string>{"--inject-slowdown", "cone:1.08"} : std::vector<std::string>{});
+    (void)night(index,
+                is_slow ? std::vector<std::string>{"--inject-slowdown", "cone:1.08"} : std::vector<std::string>{});
   }
   const json open = open_events(run({"track", "check", "--db", database_, "--json"}));
   ASSERT_THAT(open, SizeIs(1));
   ASSERT_EQ(open[0].at("state"), "suspect");
   const std::string id = std::to_string(open[0].at("id").get<int>());
-  const std::string sweep = fmt::format("{} sweep night.json --backend null --quiet -o $OUT >>log.txt", RELIEFBENCH_BINARY);
+  const std::string sweep =
+      fmt::format("{} sweep night.json --backend null --quiet -o $OUT >>log.txt", RELIEFBENCH_BINARY);
   const auto confirm = [&](const std::string& bad, const std::string& folder) {
-    return run({"track", "confirm", "--db", database_, "--event", id, "--good", sweep, "--bad", bad, "--rounds", "2", "-o",
-                folder, "--quiet", "--json"});
+    return run({"track", "confirm", "--db", database_, "--event", id, "--good", sweep, "--bad", bad, "--rounds", "2",
+                "-o", folder, "--quiet", "--json"});
   };
   CommandResult result = confirm(sweep, "same");
   EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -43,7 +43,8 @@ TEST(TrackTest, says_nothing_where_nothing_moved) {
     EXPECT_THAT(check.events, IsEmpty()) << seed;
     EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
     EXPECT_EQ(check.looked_at, 24U);
-    EXPECT_THAT(verdict_text(made.view, check), HasSubstr("no regression; 24 series on 1 machine, 40 nights; a step of"));
+    EXPECT_THAT(verdict_text(made.view, check),
+                HasSubstr("no regression; 24 series on 1 machine, 40 nights; a step of"));
   }
 }
 

@@ -72,9 +72,9 @@ void print_places(const Fleet& fleet, const Names& names) {
   const FleetSetting& pick = fleet.settings.front();
   std::vector<std::vector<std::string>> rows = {{"", "place", "the pick's time", "slower by", "own best"}};
   for (std::size_t p = 0; p < fleet.places.size(); ++p)
-    rows.push_back({letter_of(p), place_text(fleet.places[p]), format_time_ns(pick.losses[p].time_ns),
-                    loss_text(pick.losses[p]),
-                    fleet.own[p].settings == pick.settings ? "the pick" : names.setting(setting_id(fleet.own[p].settings))});
+    rows.push_back(
+        {letter_of(p), place_text(fleet.places[p]), format_time_ns(pick.losses[p].time_ns), loss_text(pick.losses[p]),
+         fleet.own[p].settings == pick.settings ? "the pick" : names.setting(setting_id(fleet.own[p].settings))});
   put("\n{}", columns(rows, "  "));
 }
 
@@ -124,7 +124,8 @@ void add_choose_command(CLI::App& app, int& exit_code) {
   command->add_option("RUNS", arguments->runs, "run folders, or their table.csv, of the devices")
       ->expected(1, -1)
       ->required();
-  command->add_option("--max-error", arguments->max_error, "bound that must hold everywhere; default: the runs' budgets")
+  command
+      ->add_option("--max-error", arguments->max_error, "bound that must hold everywhere; default: the runs' budgets")
       ->type_name("METRIC<=X");
   command->add_option("--weights", arguments->weights, "of the runs, with --regret mean, e.g. 2,1,1")
       ->delimiter(',')

@@ -61,7 +61,8 @@ Slowdowns slowdowns_of(const CLI::Option* option) {
     const std::size_t colon = text.find(':');
     double factor = 0;
     const char* const end = text.data() + text.size();
-    const bool has_factor = colon != std::string::npos && std::from_chars(text.data() + colon + 1, end, factor).ptr == end;
+    const bool has_factor =
+        colon != std::string::npos && std::from_chars(text.data() + colon + 1, end, factor).ptr == end;
     if (!has_factor || !std::isfinite(factor) || factor <= 0)
       fail_input("--inject-slowdown {}: expected TECHNIQUE:FACTOR, as in relaxed_cone:1.1", text);
     slowdowns[std::string(find_technique(text.substr(0, colon)).id)] = factor;

@@ -31,7 +31,8 @@ LabelOptions add_label_options(CLI::App& command) {
       .parent = command.add_option("--parent", "the commit before it")->type_name("SHA"),
       .time = command.add_option("--time", "2026-11-22T12:00:00Z or @1795348800; when the run was started")
                   ->type_name("TIME"),
-      .machine = command.add_option("--machine", "what it was measured on; the name of the run's host")->type_name("NAME")};
+      .machine =
+          command.add_option("--machine", "what it was measured on; the name of the run's host")->type_name("NAME")};
 }
 
 NightLabels LabelOptions::labels() const {

@@ -31,11 +31,13 @@ std::string next_command(const EventRow& event, const std::string& title) {
 }
 
 void print_event(const EventRow& event, bool is_news, const CheckedHistory& checked, const Paint& paint) {
-  put("{} {}{}: {}\n", painted_state(event, paint), is_news ? "(new) " : "", paint.bold(event.what), effect_text(event));
+  put("{} {}{}: {}\n", painted_state(event, paint), is_news ? "(new) " : "", paint.bold(event.what),
+      effect_text(event));
   const std::string& reason = event.states.back().text;
   put("  {}{}{}\n", interval_text(event, checked.view), event.q > 0 ? fmt::format("; q {:.2g}", event.q) : "",
       reason.empty() ? "" : "; " + reason);
-  if (is_open(event)) put("  event {}, {} cases; next: {}\n", event.id, event.series.size(), next_command(event, checked.title));
+  if (is_open(event))
+    put("  event {}, {} cases; next: {}\n", event.id, event.series.size(), next_command(event, checked.title));
 }
 
 void print_answer(const CheckedHistory& checked, const CheckArguments& arguments) {
@@ -52,7 +54,8 @@ void print_answer(const CheckedHistory& checked, const CheckArguments& arguments
 
 CheckOptions add_check_options(CLI::App& command) {
   const ChangeOptions usual;
-  const std::string effect = fmt::format("a step matters where its interval excludes this share; {}", usual.least_effect);
+  const std::string effect =
+      fmt::format("a step matters where its interval excludes this share; {}", usual.least_effect);
   const std::string nights = fmt::format("nights that a new level takes to be one; {}", usual.least_nights);
   CLI::Option* json = add_switch(command, "--json", "as JSON");
   return {.least_effect = command.add_option("--least-effect", effect)->type_name("SHARE"),
@@ -120,7 +123,8 @@ void add_track_check(CLI::App& track, int& exit_code) {
   const NightOptions nights = add_night_options(*command);
   const CheckOptions options = add_check_options(*command);
   command->footer(
-      "A step is suspect when it is new, and confirmed by further nights or by `track confirm`. Cases that move together\n"
+      "A step is suspect when it is new, and confirmed by further nights or by `track confirm`. Cases that move "
+      "together\n"
       "are one event. Exit code 1 where a regression is open, 5 where there is no night.\n"
       "Example:\n  reliefbench track check --db history.db --markdown");
   command->callback([=, &exit_code] {

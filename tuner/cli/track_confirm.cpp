@@ -103,10 +103,8 @@ Exit confirm_command(const ConfirmArguments& arguments) {
   const RerunAnswer answer = judge_reruns(rerun_builds(arguments, keys), std::log1p(event.effect));
   const std::string text = answer_text(answer, event);
   if (answer.state && event.states.back().state != *answer.state) {
-    event.states.push_back({.unix_s = static_cast<std::int64_t>(unix_ns() / 1e9),
-                            .state = *answer.state,
-                            .by = "confirm",
-                            .text = text});
+    event.states.push_back(
+        {.unix_s = static_cast<std::int64_t>(unix_ns() / 1e9), .state = *answer.state, .by = "confirm", .text = text});
     history.add_events({&event, 1});
   }
   if (arguments.json)
@@ -126,11 +124,11 @@ void add_track_confirm(CLI::App& track, int& exit_code) {
   const CLI::Option* database = add_database_option(*command);
   const CLI::Option* event =
       command->add_option("--event", "its number, as `track check` prints it")->type_name("N")->required();
-  const CLI::Option* good =
-      command->add_option("--good", "shell command that measures the good build into $OUT")->type_name("CMD")->required();
+  const CLI::Option* good = command->add_option("--good", "shell command that measures the good build into $OUT")
+                                ->type_name("CMD")
+                                ->required();
   const CLI::Option* bad = command->add_option("--bad", "... and the suspect one")->type_name("CMD")->required();
-  const CLI::Option* rounds =
-      command->add_option("--rounds", rounds_text)->type_name("N");
+  const CLI::Option* rounds = command->add_option("--rounds", rounds_text)->type_name("N");
   const CLI::Option* output =
       command
           ->add_option("-o,--output",
@@ -139,7 +137,8 @@ void add_track_confirm(CLI::App& track, int& exit_code) {
   const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
-      "What the commands leave at $OUT is a run's folder or a file of Google Benchmark. Exit code 1 where a regression is\n"
+      "What the commands leave at $OUT is a run's folder or a file of Google Benchmark. Exit code 1 where a regression "
+      "is\n"
       "confirmed, 0 where it is cleared, 4 where the interval is too wide for either: then ask for more rounds.\n"
       "Example:\n  reliefbench track confirm --db history.db --event 3 -o out/confirm3 \\\n"
       "    --good 'good/reliefbench sweep nightly.json --quiet -o $OUT' \\\n"

@@ -44,8 +44,7 @@ Exit night_command(const NightArguments& arguments) {
 
 void add_track_night(CLI::App& track, int& exit_code) {
   CLI::App* command = track.add_subcommand("night", "sweep, ingest, check and page in one, for cron");
-  const CLI::Option* config =
-      command->add_option("CONFIG", "what to measure, JSON (configs/nightly.json)")->required();
+  const CLI::Option* config = command->add_option("CONFIG", "what to measure, JSON (configs/nightly.json)")->required();
   const CLI::Option* database = add_database_option(*command);
   const CLI::Option* output = command->add_option(
       "-o,--output", "folder of the run; an interrupted one there goes on. Default: out/nights/TIME");
@@ -63,18 +62,18 @@ void add_track_night(CLI::App& track, int& exit_code) {
       "    --commit \"$(git rev-parse HEAD)\" --parent \"$(git rev-parse HEAD^)\"");
   command->callback([=, &exit_code] {
     const fs::path folder = output->empty() ? folder_of_tonight() : fs::path(output->as<std::string>());
-    exit_code = static_cast<int>(
-        night_command({.config = load_config(config->as<std::string>()),
-                       .sweep = {.output = folder,
-                                 .backends = choose_backends(value_or(backend, std::string("all"))),
-                                 .device = value_or(device, 0),
-                                 .filter = value_or(filter, std::string()),
-                                 .pictures = Pictured::none,
-                                 .slowdowns = slowdowns_of(slowdowns),
-                                 .quiet = is_set(quiet)},
-                       .labels = labels.labels(),
-                       .check = options.arguments(database, {}),
-                       .page = value_or(page, std::string())}));
+    exit_code =
+        static_cast<int>(night_command({.config = load_config(config->as<std::string>()),
+                                        .sweep = {.output = folder,
+                                                  .backends = choose_backends(value_or(backend, std::string("all"))),
+                                                  .device = value_or(device, 0),
+                                                  .filter = value_or(filter, std::string()),
+                                                  .pictures = Pictured::none,
+                                                  .slowdowns = slowdowns_of(slowdowns),
+                                                  .quiet = is_set(quiet)},
+                                        .labels = labels.labels(),
+                                        .check = options.arguments(database, {}),
+                                        .page = value_or(page, std::string())}));
   });
 }
 

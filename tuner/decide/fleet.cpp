@@ -152,18 +152,17 @@ class FleetTimes {
   const std::string within = fmt::format("{}", fmt::join(budget_texts(options.budgets), " and "));
   if (fewest->settings == 0)
     throw Error(Exit::answer_is_no, fmt::format("nothing meets {} on {}", within, place_text(*fewest)));
-  throw Error(Exit::answer_is_no, fmt::format("no setting was measured and meets {} in all {} places; the fewest, {}, do "
-                                              "on {}",
-                                              within, places.size(), fewest->settings, place_text(*fewest)));
+  throw Error(Exit::answer_is_no,
+              fmt::format("no setting was measured and meets {} in all {} places; the fewest, {}, do "
+                          "on {}",
+                          within, places.size(), fewest->settings, place_text(*fewest)));
 }
 
 std::vector<FleetSetting> common_settings(const FleetTimes& times, const FleetOptions& options) {
   std::vector<FleetSetting> settings;
   for (const auto& [id, time] : times.in(0)) {
-    FleetSetting one{.settings = time.row->settings,
-                     .losses = {},
-                     .combined = {},
-                     .memory_bytes = time.row->memory_bytes};
+    FleetSetting one{
+        .settings = time.row->settings, .losses = {}, .combined = {}, .memory_bytes = time.row->memory_bytes};
     for (std::size_t p = 0; p < times.places().size(); ++p)
       if (const std::optional<Loss> loss = times.loss(id, p)) one.losses.push_back(*loss);
     if (one.losses.size() < times.places().size()) continue;
@@ -251,11 +250,12 @@ nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs, co
   for (const FleetSetting& one : fleet.settings) {
     nlohmann::json losses = nlohmann::json::array();
     for (const Loss& loss : one.losses) losses.push_back(loss_json(loss));
-    settings.push_back({{"setting", setting_id(one.settings)},
-                        {"key", setting_key(one.settings)},
-                        {"combined", {{"loss", one.combined.value}, {"interval", {one.combined.low, one.combined.high}}}},
-                        {"places", losses},
-                        {"memory_bytes", one.memory_bytes}});
+    settings.push_back(
+        {{"setting", setting_id(one.settings)},
+         {"key", setting_key(one.settings)},
+         {"combined", {{"loss", one.combined.value}, {"interval", {one.combined.low, one.combined.high}}}},
+         {"places", losses},
+         {"memory_bytes", one.memory_bytes}});
   }
   return {{"regret", options.regret == Regret::minimax ? "minimax" : "mean"},
           {"budgets", budget_texts(options.budgets)},

@@ -45,7 +45,8 @@ struct FleetSetting {
   std::int64_t memory_bytes = 0;
 };
 
-/// A place's own best, and what it costs to ship it in each place; nothing where it was not measured or misses a budget.
+/// A place's own best, and what it costs to ship it in each place; nothing where it was not measured or misses a
+/// budget.
 struct OwnBest {
   Settings settings;
   std::vector<std::optional<Loss>> losses;
@@ -84,6 +85,7 @@ struct Fleet {
 /// "vulkan NVIDIA H200 in rocks/oblique"
 [[nodiscard]] std::string place_text(const FleetPlace& place);
 
-[[nodiscard]] nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs, const FleetOptions& options);
+[[nodiscard]] nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs,
+                                        const FleetOptions& options);
 
 }  // namespace reliefbench

@@ -120,7 +120,7 @@ bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const Cal
 
 /// Open regressions first, the sure and the large ones before the others.
 int rank_of(const EventRow& event) {
-  constexpr std::array kOrder = {EventState::confirmed, EventState::suspect,   EventState::environment,
+  constexpr std::array kOrder = {EventState::confirmed, EventState::suspect,  EventState::environment,
                                  EventState::recovered, EventState::accepted, EventState::cleared};
   const auto place = std::ranges::find(kOrder, last_state(event)) - kOrder.begin();
   return static_cast<int>(place) + (is_open(event) || place >= 2 ? 0 : 2);

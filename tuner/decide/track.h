@@ -25,11 +25,11 @@ struct EpochChanges {
 
 /// What a check of a history comes to.
 struct TrackCheck {
-  std::vector<EventRow> events;     ///< all that are known: worst first within each state, open ones first
-  std::vector<bool> is_news;        ///< parallel: whether this check gave it its last state
+  std::vector<EventRow> events;  ///< all that are known: worst first within each state, open ones first
+  std::vector<bool> is_news;     ///< parallel: whether this check gave it its last state
   std::vector<EpochChanges> epochs;
-  double case_shift = 0;   ///< median over the series of the last epochs: what would be found within 5 nights in 9 of 10
-  std::size_t looked_at = 0;        ///< series
+  double case_shift = 0;  ///< median over the series of the last epochs: what would be found within 5 nights in 9 of 10
+  std::size_t looked_at = 0;  ///< series
 };
 
 /// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed

@@ -253,7 +253,8 @@ std::vector<std::size_t> epochs_of(const HistoryView& view) {
   for (const RunRow& run : view.runs) {
     const auto [found, is_new] = machines.try_emplace(run.machine, Last{.environment = run.environment});
     Last& last = found->second;
-    if (!is_new && last.environment != run.environment) last = {.environment = run.environment, .epoch = last.epoch + 1};
+    if (!is_new && last.environment != run.environment)
+      last = {.environment = run.environment, .epoch = last.epoch + 1};
     epochs.push_back(last.epoch);
   }
   return epochs;
@@ -296,8 +297,7 @@ std::vector<SeenEvent> changed_errors(const HistoryView& view) {
     for (const RepetitionRow& night : view.nights[s]) {
       if (night.score == 0) continue;
       if (before != nullptr && before->score != night.score) {
-        Together& change =
-            changes[{view.series[s].machine, before->run, night.run, before->code != night.code}];
+        Together& change = changes[{view.series[s].machine, before->run, night.run, before->code != night.code}];
         if (change.series.empty()) change.text = changed_metrics(*scores.at(before->score), *scores.at(night.score));
         change.series.push_back(s);
       }

@@ -43,11 +43,20 @@ std::string xml_escaped(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
     switch (c) {
-      case '&': escaped += "&amp;"; break;
-      case '<': escaped += "&lt;"; break;
-      case '>': escaped += "&gt;"; break;
-      case '"': escaped += "&quot;"; break;
-      default: escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
   }
   return escaped;
@@ -129,8 +138,8 @@ std::string environment_text(const EnvironmentRow& row) {
   for (const char* key : {"os", "cpu"})
     if (const std::string text = host.value(key, ""); !text.empty()) parts.push_back(text);
   for (const json& device : row.content.value("devices", json::array()))
-    parts.push_back(fmt::format("{} {} ({})", device.value("backend", ""), device.value("name", ""),
-                                device.value("driver", "")));
+    parts.push_back(
+        fmt::format("{} {} ({})", device.value("backend", ""), device.value("name", ""), device.value("driver", "")));
   return parts.empty() ? row.hash.substr(0, 8) : fmt::format("{}", fmt::join(parts, ", "));
 }
 
@@ -192,14 +201,15 @@ std::string track_junit(const HistoryView& view, const TrackCheck& check) {
     if (!is_open(event)) continue;
     ++failures;
     ++count;
-    cases += fmt::format("    <testcase classname=\"reliefbench.{}\" name=\"{}\">\n      <failure message=\"{}\"/>\n"
-                         "    </testcase>\n",
-                         xml_escaped(event.kind), xml_escaped(event.what), xml_escaped(event_line(event, view)));
+    cases += fmt::format(
+        "    <testcase classname=\"reliefbench.{}\" name=\"{}\">\n      <failure message=\"{}\"/>\n"
+        "    </testcase>\n",
+        xml_escaped(event.kind), xml_escaped(event.what), xml_escaped(event_line(event, view)));
   }
   if (count == 0) {
     count = 1;
-    cases = fmt::format("    <testcase classname=\"reliefbench\" name=\"{}\"/>\n",
-                        xml_escaped(verdict_text(view, check)));
+    cases =
+        fmt::format("    <testcase classname=\"reliefbench\" name=\"{}\"/>\n", xml_escaped(verdict_text(view, check)));
   }
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"reliefbench track\" tests=\"{}\" "

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "kernels/base/error.h"
-#include "tuner/plan/setting_space.h"
 #include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 

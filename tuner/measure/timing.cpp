@@ -76,9 +76,8 @@ void time(const Timing& timing, std::span<const TimedCase> round) {
   cases.reserve(round.size());
   for (const TimedCase& one : round)
     cases.push_back({.name = one.record->case_id, .frames = one.frames, .run_ns = [&timing, &one] {
-                       return slowdown_of(timing, *one.record) * drawn(timing, *one.record, [&] {
-                                return timing.session.draw_ns(*one.draw, one.frames);
-                              });
+                       return slowdown_of(timing, *one.record) *
+                              drawn(timing, *one.record, [&] { return timing.session.draw_ns(*one.draw, one.frames); });
                      }});
   const TimedBatch control{.name = control_case_id(session.device().backend),
                            .frames = session.calibration().frames,

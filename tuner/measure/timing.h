@@ -30,9 +30,9 @@ struct Timing {
   SampleBook& book;
   const MeasureSpec& measure;
   WallSplit& split;
-  CaseMark* mark = nullptr;  ///< of the case that is being drawn; null where no run is kept
+  CaseMark* mark = nullptr;              ///< of the case that is being drawn; null where no run is kept
   const Slowdowns* slowdowns = nullptr;  ///< null: none
-  double started_ns = 0;     ///< of the run, ns since 1970: Sample::at_ns is 0 there
+  double started_ns = 0;                 ///< of the run, ns since 1970: Sample::at_ns is 0 there
 };
 
 /// A case that was warmed up. Record and draw outlive it.
