@@ -50,8 +50,8 @@ class TrendPage {
     for (const SeriesRow& series : view.series) series_.add(series.id);
     for (const EnvironmentRow& row : view.environments) environments_.add(row.id);
     for (const EpochChanges& epoch : check.epochs) epochs_of_series_[epoch.series].push_back(&epoch);
-    for (std::size_t i = 0; i < check.events.size(); ++i)
-      for (const std::int64_t id : check.events[i].series) events_of_series_[id].push_back(check.events[i].id);
+    for (const EventRow& event : check.events)
+      for (const std::int64_t id : event.series) events_of_series_[id].push_back(event.id);
   }
 
   [[nodiscard]] json machines() const {
@@ -108,14 +108,14 @@ class TrendPage {
     return static_cast<std::size_t>(std::ranges::find(machines_, machine) - machines_.begin());
   }
 
+  /// machine: one that has a run
+  [[nodiscard]] const RunRow& last_run_of(const std::string& machine) const {
+    return *std::find_if(view_.runs.rbegin(), view_.runs.rend(),
+                         [&](const RunRow& run) { return run.machine == machine; });
+  }
+
   [[nodiscard]] json machine(const std::string& name) const {
-    std::size_t nights = 0;
-    const RunRow* last = nullptr;
-    for (const RunRow& run : view_.runs) {
-      if (run.machine != name) continue;
-      ++nights;
-      last = &run;
-    }
+    const RunRow& last = last_run_of(name);
     std::vector<double> sigmas;
     std::vector<double> shifts;
     for (const auto& [s, epochs] : epochs_of_series_) {
@@ -124,11 +124,11 @@ class TrendPage {
       shifts.push_back(epochs.back()->changes.smallest_shift);
     }
     return {{"name", name},
-            {"nights", nights},
-            {"last", utc_of(last->unix_s)},
+            {"nights", std::ranges::count(view_.runs, name, &RunRow::machine)},
+            {"last", utc_of(last.unix_s)},
             {"noise", sigmas.empty() ? json(nullptr) : short_number(median(sigmas))},
             {"smallest_shift", shifts.empty() ? json(nullptr) : short_number(median(shifts))},
-            {"devices", devices(*last)}};
+            {"devices", devices(last)}};
   }
 
   /// The devices of a machine's last run, each with its control case through all nights.
@@ -245,9 +245,7 @@ class TrendPage {
 
   /// Its place among the devices of its machine's last run; null where that has it not.
   [[nodiscard]] json device_of(const SeriesRow& row) const {
-    const auto last = std::find_if(view_.runs.rbegin(), view_.runs.rend(),
-                                   [&](const RunRow& run) { return run.machine == row.machine; });
-    const json devices = last->health.value("devices", json::array());
+    const json devices = last_run_of(row.machine).health.value("devices", json::array());
     for (std::size_t i = 0; i < devices.size(); ++i)
       if (device_name(devices[i].value("backend", ""), devices[i].value("name", "")) == row.device) return i;
     return nullptr;

@@ -37,7 +37,7 @@ std::vector<Budget> own_budgets(const std::string& run) {
 
 std::vector<Budget> budgets_of(const ChooseArguments& arguments) {
   if (!arguments.max_error.empty()) return parse_budgets(arguments.max_error);
-  const std::vector<Budget> first = own_budgets(arguments.runs.front());
+  std::vector<Budget> first = own_budgets(arguments.runs.front());
   for (const std::string& run : arguments.runs)
     if (budget_texts(own_budgets(run)) != budget_texts(first))
       fail_input("{} and {} have other budgets; say which hold by --max-error", arguments.runs.front(), run);

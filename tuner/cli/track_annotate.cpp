@@ -36,7 +36,7 @@ void add_track_annotate(CLI::App& track, int& exit_code) {
                                    .text = text->as<std::string>()};
     if (annotation.run < 1 && annotation.event < 1) fail_input("annotate: expected --run N or --event N, from 1");
     if (annotation.text.empty()) fail_input("--text: is empty");
-    const std::string name = database->as<std::string>();
+    const auto name = database->as<std::string>();
     { History(name, History::Access::read); }  // what is not there is not made
     History(name, History::Access::write).annotate(annotation);
     put("noted\n");

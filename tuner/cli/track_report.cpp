@@ -13,7 +13,7 @@ void add_track_report(CLI::App& track, int& exit_code) {
   command->footer("Example:\n  reliefbench track report --db history.db -o trend.html");
   command->callback([=, &exit_code] {
     const CheckArguments arguments = options.arguments(database, nights.query());
-    const std::string file = output->as<std::string>();
+    const auto file = output->as<std::string>();
     write_trend_page(checked_history(arguments), arguments, file);
     put("{}\n", file);
     exit_code = static_cast<int>(Exit::done);

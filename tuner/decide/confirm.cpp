@@ -15,9 +15,9 @@ constexpr double kDoubt = 0.05;
 
 std::set<std::string> keys_in_all(std::span<const Rerun> reruns) {
   std::set<std::string> keys;
-  for (const auto& [key, value] : reruns.front().log_values)
-    if (std::ranges::all_of(reruns, [&](const Rerun& rerun) { return rerun.log_values.contains(key); }))
-      keys.insert(key);
+  for (const auto& entry : reruns.front().log_values)
+    if (std::ranges::all_of(reruns, [&](const Rerun& rerun) { return rerun.log_values.contains(entry.first); }))
+      keys.insert(entry.first);
   return keys;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <tuple>
 #include <utility>
 
@@ -130,8 +131,8 @@ void EventSearch::check_series(std::size_t i) {
   unit.changes = find_changes(unit.track.logs, unit.track.errors, options_.change);
   Track& cleaned = cleaned_[i] = unit.track;
   const std::vector<std::size_t>& spikes = unit.changes.spikes;
-  for (auto spike = spikes.rbegin(); spike != spikes.rend(); ++spike) {
-    const auto offset = static_cast<std::ptrdiff_t>(*spike);
+  for (const std::size_t spike : std::views::reverse(spikes)) {
+    const auto offset = static_cast<std::ptrdiff_t>(spike);
     cleaned.calendar.erase(cleaned.calendar.begin() + offset);
     cleaned.logs.erase(cleaned.logs.begin() + offset);
     cleaned.errors.erase(cleaned.errors.begin() + offset);

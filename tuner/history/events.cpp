@@ -97,8 +97,7 @@ std::vector<EventRow> read_events(soci::session& sql, const std::string& machine
 void write_event(soci::session& sql, EventRow event) {
   event.key = storable(event.key);
   std::ranges::sort(event.series);
-  const auto [last, end] = std::ranges::unique(event.series);
-  event.series.erase(last, end);
+  event.series.erase(std::unique(event.series.begin(), event.series.end()), event.series.end());
   for (EventStateRow& state : event.states) {
     state.by = storable(state.by);
     state.text = storable(state.text);

@@ -12,7 +12,7 @@
 namespace reliefbench {
 
 /// What one import brings: a run with its series' values, and the scores that they name by index.
-struct Night {
+struct Night {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   struct Value {
     SeriesRow series;                  ///< id unset
     RepetitionRow row;                 ///< run and score unset

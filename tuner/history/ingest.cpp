@@ -25,9 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-json member_of(const json& object, const char* key, json otherwise) {
+json member_of(const json& object, const char* key, const json& otherwise) {
   const auto found = object.find(key);
-  return found == object.end() ? std::move(otherwise) : *found;
+  return found == object.end() ? otherwise : *found;
 }
 
 json devices_of(const Run& run) { return member_of(run.info, "devices", json::array()); }

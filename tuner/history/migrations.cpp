@@ -9,14 +9,13 @@ namespace {
 // Ids are given by the one writer (Database::begin_writing), so that they are the same on both databases. `hash` and
 // `key` are SHA-256 in hex of what makes a row what it is, since PostgreSQL's indices take no long texts. Texts that
 // are JSON have sorted keys.
-const std::vector<Migration> kSteps = {
+const std::vector<Migration> kSteps = {  // NOLINT(bugprone-suspicious-missing-comma): long statements
     {.version = 1,
      .statements = {
          "CREATE TABLE machine (id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE)",
          "CREATE TABLE environment (id INTEGER PRIMARY KEY, hash TEXT NOT NULL UNIQUE, content TEXT NOT NULL)",
-         "CREATE TABLE build (id INTEGER PRIMARY KEY, sha TEXT NOT NULL, parent TEXT NOT NULL, is_dirty INTEGER NOT "
-         "NULL,"
-         " UNIQUE (sha, parent, is_dirty))",
+         "CREATE TABLE build (id INTEGER PRIMARY KEY, sha TEXT NOT NULL, parent TEXT NOT NULL,"
+         " is_dirty INTEGER NOT NULL, UNIQUE (sha, parent, is_dirty))",
          "CREATE TABLE series (id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE,"
          " machine INTEGER NOT NULL REFERENCES machine (id), setting TEXT NOT NULL, case_id TEXT NOT NULL,"
          " scene TEXT NOT NULL, scene_key TEXT NOT NULL, technique TEXT NOT NULL, map TEXT NOT NULL,"

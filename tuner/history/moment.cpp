@@ -29,9 +29,9 @@ std::optional<std::int64_t> iso_seconds(const std::string& text) {
                                   std::chrono::day(static_cast<unsigned>(part(3))));
   if (!day.ok() || part(4) > 23 || part(5) > 59 || part(6) > 60) return std::nullopt;
   const int offset_s = (part(8) * 60 + part(9)) * (parts[7] == "-" ? -60 : 60);
-  const auto days = std::chrono::sys_days(day).time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::seconds>(days).count() + part(4) * 3600 + part(5) * 60 + part(6) -
-         offset_s;
+  const std::chrono::seconds days = std::chrono::sys_days(day).time_since_epoch();
+  const int of_day_s = part(4) * 3600 + part(5) * 60 + part(6);
+  return days.count() + of_day_s - offset_s;
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct CalibrationRow {
 };
 
 /// One night: a run of one machine.
-struct RunRow {
+struct RunRow {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::int64_t id = 0;
   std::string content;  ///< SHA-256 of what was imported: nothing is imported twice
   std::string kind;     ///< "reliefbench" or "google-benchmark"
