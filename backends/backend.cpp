@@ -77,6 +77,18 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
           .wrap = wrap};
 }
 
+Target score_target(std::span<const PixelFeature> features) {
+  Target target = Target::score;
+  for (const PixelFeature& one : features)
+    target.attachments.push_back(
+        {.name = one.feature->value->output, .layout = {.type = TexelType::float32, .channels = 1}});
+  return target;
+}
+
+bool is_score(const Target& target) {
+  return !target.attachments.empty() && target.attachments.front() == Target::score.attachments.front();
+}
+
 void Backend::read_color(std::vector<std::uint8_t>& into) {
   const std::span<const std::uint8_t> bytes = read(Target::color.attachments[0].name);
   into.resize(bytes.size());
@@ -102,6 +114,16 @@ void Backend::read_score(std::vector<ScorePixel>& into) {
         std::memcpy(to + i * sizeof(ScorePixel), bytes.data() + i * kHalf, kHalf);
     });
   }
+}
+
+FeatureValues Backend::read_values(std::span<const PixelFeature> features) {
+  FeatureValues values;
+  for (const PixelFeature& one : features) {
+    const std::span<const std::uint8_t> bytes = read(one.feature->value->output);
+    values.emplace_back(bytes.size() / sizeof(float));
+    std::memcpy(values.back().data(), bytes.data(), bytes.size());
+  }
+  return values;
 }
 
 std::vector<ScorePixel> Backend::read_score() {

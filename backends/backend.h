@@ -67,6 +67,10 @@ struct Target {
 inline const Target Target::color{.attachments = {{"out_color", {.type = TexelType::unorm8, .channels = 4}}}};
 inline const Target Target::score{.attachments = {{"out_ray", {.type = TexelType::float32, .channels = 4}},
                                                   {"out_hit", {.type = TexelType::float32, .channels = 4}}}};
+/// Target::score, with an attachment of one float for each feature of the scene that the frame has.
+[[nodiscard]] Target score_target(std::span<const PixelFeature> features);
+/// Whether it is Target::score, with or without features.
+[[nodiscard]] bool is_score(const Target& target);
 inline constexpr Attachment kDepth{.name = "depth", .layout = {.type = TexelType::float32, .channels = 1}};
 
 struct PipelineDesc {
@@ -206,6 +210,8 @@ class Backend {
   /// The last frame drawn into Target::score, likewise.
   void read_score(std::vector<ScorePixel>& into);
   [[nodiscard]] std::vector<ScorePixel> read_score();
+  /// What each of the features of the scene made of the pixels of that frame.
+  [[nodiscard]] FeatureValues read_values(std::span<const PixelFeature> features);
 
  protected:
   [[nodiscard]] double render_limit_s() const { return render_limit_s_; }

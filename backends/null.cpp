@@ -155,7 +155,7 @@ class NullBackend final : public Backend {
     double frame_ns = 0;
     for (const Draw& draw : frame) {
       const auto& pipeline = static_cast<const NullPipeline&>(*draw.pipeline);
-      if (pipeline.target == Target::score)
+      if (is_score(pipeline.target))
         draw_score(draw, pipeline.steps());
       else
         color_ = ColorFrame{.pipeline = pipeline, .frame = draw.frame};
@@ -170,6 +170,8 @@ class NullBackend final : public Backend {
       make_up_color(color_->frame, color_->pipeline, read_);
       return read_;
     }
+    const auto is_output = [&](const Feature& feature) { return feature.value && feature.value->output == attachment; };
+    if (std::ranges::any_of(all_features(), is_output) && !score_.empty()) return ones();
     for (std::size_t half = 0; half < 2; ++half)
       if (attachment == Target::score.attachments[half].name && !score_.empty()) return score_attachment(half);
     fail_not_drawn("null", attachment);
@@ -187,6 +189,13 @@ class NullBackend final : public Backend {
     make_up_score(*exact_, steps, score_);
   }
 
+  /// Features of the scene change nothing here: each has the value 1 everywhere.
+  [[nodiscard]] std::span<const std::uint8_t> ones() {
+    const std::vector<float> values(score_.size(), 1.0F);
+    read_.resize(values.size() * sizeof(float));
+    std::memcpy(read_.data(), values.data(), read_.size());
+    return read_;
+  }
   /// One half of every pixel: rays or hits.
   [[nodiscard]] std::span<const std::uint8_t> score_attachment(std::size_t half) {
     constexpr std::size_t kHalf = sizeof(ScorePixel) / 2;

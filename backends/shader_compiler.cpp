@@ -117,22 +117,30 @@ Includes::value_type shared_constants() {
   return {"contract.glsl", {.name = "contract.glsl", .text = shared_contract()}};
 }
 
+Includes::value_type generated(const std::string& name, std::string text) {
+  return {name, {.name = name, .text = std::move(text)}};
+}
+
 /// parameters: GLSL of the technique's row
-Spirv compile_last_stage(const ShaderText& technique, const std::string& parameters, const Target& target,
-                         Dialect dialect) {
-  return compile_stage(target == Target::score ? "score.frag" : "shade.frag", EShLangFragment, dialect,
+Spirv compile_last_stage(const ShaderText& technique, std::string parameters, const Target& target, Dialect dialect,
+                         std::span<const PixelFeature> features = {}) {
+  return compile_stage(is_score(target) ? "score.frag" : "shade.frag", EShLangFragment, dialect,
                        {shared_constants(),
-                        {"parameters.glsl", {.name = "parameters.glsl", .text = parameters}},
+                        generated("parameters.glsl", std::move(parameters)),
+                        generated("features.glsl", features_contract(features)),
+                        generated("feature_outputs.glsl", feature_outputs(features)),
                         {kTechniqueFile, technique}});
 }
 
 }  // namespace
 
-Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect) {
+Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect,
+                       std::span<const PixelFeature> features) {
   const std::string file = fmt::format("{}.glsl", technique);
   const ShaderText text{.name = file, .text = std::string(embedded_text(embedded_shaders(), file))};
   const auto row = std::ranges::find(techniques(), technique, &Technique::id);
-  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect);
+  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect,
+                            features);
 }
 
 Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,8 +20,10 @@ struct ShaderText {
 /// The last stage of a fragment shader: `shade.frag` or `score.frag` include the technique's trace.
 /// technique: a shader file's name without `.glsl`, included by the stage as "technique.glsl", after the constants of
 /// its row where there is one
+/// features: of the scene, that the frame has; without any the text is the same as if there were none to have
 /// throws: Error(environment) with the file, line and message of glslang
-[[nodiscard]] Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect);
+[[nodiscard]] Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect,
+                                     std::span<const PixelFeature> features = {});
 /// technique: defines `Hit trace(Ray)`
 [[nodiscard]] Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect);
 

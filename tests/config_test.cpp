@@ -56,7 +56,8 @@ TEST(Config, EverythingIsRead) {
     "$schema": "schema/config.schema.json", "name": "all", "seed": 18446744073709551,
     "scenes": [{"heightmap": {"source": "rocks", "channel": "r", "invert": true, "normalise": true, "name": "low"},
                 "views": ["grazing", {"id": "steep", "elevation_deg": 60, "distance": 2, "fov_deg": 30}],
-                "relief_depth": 0, "tiling": 0.001, "wrap": "clamp", "frame_px": [320, 200]}],
+                "relief_depth": 0, "tiling": 0.001, "wrap": "clamp", "frame_px": [320, 200],
+                "light": {"elevation_deg": 20, "angular_radius_deg": 0.25}}],
     "measure": {"samples": 3, "batch_ms": 0.5, "warmup_batches_max": 0, "control_every": 2, "block_cases": 8,
                 "flicker_frames": 5, "timeout_s": 1.5},
     "front": {"error": "e_z.p95", "constraints": []},
@@ -77,6 +78,7 @@ TEST(Config, EverythingIsRead) {
   EXPECT_EQ(steep.scene.tiling, 0.001);
   EXPECT_EQ(steep.scene.wrap, Wrap::clamp);
   EXPECT_EQ(steep.scene.width_px, 320);
+  EXPECT_EQ(steep.scene.light, (Light{.elevation_deg = 20, .angular_radius_deg = 0.25}));
   EXPECT_EQ(steep.scene.height_px, 200);
   EXPECT_EQ(config.measure.batch_ms, 0.5);
   EXPECT_EQ(config.measure.warmup_batches_max, 0);
@@ -85,7 +87,7 @@ TEST(Config, EverythingIsRead) {
   EXPECT_EQ(config.budgets[0].text(), "psnr>=30");
   EXPECT_EQ(config.budgets[1].text(), "missed_rate<=0.001");
   const SweepSpec& sweep = config.sweeps[0];
-  EXPECT_EQ(sweep.line, 11);
+  EXPECT_EQ(sweep.line, 12);
   ASSERT_EQ(sweep.axes.size(), 4U);
   EXPECT_THAT(sweep.axes[0].values, ElementsAre(ElementsAre(8), ElementsAre(16), ElementsAre(32), ElementsAre(64)));
   EXPECT_THAT(sweep.axes[1].params, ElementsAre("refinement", "binary_steps"));

@@ -33,14 +33,26 @@ using ::testing::ThrowsMessage;
 std::vector<std::string> shipped_settings() {
   std::vector<std::string> ids;
   for (const Technique& technique : techniques()) ids.emplace_back(technique.id);
-  for (const char* id :
-       {"parallax?variant=plain&filter=manual", "relief?refinement=none&loop=fixed&filter=manual",
-        "relief?refinement=secant&format=r32f", "depth_slices?loop=fixed", "interval?search=cone&format=rg16f",
-        "cone?step=plain&format=rgba8", "cone?correction=min4&step=cell_max&format=r8+r8",
-        "cone?correction=min4&filter=manual&encoding=h_tan", "cone?lod=footprint&encoding=atan",
-        "relaxed_cone?refinement=secant&format=r8+r8&encoding=ratio", "quad_cone?refinement=binary&filter=manual",
-        "safety_shape?loop=fixed&format=r8+rgba8", "qdm?refinement=none", "qdm?refinement=binary&filter=manual",
-        "distance?step=published"})
+  for (const char* id : {"parallax?variant=plain&filter=manual",
+                         "relief?refinement=none&loop=fixed&filter=manual",
+                         "relief?refinement=secant&format=r32f",
+                         "depth_slices?loop=fixed",
+                         "interval?search=cone&format=rg16f",
+                         "cone?step=plain&format=rgba8",
+                         "cone?correction=min4&step=cell_max&format=r8+r8",
+                         "cone?correction=min4&filter=manual&encoding=h_tan",
+                         "cone?lod=footprint&encoding=atan",
+                         "relaxed_cone?refinement=secant&format=r8+r8&encoding=ratio",
+                         "quad_cone?refinement=binary&filter=manual",
+                         "safety_shape?loop=fixed&format=r8+rgba8",
+                         "qdm?refinement=none",
+                         "qdm?refinement=binary&filter=manual",
+                         "distance?step=published",
+                         "relief?shadow=linear",
+                         "relief?shadow=binary",
+                         "cone?shadow=cone&format=rgba8",
+                         "relaxed_cone?shadow=soft_taps&shadow_bias=1_256",
+                         "interval?search=cone&shadow=soft_cone"})
     ids.emplace_back(id);
   return ids;
 }
@@ -86,6 +98,16 @@ TEST(ShippedShader, says_on_top_what_it_is_and_how_it_is_called) {
         "Guarantee: never_skips, on a sampler that is off by no more than its steps make up for", "discard",
         "ray.footprint = pixel_footprint(uv);", "Hit hit = trace(ray);"})
     EXPECT_THAT(shader.substr(0, shader.find("\n\n")), HasSubstr(words));
+  EXPECT_THAT(shader, Not(HasSubstr("shadow")));
+}
+
+TEST(ShippedShader, has_the_shadow_that_its_setting_has) {
+  const Settings settings = parse_setting("cone?shadow=cone&shadow_steps=24");
+  const std::string shader = shader_of(settings, store_map(settings, heights(), Wrap::repeat), Wrap::repeat);
+  for (const std::string words : {"of shadow", "rays: never_skips.", "Scene scene = Scene(light, light_radius, 0.1",
+                                  "float shadow = relief_shadow(ray, scene, hit);", "const int SHADOW_STEPS = 24;"})
+    EXPECT_THAT(shader, HasSubstr(words));
+  EXPECT_THAT(shader, Not(HasSubstr("shade_shadow")));
 }
 
 class ShippedShaderOnDevice : public BackendTest {};
@@ -99,9 +121,16 @@ layout(binding = 3) uniform sampler2D rays;
 #endif
 layout(location = 0) out vec4 out_ray;
 layout(location = 1) out vec4 out_hit;
+#ifdef WITH_SHADOW
+layout(location = 2) out float out_shadow;
+#endif
 void main() {
   out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-  Hit hit = trace(Ray(out_ray.xy, out_ray.zw, 1.0, 1.0, 0));
+  Ray ray = Ray(out_ray.xy, out_ray.zw, 1.0, 1.0, 0);
+  Hit hit = trace(ray);
+#ifdef WITH_SHADOW
+  out_shadow = relief_shadow(ray, Scene(vec3(LIGHT), LIGHT_RADIUS, 0.1), hit);
+#endif
   out_hit = vec4(hit.t, float(hit.status), float(hit.taps), float(hit.steps));
 }
 )";
@@ -117,7 +146,16 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
         const StoredMap map = store_map(settings, heights(), wrap);
         Scene scene = kScene;
         scene.wrap = wrap;
+        scene.light = {.elevation_deg = 20, .angular_radius_deg = 3};
         const std::vector<ScorePixel> expected = trace_frame(rig, settings, map, scene, kShippedSampler);
+        const std::vector<PixelFeature> features = pixel_features(settings);
+        const FeatureValues expected_values = rig.backend->read_values(features);
+        const FrameUniforms frame = frame_uniforms(scene, heights().width, heights().height);
+        std::string defines = "#version 450\n";
+        if (!features.empty())
+          defines +=
+              fmt::format("#define WITH_SHADOW\n#define LIGHT {:#.9}, {:#.9}, {:#.9}\n#define LIGHT_RADIUS {:#.9}\n",
+                          frame.light[0], frame.light[1], frame.light[2], frame.light[3]);
         std::vector<std::array<float, 4>> rays;
         for (const ScorePixel& pixel : expected)
           rays.push_back({pixel.ray.u, pixel.ray.v, pixel.ray.slope_u, pixel.ray.slope_v});
@@ -127,19 +165,22 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
                                                       .texels = std::as_bytes(std::span(rays)),
                                                       .wrap = Wrap::clamp,
                                                       .filter = Filter::nearest});
-        const std::string fragment = "#version 450\n" + shader_of(settings, map, wrap) + std::string(kRaysFromTexture);
+        const std::string fragment = defines + shader_of(settings, map, wrap) + std::string(kRaysFromTexture);
         const auto pipeline = rig.pipeline(compile_whole_fragment({.name = id, .text = fragment}, rig.row.dialect),
-                                           Target::score, {}, "shipped");
+                                           score_target(features), {}, "shipped");
         const auto relief = rig.backend->upload(texture_desc(map.textures.relief, wrap));
         const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, wrap)) : nullptr;
         Textures textures = rig.textures(relief.get(), extra.get());
         textures["rays"] = ray_texture.get();
-        rig.backend->render({.pipeline = pipeline.get(),
-                             .textures = std::move(textures),
-                             .frame = frame_uniforms(scene, heights().width, heights().height)},
-                            1, Timer::fenced_wall);
+        rig.backend->render({.pipeline = pipeline.get(), .textures = std::move(textures), .frame = frame}, 1,
+                            Timer::fenced_wall);
         const std::vector<ScorePixel> found = rig.backend->read_score();
         ASSERT_EQ(found.size(), expected.size());
+        const FeatureValues found_values = rig.backend->read_values(features);
+        for (std::size_t i = 0; i < features.size() * found.size(); ++i) {
+          if (static_cast<PixelStatus>(expected[i].status) == PixelStatus::no_ray) continue;
+          ASSERT_EQ(found_values.front()[i], expected_values.front()[i]) << i;
+        }
         int differing = 0;
         int traced = 0;
         for (std::size_t i = 0; i < found.size(); ++i) {

@@ -18,7 +18,11 @@ namespace reliefbench {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::MatchesRegex;
+using ::testing::Not;
 
 // Ids, recorded tables and the shaders' constants have the parameters in this order.
 TEST(Rows, give_techniques_the_parameters_that_ids_always_had) {
@@ -46,7 +50,9 @@ TEST(Rows, give_techniques_the_parameters_that_ids_always_had) {
     for (const Param& param : technique.params) ids += (ids.empty() ? "" : " ") + std::string(param.id);
     const auto found = known.find(technique.id);
     if (found == known.end()) continue;  // a later one
-    EXPECT_EQ(ids, found->second) << technique.id;
+    // Features of the scene came later; they stand behind all others.
+    EXPECT_EQ(ids.substr(0, ids.find(" shadow")), found->second) << technique.id;
+    EXPECT_EQ(technique.find("shadow") != nullptr, technique.reads_map()) << technique.id;
   }
 }
 
@@ -60,7 +66,7 @@ TEST(Settings, hold_what_means_something) {
   EXPECT_EQ(settings.active("binary_steps"), nullptr);  // it has none with this refinement
   EXPECT_EQ(settings.active("linear_steps"), nullptr);  // nor ever
   std::string text;
-  for (const SettingValue& given : settings.values()) text += std::string(given.param.id) + "=" + given.text() + "&";
+  for (const SettingValue& given : settings.written()) text += std::string(given.param.id) + "=" + given.text() + "&";
   EXPECT_EQ(text, settings.text() + "&");
   EXPECT_EQ(step_cap(settings), 32 + 1);
   EXPECT_FALSE(reads_levels(settings));
@@ -68,12 +74,18 @@ TEST(Settings, hold_what_means_something) {
 }
 
 TEST(Settings, guarantee_by_what_a_ray_is_for) {
-  Technique made = find_technique("max_mip");
-  EXPECT_EQ(guarantee_of(Settings(made)), Guarantee::exact);
-  EXPECT_EQ(guarantee_of(Settings(made), Query::shadow), Guarantee::none);
-  made.shadow_guarantee_when = [](const Settings&) { return Guarantee::never_skips; };
-  EXPECT_EQ(guarantee_of(Settings(made), Query::shadow), Guarantee::never_skips);
-  EXPECT_EQ(guarantee_of(Settings(made), Query::primary), Guarantee::exact);
+  const auto of = [](const Settings& settings) {
+    return std::pair(guarantee_of(settings), guarantee_of(settings, Query::shadow));
+  };
+  using enum Guarantee;
+  EXPECT_EQ(of(settings_of("cone")), std::pair(exact, none));  // no shadow, no claim
+  EXPECT_EQ(of(settings_of("cone", {{"shadow", "cone"}})), std::pair(exact, never_skips));
+  EXPECT_EQ(of(settings_of("cone", {{"shadow", "linear"}})), std::pair(exact, none));
+  EXPECT_EQ(of(settings_of("cone", {{"shadow", "cone"}, {"step", "cell_max"}})), std::pair(none, never_skips));
+  EXPECT_EQ(of(settings_of("cone", {{"shadow", "cone"}, {"correction", "none"}})), std::pair(none, none));
+  // Relaxed cones are right only for rays from the top plate.
+  EXPECT_EQ(of(settings_of("relaxed_cone", {{"map", "relaxed"}, {"correction", "safe"}, {"shadow", "cone"}})),
+            std::pair(none, none));
 }
 
 TEST(Settings, leave_out_the_plainest_where_it_is_not_spelt_out) {
@@ -103,10 +115,11 @@ TEST(Features, bring_their_rows_parameters) {
   const Settings settings = settings_of("relief", {{"refinement", "secant"}, {"filter", "manual"}});
   std::vector<std::string_view> rows;
   for (const FeatureRow* row : rows_of(settings)) rows.push_back(row->id);
-  EXPECT_THAT(rows, ElementsAre("secant", "manual"));
-  EXPECT_THAT(rows_of(settings_of("max_mip")), IsEmpty());
-  EXPECT_THAT(rows_of(settings_of("distance")), IsEmpty());  // cells are fetched, until step=published
-  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 2U);
+  EXPECT_THAT(rows, ElementsAre("secant", "manual", "none"));
+  EXPECT_THAT(rows_of(settings_of("flat")), IsEmpty());
+  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 1U);
+  EXPECT_EQ(rows_of(settings_of("distance")).size(), 1U);  // cells are fetched, until step=published
+  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 3U);
 
   for (const Technique& technique : techniques())
     for (const Feature& feature : all_features()) {
@@ -117,7 +130,8 @@ TEST(Features, bring_their_rows_parameters) {
         EXPECT_EQ(param->choices.at(i), feature.rows[i].id) << technique.id;
         for (const Param& own : feature.rows[i].params) {
           ASSERT_NE(technique.find(own.id), nullptr) << technique.id << " " << own.id;
-          EXPECT_EQ(technique.find(own.id)->active_if, fmt::format("{}={}", feature.id, feature.rows[i].id));
+          EXPECT_THAT(technique.find(own.id)->active_if,
+                      MatchesRegex(fmt::format("{}=(.+[|])?{}([|].+)?", feature.id, feature.rows[i].id)));
         }
       }
     }
@@ -141,9 +155,31 @@ TEST(Features, have_their_shaders_in_every_technique_that_has_them) {
   for (const Technique& technique : techniques())
     for (const Feature& feature : all_features())
       for (const FeatureRow& row : feature.rows) {
-        if (technique.find(feature.id) == nullptr || row.shader.empty()) continue;
+        if (technique.find(feature.id) == nullptr || row.shader.empty() || feature.value) continue;
         EXPECT_TRUE(includes(fmt::format("{}.glsl", technique.id), row.shader)) << technique.id << " " << row.id;
       }
+}
+
+TEST(Features, of_the_scene_are_in_no_text_but_that_of_frames_that_have_them) {
+  const Settings off = settings_of("cone");
+  EXPECT_EQ(off.text().find("shadow"), std::string::npos);
+  EXPECT_TRUE(pixel_features(off).empty());
+  EXPECT_EQ(features_contract({}), "");
+  EXPECT_EQ(feature_outputs({}), "");
+  EXPECT_EQ(parameters_contract(off.technique()).find("SHADOW"), std::string::npos);
+  EXPECT_EQ(shared_contract().find("SHADOW"), std::string::npos);
+
+  const Settings on = settings_of("cone", {{"shadow", "cone"}});
+  EXPECT_THAT(on.text(), EndsWith("&shadow=cone&shadow_steps=16&shadow_bias=none"));
+  const std::vector<PixelFeature> features = pixel_features(on);
+  ASSERT_EQ(features.size(), 1U);
+  EXPECT_EQ(text_of(features), "shadow=cone");
+  EXPECT_EQ(text_of(exact_ones(features)), "shadow=exact");
+  EXPECT_THAT(features_contract(features), HasSubstr("const int SHADOW_STEPS = 16;"));
+  EXPECT_THAT(features_contract(exact_ones(features)), Not(HasSubstr("SHADOW_STEPS")));
+  EXPECT_EQ(score_target(features).attachments.size(), 3U);
+  for (const SpecConstant& constant : constants_of(&off, Wrap::repeat)) EXPECT_LT(constant.id, kFirstFeatureConstant);
+  EXPECT_EQ(constants_of(&on, Wrap::repeat).size(), constants_of(&off, Wrap::repeat).size() + 2);
 }
 
 TEST(Features, say_what_a_row_lacks) {

@@ -32,7 +32,10 @@ TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
                                                             [](Scene& s) { s.view.elevation_deg = 31; },
                                                             [](Scene& s) { s.view.distance = 2; },
                                                             [](Scene& s) { s.view.fov_deg = 46; },
-                                                            [](Scene& s) { s.view.azimuth_deg = 1; }};
+                                                            [](Scene& s) { s.view.azimuth_deg = 1; },
+                                                            [](Scene& s) { s.light.elevation_deg = 20; },
+                                                            [](Scene& s) { s.light.azimuth_deg = 20; },
+                                                            [](Scene& s) { s.light.angular_radius_deg = 1; }};
   std::set<SceneKey> keys = {scene_key("aa", plain), scene_key("bb", plain)};
   for (const auto& change : changes) {
     Scene scene = plain;
@@ -47,6 +50,15 @@ TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
   zero.pan = -0.0;
   EXPECT_EQ(scene_key("aa", zero), scene_key("aa", plain));
   EXPECT_EQ(scene_key("aa", plain).hex.size(), 64U);
+}
+
+// So that keys of before there was another light stay.
+TEST(SceneKey, does_not_have_the_usual_light) {
+  EXPECT_EQ(scene_key("aa", Scene{}).short_text(), "c6a9f773");
+  const FrameUniforms frame = frame_uniforms(Scene{}, 8, 8);
+  EXPECT_EQ(frame.light, (std::array{-0.48F, 0.36F, 0.8F, 0.0F}));
+  EXPECT_EQ(frame_uniforms({.view = {}, .light = {.elevation_deg = 90}}, 8, 8).light,
+            (std::array{0.0F, 0.0F, 1.0F, 0.0F}));
 }
 
 TEST(SceneKey, of_heights_as_they_are_read) {
@@ -88,7 +100,8 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
                 .pan = 0.1,
                 .wrap = Wrap::clamp,
                 .width_px = 48,
-                .height_px = 32}};
+                .height_px = 32,
+                .light = {.elevation_deg = 20, .azimuth_deg = -100, .angular_radius_deg = 0.25}}};
   const MeasuredScene scene = measured_scene(spec, Heightmaps().read(spec.heightmap));
   const nlohmann::json j = scene_json(scene);
   const MeasuredScene back = parse_scene(nlohmann::json::parse(j.dump()));
@@ -96,6 +109,7 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   EXPECT_EQ(back.heights_sha256, scene.heights_sha256);
   EXPECT_EQ(back.spec.id, "deep/mine");
   EXPECT_EQ(back.spec.scene.view, spec.scene.view);
+  EXPECT_EQ(back.spec.scene.light, spec.scene.light);
   EXPECT_EQ(scene_json(back), j);
   EXPECT_EQ(Heightmaps().read(back.spec.heightmap).sha256, scene.heights_sha256);
   const auto refused = [&](const char* pointer, const nlohmann::json& value, const std::string& words) {
@@ -105,6 +119,8 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   };
   refused("/relief_depth", 0.4, "but what it says makes");
   refused("/relief_depth", "deep", "'relief_depth'");
+  refused("/light/elevation_deg", 21, "but what it says makes");
+  refused("/light", 3, "'elevation_deg'");
   refused("/frame_px", {0, 1}, "'frame_px'");
   refused("/wrap", "mirror", "'wrap'");
   refused("/key", "abc", "is no scene key");

@@ -66,6 +66,9 @@ TEST(Schema, DefaultsAreTheLoadersOwn) {
   EXPECT_EQ(fallback("scene", "relief_depth"), scene.relief_depth);
   EXPECT_EQ(fallback("scene", "tiling"), scene.tiling);
   EXPECT_EQ(fallback("scene", "frame_px"), (json{scene.width_px, scene.height_px}));
+  EXPECT_EQ(fallback("light", "elevation_deg"), Light{}.elevation_deg);
+  EXPECT_EQ(fallback("light", "azimuth_deg"), Light{}.azimuth_deg);
+  EXPECT_EQ(fallback("light", "angular_radius_deg"), Light{}.angular_radius_deg);
   EXPECT_EQ(fallback("view", "elevation_deg"), View{}.elevation_deg);
   EXPECT_EQ(fallback("view", "distance"), View{}.distance);
   EXPECT_EQ(fallback("view", "fov_deg"), View{}.fov_deg);

@@ -106,7 +106,25 @@ TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
   EXPECT_EQ(frame.score["taps.mean"], 5);
   EXPECT_EQ(frame.score["taps.max"], 8);
   for (const MetricRow& row : metrics())
-    EXPECT_EQ(row.value(frame.score).has_value(), !row.compares_pictures) << row.id;
+    EXPECT_EQ(row.value(frame.score).has_value(), std::holds_alternative<OfPixels>(row.metric->function)) << row.id;
+}
+
+TEST(Score, AFeatureHasItsOwnMetricsAndNoOtherFrameHasThem) {
+  const std::vector<ScorePixel> pixels{pixel(0.25F), pixel(0.25F), pixel(0.25F), pixel(0.25F), pixel(0, 0)};
+  JudgedFrame frame = judge(pixels, std::vector<ReferenceHit>(pixels.size(), kSolid), kSide, kSide);
+  EXPECT_EQ(frame.score["false_lit_rate"], std::nullopt);
+  const FrameScore before = frame.score;
+  const std::vector<float> found{1, 0.25F, 0.5F, 1, 0};
+  const std::vector<float> exact{0, 0.5F, 0.25F, 1, 1};
+  judge_feature("another", found, exact, frame.pixels, frame.score);
+  EXPECT_EQ(frame.score, before);
+  judge_feature("shadow", found, exact, frame.pixels, frame.score);
+  EXPECT_EQ(frame.score.at("false_lit_rate"), 0.5);
+  EXPECT_EQ(frame.score.at("false_dark_rate"), 0.25);
+  EXPECT_EQ(frame.score.at("penumbra_error"), 1.5 / 4);
+  FrameScore without_rays;
+  judge_feature("shadow", found, exact, std::vector<PixelScore>(5), without_rays);
+  EXPECT_EQ(without_rays.at("penumbra_error"), 0);
 }
 
 TEST(Score, FrameWithoutRaysIsZero) {
@@ -114,7 +132,9 @@ TEST(Score, FrameWithoutRaysIsZero) {
   const JudgedFrame frame = judge(pixels, std::vector<ReferenceHit>(3), kSide, kSide);
   EXPECT_EQ(frame.score.pixels, 0);
   for (const MetricRow& row : metrics())
-    EXPECT_EQ(row.value(frame.score), row.compares_pictures ? std::nullopt : std::optional(0.0)) << row.id;
+    EXPECT_EQ(row.value(frame.score),
+              std::holds_alternative<OfPixels>(row.metric->function) ? std::optional(0.0) : std::nullopt)
+        << row.id;
 }
 
 TEST(Score, PercentilesAreByNearestRank) {
@@ -167,10 +187,10 @@ TEST(Psnr, LeavesOutPixelsWithoutARay) {
 TEST(Metrics, AreTheListThatReportsKnow) {
   std::vector<std::string> ids;
   for (const MetricRow& row : metrics()) ids.emplace_back(row.id);
-  EXPECT_THAT(ids,
-              testing::ElementsAre("e_xy.mean", "e_xy.p50", "e_xy.p95", "e_xy.p99", "e_xy.max", "e_z.mean", "e_z.p50",
-                                   "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate", "unconverged_rate",
-                                   "psnr", "flip", "ssim", "flicker", "taps.mean", "taps.max"));
+  EXPECT_THAT(ids, testing::ElementsAre("e_xy.mean", "e_xy.p50", "e_xy.p95", "e_xy.p99", "e_xy.max", "e_z.mean",
+                                        "e_z.p50", "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate",
+                                        "unconverged_rate", "psnr", "flip", "ssim", "flicker", "false_lit_rate",
+                                        "false_dark_rate", "penumbra_error", "taps.mean", "taps.max"));
 }
 
 TEST(Metrics, ReadTheirOwnPlace) {
@@ -182,7 +202,7 @@ TEST(Metrics, ReadTheirOwnPlace) {
   EXPECT_EQ(score["e_xy.p99"], 4);
   EXPECT_EQ(score["e_z.mean"], 6);
   EXPECT_EQ(score["psnr"], 14);
-  EXPECT_EQ(score.at("taps.max"), 19);
+  EXPECT_EQ(score.at("taps.max"), 22);
   score["psnr"].reset();
   EXPECT_FALSE(find_metric("psnr").value(score).has_value());
   EXPECT_TRUE(find_metric("psnr").none_is_best());

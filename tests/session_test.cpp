@@ -35,7 +35,7 @@ TEST(Session, what_is_compiled_ahead_is_not_compiled_again) {
     const Session::Compiled& pipeline = session.pipeline(*one.settings, one.target, one.wrap);
     EXPECT_NE(pipeline.pipeline, nullptr);
     EXPECT_GT(pipeline.compile_ns, 0);
-    EXPECT_EQ(pipeline.spirv_sha256, session.fragment_sha256(one.settings->technique().id, one.target));
+    EXPECT_EQ(pipeline.spirv_sha256, session.fragment_sha256(*one.settings, one.target));
   }
   session.compile_ahead(wanted_of(settings));
   EXPECT_EQ(session.shaders_compiled(), compiled);

@@ -18,6 +18,7 @@ Settings random_settings(std::size_t index, std::mt19937& random) {
   const std::vector<Technique>& rows = techniques();
   Settings settings(rows[index % rows.size()]);
   for (const Param& param : settings.technique().params) {
+    if (!param.is_spelt_out) break;  // features of the scene, which stand last, stay off
     const int last = param.choices.empty() ? std::min(param.max, 128) : static_cast<int>(param.choices.size()) - 1;
     settings.set(param.id, param.min + static_cast<int>(random() % static_cast<unsigned>(last - param.min + 1)));
   }
@@ -28,8 +29,7 @@ Record base_record(const Settings& settings, const std::string& scene, const std
                    const std::string& device) {
   Record record;
   record.technique = settings.technique().id;
-  for (const Param& param : settings.technique().params)
-    if (settings.is_active(param)) record.params.emplace_back(param.id, param.text(settings.get(param.id)));
+  for (const SettingValue& given : settings.written()) record.params.emplace_back(given.param.id, given.text());
   record.case_id = fmt::format("{}@{}?{}&backend={}", record.technique, scene, settings.text(), backend);
   record.map = map_of(settings).id;
   record.scene = scene;

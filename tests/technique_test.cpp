@@ -59,13 +59,37 @@ TEST(TechniqueTest, no_shader_file_repeats_what_a_row_defines) {
   }
 }
 
+/// Sets what `param` needs to be active: the first choice that makes sense.
+void activate(Settings& settings, const Param& param) {
+  if (param.active_if.empty()) return;
+  const std::string_view condition = param.active_if;
+  const std::size_t split = condition.find('=');
+  const std::string_view id = condition.substr(0, split);
+  activate(settings, *settings.technique().find(id));
+  if (settings.is_active(param)) return;
+  for (std::string_view rest = condition.substr(split + 1); !rest.empty();) {
+    const std::size_t end = std::min(rest.find('|'), rest.size());
+    settings.set(id, rest.substr(0, end));
+    if (conflict(settings).empty()) return;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+}
+
+/// Every feature of the scene is in its own modules only.
+Spirv module_of(const Settings& settings) {
+  const std::vector<PixelFeature> features = pixel_features(settings);
+  return compile_fragment(settings.technique().id, score_target(features), Dialect::vulkan, features);
+}
+
 TEST(TechniqueTest, every_run_time_parameter_is_a_constant_of_the_module) {
   for (const Technique& technique : techniques()) {
-    std::map<std::uint32_t, std::string> declared;
-    const Spirv module = compile_fragment(technique.id, Target::score, Dialect::vulkan);
-    for (const DeclaredConstant& constant : reflect(module).constants) declared[constant.id] = constant.name;
     for (const Param& param : technique.params) {
       if (param.constant_id < 0) continue;
+      Settings settings(technique);
+      activate(settings, param);
+      std::map<std::uint32_t, std::string> declared;
+      for (const DeclaredConstant& constant : reflect(module_of(settings)).constants)
+        declared[constant.id] = constant.name;
       EXPECT_EQ(declared[static_cast<std::uint32_t>(param.constant_id)], upper(param.id))
           << technique.id << "." << param.id;
     }
@@ -181,16 +205,7 @@ INSTANTIATE_TEST_SUITE_P(AllBackends, TechniqueOnDevices, ::testing::Values("ope
                          [](const auto& parameter) { return std::string(parameter.param); });
 
 /// Another value of a parameter than its default, near it, so that the frame stays cheap.
-int other_value(const Param& param) { return param.fallback < param.max ? param.fallback + 1 : param.fallback - 1; }
-
-/// Sets what `param` needs to be active.
-void activate(Settings& settings, const Param& param) {
-  if (param.active_if.empty()) return;
-  const std::string_view condition = param.active_if;
-  const std::size_t split = condition.find('=');
-  activate(settings, *settings.technique().find(condition.substr(0, split)));
-  settings.set(condition.substr(0, split), condition.substr(split + 1));
-}
+int other_value(const Param& param) { return param.fallback < param.max ? param.fallback + 1 : param.min; }
 
 /// The format that rounds nothing and holds any of the technique's maps.
 std::string_view float_format(const Technique& technique) {
@@ -216,7 +231,11 @@ void make_sensitive(Settings& settings) {
 
 TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
   on_every_device([](const Rig& rig) {
-    const Scene scene{.view = view_presets()[1], .tiling = 2, .width_px = 48, .height_px = 48};
+    const Scene scene{.view = view_presets()[1],
+                      .tiling = 2,
+                      .width_px = 48,
+                      .height_px = 48,
+                      .light = {.elevation_deg = 20, .angular_radius_deg = 2}};
     for (const Technique& technique : techniques()) {
       for (const Param& param : technique.params) {
         if (param.min == param.max) continue;
@@ -230,8 +249,11 @@ TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
         const StoredMap map_before = store_map(before, small_fbm(), scene.wrap);
         const StoredMap map_after = store_map(after, small_fbm(), scene.wrap);
         const auto frame_before = trace_frame(rig, before, map_before, scene);
+        const FeatureValues values_before = rig.backend->read_values(pixel_features(before));
         const auto frame_after = trace_frame(rig, after, map_after, scene);
+        const FeatureValues values_after = rig.backend->read_values(pixel_features(after));
         const bool same =
+            values_before == values_after &&
             std::equal(frame_before.begin(), frame_before.end(), frame_after.begin(),
                        [](const ScorePixel& a, const ScorePixel& b) { return a.t == b.t && a.taps == b.taps; });
         EXPECT_FALSE(same) << before.text() << "  and  " << after.text();

@@ -10,6 +10,8 @@
 namespace reliefbench {
 namespace {
 
+constexpr float kHalfLit = 0.5F;
+
 template <typename Value>
 void append(const JudgedPixels& pixels, std::vector<float>& values, const Value& value) {
   std::size_t size = values.size();
@@ -48,7 +50,8 @@ class Registry {
                   .metric = &metric,
                   .part = {},
                   .place = place,
-                  .compares_pictures = !std::holds_alternative<OfPixels>(metric.function),
+                  .compares_pictures = std::holds_alternative<OfPictures>(metric.function) ||
+                                       std::holds_alternative<OfMotion>(metric.function),
                   .counts_work = metric.counts_work};
     if (metric.aggregates.size() == 1) return row;
     row.id = ids_.at(place) = fmt::format("{}.{}", metric.id, aggregate.id);
@@ -82,6 +85,10 @@ void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values) 
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append(pixels, values, [](const ScorePixel& traced, const PixelScore&) { return traced.taps; });
 }
+
+float false_lit(float found, float exact) { return found >= kHalfLit && exact < kHalfLit ? 1.0F : 0.0F; }
+float false_dark(float found, float exact) { return found < kHalfLit && exact >= kHalfLit ? 1.0F : 0.0F; }
+float penumbra_error(float found, float exact) { return std::abs(found - exact); }
 
 std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask) {
   const std::span<const std::uint8_t> reference = pictures.reference;

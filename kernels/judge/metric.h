@@ -40,6 +40,7 @@ enum class NoValue {
 using OfPixels = void (*)(const JudgedPixels& pixels,
                           std::vector<float>& values);  ///< appends one a judged pixel, none negative
 using OfPictures = std::optional<double> (*)(const PicturePair& pictures, std::span<const PixelScore> mask);
+using OfFeature = float (*)(float found, float exact);  ///< of a pixel that has both, not negative
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
 
 /// A metric: one row here, and its function. Records, table.csv, the schema, pages and `list` follow.
@@ -52,9 +53,10 @@ struct Metric {
   std::string_view description;
   std::span<const Aggregate> aggregates = kMean;  ///< one: the metric goes by its id; more: by "id.aggregate"
   NoValue no_value = NoValue::never;
-  std::string_view column{};  ///< id of its number that tables show whatever the front's metric is; "": none
-  bool counts_work = false;   ///< foretells the frame's time
-  std::variant<OfPixels, OfPictures, OfMotion> function;
+  std::string_view column{};   ///< id of its number that tables show whatever the front's metric is; "": none
+  bool counts_work = false;    ///< foretells the frame's time
+  std::string_view feature{};  ///< of the scene, whose values OfFeature compares: a frame without it has no value
+  std::variant<OfPixels, OfPictures, OfMotion, OfFeature> function;
 };
 
 void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values);
@@ -63,6 +65,9 @@ void missed_values(const JudgedPixels& pixels, std::vector<float>& values);
 void inside_values(const JudgedPixels& pixels, std::vector<float>& values);
 void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values);
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
+[[nodiscard]] float false_lit(float found, float exact);
+[[nodiscard]] float false_dark(float found, float exact);
+[[nodiscard]] float penumbra_error(float found, float exact);
 [[nodiscard]] std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask);
 [[nodiscard]] std::optional<double> mean_flip(const PicturePair& pictures, std::span<const PixelScore> mask);
 [[nodiscard]] std::optional<double> mean_ssim(const PicturePair& pictures, std::span<const PixelScore> mask);
@@ -129,6 +134,30 @@ inline constexpr std::array kMetrics{
            .description = "change of the shaded frame's error while the camera moves 1/4 texel a frame",
            .no_value = NoValue::unmeasured,
            .function = flicker},
+    Metric{.id = "false_lit_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels that are lit by half or more and should be by less",
+           .no_value = NoValue::unmeasured,
+           .feature = "shadow",
+           .function = false_lit},
+    Metric{.id = "false_dark_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels that are lit by less than half and should be by more",
+           .no_value = NoValue::unmeasured,
+           .feature = "shadow",
+           .function = false_dark},
+    Metric{.id = "penumbra_error",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "error of the share of the light that a pixel has",
+           .no_value = NoValue::unmeasured,
+           .feature = "shadow",
+           .function = penumbra_error},
     Metric{.id = "taps",
            .unit = "taps",
            .low = 0,
@@ -194,7 +223,7 @@ struct MetricRow {
   const Metric* metric;
   std::string_view part;   ///< the aggregate's id; "" where the metric is one number
   std::size_t place;       ///< in FrameScore::values
-  bool compares_pictures;  ///< shaded frames, not hits
+  bool compares_pictures;  ///< shaded frames, not hits or features' values
   bool counts_work;
 
   [[nodiscard]] std::optional<double> value(const FrameScore& score) const { return score.values.at(place); }

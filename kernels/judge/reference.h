@@ -22,6 +22,17 @@ struct ReferenceHit {
   double t_exit = 0;   ///< end of that solid interval; +infinity where the ray stays inside to the bottom
 };
 
+/// A ray that rises from the surface: p(s) = (u + slope_u s, v + slope_v s) when it has risen by s, in heights.
+/// uv in tiles, slope in uv per unit of height.
+struct RisingRay {
+  double u = 0;
+  double v = 0;
+  double slope_u = 0;
+  double slope_v = 0;
+  double z = 0;     ///< it begins at this height where that is over the surface
+  double lift = 0;  ///< and by so much higher
+};
+
 /// Exact first hits of rays on the bilinear surface, in double precision, cell by cell.
 /// Immutable after construction; trace() is safe from many threads.
 class ReferenceTracer {
@@ -35,7 +46,14 @@ class ReferenceTracer {
   [[nodiscard]] double first_hit(const TextureRay& ray) const;  ///< trace(ray).t_enter, for less work
   [[nodiscard]] std::vector<ReferenceHit> trace(std::span<const TextureRay> rays, int threads = 0) const;
 
-  static constexpr int kVersion = 1;  ///< part of the cache key; raised when a result changes
+  /// Whether nothing of the surface stands over the ray, up to the highest texel. A ray that lies
+  /// under it by no more than kTouch is not under it, so that one along the surface itself is lit. A position on the
+  /// way has 52 bits; where that is coarser than kTouch, a shadow's edge lies by as much aside. A ray that is not
+  /// finite, or whose travel exceeds kMaxTravel, is as good as level: it is not lit.
+  [[nodiscard]] bool is_lit(const RisingRay& ray) const;
+
+  static constexpr double kTouch = 0x1p-40;  ///< of height
+  static constexpr int kVersion = 1;         ///< part of the cache key; raised when a result changes
   /// Texels from top to bottom along either axis. Up to here the double t places a ray to 2^-21 texel.
   static constexpr double kMaxTravel = 4294967296.0;
 
@@ -51,6 +69,7 @@ class ReferenceTracer {
     std::vector<Bounds> nodes;
   };
   class Walk;
+  class LightWalk;
 
   void build_levels();
 

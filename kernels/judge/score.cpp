@@ -62,11 +62,12 @@ double sum_of(std::span<const float> values) {
 /// The values of a metric, one a judged pixel, in shares that threads fill.
 class MetricValues {
  public:
-  MetricValues(const JudgedPixels& pixels, OfPixels function) : shares_(share_count(pixels.scores.size())) {
-    for_each_share(pixels.scores.size(), [&](std::size_t at, std::size_t first, std::size_t count) {
+  /// append(first, count, values): those of `count` pixels from the first on
+  template <typename Append>
+  MetricValues(std::size_t pixels, const Append& append) : shares_(share_count(pixels)) {
+    for_each_share(pixels, [&](std::size_t at, std::size_t first, std::size_t count) {
       Share& share = shares_[at];
-      function({.traced = pixels.traced.subspan(first, count), .scores = pixels.scores.subspan(first, count)},
-               share.values);
+      append(first, count, share.values);
       share.sum = sum_of(share.values);
       for (const float value : share.values) share.max = std::max(share.max, value);
     });
@@ -231,10 +232,28 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
     std::ranges::fill(numbers, 0);
     if (frame.score.pixels == 0) return;
-    MetricValues values({.traced = pixels, .scores = frame.pixels}, function);
+    const std::span<const PixelScore> scores = frame.pixels;
+    MetricValues values(pixels.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
+      function({.traced = pixels.subspan(first, count), .scores = scores.subspan(first, count)}, into);
+    });
     std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
   });
   return frame;
+}
+
+void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,
+                   std::span<const PixelScore> mask, FrameScore& score) {
+  assert(found.size() == mask.size() && exact.size() == mask.size());
+  each_metric<OfFeature>(score, [&](const Metric& metric, OfFeature function, const auto& numbers) {
+    if (metric.feature != feature) return;
+    std::ranges::fill(numbers, 0);
+    if (score.pixels == 0) return;
+    MetricValues values(mask.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
+      for (std::size_t i = first; i < first + count; ++i)
+        if (is_judged(mask[i])) into.push_back(function(found[i], exact[i]));
+    });
+    std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
+  });
 }
 
 void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> mask, FrameScore& score) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "kernels/judge/metric.h"
@@ -27,6 +28,10 @@ struct JudgedFrame {
 /// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0.
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
                                 int map_width, int map_height);
+
+/// Fills in the metrics of a feature of the scene. found, exact: its values; mask: of the same frame
+void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,
+                   std::span<const PixelScore> mask, FrameScore& score);
 
 /// Fills in the metrics that compare a shaded frame with the shaded reference. mask: of the same frame
 void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> mask, FrameScore& score);

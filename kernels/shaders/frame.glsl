@@ -9,7 +9,7 @@ layout(BINDING(0), std140) uniform Frame {
   vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
   vec4 up;        // xyz scaled by tan(fov/2)
   vec4 forward;   // xyz
-  vec4 light;     // xyz, unit, towards the light
+  vec4 light;     // xyz, unit, towards the light; w = tangent of its angular radius
   ivec4 sizes;    // frame width, height in pixels; map width, height in texels
 } frame;
 // clang-format on

@@ -3,8 +3,11 @@
 #include "frame.glsl"
 #include "parameters.glsl"
 #include "technique.glsl"
+#include "features.glsl"
+#include "feature_outputs.glsl"
 
-// The score frame: the ray that was traced, and the hit that it found (ScorePixel in score.h).
+// The score frame: the ray that was traced, the hit that it found (ScorePixel in score.h), and what features of the
+// scene made of it.
 layout(location = 0) out vec4 out_ray;
 layout(location = 1) out vec4 out_hit;
 
@@ -13,9 +16,15 @@ void main() {
   if (!make_ray(gl_FragCoord.xy, ray)) {
     out_ray = vec4(0.0);
     out_hit = vec4(0.0);
+#ifdef HAS_FEATURES
+    put_nothing();
+#endif
     return;
   }
   Hit hit = trace(ray);
+#ifdef HAS_FEATURES
+  put(values_of(ray, hit));
+#endif
   out_ray = vec4(ray.uv, ray.slope);
   out_hit = vec4(hit.t, float(hit.status), float(hit.taps), float(hit.steps));
 }

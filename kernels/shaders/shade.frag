@@ -3,6 +3,7 @@
 #include "frame.glsl"
 #include "parameters.glsl"
 #include "technique.glsl"
+#include "features.glsl"
 
 // The timed frame: the same trace, shaded. One normal fetch and a smooth albedo, so that the trace is what differs.
 layout(location = 0) out vec4 out_color;
@@ -31,5 +32,10 @@ void main() {
   vec2 wave = sin(uv * (4.0 * 6.283185307));
   vec3 albedo = vec3(0.62, 0.55, 0.48) + 0.12 * wave.x * wave.y;
   float diffuse = max(dot(normal, frame.light.xyz), 0.0);
+#ifdef HAS_FEATURES
+  Shading shading = Shading(diffuse);
+  shade(values_of(ray, hit), shading);
+  diffuse = shading.direct;
+#endif
   out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t), 1.0);
 }

@@ -5,12 +5,53 @@
 #include <algorithm>
 #include <cassert>
 
+#include "kernels/judge/light.h"
+#include "kernels/judge/score.h"
 #include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
 
 namespace reliefbench {
 
-const std::vector<Feature>& all_features() {
-  static const std::vector<Feature> table{
+namespace {
+
+Param shadow_steps() {
+  return range_param("shadow_steps", "most looks at the map on the way to the light", 1, 4096, 16);
+}
+Param shadow_bias() {
+  return choice_param("shadow_bias", "how far over the hit the way to the light begins, in heights",
+                      {"none", "1_1024", "1_256", "1_64"}, "none");
+}
+
+std::string lacks_cones(const Settings& settings) {
+  const MapRow& map = map_of(settings);
+  if (map.ratios == 1) return "";
+  return fmt::format("shadow={} needs a map with one cone a texel, which {} is not", settings.choice("shadow"), map.id);
+}
+
+LightSource light_of(const FrameUniforms& frame) {
+  const auto [x, y, z, radius] = frame.light;
+  return {.direction = {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)},
+          .radius = static_cast<double>(radius),
+          .relief_depth = static_cast<double>(frame.position[3])};
+}
+
+std::vector<float> exact_shadow(const ReferenceTracer& tracer, const FrameUniforms& frame,
+                                std::span<const TextureRay> rays, std::span<const ReferenceHit> hits) {
+  return exact_light(tracer, light_of(frame), rays, hits);
+}
+
+std::int64_t broken_shadows(const ReferenceTracer& tracer, const FrameUniforms& frame,
+                            std::span<const ScorePixel> pixels, std::span<const float> found) {
+  return falsely_lit(tracer, light_of(frame), frame.sizes[2], frame.sizes[3], pixels, found);
+}
+
+/// Upwards a cone must be free of all of the surface: relaxed ones are right only from the top plate.
+Guarantee cone_shadow_guarantee(const Settings& settings) {
+  return has_free_cones(settings) && settings.is("shadow_bias", "none") ? Guarantee::never_skips : Guarantee::none;
+}
+
+std::vector<Feature> feature_table() {
+  return {
       {.id = "refinement",
        .description = "how the bracket round the hit is narrowed",
        .rows = {{.id = "none", .description = "not at all: its far end is the hit", .shader = "refinement.glsl"},
@@ -33,7 +74,77 @@ const std::vector<Feature>& all_features() {
                 {.id = "manual", .description = "four fetches, weighted in full precision"}},
        .constant_id = kFilterConstant,
        .is_of_all = true},
+      {.id = "shadow",
+       .description = "what keeps the light from a hit: the relief's shadow on itself",
+       .rows = {{.id = "none", .description = "nothing: every hit is lit"},
+                {.id = "linear",
+                 .description = "equal steps from the hit up to the top plate; lit unless one is under the relief",
+                 .source = "[RTM] 5.3, from the hit instead of the light's entry point",
+                 .params = {shadow_steps(), shadow_bias()},
+                 .shader = "shadow_linear.glsl"},
+                {.id = "binary",
+                 .description =
+                     "equal steps, then halving, from where the light comes in at the top plate; lit if that "
+                     "leads to the hit, but for a threshold",
+                 .source = "[RTM] listing 5.3",
+                 .params = {shadow_steps(),
+                            range_param("shadow_halvings", "halvings of the bracket on the light's way", 0, 32, 5),
+                            choice_param("shadow_threshold", "how far before the hit it may end, in heights",
+                                         {"none", "1_1024", "1_256", "1_64"}, "1_64")},
+                 .shader = "shadow_binary.glsl"},
+                {.id = "cone",
+                 .description =
+                     "upwards from cone to cone, cells solved; what its steps leave undecided is dark. Lights "
+                     "nothing falsely with cones that are safe from anywhere and without a bias; relaxed "
+                     "cones are right only from the top plate",
+                 .source = "cones [DUM06], upwards and with solved cells ours",
+                 .params = {shadow_steps(), shadow_bias()},
+                 .shader = "shadow_cone.glsl",
+                 .lacks = lacks_cones,
+                 .guarantee_when = cone_shadow_guarantee},
+                {.id = "soft_taps",
+                 .description = "a few taps towards the light: what stands highest over the ray darkens, more so near "
+                                "the hit. Whatever the light's size",
+                 .source = "as engines ship it; the formula is ours",
+                 .params = {shadow_steps(), shadow_bias()},
+                 .shader = "shadow_soft_taps.glsl"},
+                {.id = "soft_cone",
+                 .description = "sharp where a shadow touches what casts it, wider with the distance, by the light's "
+                                "size: of all looks the one that clears the relief least for its distance",
+                 .source = "contact hardening as engines ship it; with cones ours",
+                 .params = {shadow_steps(), shadow_bias()},
+                 .shader = "shadow_soft_cone.glsl",
+                 .lacks = lacks_cones}},
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .value = PixelValue{.shader = "shadow.glsl",
+                           .meaning = "share of the light that arrives at the hit, 0 to 1",
+                           .output = "out_shadow",
+                           .query = Query::shadow,
+                           .version = kLightVersion,
+                           .exact = exact_shadow,
+                           .broken = broken_shadows}},
   };
+}
+
+/// Gives the parameters of features of the scene their specialization constants, one an id.
+std::vector<Feature> with_constants(std::vector<Feature> features) {
+  std::vector<std::string_view> ids;
+  for (Feature& feature : features)
+    for (FeatureRow& row : feature.rows)
+      for (Param& param : row.params) {
+        if (!feature.value) continue;
+        const auto place = std::ranges::find(ids, param.id) - ids.begin();
+        if (place == std::ssize(ids)) ids.push_back(param.id);
+        param.constant_id = static_cast<int>(kFirstFeatureConstant + place);
+      }
+  return features;
+}
+
+}  // namespace
+
+const std::vector<Feature>& all_features() {
+  static const std::vector<Feature> table = with_constants(feature_table());
   return table;
 }
 
@@ -51,6 +162,11 @@ std::vector<Param> params_of(const FeatureUse& use) {
   std::vector<Param> params{std::move(choice)};
   for (std::size_t i = feature->rows.size(); i-- > 0;)
     for (Param param : feature->rows[i].params) {
+      const auto same = std::ranges::find(params, param.id, &Param::id);
+      if (same != params.end()) {
+        same->active_if += fmt::format("|{}", feature->rows[i].id);
+        continue;
+      }
       param.active_if = fmt::format("{}={}", feature->id, feature->rows[i].id);
       const auto other = std::ranges::find(use.fallbacks, param.id, &std::pair<std::string_view, int>::first);
       if (other != use.fallbacks.end()) param.fallback = other->second;
@@ -65,6 +181,42 @@ std::vector<const FeatureRow*> rows_of(const Settings& settings) {
     if (settings.active(feature.id) != nullptr)
       rows.push_back(&feature.rows.at(static_cast<std::size_t>(settings.get(feature.id))));
   return rows;
+}
+
+std::vector<PixelFeature> pixel_features(const Settings& settings) {
+  std::vector<PixelFeature> features;
+  for (const Feature& feature : all_features())
+    if (feature.value && settings.active(feature.id) != nullptr && settings.get(feature.id) != 0)
+      features.push_back(
+          {.feature = &feature, .row = &feature.rows.at(static_cast<std::size_t>(settings.get(feature.id)))});
+  return features;
+}
+
+std::string text_of(std::span<const PixelFeature> features) {
+  std::string text;
+  for (const auto& [feature, row] : features)
+    text += fmt::format("{}{}={}", text.empty() ? "" : "&", feature->id, row == nullptr ? "exact" : row->id);
+  return text;
+}
+
+std::vector<PixelFeature> exact_ones(std::span<const PixelFeature> features) {
+  std::vector<PixelFeature> exact(features.begin(), features.end());
+  for (PixelFeature& one : exact) one.row = nullptr;
+  return exact;
+}
+
+FeatureValues exact_values(std::span<const PixelFeature> features, const ReferenceTracer& tracer,
+                           const FrameUniforms& frame, std::span<const TextureRay> rays,
+                           std::span<const ReferenceHit> hits) {
+  FeatureValues values;
+  for (const PixelFeature& one : features) values.push_back(one.feature->value->exact(tracer, frame, rays, hits));
+  return values;
+}
+
+void judge_features(std::span<const PixelFeature> features, const FeatureValues& found, const FeatureValues& exact,
+                    std::span<const PixelScore> mask, FrameScore& score) {
+  for (std::size_t i = 0; i < features.size(); ++i)
+    judge_feature(features[i].feature->id, found[i], exact[i], mask, score);
 }
 
 std::string lacking(const std::vector<const FeatureRow*>& rows, const Settings& settings) {

@@ -1,4 +1,7 @@
 #pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -8,22 +11,62 @@
 
 namespace reliefbench {
 
+struct FrameScore;
+struct FrameUniforms;
+struct PixelScore;
+struct ReferenceHit;
+struct ScorePixel;
+struct TextureRay;
+class ReferenceTracer;
 class Settings;
 
-/// One value of a feature, with what it brings into a setting.
+/// What a ray is traced for.
+enum class Query { primary, shadow };
+
+/// A claim that the tests and the stability suite hold a technique or a feature's row to.
+enum class Guarantee {
+  none,
+  never_skips,  ///< the first hit is never stepped over
+  exact,        ///< nor is a ray left short of it, while its step cap is not reached
+};
+[[nodiscard]] std::string_view guarantee_id(Guarantee guarantee);
+
+/// One row of a feature, with what it brings into a setting.
 struct FeatureRow {
   std::string_view id;
   std::string_view description;
   std::string_view source{};
   std::vector<Param> params{};  ///< of its own: they mean something only where this row is chosen
-  std::string_view shader{};    ///< kernels/shaders/<shader>; "": common.glsl has it
-  std::string_view caveat{};    ///< what it takes off a technique's guarantee, in words; "": nothing
+  /// kernels/shaders/<shader>; "": common.glsl has it. Of a feature with a PixelValue it defines
+  /// `float relief_<feature>(Ray ray, Scene scene, inout Hit hit)`.
+  std::string_view shader{};
+  std::string_view caveat{};  ///< what it takes off a technique's guarantee, in words; "": nothing
   /// What it needs of the other rows and these settings do not have, in words; "" if nothing. Null: it needs nothing.
   std::string (*lacks)(const Settings& settings) = nullptr;
+  /// What it guarantees with these settings of rays that are traced for PixelValue::query; null: nothing.
+  Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
+};
+
+/// What a feature of the scene makes of every pixel after its hit: a number. Frames have the text of the rows that are
+/// chosen, and no other; where the plainest row is chosen, nothing at all.
+struct PixelValue {
+  /// kernels/shaders/<shader>: how it shades a pixel, `void shade_<feature>(float value, inout Shading shading)`
+  std::string_view shader;
+  std::string_view meaning;  ///< of the number
+  std::string_view output;   ///< where score frames have it, one float a pixel
+  Query query;
+  int version;  ///< of `exact`: raised when a value changes
+  /// The exact value of each pixel. rays, hits: exact ones of the frame's pixels
+  std::vector<float> (*exact)(const ReferenceTracer& tracer, const FrameUniforms& frame,
+                              std::span<const TextureRay> rays, std::span<const ReferenceHit> hits);
+  /// How many pixels of a frame break a guarantee, whichever it is. tracer: of the heights as they are stored
+  std::int64_t (*broken)(const ReferenceTracer& tracer, const FrameUniforms& frame, std::span<const ScorePixel> pixels,
+                         std::span<const float> found);
 };
 
 /// What a setting chooses beside its technique and the storage of its map: one row of each feature that the technique
-/// has. The parameter of the feature's id names the row; the rows' own parameters follow it, the last row's first.
+/// has. The parameter of the feature's id names the row; the rows' own parameters follow it, the last row's first. One
+/// that several rows have is the same to all of them.
 struct Feature {
   std::string_view id;
   std::string_view description;
@@ -31,6 +74,7 @@ struct Feature {
   int constant_id = -1;          ///< specialization constant that all techniques share; -1: one of each technique's own
   bool is_spelt_out = true;      ///< ids have the plainest row too, as those of the first two features do
   bool is_of_all = false;        ///< every technique that reads a map has it, after all its other parameters
+  std::optional<PixelValue> value{};  ///< of a feature of the scene; its rows' constants are all techniques' own
 };
 [[nodiscard]] const std::vector<Feature>& all_features();
 
@@ -46,6 +90,27 @@ struct FeatureUse {
 
 /// The row that these settings choose on each feature that they have, in the order of all_features().
 [[nodiscard]] std::vector<const FeatureRow*> rows_of(const Settings& settings);
+/// A feature of the scene that is on, with the row that is chosen; null: the exact values, in the reference picture.
+struct PixelFeature {
+  const Feature* feature;
+  const FeatureRow* row;
+};
+/// A list of values for each of some features, one a pixel.
+using FeatureValues = std::vector<std::vector<float>>;
+/// Those that are on in these settings.
+[[nodiscard]] std::vector<PixelFeature> pixel_features(const Settings& settings);
+/// "shadow=cone&..."; "" where there is none
+[[nodiscard]] std::string text_of(std::span<const PixelFeature> features);
+/// The features whatever their rows: PixelFeature::row is null.
+[[nodiscard]] std::vector<PixelFeature> exact_ones(std::span<const PixelFeature> features);
+/// As PixelValue::exact makes them.
+[[nodiscard]] FeatureValues exact_values(std::span<const PixelFeature> features, const ReferenceTracer& tracer,
+                                         const FrameUniforms& frame, std::span<const TextureRay> rays,
+                                         std::span<const ReferenceHit> hits);
+/// judge_feature() of each.
+void judge_features(std::span<const PixelFeature> features, const FeatureValues& found, const FeatureValues& exact,
+                    std::span<const PixelScore> mask, FrameScore& score);
+
 /// The first thing that one of the rows lacks, "" if none does.
 [[nodiscard]] std::string lacking(const std::vector<const FeatureRow*>& rows, const Settings& settings);
 

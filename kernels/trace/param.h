@@ -17,7 +17,7 @@ struct Param {
   int max = 0;
   int fallback = 0;                         ///< the default
   std::vector<std::string_view> choices{};  ///< empty for a range
-  std::string active_if{};   ///< "" or "param=choice": otherwise the parameter means nothing and is left out
+  std::string active_if{};   ///< "", "param=choice" or "param=choice|choice": else it means nothing and is left out
   int constant_id = -1;      ///< specialization constant; -1: none (bake parameters, format)
   bool is_spelt_out = true;  ///< ids have the default too; else only another value
 

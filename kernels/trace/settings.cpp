@@ -1,5 +1,6 @@
 // Values for the parameters that a technique spans, and what follows from them.
 #include <algorithm>
+#include <array>
 
 #include "kernels/base/error.h"
 #include "kernels/base/suggest.h"
@@ -47,7 +48,15 @@ bool Settings::is_active(const Param& param) const {
   if (param.active_if.empty()) return true;
   const std::string_view condition = param.active_if;
   const std::size_t split = condition.find('=');
-  return is(condition.substr(0, split), condition.substr(split + 1));
+  const Param* const other = active(condition.substr(0, split));
+  if (other == nullptr) return false;
+  const std::string_view chosen = choice(other->id);
+  for (std::string_view rest = condition.substr(split + 1); !rest.empty();) {
+    const std::size_t end = std::min(rest.find('|'), rest.size());
+    if (rest.substr(0, end) == chosen) return true;
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return false;
 }
 
 const Param* Settings::active(std::string_view param_id) const {
@@ -112,9 +121,18 @@ int step_cap(const Settings& settings) {
 }
 
 Guarantee guarantee_of(const Settings& settings, Query query) {
-  const Technique& technique = settings.technique();
-  const auto guarantee = query == Query::primary ? technique.guarantee_when : technique.shadow_guarantee_when;
+  auto guarantee = query == Query::primary ? settings.technique().guarantee_when : nullptr;
+  for (const auto& [feature, row] : pixel_features(settings))
+    if (feature->value->query == query) guarantee = row->guarantee_when;
   return guarantee == nullptr ? Guarantee::none : guarantee(settings);
+}
+
+bool has_free_cones(const Settings& settings) {
+  const MapStorage storage = storage_of(settings);
+  const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
+                       storage.correction == Correction::min4;
+  constexpr std::array kConservative{MapKind::conservative, MapKind::quick, MapKind::quick_naive, MapKind::quad};
+  return is_safe && std::ranges::find(kConservative, storage.map.kind) != kConservative.end();
 }
 
 bool makes_up_for_filter(const Settings& settings) {

@@ -25,7 +25,7 @@ struct Sampler {
 constexpr std::array kSamplers{
     Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them"},
     Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
-    Sampler{kReferenceMap, 3, "r = exact t of this pixel"},
+    Sampler{kReferenceMap, 3, "r = exact t of this pixel; gba = exact values of features"},
     Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid or volume"},
 };
 
@@ -85,7 +85,10 @@ std::string param_lines(const Param& param) {
   return choice_lines(param.id, choices) + constant_line(param.id, param.constant_id, fallback);
 }
 
-bool is_own(const Param& param) { return param.constant_id >= static_cast<int>(kFirstOwnConstant); }
+bool is_of_scene(const Param& param) { return param.constant_id >= static_cast<int>(kFirstFeatureConstant); }
+bool is_own(const Param& param) {
+  return param.constant_id >= static_cast<int>(kFirstOwnConstant) && !is_of_scene(param);
+}
 
 /// The parameters that techniques share, each once, by constant.
 std::vector<const Param*> shared_params() {
@@ -93,7 +96,7 @@ std::vector<const Param*> shared_params() {
   for (const Technique& technique : techniques())
     for (const Param& param : technique.params) {
       const bool is_known = std::ranges::find(params, param.constant_id, &Param::constant_id) != params.end();
-      if (param.constant_id >= 0 && !is_own(param) && !is_known) params.push_back(&param);
+      if (param.constant_id >= 0 && !is_own(param) && !is_of_scene(param) && !is_known) params.push_back(&param);
     }
   std::ranges::sort(params, {}, &Param::constant_id);
   return params;
@@ -170,6 +173,58 @@ std::string parameters_contract(const Technique& technique) {
   return text;
 }
 
+std::string feature_parameters(std::span<const PixelFeature> features) {
+  std::string text;
+  for (const PixelFeature& one : features)
+    if (one.row != nullptr)
+      for (const Param& param : one.row->params) text += param_lines(param);
+  return text;
+}
+
+std::string features_contract(std::span<const PixelFeature> features) {
+  if (features.empty()) return "";
+  std::string head = "#define HAS_FEATURES\n" + feature_parameters(features) + "#include \"feature.glsl\"\n";
+  std::string values;
+  std::string calls;
+  std::string shades;
+  int channel = 0;
+  for (const auto& [feature, row] : features) {
+    const std::string signature = fmt::format("float relief_{}(Ray ray, Scene scene, inout Hit hit)", feature->id);
+    head += fmt::format("#include \"{}\"\n", feature->value->shader);
+    ++channel;
+    if (row != nullptr) {
+      head += fmt::format("#include \"{}\"\n", row->shader);
+    } else {
+      head += fmt::format("{} {{ return texelFetch({}, ivec2(gl_FragCoord.xy), 0)[{}]; }}\n", signature, kReferenceMap,
+                          channel);
+    }
+    values += fmt::format("  float {};\n", feature->id);
+    calls += fmt::format("  values.{} = relief_{}(ray, scene, hit);\n", feature->id, feature->id);
+    shades += fmt::format("  shade_{}(values.{}, shading);\n", feature->id, feature->id);
+  }
+  return head + fmt::format(
+                    "struct PixelValues {{\n{}}};\n"
+                    "PixelValues values_of(Ray ray, inout Hit hit) {{\n"
+                    "  Scene scene = Scene(frame.light.xyz, frame.light.w, frame.position.w);\n"
+                    "  PixelValues values;\n{}  return values;\n}}\n"
+                    "void shade(PixelValues values, inout Shading shading) {{\n{}}}\n",
+                    values, calls, shades);
+}
+
+std::string feature_outputs(std::span<const PixelFeature> features) {
+  if (features.empty()) return "";
+  std::string outputs;
+  std::string puts;
+  std::string zeros;
+  int location = 2;  // behind the ray and the hit
+  for (const PixelFeature& one : features) {
+    outputs += fmt::format("layout(location = {}) out float {};\n", location++, one.feature->value->output);
+    puts += fmt::format("  {} = values.{};\n", one.feature->value->output, one.feature->id);
+    zeros += fmt::format("  {} = 0.0;\n", one.feature->value->output);
+  }
+  return fmt::format("{}void put(PixelValues values) {{\n{}}}\nvoid put_nothing() {{\n{}}}\n", outputs, puts, zeros);
+}
+
 std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap, const MapSampler& sampler) {
   std::vector<SpecConstant> constants = {{.id = kWrapConstant, .value = static_cast<int>(wrap)}};
   const auto& [error, simulated] = sampler;
@@ -178,7 +233,7 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap, cons
   if (settings == nullptr) return constants;
   const Technique& technique = settings->technique();
   for (const Param& param : technique.params)
-    if (param.constant_id >= 0)
+    if (param.constant_id >= 0 && (!is_of_scene(param) || settings->is_active(param)))
       constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
   if (technique.reads_map()) {
     const MapStorage storage = storage_of(*settings);

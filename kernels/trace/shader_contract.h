@@ -1,10 +1,12 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "kernels/image/heightfield.h"
+#include "kernels/trace/feature.h"
 
 namespace reliefbench {
 
@@ -53,6 +55,16 @@ inline constexpr const char* kExtraMap = "extra_map";
 /// GLSL of a technique's own run-time parameters: named choices, and a specialization constant with the row's default
 /// for each. The shaders include it as parameters.glsl, before the technique's own file.
 [[nodiscard]] std::string parameters_contract(const Technique& technique);
+
+/// GLSL of the constants of features' chosen rows.
+[[nodiscard]] std::string feature_parameters(std::span<const PixelFeature> features);
+/// GLSL of the features of the scene that a frame has: the constants of their chosen rows, the rows' files, and
+/// `PixelValues values_of(Ray ray, inout Hit hit)` and `void shade(PixelValues values, inout Shading shading)` over all
+/// of them. Both last stages include it as features.glsl; "" without features, so that nothing is added to their text.
+[[nodiscard]] std::string features_contract(std::span<const PixelFeature> features);
+/// GLSL of the score frame's outputs for them (PixelValue::output), and `void put(PixelValues values)`
+/// and `void put_nothing()`, of a pixel without a ray.
+[[nodiscard]] std::string feature_outputs(std::span<const PixelFeature> features);
 
 /// What the shared constants and those of a technique are set to.
 /// settings: null for a shader that is no technique's

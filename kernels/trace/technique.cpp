@@ -59,28 +59,27 @@ Technique assembled(Technique technique) {
     const std::vector<Param> storage = storage_params(technique.maps, *technique.storage);
     params.insert(params.end(), storage.begin(), storage.end());
   }
-  for (const Feature& feature : all_features()) {
-    if (!feature.is_of_all || !technique.reads_map()) continue;
-    const auto own = std::ranges::find(technique.features, feature.id, &FeatureUse::feature);
-    const FeatureUse use = own == technique.features.end() ? FeatureUse{.feature = feature.id} : *own;
-    if (use.is_absent) continue;
-    const std::vector<Param> more = params_of(use);
-    params.insert(params.end(), more.begin(), more.end());
-  }
+  const auto append_features = [&](bool of_scene) {
+    for (const Feature& feature : all_features()) {
+      if (!feature.is_of_all || !technique.reads_map() || feature.value.has_value() != of_scene) continue;
+      const auto own = std::ranges::find(technique.features, feature.id, &FeatureUse::feature);
+      const FeatureUse use = own == technique.features.end() ? FeatureUse{.feature = feature.id} : *own;
+      if (use.is_absent) continue;
+      const std::vector<Param> more = params_of(use);
+      params.insert(params.end(), more.begin(), more.end());
+    }
+  };
+  append_features(false);
   auto next = static_cast<int>(kFirstOwnConstant);
   for (Param& param : technique.params)
     if (param.stage == Stage::run && param.constant_id < 0) param.constant_id = next++;
+  append_features(true);
   return technique;
 }
 
 /// Of cones that no interpolation opens too far: exact where their cells are solved on the surface that is judged.
 Guarantee cone_guarantee(const Settings& settings) {
-  const MapStorage storage = storage_of(settings);
-  const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
-                       storage.correction == Correction::min4;
-  const MapKind map = storage.map.kind;
-  const bool is_conservative = map != MapKind::quick_published && map != MapKind::quick_centre;
-  if (!is_safe || !is_conservative || settings.is("step", "cell_max")) return Guarantee::none;
+  if (!has_free_cones(settings) || settings.is("step", "cell_max")) return Guarantee::none;
   return settings.is("step", "cell_quad") && !reads_levels(settings) ? Guarantee::exact : Guarantee::never_skips;
 }
 

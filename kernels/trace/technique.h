@@ -25,17 +25,8 @@ enum SharedConstant : int {
   kSimulatedWeightsConstant
 };
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
-
-/// What a ray is traced for.
-enum class Query { primary, shadow };
-
-/// A claim that the tests and the stability suite hold a technique to.
-enum class Guarantee {
-  none,
-  never_skips,  ///< the first hit is never stepped over
-  exact,        ///< nor is a ray left short of it, while its step cap is not reached
-};
-[[nodiscard]] std::string_view guarantee_id(Guarantee guarantee);
+/// Those of features of the scene, which are the same for all techniques, begin here.
+inline constexpr std::uint32_t kFirstFeatureConstant = 128;
 
 /// How a technique has the storage of its map: `map` where it runs on several kinds with more than heights, the kinds'
 /// own parameters, `correction`, `max_ratio`, `format`, `encoding`, each where one of its maps has a use for it.
@@ -59,8 +50,6 @@ struct Technique {
   std::string_view source;
   /// What these settings guarantee of primary rays, with either filter, on the heights as stored; null: nothing.
   Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
-  /// The same of shadow rays. A cone that is right only for rays from the top plate loses its premise there.
-  Guarantee (*shadow_guarantee_when)(const Settings& settings) = nullptr;
   /// Share of pixels in which two devices may differ by more than rounding: where an ulp decides what a ray meets.
   double disagreement = 0.01;
 
@@ -117,8 +106,12 @@ class Settings {
 [[nodiscard]] bool reads_levels(const Settings& settings);
 /// The most steps that a ray may take: the sum of all counts of steps.
 [[nodiscard]] int step_cap(const Settings& settings);
-/// What they guarantee of a ray that is traced for this.
+/// What they guarantee of a ray that is traced for this: the technique of primary rays, a feature's row of others.
 [[nodiscard]] Guarantee guarantee_of(const Settings& settings, Query query = Query::primary);
+
+/// Whether no point of the surface as stored stands in a cone of these settings' map, interpolated ones included: rays
+/// from anywhere may rely on it, not only those from the top plate.
+[[nodiscard]] bool has_free_cones(const Settings& settings);
 
 /// Whether they read with the sampler's filter and guarantee something: then they make up for what it is off by.
 [[nodiscard]] bool makes_up_for_filter(const Settings& settings);

@@ -22,6 +22,19 @@ const FrameSize* find_frame_size(std::string_view id) {
   return found == kFrameSizes.end() ? nullptr : found;
 }
 
+namespace {
+
+/// xyz, and the tangent of the angular radius.
+std::array<double, 4> light_of(const Light& light) {
+  const double degree = std::numbers::pi / 180;
+  // cos(90 degrees) must be 0, so that the light stands right above.
+  const double level = std::abs(light.elevation_deg) == 90 ? 0.0 : std::cos(light.elevation_deg * degree);
+  return {level * std::cos(light.azimuth_deg * degree), level * std::sin(light.azimuth_deg * degree),
+          std::sin(light.elevation_deg * degree), std::tan(light.angular_radius_deg * degree)};
+}
+
+}  // namespace
+
 FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) {
   const double elevation = scene.view.elevation_deg * std::numbers::pi / 180;
   // cos(90 degrees) must be 0, so that `top` looks straight down.
@@ -31,6 +44,7 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
   const double aspect = static_cast<double>(scene.width_px) / scene.height_px;
   const auto f = [](double value) { return static_cast<float>(value); };
   const double azimuth = scene.view.azimuth_deg * std::numbers::pi / 180;
+  const auto [light_x, light_y, light_z, light_radius] = light_of(scene.light);
   const auto turned = [&, cosine = std::cos(azimuth), sine = std::sin(azimuth)](double x, double y) {
     return std::array{x * cosine - y * sine, x * sine + y * cosine};
   };
@@ -44,7 +58,7 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
           .right = {f(right_x), f(right_y), 0, f(scene.tiling)},
           .up = {f(up_x), f(up_y), f(c * half), 0},
           .forward = {f(forward_x), f(forward_y), f(-s), 0},
-          .light = {f(-0.48), f(0.36), f(0.8), 0},
+          .light = {f(light_x), f(light_y), f(light_z), f(light_radius)},
           .sizes = {scene.width_px, scene.height_px, map_width, map_height}};
 }
 

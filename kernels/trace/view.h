@@ -23,6 +23,15 @@ struct View {
 /// top, oblique (30 degrees), grazing (8 degrees), horizon.
 [[nodiscard]] std::span<const View> view_presets();
 
+/// The one light, a disc infinitely far away.
+struct Light {
+  double elevation_deg = 53.13010235415598;  ///< of its middle above the plane: the sine is 0.8
+  double azimuth_deg = 143.13010235415598;   ///< anticlockwise from +x, from above: (-0.8, 0.6) on the plane
+  double angular_radius_deg = 0;             ///< 0: a point
+
+  bool operator==(const Light&) const = default;
+};
+
 /// Sizes of frames that go by a name.
 struct FrameSize {
   std::string_view id;
@@ -46,6 +55,7 @@ struct Scene {
   Wrap wrap = Wrap::repeat;   ///< repeat: the plane goes on for ever; clamp: it ends at the unit square
   int width_px = 256;
   int height_px = 256;
+  Light light{};
 };
 
 /// The uniform block `Frame` of frame.glsl, std140.
@@ -54,7 +64,7 @@ struct FrameUniforms {
   std::array<float, 4> right;         ///< xyz scaled by aspect * tan(fov/2), w = tiling
   std::array<float, 4> up;            ///< xyz scaled by tan(fov/2)
   std::array<float, 4> forward;       ///< xyz
-  std::array<float, 4> light;         ///< xyz, towards the light
+  std::array<float, 4> light;         ///< xyz, towards the light; w = tangent of its angular radius
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
 
   bool operator==(const FrameUniforms&) const = default;

@@ -88,6 +88,8 @@ std::string guarantee_lines(const Settings& settings) {
         " (SAMPLER_SHIFT, here 1/{} texel along each axis: weights of 8 bits, rounded or cut off; `reliefbench devices "
         "--audit` shows a device's)",
         1 / kShippedSampler.error.shift);
+  if (const Guarantee shadow = guarantee_of(settings, Query::shadow); shadow != Guarantee::none)
+    text += fmt::format("; of shadow rays: {}", guarantee_id(shadow));
   if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
   return comment(text + ".");
 }
@@ -102,6 +104,17 @@ std::string use_lines(const ShippedShader& shipped) {
       "//   Hit hit = trace(ray);\n"
       "//   vec2 hit_uv = ray.uv + ray.slope * hit.t;  // for other maps, by textureGrad(map, hit_uv, dFdx(uv), "
       "dFdy(uv))\n";
+  const std::vector<PixelFeature> features = pixel_features(shipped.settings);
+  if (!features.empty())
+    text += fmt::format(
+        "//   Scene scene = Scene(light, light_radius, {:#});  // light: unit, towards it, in tangent space; the "
+        "radius: "
+        "its\n"
+        "//                                                    // angular radius' tangent\n",
+        shipped.relief_depth);
+  for (const PixelFeature& one : features)
+    text += fmt::format("//   float {0} = relief_{0}(ray, scene, hit);  // {1}\n", one.feature->id,
+                        one.feature->value->meaning);
   return text;
 }
 
@@ -152,6 +165,10 @@ std::string shipped_shader(const ShippedShader& shipped) {
   GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
               .roots = {"trace", "view_ray"},
               .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
+  const std::vector<PixelFeature> features = pixel_features(shipped.settings);
+  cut.files.emplace_back("feature_parameters.glsl");
+  cut.generated.emplace("feature_parameters.glsl", feature_parameters(features));
+  for (const PixelFeature& one : features) cut.roots.insert(fmt::format("relief_{}", one.feature->id));
   for (const FeatureRow* row : rows_of(shipped.settings))
     if (!row->shader.empty()) cut.files.emplace_back(row->shader);
   cut.files.emplace_back("ship.glsl");

@@ -241,7 +241,9 @@ class DataBuilder {
     if (answer.pick != nullptr)
       pictures = {
           {"frame", image_index(folder, image_path(answer.pick->case_id, "frame"))},
-          {"reference", image_index(folder, image_path(reference_image_key(answer.scene, answer.backend), "frame"))},
+          {"reference",
+           image_index(folder,
+                       image_path(reference_image_key(answer.scene, answer.backend, answer.pick->case_id), "frame"))},
           {"error", image_index(folder, image_path(answer.pick->case_id, "error"))}};
     return {{"group", group_index(run, answer.backend, answer.device)},
             {"scene", scenes_.index(answer.scene, answer.scene_key)},

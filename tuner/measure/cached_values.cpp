@@ -20,6 +20,7 @@ static_assert(std::endian::native == std::endian::little);
 // The layouts' versions; what stands in them is versioned by the key (tuner/results/stages.h).
 constexpr std::string_view kBake = "bake 1";
 constexpr std::string_view kHits = "hits 1";
+constexpr std::string_view kValues = "values 1";
 constexpr std::string_view kScore = "score 2";
 constexpr const char* kPixels = "pixels";
 
@@ -99,7 +100,7 @@ std::optional<FrameScore> read_score(std::span<const std::byte> bytes) {
       const auto value = values.find(row.id);
       if (value != values.end()) score.values.at(row.place) = value->get<double>();
       // Every judged frame has those of its pixels: one that is absent is a metric newer than the entry.
-      if (value == values.end() && !row.compares_pictures) return std::nullopt;
+      if (value == values.end() && !row.compares_pictures && row.metric->feature.empty()) return std::nullopt;
     }
     return score;
   } catch (const nlohmann::json::exception&) {
@@ -137,6 +138,14 @@ std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
 
 Codec<std::vector<ReferenceHit>> hits_codec(std::size_t hits) {
   return {.write = hit_bytes, .read = [hits](std::span<const std::byte> bytes) { return read_hits(bytes, hits); }};
+}
+
+Codec<std::vector<float>> values_codec(std::size_t values) {
+  return {.write =
+              [](const std::vector<float>& made) {
+                return bytes_of(head_of(kValues, made.size()), std::span<const float>(made));
+              },
+          .read = [values](std::span<const std::byte> bytes) { return numbers_of<float>(bytes, kValues, values); }};
 }
 
 Codec<FrameScore> score_codec() { return {.write = score_bytes, .read = read_score}; }

@@ -15,6 +15,7 @@ namespace reliefbench {
 /// How many values the kind's baker returns for such heights.
 [[nodiscard]] std::size_t baked_value_count(const MapRow& map, const BakeRequest& request);
 [[nodiscard]] Codec<std::vector<ReferenceHit>> hits_codec(std::size_t hits);
+[[nodiscard]] Codec<std::vector<float>> values_codec(std::size_t values);  ///< of a feature of the scene
 [[nodiscard]] Codec<FrameScore> score_codec();
 
 }  // namespace reliefbench

@@ -85,11 +85,16 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     draws.push_back(frame.with(*session.pipeline(row.settings, Target::color, scene.wrap).pipeline));
     const Draw score_draw = frame.with(*session.pipeline(row.settings, Target::score, scene.wrap).pipeline);
     const std::vector<ScorePixel> pixels = trace_frame(backend, score_draw);
-    const FrameScore score = judge(pixels, exact_hits(tracer, pixels), heights.width, heights.height).score;
+    const std::vector<ReferenceHit> exact = exact_hits(tracer, pixels);
+    JudgedFrame judged = judge(pixels, exact, heights.width, heights.height);
+    const std::vector<PixelFeature> features = pixel_features(row.settings);
+    judge_features(features, backend.read_values(features),
+                   exact_values(features, tracer, score_draw.frame, rays_of(pixels), exact), judged.pixels,
+                   judged.score);
     Figures& figures = result.measured.emplace_back();
     measure_map(spec, map, heights, figures);
     for (const MetricRow& metric : metrics())
-      if (const std::optional<double> value = metric.value(score)) figures[std::string(metric.id)] = *value;
+      if (const std::optional<double> value = metric.value(judged.score)) figures[std::string(metric.id)] = *value;
   }
   measure_times(session, split, draws, result.measured);
   for (const ClaimCheck& check : claim.checks)

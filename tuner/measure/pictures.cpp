@@ -29,7 +29,7 @@ struct PictureFiles {
   PictureFiles(const std::string& case_id, std::string_view scene, std::string_view backend)
       : frame(image_path(case_id, "frame")),
         error(image_path(case_id, "error")),
-        reference(image_path(reference_image_key(scene, backend), "frame")) {}
+        reference(image_path(reference_image_key(scene, backend, case_id), "frame")) {}
 
   [[nodiscard]] std::array<fs::path, 3> all() const { return {frame, error, reference}; }
 

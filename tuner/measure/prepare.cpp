@@ -16,6 +16,7 @@ namespace reliefbench {
 namespace {
 
 constexpr double kPanTexels = 0.25;  // of the moving camera, a frame
+constexpr std::size_t kMostChannels = 4;
 
 template <typename T>
 std::string hash_of(const std::vector<T>& values) {
@@ -112,16 +113,16 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   WallSplit& split = context_.split;
   split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
   const Draw draw = score_draw(prepared.spec->settings, prepared.frame, scene);
-  trace(draw);
-  const Reference& reference = reference_of_traced(scene, state);
+  const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
+  trace(draw, features);
+  const Reference& reference = reference_of_traced(scene, state, features);
   JudgedFrame judged = split.book(Part::judge, [&] {
-    const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
-    JudgedFrame frame = judge(pixels_, reference.hits, map_width, map_height);
+    JudgedFrame frame = judge_traced(reference, features, state.uploaded.frame);
     judge_pictures({.reference = reference.picture,
                     .test = picture_,
-                    .width = width_px,
-                    .height = height_px,
-                    .reference_features = &reference.features},
+                    .width = scene.scene.width_px,
+                    .height = scene.scene.height_px,
+                    .reference_features = &reference.seen},
                    frame.pixels, frame.score);
     return frame;
   });
@@ -134,18 +135,29 @@ Draw Preparer::score_draw(const Settings& settings, const Frame& frame, const Sc
   return frame.with(*context_.session.pipeline(settings, Target::score, scene.scene.wrap).pipeline);
 }
 
-void Preparer::trace(const Draw& score_draw) {
-  context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), score_draw, pixels_); });
+void Preparer::trace(const Draw& score_draw, std::span<const PixelFeature> features) {
+  context_.split.book(Part::draw, [&] {
+    trace_frame(context_.session.backend(), score_draw, pixels_);
+    values_ = context_.session.backend().read_values(features);
+  });
+}
+
+JudgedFrame Preparer::judge_traced(const Reference& reference, std::span<const PixelFeature> features,
+                                   const FrameUniforms& frame) const {
+  JudgedFrame judged = judge(pixels_, reference.hits, frame.sizes[2], frame.sizes[3]);
+  judge_features(features, values_, reference.values, judged.pixels, judged.score);
+  return judged;
 }
 
 FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
   const auto make = [&] {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
-    trace(score_draw(c.settings, frame, scene));
-    const Reference& reference = reference_of_traced(scene, state);
-    const auto& sizes = state.uploaded.frame.sizes;
-    return context_.split.book(Part::judge, [&] { return judge(pixels_, reference.hits, sizes[2], sizes[3]).score; });
+    const std::vector<PixelFeature> features = pixel_features(c.settings);
+    trace(score_draw(c.settings, frame, scene), features);
+    const Reference& reference = reference_of_traced(scene, state, features);
+    return context_.split.book(Part::judge,
+                               [&] { return judge_traced(reference, features, state.uploaded.frame).score; });
   };
   return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
 }
@@ -155,8 +167,9 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
   const Pipeline& shade = *session.pipeline(c.settings, Target::color, scene.scene.wrap).pipeline;
-  trace(score_draw(c.settings, frame, scene));
-  const Reference& reference = reference_of_traced(scene, state);
+  const std::vector<PixelFeature> features = pixel_features(c.settings);
+  trace(score_draw(c.settings, frame, scene), features);
+  const Reference& reference = reference_of_traced(scene, state, features);
   return context_.split.book(Part::pictures, [&] {
     const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
     const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
@@ -169,27 +182,33 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
 std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
   const DeviceInfo& device = context_.session.device();
   const std::string bake = bake_stage(map_of(c.settings).id);
-  return stage_key({bake, "encode", "pack", "trace", "reference", "judge"},
-                   {key_of(scene).hex, setting_id(c.settings),
-                    context_.session.fragment_sha256(c.settings.technique().id, Target::score),
-                    context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
+  return stage_key(
+      {bake, "encode", "pack", "trace", "reference", "judge"},
+      {key_of(scene).hex, setting_id(c.settings), context_.session.fragment_sha256(c.settings, Target::score),
+       context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
-const Preparer::Reference& Preparer::reference_of_traced(const SceneSpec& scene, SceneState& state) {
+const Preparer::Reference& Preparer::reference_of_traced(const SceneSpec& scene, SceneState& state,
+                                                         std::span<const PixelFeature> features) {
   WallSplit& split = context_.split;
+  Reference made;
+  made.features = text_of(exact_ones(features));
   const auto known = split.book(Part::reference, [&] {
-    return std::ranges::find_if(state.references, [&](const Reference& one) { return have_rays(pixels_, one.rays); });
+    return std::ranges::find_if(state.references, [&](const Reference& one) {
+      return one.features == made.features && have_rays(pixels_, one.rays);
+    });
   });
   if (known != state.references.end()) return *known;
-  Reference made;
   split.book(Part::reference, [&] {
     made.rays = rays_of(pixels_);
     made.key = reference_key(hash_of(made.rays), scene);
   });
   made.hits = hits_of_traced(scene, made.key);
-  made.picture = shade_reference(made.hits, scene, state, state.uploaded.frame);
+  made.values = values_of_traced(scene, made.key, made.hits, features, state.uploaded.frame);
+  made.picture = shade_reference({.hits = made.hits, .features = features, .values = made.values}, scene, state,
+                                 state.uploaded.frame);
   split.book(Part::reference,
-             [&] { made.features = flip_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
+             [&] { made.seen = flip_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
   return state.references.emplace_back(std::move(made));
 }
 
@@ -203,42 +222,64 @@ std::vector<ReferenceHit> Preparer::hits_of_traced(const SceneSpec& scene, const
   });
 }
 
+FeatureValues Preparer::values_of_traced(const SceneSpec& scene, const std::string& reference_key,
+                                         const std::vector<ReferenceHit>& hits, std::span<const PixelFeature> features,
+                                         const FrameUniforms& frame) {
+  FeatureValues values;
+  if (features.empty()) return values;
+  return context_.split.book(Part::reference, [&] {
+    const ReferenceTracer tracer(context_.library.heights(scene), scene.scene.wrap);
+    for (const PixelFeature& one : features) {
+      const PixelValue& value = *one.feature->value;
+      const std::string key =
+          stage_key({"reference"}, {reference_key, one.feature->id, fmt::format("{}", value.version),
+                                    sha256(std::as_bytes(std::span(&frame, 1)))});
+      const auto make = [&] { return value.exact(tracer, frame, rays_of(pixels_), hits); };
+      values.push_back(cached(context_.cache, key, values_codec(pixels_.size()), make).value);
+    }
+    return std::move(values);
+  });
+}
+
 std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene) {
   return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays_hash,
                                    scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
 }
 
 Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
-                                           int index) {
+                                           std::span<const PixelFeature> features, int index) {
   const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
   Scene moved_scene = scene.scene;
   moved_scene.pan = kPanTexels * index / (map_width * moved_scene.tiling);
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw draw = score_draw;
   draw.frame = moved.frame;
-  trace(draw);
+  trace(draw, features);
   const std::string key =
       context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });
   const std::vector<ReferenceHit> hits = hits_of_traced(scene, key);
   moved.mask = judge_pixels(pixels_, hits, map_width, map_height);
-  moved.reference = shade_reference(hits, scene, state, moved.frame);
+  const FeatureValues values = values_of_traced(scene, key, hits, features, moved.frame);
+  moved.reference = shade_reference({.hits = hits, .features = features, .values = values}, scene, state, moved.frame);
   return moved;
 }
 
 MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
                                    SceneState& state) {
-  for (int i = static_cast<int>(state.moved.size()); i < context_.flicker_frames; ++i)
-    state.moved.push_back(moved_frame(score_draw, scene, state, i));
+  const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
+  std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
+  for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
+    frames.push_back(moved_frame(score_draw, scene, state, features, i));
   MotionJudge motion;
-  for (std::size_t i = 0; i < state.moved.size(); ++i) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     Draw draw = prepared.frame.draw;
-    draw.frame = state.moved[i].frame;
+    draw.frame = frames[i].frame;
     std::swap(picture_, picture_before_);
     context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draw, picture_); });
     if (i == 0) continue;
     context_.split.book(Part::judge, [&] {
-      const MovedFrame& last = state.moved[i - 1];
-      const MovedFrame& now = state.moved[i];
+      const MovedFrame& last = frames[i - 1];
+      const MovedFrame& now = frames[i];
       motion.add({.picture = picture_before_, .reference = last.reference, .mask = last.mask},
                  {.picture = picture_, .reference = now.reference, .mask = now.mask});
     });
@@ -246,19 +287,23 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
   return motion;
 }
 
-std::vector<std::uint8_t> Preparer::shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
-                                                    const SceneState& state, const FrameUniforms& frame) {
+std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,
+                                                    const FrameUniforms& frame) {
   Session& session = context_.session;
-  std::vector<float> t;
-  t.reserve(hits.size());
-  for (const ReferenceHit& hit : hits) t.push_back(static_cast<float>(hit.t_enter));
-  const Pipeline* pipeline = session.pipeline("reference", nullptr, Target::color, scene.scene.wrap).pipeline.get();
+  // A pixel's t, then its features' values.
+  const std::size_t channels = exact.features.empty() ? 1 : kMostChannels;
+  std::vector<float> texels(channels * exact.hits.size());
+  for (std::size_t i = 0; i < exact.hits.size(); ++i) {
+    texels[channels * i] = static_cast<float>(exact.hits[i].t_enter);
+    for (std::size_t j = 0; j < exact.values.size(); ++j) texels[channels * i + j + 1] = exact.values[j][i];
+  }
+  const Pipeline* pipeline = session.reference_pipeline(exact.features, scene.scene.wrap).pipeline.get();
   return context_.split.book(Part::draw, [&] {
     const std::unique_ptr<Texture> texture =
         session.backend().upload({.width = scene.scene.width_px,
                                   .height = scene.scene.height_px,
-                                  .layout = {.type = TexelType::float32, .channels = 1},
-                                  .texels = std::as_bytes(std::span(t)),
+                                  .layout = {.type = TexelType::float32, .channels = static_cast<int>(channels)},
+                                  .texels = std::as_bytes(std::span(texels)),
                                   .wrap = Wrap::clamp,
                                   .filter = Filter::nearest});
     const Draw draw{.pipeline = pipeline,

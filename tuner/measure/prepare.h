@@ -66,13 +66,15 @@ class Preparer {
   [[nodiscard]] int references_from_cache() const { return references_from_cache_; }
 
  private:
-  /// The exact hits of one scene's rays, and their picture.
+  /// The exact hits of one scene's rays, and their picture with what some features of the scene make of them.
   struct Reference {
     std::vector<TextureRay> rays;
+    std::string features;  ///< text_of() their exact ones
     std::string key;
     std::vector<ReferenceHit> hits;
+    FeatureValues values;               ///< exact
     std::vector<std::uint8_t> picture;  ///< shaded, RGBA8
-    FlipFeatures features;              ///< of the picture
+    FlipFeatures seen;                  ///< of the picture
   };
   /// A frame of the moving camera.
   struct MovedFrame {
@@ -82,8 +84,8 @@ class Preparer {
   };
   struct SceneState {
     UploadedScene uploaded{};
-    std::vector<MovedFrame> moved;    ///< flicker_frames of them; empty until they are needed
-    std::list<Reference> references;  ///< one, unless a driver's rays differ
+    std::map<std::string, std::vector<MovedFrame>> moved;  ///< by features: flicker_frames of them, once needed
+    std::list<Reference> references;  ///< one of each set of features, unless a driver's rays differ
   };
   [[nodiscard]] SceneState& state_of(const SceneSpec& scene);
   [[nodiscard]] SceneKey key_of(const SceneSpec& scene) const;
@@ -94,17 +96,31 @@ class Preparer {
   /// Traces, judges and compares the pictures of a case that was drawn.
   void judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
   [[nodiscard]] Draw score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene);
-  /// Traces into pixels_.
-  void trace(const Draw& score_draw);
+  /// Traces into pixels_ and values_.
+  void trace(const Draw& score_draw, std::span<const PixelFeature> features);
+  /// What was traced there. reference: of the same rays and features
+  [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
+                                         const FrameUniforms& frame) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
-  [[nodiscard]] const Reference& reference_of_traced(const SceneSpec& scene, SceneState& state);
+  [[nodiscard]] const Reference& reference_of_traced(const SceneSpec& scene, SceneState& state,
+                                                     std::span<const PixelFeature> features);
   [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key);
+  /// reference_key: of the hits, which are of pixels_
+  [[nodiscard]] FeatureValues values_of_traced(const SceneSpec& scene, const std::string& reference_key,
+                                               const std::vector<ReferenceHit>& hits,
+                                               std::span<const PixelFeature> features, const FrameUniforms& frame);
   [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
-  [[nodiscard]] std::vector<std::uint8_t> shade_reference(const std::vector<ReferenceHit>& hits, const SceneSpec& scene,
+  /// The picture of exact hits, and of exact values of features.
+  struct Exact {
+    const std::vector<ReferenceHit>& hits;
+    std::span<const PixelFeature> features;
+    const FeatureValues& values;
+  };
+  [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Exact& exact, const SceneSpec& scene,
                                                           const SceneState& state, const FrameUniforms& frame);
   [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
-                                       int index);
+                                       std::span<const PixelFeature> features, int index);
   /// Over the frames of the moving camera. score_draw: the case's score frame
   [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
                                          SceneState& state);
@@ -113,6 +129,7 @@ class Preparer {
   std::map<SceneKey, SceneState> scenes_;
   // Of the case in hand. At millions of pixels fresh memory costs as much as what is done with it.
   std::vector<ScorePixel> pixels_;
+  FeatureValues values_;
   std::vector<std::uint8_t> picture_;
   std::vector<std::uint8_t> picture_before_;
   int references_traced_ = 0;

@@ -23,8 +23,15 @@ constexpr double kLeastRenderLimit_s = 1;
 constexpr double kLeastRenderPatience_s = 60;  // with a device that was left behind in the middle of a frame
 constexpr double kRenderPatience = 10;         // times the limit
 
-std::string shader_key(std::string_view source, const Target& target) {
-  return fmt::format("{}/{}", source, target == Target::color ? "shade" : "score");
+std::string shader_key(std::string_view shader, std::span<const PixelFeature> features, const Target& target) {
+  return fmt::format("{}{}{}/{}", shader, features.empty() ? "" : "?", text_of(features),
+                     target == Target::color ? "shade" : "score");
+}
+
+std::string pipeline_key(const std::string& fragment_key, std::span<const SpecConstant> constants) {
+  std::string key = fragment_key;
+  for (const SpecConstant& constant : constants) key += fmt::format(" {}={}", constant.id, constant.value);
+  return key;
 }
 
 double now_ns() {
@@ -86,25 +93,29 @@ void Session::reopen() {
   }
 }
 
-const Spirv& Session::fragment(std::string_view source, const Target& target) {
-  const std::string key = shader_key(source, target);
-  auto found = fragments_.find(key);
-  if (found == fragments_.end()) found = fragments_.emplace(key, compile_fragment(source, target, dialect_)).first;
+const Spirv& Session::fragment(const Source& source) {
+  auto found = fragments_.find(source.fragment_key);
+  if (found == fragments_.end())
+    found = fragments_
+                .emplace(source.fragment_key, compile_fragment(source.shader, source.target, dialect_, source.features))
+                .first;
   return found->second;
 }
 
-std::string Session::fragment_sha256(std::string_view source, const Target& target) {
-  return sha256(std::as_bytes(std::span(fragment(source, target))));
+std::string Session::fragment_sha256(const Settings& settings, const Target& target) {
+  return sha256(std::as_bytes(std::span(fragment(source_of(settings, target, Wrap::repeat)))));
 }
 
-Session::Source Session::source_of(std::string_view shader, const Settings* settings, const Target& target,
-                                   Wrap wrap) const {
-  Source source{.key = shader_key(shader, target),
-                .shader = shader,
+Session::Source Session::source_of(const Settings& settings, const Target& target, Wrap wrap) const {
+  Source source{.key = {},
+                .fragment_key = {},
+                .shader = settings.technique().id,
+                .features = pixel_features(settings),
                 .target = target,
-                .constants = constants_of(settings, wrap, settings == nullptr ? MapSampler{} : sampler_of(*settings))};
-  for (const SpecConstant& constant : source.constants)
-    source.key += fmt::format(" {}={}", constant.id, constant.value);
+                .constants = constants_of(&settings, wrap, sampler_of(settings))};
+  if (is_score(target)) source.target = score_target(source.features);
+  source.fragment_key = shader_key(source.shader, source.features, target);
+  source.key = pipeline_key(source.fragment_key, source.constants);
   return source;
 }
 
@@ -121,13 +132,27 @@ Session::Compiled Session::compile(const Source& source, const Spirv& fragment) 
   return compiled;
 }
 
-Session::Compiled& Session::pipeline(std::string_view shader, const Settings* settings, const Target& target,
-                                     Wrap wrap) {
-  Source source = source_of(shader, settings, target, wrap);
+Session::Compiled& Session::pipeline(const Settings& settings, const Target& target, Wrap wrap) {
+  return pipeline(source_of(settings, target, wrap));
+}
+
+Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> features, Wrap wrap) {
+  Source source{.key = {},
+                .fragment_key = {},
+                .shader = "reference",
+                .features = exact_ones(features),
+                .target = Target::color,
+                .constants = constants_of(nullptr, wrap)};
+  source.fragment_key = shader_key(source.shader, source.features, source.target);
+  source.key = pipeline_key(source.fragment_key, source.constants);
+  return pipeline(std::move(source));
+}
+
+Session::Compiled& Session::pipeline(Source source) {
   if (const auto found = pipelines_.find(source.key); found != pipelines_.end()) return found->second;
 
   return split_.book(Part::compile, [&]() -> Compiled& {
-    Compiled compiled = compile(source, fragment(shader, target));
+    Compiled compiled = compile(source, fragment(source));
     ++shaders_compiled_;
     return pipelines_.emplace(std::move(source.key), std::move(compiled)).first->second;
   });
@@ -138,12 +163,12 @@ void Session::compile_ahead(std::span<const Wanted> wanted) {
   split_.book(Part::compile, [&] {
     std::map<std::string, Source> missing;
     for (const auto& [settings, target, wrap] : wanted) {
-      Source source = source_of(settings->technique().id, settings, target, wrap);
+      Source source = source_of(*settings, target, wrap);
       if (!pipelines_.contains(source.key)) missing.emplace(source.key, std::move(source));
     }
     std::vector<std::pair<const Source*, const Spirv*>> sources;
     sources.reserve(missing.size());
-    for (const auto& [key, source] : missing) sources.emplace_back(&source, &fragment(source.shader, source.target));
+    for (const auto& [key, source] : missing) sources.emplace_back(&source, &fragment(source));
     std::vector<Compiled> compiled(sources.size());
     parallel_for(static_cast<int>(sources.size()), 0, [&](int index) {
       const auto i = static_cast<std::size_t>(index);

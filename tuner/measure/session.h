@@ -70,12 +70,11 @@ class Session {
     double compile_ns = 0;
     double first_draw_ns = 0;  ///< compile and first draw; 0 until it is drawn
   };
-  /// The pipeline of a technique for a target, from the run-time settings. shader: the shader file's name.
-  /// settings: may be null (the reference's shader has none). throws: Error(environment): compiler's words
-  [[nodiscard]] Compiled& pipeline(std::string_view shader, const Settings* settings, const Target& target, Wrap wrap);
-  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, Wrap wrap) {
-    return pipeline(settings.technique().id, &settings, target, wrap);
-  }
+  /// The pipeline of a technique for a target, from the run-time settings. Target::score: with what the settings'
+  /// features of the scene put there, too. throws: Error(environment): compiler's words
+  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, Wrap wrap);
+  /// What shades the exact hits, with the exact values of these features.
+  [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, Wrap wrap);
   /// What pipeline() is going to be asked for.
   struct Wanted {
     const Settings* settings = nullptr;
@@ -85,8 +84,8 @@ class Session {
   /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline()
   /// to meet again. compile_ns then is a pipeline's time beside others.
   void compile_ahead(std::span<const Wanted> wanted);
-  /// Of a technique's SPIR-V, before its settings are specialised.
-  [[nodiscard]] std::string fragment_sha256(std::string_view source, const Target& target);
+  /// Of the settings' SPIR-V, before they are specialised.
+  [[nodiscard]] std::string fragment_sha256(const Settings& settings, const Target& target);
   [[nodiscard]] int shaders_compiled() const { return shaders_compiled_; }
 
   /// `known`: the calibration of an earlier start of the same run, or null to settle one now.
@@ -100,16 +99,18 @@ class Session {
   double draw_ns(const Draw& draw, int frames);
 
  private:
-  [[nodiscard]] const Spirv& fragment(std::string_view source, const Target& target);
-  /// What a pipeline is made from. key: its name in pipelines_
+  /// What a pipeline is made from.
   struct Source {
-    std::string key;
-    std::string_view shader;
+    std::string key;           ///< its name in pipelines_
+    std::string fragment_key;  ///< in fragments_
+    std::string_view shader;   ///< the shader file's name
+    std::vector<PixelFeature> features;
     Target target;
     std::vector<SpecConstant> constants;
   };
-  [[nodiscard]] Source source_of(std::string_view shader, const Settings* settings, const Target& target,
-                                 Wrap wrap) const;
+  [[nodiscard]] const Spirv& fragment(const Source& source);
+  [[nodiscard]] Source source_of(const Settings& settings, const Target& target, Wrap wrap) const;
+  [[nodiscard]] Compiled& pipeline(Source source);
   /// fragment: of the source's shader and target
   [[nodiscard]] Compiled compile(const Source& source, const Spirv& fragment) const;
   void make_control();

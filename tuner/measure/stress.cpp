@@ -41,9 +41,43 @@ struct StoredMap {
   ReferenceTracer tracer;
 };
 
+/// One frame of a setting: hits, and what its features of the scene made of them.
+struct StressFrame {
+  StressFrame(Backend& backend, const Draw& draw, const Settings& settings)
+      : pixels(trace_frame(backend, draw)),
+        values(backend.read_values(pixel_features(settings))),
+        uniforms(draw.frame) {}
+
+  std::vector<ScorePixel> pixels;
+  FeatureValues values;
+  FrameUniforms uniforms;
+
+  [[nodiscard]] bool is_same(const StressFrame& other) const {
+    return std::memcmp(pixels.data(), other.pixels.data(), pixels.size() * sizeof(ScorePixel)) == 0 &&
+           values == other.values;
+  }
+};
+
+/// Values in [0, 1], and guarantees of the rays that they were traced with.
+void check_values(const StressFrame& frame, const Settings& settings, const StoredMap& stored, StressResult& result) {
+  const std::vector<PixelFeature> features = pixel_features(settings);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    for (const float value : frame.values[i]) {
+      if (!std::isfinite(value)) ++fault(result, StressCheck::finite);
+      if (!(value >= 0 && value <= 1)) ++fault(result, StressCheck::inside);
+    }
+    const PixelValue& value = *features[i].feature->value;
+    if (guarantee_of(settings, value.query) != Guarantee::none)
+      fault(result, StressCheck::guarantee) +=
+          value.broken(stored.tracer, frame.uniforms, frame.pixels, frame.values[i]);
+  }
+}
+
 /// What one frame says by itself.
-JudgedFrame check_frame(const std::vector<ScorePixel>& pixels, const Settings& settings, const StoredMap& stored,
-                        Wrap wrap, StressResult& result) {
+JudgedFrame check_frame(const StressFrame& frame, const Settings& settings, const StoredMap& stored, Wrap wrap,
+                        StressResult& result) {
+  const std::vector<ScorePixel>& pixels = frame.pixels;
+  check_values(frame, settings, stored, result);
   const auto cap = static_cast<float>(step_cap(settings));
   for (const ScorePixel& pixel : pixels) {
     if (!has_ray(pixel)) continue;
@@ -202,12 +236,11 @@ class StressRun {
         Backend& backend = device->session.backend();
         const Frame frame = upload(backend, textures, device->scene);
         const Draw draw = frame.with(*device->session.pipeline(settings, Target::score, scene.wrap).pipeline);
-        std::array frames{trace_frame(backend, draw), trace_frame(backend, draw)};
+        std::array frames{StressFrame(backend, draw, settings), StressFrame(backend, draw, settings)};
         const JudgedFrame judged = check_frame(frames[0], settings, stored, scene.wrap, here);
-        if (std::memcmp(frames[0].data(), frames[1].data(), frames[0].size() * sizeof(ScorePixel)) != 0)
-          fault(here, StressCheck::repeatable) = 1;
-        if (first) compare_frames(*first, frames[0], here);
-        if (!first) first = std::move(frames[0]);
+        if (!frames[0].is_same(frames[1])) fault(here, StressCheck::repeatable) = 1;
+        if (first) compare_frames(*first, frames[0].pixels, here);
+        if (!first) first = std::move(frames[0].pixels);
         keep_worst(here, judged, scene);
         report_.results.push_back(std::move(here));
       }

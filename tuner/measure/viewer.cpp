@@ -34,7 +34,12 @@ ViewedFrame Viewer::draw(const View& view) {
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
   frame.rgba8 = backend.read_color();
   const std::vector<ScorePixel> pixels = trace_frame(backend, score);
-  frame.judged = judge(pixels, exact_hits(tracer_, pixels), heights_.width, heights_.height);
+  const std::vector<ReferenceHit> exact = exact_hits(tracer_, pixels);
+  frame.judged = judge(pixels, exact, heights_.width, heights_.height);
+  const std::vector<PixelFeature> features = pixel_features(*settings_);
+  judge_features(features, backend.read_values(features),
+                 exact_values(features, tracer_, score.frame, rays_of(pixels), exact), frame.judged.pixels,
+                 frame.judged.score);
   return frame;
 }
 

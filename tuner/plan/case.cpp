@@ -16,6 +16,9 @@ std::string scene_description(const SceneSpec& spec) {
       fmt::format("{}: {:g} degrees, {}x{} pixels, relief depth {:g}, {}", spec.id, scene.view.elevation_deg,
                   scene.width_px, scene.height_px, scene.relief_depth, scene.wrap == Wrap::repeat ? "repeat" : "clamp");
   if (scene.tiling != 1) text += fmt::format(", {:g} tiles a side", scene.tiling);
+  if (const Light& light = scene.light; light != Light{})
+    text += fmt::format(", light at {:g}/{:g} degrees", light.elevation_deg, light.azimuth_deg);
+  if (scene.light.angular_radius_deg != 0) text += fmt::format(" of radius {:g}", scene.light.angular_radius_deg);
   if (scene.pan != 0) text += fmt::format(", panned by {:g}", scene.pan);
   return text;
 }

@@ -10,11 +10,12 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 6> kSceneKeys{"heightmap", "views", "relief_depth",
-                                                     "tiling",    "wrap",  "frame_px"};
+constexpr std::array<std::string_view, 7> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",
+                                                     "wrap",      "frame_px", "light"};
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};
 constexpr std::array<std::string_view, 4> kViewKeys{"id", "elevation_deg", "distance", "fov_deg"};
+constexpr std::array<std::string_view, 3> kLightKeys{"elevation_deg", "azimuth_deg", "angular_radius_deg"};
 constexpr std::array<std::string_view, 7> kMeasureKeys{
     "samples", "batch_ms", "warmup_batches_max", "control_every", "block_cases", "flicker_frames", "timeout_s"};
 constexpr std::array<std::string_view, 2> kFrontKeys{"error", "constraints"};
@@ -23,10 +24,11 @@ constexpr std::array<std::string_view, 3> kPresetsSweepKeys{"presets", "quality"
 constexpr std::array<std::string_view, 2> kRuleKeys{"if", "then"};
 constexpr std::array<std::string_view, 4> kRangeKeys{"from", "to", "times", "step"};
 
-constexpr std::array<ConfigKeys, 10> kObjects{{{.object = "config", .keys = kConfigKeys},
+constexpr std::array<ConfigKeys, 11> kObjects{{{.object = "config", .keys = kConfigKeys},
                                                {.object = "scene", .keys = kSceneKeys},
                                                {.object = "heightmap", .keys = kHeightmapKeys},
                                                {.object = "view", .keys = kViewKeys},
+                                               {.object = "light", .keys = kLightKeys},
                                                {.object = "measure", .keys = kMeasureKeys},
                                                {.object = "front", .keys = kFrontKeys},
                                                {.object = "sweep", .keys = kSweepKeys},

@@ -15,8 +15,8 @@ namespace reliefbench {
 
 /// The keys of one kind of object in a config. `object` is its name in configs/schema/config.schema.json too.
 struct ConfigKeys {
-  std::string_view
-      object;  ///< config | scene | heightmap | view | measure | front | sweep | presets_sweep | rule | range
+  /// config | scene | heightmap | view | light | measure | front | sweep | presets_sweep | rule | range
+  std::string_view object;
   std::span<const std::string_view> keys;
 };
 [[nodiscard]] std::span<const ConfigKeys> config_keys();

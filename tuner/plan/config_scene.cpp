@@ -121,6 +121,18 @@ View read_view(const ConfigReader& reader, const JsonNode& node) {
   return view;
 }
 
+Light read_light(const ConfigReader& reader, const JsonNode& node) {
+  reader.check_object(node, "light");
+  Light light;
+  if (const JsonNode* elevation = node.find("elevation_deg"))
+    light.elevation_deg = reader.number(*elevation, {.low = -90, .high = 90});
+  if (const JsonNode* azimuth = node.find("azimuth_deg"))
+    light.azimuth_deg = reader.number(*azimuth, {.low = -360, .high = 360});
+  if (const JsonNode* radius = node.find("angular_radius_deg"))
+    light.angular_radius_deg = reader.number(*radius, {.low = 0, .high = 45});
+  return light;
+}
+
 Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
   const std::string text = reader.text(node);
   if (text != "repeat" && text != "clamp")
@@ -153,6 +165,7 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* tiling = node.find("tiling"))
     scene.tiling = reader.number(*tiling, {.low = 0, .above_low = true});
   if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
+  if (const JsonNode* light = node.find("light")) scene.light = read_light(reader, *light);
   if (const JsonNode* frame = node.find("frame_px"))
     std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   std::vector<SceneSpec> scenes;

@@ -52,6 +52,21 @@ HeightmapSpec parse_heightmap(const json& j) {
   return spec;
 }
 
+json light_json(const Light& light) {
+  return {{"elevation_deg", light.elevation_deg},
+          {"azimuth_deg", light.azimuth_deg},
+          {"angular_radius_deg", light.angular_radius_deg}};
+}
+
+/// Absent where it is the usual one.
+Light parse_light(const json& scene) {
+  if (!scene.contains("light")) return {};
+  const auto j = member<json>(scene, "light");
+  return {.elevation_deg = member<double>(j, "elevation_deg"),
+          .azimuth_deg = member<double>(j, "azimuth_deg"),
+          .angular_radius_deg = member<double>(j, "angular_radius_deg")};
+}
+
 View parse_view(const json& j) {
   return {.id = member<std::string>(j, "id"),
           .elevation_deg = member<double>(j, "elevation_deg"),
@@ -75,16 +90,18 @@ json heightmap_json(const HeightmapSpec& spec) {
 
 json scene_json(const MeasuredScene& scene) {
   const Scene& s = scene.spec.scene;
-  return {{"id", scene.spec.id},
-          {"key", scene.key.hex},
-          {"heights_sha256", scene.heights_sha256},
-          {"heightmap", heightmap_json(scene.spec.heightmap)},
-          {"view", view_json(s.view)},
-          {"relief_depth", s.relief_depth},
-          {"tiling", s.tiling},
-          {"pan", s.pan},
-          {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
-          {"frame_px", {s.width_px, s.height_px}}};
+  json j = {{"id", scene.spec.id},
+            {"key", scene.key.hex},
+            {"heights_sha256", scene.heights_sha256},
+            {"heightmap", heightmap_json(scene.spec.heightmap)},
+            {"view", view_json(s.view)},
+            {"relief_depth", s.relief_depth},
+            {"tiling", s.tiling},
+            {"pan", s.pan},
+            {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
+            {"frame_px", {s.width_px, s.height_px}}};
+  if (s.light != Light{}) j["light"] = light_json(s.light);
+  return j;
 }
 
 MeasuredScene parse_scene(const json& j) {
@@ -102,7 +119,8 @@ MeasuredScene parse_scene(const json& j) {
                                          .pan = member<double>(j, "pan"),
                                          .wrap = parse_wrap(member<std::string>(j, "wrap")),
                                          .width_px = frame_px[0].get<int>(),
-                                         .height_px = frame_px[1].get<int>()}},
+                                         .height_px = frame_px[1].get<int>(),
+                                         .light = parse_light(j)}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
   if (const SceneKey own = scene_key(scene.heights_sha256, scene.spec.scene); own != scene.key)
@@ -133,13 +151,15 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
   const auto traits = [](const MeasuredScene& scene) {
     const Scene& s = scene.spec.scene;
     const View& v = s.view;
-    return std::array{fmt::format("heights {}", short_key(scene.heights_sha256)),
-                      fmt::format("view {}/{}/{}/{}", v.elevation_deg, v.distance, v.fov_deg, v.azimuth_deg),
-                      fmt::format("relief depth {}", s.relief_depth),
-                      fmt::format("tiling {}", s.tiling),
-                      fmt::format("pan {}", s.pan),
-                      fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
-                      fmt::format("frame {}x{}", s.width_px, s.height_px)};
+    return std::array{
+        fmt::format("heights {}", short_key(scene.heights_sha256)),
+        fmt::format("view {}/{}/{}/{}", v.elevation_deg, v.distance, v.fov_deg, v.azimuth_deg),
+        fmt::format("relief depth {}", s.relief_depth),
+        fmt::format("tiling {}", s.tiling),
+        fmt::format("pan {}", s.pan),
+        fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
+        fmt::format("frame {}x{}", s.width_px, s.height_px),
+        fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg)};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);

@@ -10,7 +10,8 @@
 namespace reliefbench {
 
 /// A whole scene as run.json, presets.json and settings.json hold it: {"id", "key", "heights_sha256", "heightmap":
-/// {...}, "view": {...}, "relief_depth", "tiling", "pan", "wrap", "frame_px": [width, height]}.
+/// {...}, "view": {...}, "relief_depth", "tiling", "pan", "wrap", "frame_px": [width, height]} and, unless it is the
+/// usual one, "light": {...}.
 [[nodiscard]] nlohmann::json scene_json(const MeasuredScene& scene);
 /// How a heightmap is read: {"source", "channel", "invert", "normalise"} and, of a procedural one, "width", "height",
 /// "seed".

@@ -15,7 +15,7 @@ namespace reliefbench {
 inline constexpr int kFrameSideMax_px = 16384;
 
 /// What a scene is, whatever it is called: a hash of its heights as read, the view's numbers, surface, relief depth,
-/// tiling, pan, wrap and frame size. Records, presets and files match by it; a scene's id is for people.
+/// tiling, pan, wrap, frame size and light. Records, presets and files match by it; a scene's id is for people.
 struct SceneKey {
   std::string hex{};  ///< 64 lower-case hex digits; "": unknown, as in tables that were recorded without one
 

@@ -46,6 +46,28 @@ Candidate candidate_of(const Settings& settings, std::string id) {
   return candidate;
 }
 
+void drop_unused_features(SearchSpace& space) {
+  std::vector<std::string_view> ids;  // of the features and their rows' parameters
+  for (const Feature& feature : all_features()) {
+    if (!feature.value) continue;
+    ids.push_back(feature.id);
+    for (const FeatureRow& row : feature.rows)
+      for (const Param& param : row.params) ids.push_back(param.id);
+  }
+  const auto drop = [&](std::vector<std::string>& axes, auto Candidate::*values) {
+    for (std::size_t axis = axes.size(); axis-- > 0;) {
+      // The plainest row is choice 0, what is inactive has less.
+      const auto is_used = [&](const Candidate& candidate) { return (candidate.*values)[axis] > 0; };
+      if (std::ranges::find(ids, axes[axis]) == ids.end() || std::ranges::any_of(space.candidates, is_used)) continue;
+      const auto place = static_cast<std::ptrdiff_t>(axis);
+      axes.erase(axes.begin() + place);
+      for (Candidate& candidate : space.candidates) (candidate.*values).erase((candidate.*values).begin() + place);
+    }
+  };
+  drop(space.category_axes, &Candidate::categories);
+  drop(space.step_axes, &Candidate::steps);
+}
+
 std::string setting_id(const Settings& settings) {
   const std::string params = settings.text();
   return fmt::format("{}{}{}", settings.technique().id, params.empty() ? "" : "?", params);

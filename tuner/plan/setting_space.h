@@ -19,6 +19,10 @@ namespace reliefbench {
 /// Settings as a candidate of such a space, without its error; its work is 0.
 [[nodiscard]] Candidate candidate_of(const Settings& settings, std::string id);
 
+/// Takes the axes of features of the scene that none of the candidates has out of a filled space: it then is the one
+/// that it was before there were such features.
+void drop_unused_features(SearchSpace& space);
+
 /// "cone?cone_steps=32&...": settings without the scene and the backend of a case.
 [[nodiscard]] std::string setting_id(const Settings& settings);
 /// The settings of a setting's or a case's id. throws: Error(bad_input): no such technique, parameter or value

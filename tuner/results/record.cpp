@@ -62,12 +62,13 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-/// null where the frame has no value, and it is written.
+/// null where the frame has no value, and it is written; absent of a feature of the scene that the frame has not.
 json score_json(const FrameScore& score) {
   json out = {{"pixels", score.pixels}};
   for (const MetricRow& row : metrics()) {
-    json& member = out[std::string(row.metric->id)];
     const std::optional<double> value = row.value(score);
+    if (!value && !row.metric->feature.empty()) continue;
+    json& member = out[std::string(row.metric->id)];
     (row.part.empty() ? member : member[std::string(row.part)]) = value ? json(*value) : json();
   }
   return out;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "kernels/base/sha256.h"
+#include "kernels/trace/feature.h"
 
 namespace reliefbench {
 namespace {
@@ -21,8 +22,12 @@ bool is_image_name(std::string_view file_name) {
   return rest == "-frame.png" || rest == "-error.png";
 }
 
-std::string reference_image_key(std::string_view scene, std::string_view backend) {
-  return fmt::format("reference@{}?backend={}", scene, backend);
+std::string reference_image_key(std::string_view scene, std::string_view backend, std::string_view case_id) {
+  std::string key = fmt::format("reference@{}?backend={}", scene, backend);
+  for (const Feature& feature : all_features())  // ids have those that are on, and no other
+    if (feature.value && case_id.find(fmt::format("&{}=", feature.id)) != std::string_view::npos)
+      key += fmt::format("&{}=exact", feature.id);
+  return key;
 }
 
 }  // namespace reliefbench

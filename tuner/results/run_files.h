@@ -23,7 +23,9 @@ inline constexpr std::string_view kImagesFolder = "images";
 /// Whether image_path() gives files such names.
 [[nodiscard]] bool is_image_name(std::string_view file_name);
 
-/// The key of the shaded exact reference of a scene on a backend.
-[[nodiscard]] std::string reference_image_key(std::string_view scene, std::string_view backend);
+/// The key of the shaded exact reference of a scene on a backend, with the exact values of the features of the scene
+/// that a case has: others have another reference.
+[[nodiscard]] std::string reference_image_key(std::string_view scene, std::string_view backend,
+                                              std::string_view case_id = {});
 
 }  // namespace reliefbench

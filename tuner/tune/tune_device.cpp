@@ -126,6 +126,7 @@ class DeviceSource final : public TuneSource {
       }
       space.candidates.push_back(std::move(candidate));
     }
+    drop_unused_features(space);
     return space;
   }
 

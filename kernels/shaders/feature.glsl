@@ -1,0 +1,15 @@
+#ifndef FEATURE_GLSL
+#define FEATURE_GLSL
+// What features of the scene go by, beside a ray and its hit, and what they may change.
+
+struct Scene {
+  vec3 light;          // unit, towards the light's middle, in tangent space; z <= 0: under the horizon
+  float light_radius;  // tangent of its angular radius; 0: a point
+  float relief_depth;  // in sides of a tile
+};
+
+// A pixel's shading before it is put together.
+struct Shading {
+  float direct;  // light that comes straight from the source, times its cosine
+};
+#endif

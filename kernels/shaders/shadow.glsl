@@ -1,0 +1,28 @@
+#ifndef SHADOW_GLSL
+#define SHADOW_GLSL
+// The relief's shadow on itself: what a hit sees of the light.
+#include "feature.glsl"
+
+// The way from a hit to the light. When it has risen by s it is at path.uv + path.slope s, in the height z + s.
+struct LightRay {
+  Ray path;   // slope: uv per unit of height that it rises
+  float z;    // height where it begins
+  float top;  // s at the top plate, over which there is no relief
+};
+
+bool is_under_horizon(Scene scene) { return scene.light.z <= 0.0; }
+
+// lift: of the beginning over the hit, in heights
+LightRay light_ray(Ray ray, Hit hit, Scene scene, float lift) {
+  vec2 slope = scene.light.xy / scene.light.z * scene.relief_depth;
+  float z = min(1.0 - hit.t + lift, 1.0);
+  return LightRay(Ray(ray.uv + ray.slope * hit.t, slope, 1.0, 1.0, 0), z, 1.0 - z);
+}
+
+// How far the ray is above the surface when it has risen by s.
+float light_gap(LightRay light, float s, inout Hit hit) {
+  return light.z + s - sample_map(relief_map, light.path.uv + light.path.slope * s, 0, hit.taps).x;
+}
+
+void shade_shadow(float share, inout Shading shading) { shading.direct *= share; }
+#endif
