@@ -18,7 +18,7 @@ json configuration_of(const TableRow& row) {
   const Settings& settings = row.settings;
   json configuration = {{"technique", settings.technique().id}, {"backend", row.backend}, {"scene", row.scene}};
   if (row.scene_key.is_known()) configuration["scene_key"] = row.scene_key.hex;
-  for (const SettingValue& given : settings.values())
+  for (const SettingValue& given : settings.written())
     configuration[std::string(given.param.id)] = given.param.choices.empty() ? json(given.value) : json(given.text());
   return configuration;
 }
