@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "kernels/base/clock.h"
@@ -23,11 +24,11 @@ namespace fs = std::filesystem;
 
 struct ConfirmArguments {
   std::string database;
-  std::int64_t event = 0;
+  std::int64_t event = 0;  ///< 0: the only open step
   std::string good;
   std::string bad;
   int rounds = 3;
-  fs::path output;
+  fs::path output;  ///< "": out/confirm/EVENT
   bool quiet = false;
   bool json = false;
 };
@@ -41,10 +42,20 @@ void run_build(const std::string& command, const fs::path& out) {
   if (!fs::exists(out)) fail_input("'{}' left nothing at $OUT ({})", command, out.string());
 }
 
+/// What a command left at $OUT; nothing where there is no whole run.
+std::optional<Night> rerun_at(const fs::path& out) {
+  if (!fs::exists(out)) return std::nullopt;
+  try {
+    return read_night(out, {});
+  } catch (const Error&) {  // killed on its way: it goes on
+    return std::nullopt;
+  }
+}
+
 /// The values of an event's series in a run.
-std::map<std::string, double> values_in(const fs::path& out, const std::set<std::string>& keys) {
+std::map<std::string, double> values_in(const Night& night, const std::set<std::string>& keys) {
   std::map<std::string, double> values;
-  for (const Night::Value& value : read_night(out, {}).values) {
+  for (const Night::Value& value : night.values) {
     const std::string key = rerun_key(value.series);
     if (value.row.is_valid && keys.contains(key)) values[key] = std::log(value.row.value);
   }
@@ -61,11 +72,28 @@ std::vector<Rerun> rerun_builds(const ConfirmArguments& arguments, const std::se
     progress.update(static_cast<double>(i) / runs,
                     fmt::format("run {} of {}: the {} build", i + 1, runs, is_bad ? "suspect" : "good"));
     const fs::path out = arguments.output / fmt::format("{:02}-{}", i + 1, is_bad ? "bad" : "good");
-    if (!fs::exists(out)) run_build(is_bad ? arguments.bad : arguments.good, out);
-    reruns.push_back({.is_bad = is_bad, .log_values = values_in(out, keys)});
+    std::optional<Night> night = rerun_at(out);
+    if (!night) {
+      run_build(is_bad ? arguments.bad : arguments.good, out);
+      night = read_night(out, {});
+    }
+    reruns.push_back({.is_bad = is_bad, .log_values = values_in(*night, keys)});
   }
   progress.finish();
   return reruns;
+}
+
+bool is_step(const EventRow& event) { return event.kind == event_kind::slower || event.kind == event_kind::faster; }
+
+/// The event of that id, or the only open step. throws: Error(bad_input)
+EventRow event_to_settle(const HistoryView& view, std::int64_t id) {
+  if (id != 0) return find_event(view, id);
+  std::vector<std::int64_t> open;
+  for (const EventRow& event : view.events)
+    if (is_open(event) && is_step(event)) open.push_back(event.id);
+  if (open.size() == 1) return find_event(view, open.front());
+  if (open.empty()) fail_input("no step is open; `reliefbench track check` looks for them");
+  fail_input("several steps are open, say which by --event: {}", fmt::join(open, ", "));
 }
 
 std::string answer_text(const RerunAnswer& answer, const EventRow& event) {
@@ -88,14 +116,15 @@ Exit exit_of(const RerunAnswer& answer, const EventRow& event) {
   return *answer.state == EventState::confirmed && event.kind == event_kind::slower ? Exit::answer_is_no : Exit::done;
 }
 
-Exit confirm_command(const ConfirmArguments& arguments) {
+Exit confirm_command(ConfirmArguments arguments) {
   if (arguments.rounds < kLeastRounds)
     fail_input("--rounds {}: expected at least {}, else nothing says how sure it is", arguments.rounds, kLeastRounds);
   { History(arguments.database, History::Access::read); }  // what is not there is not made
   History history(arguments.database, History::Access::write);
   const HistoryView view = history.load({});
-  EventRow event = find_event(view, arguments.event);
-  if (event.kind != event_kind::slower && event.kind != event_kind::faster)
+  EventRow event = event_to_settle(view, arguments.event);
+  if (arguments.output.empty()) arguments.output = fs::path("out/confirm") / std::to_string(event.id);
+  if (!is_step(event))
     fail_input("--event {} is of the kind '{}': a re-run settles steps of a time only", event.id, event.kind);
   std::set<std::string> keys;
   for (const SeriesRow& series : view.series)
@@ -123,7 +152,7 @@ void add_track_confirm(CLI::App& track, int& exit_code) {
   const std::string rounds_text = fmt::format("of good, bad, bad, good; {}", usual.rounds);
   const CLI::Option* database = add_database_option(*command);
   const CLI::Option* event =
-      command->add_option("--event", "its number, as `track check` prints it")->type_name("N")->required();
+      command->add_option("--event", "its number, as `track check` prints it; the only open step")->type_name("N");
   const CLI::Option* good = command->add_option("--good", "shell command that measures the good build into $OUT")
                                 ->type_name("CMD")
                                 ->required();
@@ -132,24 +161,25 @@ void add_track_confirm(CLI::App& track, int& exit_code) {
   const CLI::Option* output =
       command
           ->add_option("-o,--output",
-                       "folder of the re-runs; those that are there already count, so that a killed one goes on")
-          ->required();
+                       "folder of the re-runs, out/confirm/EVENT; those that are there count, so that a killed one "
+                       "goes on")
+          ->type_name("DIR");
   const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "What the commands leave at $OUT is a run's folder or a file of Google Benchmark. Exit code 1 where a regression "
       "is\n"
       "confirmed, 0 where it is cleared, 4 where the interval is too wide for either: then ask for more rounds.\n"
-      "Example:\n  reliefbench track confirm --db history.db --event 3 -o out/confirm3 \\\n"
+      "Example:\n  reliefbench track confirm --db history.db --event 3 \\\n"
       "    --good 'good/reliefbench sweep nightly.json --quiet -o $OUT' \\\n"
       "    --bad 'bad/reliefbench sweep nightly.json --quiet -o $OUT'");
   command->callback([=, &exit_code] {
     exit_code = static_cast<int>(confirm_command({.database = database->as<std::string>(),
-                                                  .event = event->as<std::int64_t>(),
+                                                  .event = value_or(event, usual.event),
                                                   .good = good->as<std::string>(),
                                                   .bad = bad->as<std::string>(),
                                                   .rounds = value_or(rounds, usual.rounds),
-                                                  .output = output->as<std::string>(),
+                                                  .output = value_or(output, std::string()),
                                                   .quiet = is_set(quiet),
                                                   .json = is_set(json)}));
   });

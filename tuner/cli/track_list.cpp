@@ -231,14 +231,14 @@ void add_track_list(CLI::App& track, int& exit_code) {
   CLI::App* command = track.add_subcommand("list", "what a history holds");
   std::vector<std::string> ids;
   for (const Listing& listing : listings()) ids.push_back(listing.id);
-  const std::string choices = fmt::format("{}", fmt::join(ids, " | "));
-  const CLI::Option* what = command->add_option("WHAT", choices)->required()->check(CLI::IsMember(ids));
+  const std::string choices = fmt::format("{}; runs", fmt::join(ids, " | "));
+  const CLI::Option* what = command->add_option("WHAT", choices)->check(CLI::IsMember(ids));
   const CLI::Option* database = add_database_option(*command);
   const NightOptions nights = add_night_options(*command);
   const CLI::Option* json_flag = add_switch(*command, "--json", "as JSON");
   command->footer("Example:\n  reliefbench track list runs --db history.db");
   command->callback([=, &exit_code] {
-    const Listing& listing = *std::ranges::find(listings(), what->as<std::string>(), &Listing::id);
+    const Listing& listing = *std::ranges::find(listings(), value_or(what, std::string("runs")), &Listing::id);
     const History history(database->as<std::string>(), History::Access::read);
     const json rows = listing.rows(history.load(nights.query()));
     if (is_set(json_flag))

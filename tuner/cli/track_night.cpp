@@ -35,7 +35,7 @@ Exit night_command(const NightArguments& arguments) {
   const std::string folder = arguments.sweep.output.string();
   if (!history.add(read_night(folder, arguments.labels))) print_error(folder + ": is in the history already");
   const CheckedHistory checked = checked_history(arguments.check);
-  if (!arguments.page.empty()) write_trend_page(checked, arguments.check, arguments.page);
+  write_trend_page(checked, arguments.check, arguments.page);
   const Exit answer = print_check(checked, arguments.check);
   return summary.statuses.contains("ok") || answer != Exit::done ? answer : Exit::nothing_measured;
 }
@@ -48,7 +48,7 @@ void add_track_night(CLI::App& track, int& exit_code) {
   const CLI::Option* database = add_database_option(*command);
   const CLI::Option* output = command->add_option(
       "-o,--output", "folder of the run; an interrupted one there goes on. Default: out/nights/TIME");
-  const CLI::Option* page = command->add_option("--page", "write the trend page, too")->type_name("FILE");
+  const CLI::Option* page = command->add_option("--page", "the trend page; trend.html in the run's folder")->type_name("FILE");
   const CLI::Option* backend = command->add_option("--backend", "opengl | vulkan | null | all (that are real)");
   const CLI::Option* device = command->add_option("--device", "index on the backend, see `reliefbench devices`");
   const CLI::Option* filter = command->add_option("--filter", "only cases whose id matches this glob");
@@ -73,7 +73,7 @@ void add_track_night(CLI::App& track, int& exit_code) {
                                                   .quiet = is_set(quiet)},
                                         .labels = labels.labels(),
                                         .check = options.arguments(database, {}),
-                                        .page = value_or(page, std::string())}));
+                                        .page = value_or(page, (folder / "trend.html").string())}));
   });
 }
 

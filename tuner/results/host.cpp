@@ -26,6 +26,14 @@ std::string value_in(const char* path, std::string_view key) {
   return "";
 }
 
+/// The first word of a file; "" if there is none.
+std::string word_in(const std::string& path) {
+  std::ifstream in(path);
+  std::string word;
+  in >> word;
+  return word;
+}
+
 }  // namespace
 
 std::string_view version() { return RELIEFBENCH_VERSION; }
@@ -39,9 +47,12 @@ std::string host_name() {
 
 nlohmann::json host_json() {
   utsname system{};
+  const std::string clocks = "/sys/devices/system/cpu/cpu0/cpufreq/";
   return {{"name", host_name()},
           {"kernel", uname(&system) == 0 ? system.release : ""},
           {"cpu", value_in("/proc/cpuinfo", "model name")},
+          {"governor", word_in(clocks + "scaling_governor")},
+          {"max_khz", word_in(clocks + "cpuinfo_max_freq")},
           {"cores", std::thread::hardware_concurrency()},
           {"os", value_in("/etc/os-release", "PRETTY_NAME")},
           {"memory_bytes", static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE)}};

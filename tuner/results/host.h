@@ -10,7 +10,7 @@ namespace reliefbench {
 
 [[nodiscard]] std::string host_name();  ///< what the machine is called; "unknown" where it has no name
 
-/// The machine: {"name", "cpu", "cores", "os", "kernel", "memory_bytes"}.
+/// The machine: {"name", "kernel", "cpu", "governor", "max_khz", "cores", "os", "memory_bytes"}; "" where unknown.
 [[nodiscard]] nlohmann::json host_json();
 
 }  // namespace reliefbench
