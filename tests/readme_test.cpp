@@ -43,6 +43,8 @@ TEST(ReadmeAudit, its_commands_run) {
   std::filesystem::create_directories(folder / "build/release");
   std::filesystem::copy_file(kRoot / "configs/smoke.json", folder / "configs/quickstart.json");
   std::filesystem::create_symlink(RELIEFBENCH_BINARY, folder / "build/release/reliefbench");
+  std::filesystem::create_directories(folder / "tests");
+  std::filesystem::create_directory_symlink(kRoot / "tests/data", folder / "tests/data");
   const std::vector<std::string> commands = readme_commands();
   ASSERT_GE(commands.size(), 8U);
   for (const std::string& command : commands) {
