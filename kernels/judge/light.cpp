@@ -204,7 +204,7 @@ std::int64_t falsely_lit(const ReferenceTracer& tracer, const LightSource& light
       ++count;
       continue;
     }
-    const double t = static_cast<double>(pixel.t);
+    const auto t = static_cast<double>(pixel.t);
     RisingRay ray = towards.front();
     ray.u = static_cast<double>(pixel.ray.u) + static_cast<double>(pixel.ray.slope_u) * t;
     ray.v = static_cast<double>(pixel.ray.v) + static_cast<double>(pixel.ray.slope_v) * t;

@@ -48,7 +48,8 @@ void add_track_night(CLI::App& track, int& exit_code) {
   const CLI::Option* database = add_database_option(*command);
   const CLI::Option* output = command->add_option(
       "-o,--output", "folder of the run; an interrupted one there goes on. Default: out/nights/TIME");
-  const CLI::Option* page = command->add_option("--page", "the trend page; trend.html in the run's folder")->type_name("FILE");
+  const CLI::Option* page =
+      command->add_option("--page", "the trend page; trend.html in the run's folder")->type_name("FILE");
   const CLI::Option* backend = command->add_option("--backend", "opengl | vulkan | null | all (that are real)");
   const CLI::Option* device = command->add_option("--device", "index on the backend, see `reliefbench devices`");
   const CLI::Option* filter = command->add_option("--filter", "only cases whose id matches this glob");

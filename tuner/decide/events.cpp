@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <ranges>
 #include <tuple>
 #include <utility>
 
@@ -131,8 +130,8 @@ void EventSearch::check_series(std::size_t i) {
   unit.changes = find_changes(unit.track.logs, unit.track.errors, options_.change);
   Track& cleaned = cleaned_[i] = unit.track;
   const std::vector<std::size_t>& spikes = unit.changes.spikes;
-  for (const std::size_t spike : std::views::reverse(spikes)) {
-    const auto offset = static_cast<std::ptrdiff_t>(spike);
+  for (std::size_t last = spikes.size(); last-- > 0;) {
+    const auto offset = static_cast<std::ptrdiff_t>(spikes[last]);
     cleaned.calendar.erase(cleaned.calendar.begin() + offset);
     cleaned.logs.erase(cleaned.logs.begin() + offset);
     cleaned.errors.erase(cleaned.errors.begin() + offset);

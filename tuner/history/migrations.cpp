@@ -9,7 +9,8 @@ namespace {
 // Ids are given by the one writer (Database::begin_writing), so that they are the same on both databases. `hash` and
 // `key` are SHA-256 in hex of what makes a row what it is, since PostgreSQL's indices take no long texts. Texts that
 // are JSON have sorted keys.
-const std::vector<Migration> kSteps = {  // NOLINT(bugprone-suspicious-missing-comma): long statements
+// NOLINTBEGIN(bugprone-suspicious-missing-comma): statements of several lines
+const std::vector<Migration> kSteps = {
     {.version = 1,
      .statements = {
          "CREATE TABLE machine (id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE)",
@@ -52,6 +53,7 @@ const std::vector<Migration> kSteps = {  // NOLINT(bugprone-suspicious-missing-c
          " unix_s BIGINT NOT NULL, state TEXT NOT NULL, author TEXT NOT NULL, said TEXT NOT NULL)",
          "CREATE TABLE annotation (id INTEGER PRIMARY KEY, run INTEGER REFERENCES run (id),"
          " event INTEGER REFERENCES event (id), unix_s BIGINT NOT NULL, author TEXT NOT NULL, said TEXT NOT NULL)"}}};
+// NOLINTEND(bugprone-suspicious-missing-comma)
 
 const std::string kVersionTable = "reliefbench_schema";
 
