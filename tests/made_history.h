@@ -50,6 +50,15 @@ struct MadeHistory {
   void slow_down(const std::string& technique, std::size_t first, double factor) {
     change(technique, first, [&](RepetitionRow& night) { night.value *= factor; });
   }
+  /// Every night shifts all cases by one factor of its own.
+  void shake(double deviation, unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> effect(0, deviation);
+    for (std::size_t night = 0; night < view.runs.size(); ++night) {
+      const double factor = std::exp(effect(random));
+      for (auto& nights : view.nights) nights[night].value *= factor;
+    }
+  }
   void set_code(const std::string& technique, std::size_t first, const std::string& code) {
     change(technique, first, [&](RepetitionRow& night) { night.code = code; });
   }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "tuner/decide/night_effect.h"
 #include "tuner/history/series_name.h"
 #include "tuner/results/record.h"
 #include "tuner/results/statistics.h"
@@ -145,6 +146,28 @@ bool moved_along(const ChangeEvent& event, std::span<const ChangeEvent> all, con
   });
 }
 
+/// Events that show beside what a night's cases share, of a minority of a machine's cases, where nothing else is seen
+/// in their nights.
+std::vector<ChangeEvent> hidden_events(const CheckedPieces& checked, std::span<const ChangeEvent> seen,
+                                       const EventOptions& options) {
+  const std::optional<std::vector<CheckedSeries>> rests = without_night_effects(checked.series);
+  if (!rests) return {};
+  std::vector<ChangeEvent> events = find_events(*rests, options).events;
+  std::erase_if(events, [&](const ChangeEvent& event) {
+    const std::string& machine = checked.series[event.series.front()].traits.machine;
+    const auto of_machine = std::ranges::count_if(checked.series, [&](const CheckedSeries& series) {
+      return series.traits.machine == machine && !series.traits.is_control;
+    });
+    const bool is_told = std::ranges::any_of(seen, [&](const ChangeEvent& other) {
+      return checked.series[other.series.front()].traits.machine == machine && event.good < other.bad &&
+             other.good < event.bad;
+    });
+    return is_told || is_control_event(event, checked) ||
+           2 * static_cast<std::ptrdiff_t>(event.series.size()) > of_machine;
+  });
+  return events;
+}
+
 bool matters(const ChangeEvent& event, const EventOptions& options) {
   const double least = std::log1p(options.change.least_effect);
   return event.is_drift || event.low > least || event.high < -least;
@@ -266,6 +289,7 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
   add_cases(view, epochs, checked);
   add_controls(view, epochs, checked);
   Findings findings = find_events(checked.series, options);
+  std::ranges::move(hidden_events(checked, findings.events, options), std::back_inserter(findings.events));
 
   StepCheck result;
   for (const ChangeEvent& event : findings.events)

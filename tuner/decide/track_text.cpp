@@ -83,7 +83,7 @@ std::string event_line(const EventRow& event, const HistoryView& view) {
 std::string effect_text(const EventRow& event) {
   if (event.kind == event_kind::errors) return "errors changed";
   if (event.kind == event_kind::lost) return "lost";
-  const auto [low, high] = std::minmax(std::abs(event.low), std::abs(event.high));
+  const auto [low, high] = std::minmax({std::abs(event.low), std::abs(event.high)});
   const std::string interval = fmt::format("[{:.2g}, {:.2g}]", 100 * low, 100 * high);
   if (event.kind == event_kind::drift)
     return fmt::format("{} slower {}, little by little", size_text(event.effect), interval);
