@@ -86,7 +86,7 @@ TEST(TrackTest, a_technique_shows_beside_what_its_nights_share) {
     EXPECT_THAT(checked(made.view).events, IsEmpty()) << seed;
     made.slow_down("relaxed_cone", 8, 1.1);
     const TrackCheck check = checked(made.view);
-    EXPECT_LE(check.events.size(), 1U) << seed;
+    EXPECT_LE(check.events.size(), 1U) << seed << track_markdown(made.view, check);
     found += !check.events.empty() && check.events.front().kind == event_kind::slower &&
              check.events.front().series.size() == MadeHistory::kCases;
   }

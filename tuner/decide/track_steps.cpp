@@ -146,26 +146,36 @@ bool moved_along(const ChangeEvent& event, std::span<const ChangeEvent> all, con
   });
 }
 
-/// Events that show beside what a night's cases share, of a minority of a machine's cases, where nothing else is seen
-/// in their nights.
-std::vector<ChangeEvent> hidden_events(const CheckedPieces& checked, std::span<const ChangeEvent> seen,
-                                       const EventOptions& options) {
+bool is_at_once(const ChangeEvent& a, const ChangeEvent& b, const CheckedPieces& checked) {
+  return checked.series[a.series.front()].traits.machine == checked.series[b.series.front()].traits.machine &&
+         a.good < b.bad && b.good < a.bad;
+}
+
+bool holds_all_of(const ChangeEvent& event, const ChangeEvent& part) {
+  return std::ranges::all_of(part.series,
+                             [&](std::size_t i) { return std::ranges::find(event.series, i) != event.series.end(); });
+}
+
+/// Adds the groups that show beside what a night's cases share: of a minority of a machine's cases, since the rest
+/// would seem to go the other way; where nothing else is seen in their nights but parts of them, in whose place they
+/// come.
+void add_hidden_groups(const CheckedPieces& checked, const EventOptions& options, std::vector<ChangeEvent>& events) {
   const std::optional<std::vector<CheckedSeries>> rests = without_night_effects(checked.series);
-  if (!rests) return {};
-  std::vector<ChangeEvent> events = find_events(*rests, options).events;
-  std::erase_if(events, [&](const ChangeEvent& event) {
-    const std::string& machine = checked.series[event.series.front()].traits.machine;
+  if (!rests) return;
+  for (const ChangeEvent& group : find_events(*rests, options).events) {
+    const std::string& machine = checked.series[group.series.front()].traits.machine;
     const auto of_machine = std::ranges::count_if(checked.series, [&](const CheckedSeries& series) {
       return series.traits.machine == machine && !series.traits.is_control;
     });
-    const bool is_told = std::ranges::any_of(seen, [&](const ChangeEvent& other) {
-      return checked.series[other.series.front()].traits.machine == machine && event.good < other.bad &&
-             other.good < event.bad;
-    });
-    return is_told || is_control_event(event, checked) ||
-           2 * static_cast<std::ptrdiff_t>(event.series.size()) > of_machine;
-  });
-  return events;
+    const auto is_part = [&](const ChangeEvent& other) {
+      return is_at_once(group, other, checked) && holds_all_of(group, other);
+    };
+    const bool is_told = std::ranges::any_of(
+        events, [&](const ChangeEvent& other) { return is_at_once(group, other, checked) && !is_part(other); });
+    if (is_told || group.what.empty() || 2 * static_cast<std::ptrdiff_t>(group.series.size()) > of_machine) continue;
+    std::erase_if(events, is_part);
+    events.push_back(group);
+  }
 }
 
 bool matters(const ChangeEvent& event, const EventOptions& options) {
@@ -289,7 +299,7 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
   add_cases(view, epochs, checked);
   add_controls(view, epochs, checked);
   Findings findings = find_events(checked.series, options);
-  std::ranges::move(hidden_events(checked, findings.events, options), std::back_inserter(findings.events));
+  add_hidden_groups(checked, options, findings.events);
 
   StepCheck result;
   for (const ChangeEvent& event : findings.events)
