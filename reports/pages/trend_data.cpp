@@ -9,6 +9,7 @@
 
 #include "kernels/base/clock.h"
 #include "tuner/decide/track_text.h"
+#include "tuner/history/moment.h"
 #include "tuner/history/series_name.h"
 #include "tuner/results/statistics.h"
 
@@ -16,8 +17,6 @@ namespace reliefbench {
 namespace {
 
 using nlohmann::json;
-
-std::string utc_of(std::int64_t unix_s) { return utc_text(1e9 * static_cast<double>(unix_s)); }
 
 /// Numbers take most of the page: six digits tell more than any night does.
 json short_number(double value) {
@@ -70,7 +69,7 @@ class TrendPage {
   [[nodiscard]] json runs() const {
     json rows = json::array();
     for (const RunRow& run : view_.runs)
-      rows.push_back({{"time", utc_of(run.unix_s)},
+      rows.push_back({{"time", moment_text(run.unix_s)},
                       {"commit", run.build.commit},
                       {"parent", run.build.parent},
                       {"dirty", run.build.is_dirty},
@@ -97,7 +96,7 @@ class TrendPage {
     for (const AnnotationRow& note : view_.annotations)
       rows.push_back({{"run", note.run == 0 ? json(nullptr) : runs_.maybe(note.run)},
                       {"event", note.event == 0 ? json(nullptr) : json(note.event)},
-                      {"time", utc_of(note.unix_s)},
+                      {"time", moment_text(note.unix_s)},
                       {"by", note.by},
                       {"text", note.text}});
     return rows;
@@ -125,7 +124,7 @@ class TrendPage {
     }
     return {{"name", name},
             {"nights", std::ranges::count(view_.runs, name, &RunRow::machine)},
-            {"last", utc_of(last.unix_s)},
+            {"last", moment_text(last.unix_s)},
             {"noise", sigmas.empty() ? json(nullptr) : short_number(median(sigmas))},
             {"smallest_shift", shifts.empty() ? json(nullptr) : short_number(median(shifts))},
             {"devices", devices(last)}};
@@ -158,11 +157,11 @@ class TrendPage {
       if (const json place = series_.maybe(id); !place.is_null()) series.push_back(place);
     json states = json::array();
     for (const EventStateRow& state : event.states)
-      states.push_back({{"time", utc_of(state.unix_s)},
+      states.push_back({{"time", moment_text(state.unix_s)},
                         {"state", event_state_id(state.state)},
                         {"by", state.by},
                         {"text", state.text}});
-    const bool has_size = event.kind != event_kind::errors && event.kind != event_kind::lost;
+    const auto size = [&](double share) { return has_size(event) ? short_number(share) : json(nullptr); };
     const auto commit_of = [&](std::int64_t run) {
       const json place = runs_.maybe(run);
       return place.is_null() ? json(nullptr) : json(view_.runs[place.get<std::size_t>()].build.commit);
@@ -175,9 +174,9 @@ class TrendPage {
             {"good_run", runs_.maybe(event.good_run)},
             {"bad_run", runs_.maybe(event.bad_run)},
             {"commits", {commit_of(event.good_run), commit_of(event.bad_run)}},
-            {"effect", has_size ? short_number(event.effect) : json(nullptr)},
-            {"low", has_size ? short_number(event.low) : json(nullptr)},
-            {"high", has_size ? short_number(event.high) : json(nullptr)},
+            {"effect", size(event.effect)},
+            {"low", size(event.low)},
+            {"high", size(event.high)},
             {"q", event.q},
             {"series", series},
             {"text", event.states.back().text},

@@ -2,18 +2,17 @@
 
 #include <algorithm>
 
-#include "kernels/base/clock.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
 #include "tuner/decide/track_text.h"
+#include "tuner/history/moment.h"
 
 namespace reliefbench {
 namespace {
 
 void accept_event(const std::string& database, std::int64_t id, const EventStateRow& state) {
-  { History(database, History::Access::read); }  // what is not there is not made
-  History history(database, History::Access::write);
+  History history = History::existing(database);
   const HistoryView view = history.load({});
   EventRow event = find_event(view, id);
   if (event.states.back().state == EventState::accepted) {
@@ -47,7 +46,7 @@ void add_track_accept(CLI::App& track, int& exit_code) {
   command->footer("Example:\n  reliefbench track accept --db history.db --event 3 --text 'more exact, worth 5 %'");
   command->callback([=, &exit_code] {
     accept_event(database->as<std::string>(), event->as<std::int64_t>(),
-                 {.unix_s = static_cast<std::int64_t>(unix_ns() / 1e9),
+                 {.unix_s = moment_now(),
                   .state = EventState::accepted,
                   .by = author(by),
                   .text = value_or(text, std::string())});

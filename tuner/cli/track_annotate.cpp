@@ -1,9 +1,9 @@
 #include <cstdlib>
 
-#include "kernels/base/clock.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
+#include "tuner/history/moment.h"
 
 namespace reliefbench {
 namespace {
@@ -31,14 +31,12 @@ void add_track_annotate(CLI::App& track, int& exit_code) {
   command->callback([=, &exit_code] {
     const AnnotationRow annotation{.run = value_or(run, std::int64_t{0}),
                                    .event = value_or(event, std::int64_t{0}),
-                                   .unix_s = static_cast<std::int64_t>(unix_ns() / 1e9),
+                                   .unix_s = moment_now(),
                                    .by = author(by),
                                    .text = text->as<std::string>()};
     if (annotation.run < 1 && annotation.event < 1) fail_input("annotate: expected --run N or --event N, from 1");
     if (annotation.text.empty()) fail_input("--text: is empty");
-    const auto name = database->as<std::string>();
-    { History(name, History::Access::read); }  // what is not there is not made
-    History(name, History::Access::write).annotate(annotation);
+    History::existing(database->as<std::string>()).annotate(annotation);
     put("noted\n");
     exit_code = static_cast<int>(Exit::done);
   });

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/atomic_file.h"
-#include "kernels/base/clock.h"
 #include "kernels/base/console.h"
 #include "reports/pages/trend_data.h"
 #include "reports/pages/trend_page.h"
@@ -12,6 +11,7 @@
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
 #include "tuner/decide/track_text.h"
+#include "tuner/history/moment.h"
 
 namespace reliefbench {
 namespace {
@@ -85,18 +85,14 @@ CheckArguments CheckOptions::arguments(const CLI::Option* database, const Histor
 }
 
 CheckedHistory checked_history(const CheckArguments& arguments) {
-  { History(arguments.database, History::Access::read); }  // what is not there is not made
-  History history(arguments.database, History::Access::write);
+  History history = History::existing(arguments.database);
   CheckedHistory checked{.title = history.name(), .view = {}, .check = {}};
   checked.view = history.load(arguments.query);
-  checked.check = check_history(checked.view, arguments.options, static_cast<std::int64_t>(unix_ns() / 1e9));
-  history.add_events(news_of(checked.check));
-  // The new ones have their ids now.
-  const std::vector<EventRow> stored = history.load(arguments.query).events;
-  for (EventRow& event : checked.check.events)
-    if (event.id == 0)
-      if (const auto found = std::ranges::find(stored, event.key, &EventRow::key); found != stored.end())
-        event.id = found->id;
+  checked.check = check_history(checked.view, arguments.options, moment_now());
+  const std::vector<std::int64_t> ids = history.add_events(news_of(checked.check));
+  auto id = ids.begin();
+  for (std::size_t i = 0; i < checked.check.events.size(); ++i)
+    if (checked.check.is_news[i]) checked.check.events[i].id = *id++;
   return checked;
 }
 

@@ -8,13 +8,13 @@
 #include <optional>
 #include <set>
 
-#include "kernels/base/clock.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
 #include "tuner/decide/confirm.h"
 #include "tuner/decide/track_text.h"
 #include "tuner/history/ingest.h"
+#include "tuner/history/moment.h"
 #include "tuner/measure/progress.h"
 
 namespace reliefbench {
@@ -119,8 +119,7 @@ Exit exit_of(const RerunAnswer& answer, const EventRow& event) {
 Exit confirm_command(ConfirmArguments arguments) {
   if (arguments.rounds < kLeastRounds)
     fail_input("--rounds {}: expected at least {}, else nothing says how sure it is", arguments.rounds, kLeastRounds);
-  { History(arguments.database, History::Access::read); }  // what is not there is not made
-  History history(arguments.database, History::Access::write);
+  History history = History::existing(arguments.database);
   const HistoryView view = history.load({});
   EventRow event = event_to_settle(view, arguments.event);
   if (arguments.output.empty()) arguments.output = fs::path("out/confirm") / std::to_string(event.id);
@@ -132,8 +131,7 @@ Exit confirm_command(ConfirmArguments arguments) {
   const RerunAnswer answer = judge_reruns(rerun_builds(arguments, keys), std::log1p(event.effect));
   const std::string text = answer_text(answer, event);
   if (answer.state && event.states.back().state != *answer.state) {
-    event.states.push_back(
-        {.unix_s = static_cast<std::int64_t>(unix_ns() / 1e9), .state = *answer.state, .by = "confirm", .text = text});
+    event.states.push_back({.unix_s = moment_now(), .state = *answer.state, .by = "confirm", .text = text});
     history.add_events({&event, 1});
   }
   if (arguments.json)

@@ -5,19 +5,17 @@
 #include <map>
 #include <set>
 
-#include "kernels/base/clock.h"
 #include "kernels/base/console.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
+#include "tuner/history/moment.h"
 
 namespace reliefbench {
 namespace {
 
 using nlohmann::json;
-
-std::string moment_text(std::int64_t unix_s) { return utc_text(1e9 * static_cast<double>(unix_s)); }
 
 /// How many series a run has, and in how many it has a valid value.
 struct RunCount {

@@ -10,14 +10,12 @@
 
 #include "tuner/decide/night_effect.h"
 #include "tuner/history/series_name.h"
+#include "tuner/history/standard_error.h"
 #include "tuner/results/record.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
 namespace {
-
-/// A median's standard error in MADs of n normal values: sqrt(pi / 2) / .6745 / sqrt(n).
-constexpr double kErrorOfMedian = 1.858;
 
 /// One series of find_events(): a case in an epoch, or a device's control case.
 struct CheckedPiece {
@@ -97,8 +95,7 @@ void add_controls(const HistoryView& view, std::span<const std::size_t> epochs, 
       CheckedSeries& series = checked.series[found->second];
       series.calendar.push_back(run);
       series.log_values.push_back(std::log(control.control_ns));
-      series.standard_errors.push_back(kErrorOfMedian * control.mad / control.control_ns /
-                                       std::sqrt(std::max(control.n, 1)));
+      series.standard_errors.push_back(log_median_error(control.control_ns, control.mad, control.n));
     }
   }
 }
@@ -136,19 +133,18 @@ bool is_control_event(const ChangeEvent& event, const CheckedPieces& checked) {
   return std::ranges::any_of(event.series, [&](std::size_t i) { return !checked.pieces[i].series; });
 }
 
-/// Whether a device's control case moved in the nights of an event, and half as far at least.
-bool moved_along(const ChangeEvent& event, std::span<const ChangeEvent> all, const CheckedPieces& checked) {
-  return std::ranges::any_of(all, [&](const ChangeEvent& other) {
-    return is_control_event(other, checked) &&
-           checked.series[other.series.front()].traits.machine == checked.series[event.series.front()].traits.machine &&
-           other.good < event.bad && event.good < other.bad &&
-           std::abs(other.log_ratio) >= 0.5 * std::abs(event.log_ratio);
-  });
-}
-
+/// Whether two events of a machine's epoch share nights.
 bool is_at_once(const ChangeEvent& a, const ChangeEvent& b, const CheckedPieces& checked) {
   return checked.series[a.series.front()].traits.machine == checked.series[b.series.front()].traits.machine &&
          a.good < b.bad && b.good < a.bad;
+}
+
+/// Whether a device's control case moved in the nights of an event, and half as far at least.
+bool moved_along(const ChangeEvent& event, std::span<const ChangeEvent> all, const CheckedPieces& checked) {
+  return std::ranges::any_of(all, [&](const ChangeEvent& other) {
+    return is_control_event(other, checked) && is_at_once(event, other, checked) &&
+           std::abs(other.log_ratio) >= 0.5 * std::abs(event.log_ratio);
+  });
 }
 
 bool holds_all_of(const ChangeEvent& event, const ChangeEvent& part) {

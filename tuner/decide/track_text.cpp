@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "kernels/base/clock.h"
+#include "tuner/history/moment.h"
 
 namespace reliefbench {
 namespace {
@@ -18,7 +18,7 @@ const RunRow* find_run(const HistoryView& view, std::int64_t id) {
   return found == view.runs.end() ? nullptr : &*found;
 }
 
-std::string day_of(const RunRow& run) { return utc_text(1e9 * static_cast<double>(run.unix_s)).substr(0, 10); }
+std::string day_of(const RunRow& run) { return moment_text(run.unix_s).substr(0, 10); }
 
 std::string commit_text(const RunRow& run) { return run.build.commit.substr(0, 12); }
 
@@ -34,9 +34,7 @@ bool is_in(const EventRow& event, EventState state) { return event.states.back()
 json run_json_of(const HistoryView& view, std::int64_t id) {
   const RunRow* run = find_run(view, id);
   if (run == nullptr) return nullptr;
-  return {{"time", utc_text(1e9 * static_cast<double>(run->unix_s))},
-          {"commit", run->build.commit},
-          {"source", run->source}};
+  return {{"time", moment_text(run->unix_s)}, {"commit", run->build.commit}, {"source", run->source}};
 }
 
 std::string xml_escaped(std::string_view text) {
@@ -149,7 +147,7 @@ json track_json(const HistoryView& view, const TrackCheck& check) {
     const EventRow& event = check.events[i];
     json states = json::array();
     for (const EventStateRow& state : event.states)
-      states.push_back({{"time", utc_text(1e9 * static_cast<double>(state.unix_s))},
+      states.push_back({{"time", moment_text(state.unix_s)},
                         {"state", event_state_id(state.state)},
                         {"by", state.by},
                         {"text", state.text}});
@@ -169,7 +167,7 @@ json track_json(const HistoryView& view, const TrackCheck& check) {
                 {"q", event.q},
                 {"cases", names},
                 {"states", states}};
-    if (event.kind != event_kind::errors && event.kind != event_kind::lost) {
+    if (has_size(event)) {
       row["effect"] = event.effect;
       row["interval"] = {event.low, event.high};
     }

@@ -94,7 +94,7 @@ std::vector<EventRow> read_events(soci::session& sql, const std::string& machine
   return events;
 }
 
-void write_event(soci::session& sql, EventRow event) {
+std::int64_t write_event(soci::session& sql, EventRow event) {
   event.key = storable(event.key);
   std::ranges::sort(event.series);
   event.series.erase(std::unique(event.series.begin(), event.series.end()), event.series.end());
@@ -117,6 +117,7 @@ void write_event(soci::session& sql, EventRow event) {
   for (const EventStateRow& state : event.states)
     if (is_new || std::ranges::find(stored->states, state) == stored->states.end())
       insert(next++, id, state.unix_s, std::string(event_state_id(state.state)), state.by, state.text);
+  return id;
 }
 
 }  // namespace reliefbench

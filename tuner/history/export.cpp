@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "kernels/base/clock.h"
+#include "tuner/history/moment.h"
 #include "tuner/results/csv.h"
 
 namespace reliefbench {
@@ -108,7 +108,7 @@ json context_of(const HistoryView& view) {
       context = environment.content;
     else
       context["environment"] = environment.content;
-  context.update({{"date", utc_text(1e9 * static_cast<double>(run.unix_s))},
+  context.update({{"date", moment_text(run.unix_s)},
                   {"host_name", run.machine},
                   {"commit", run.build.commit},
                   {"parent", run.build.parent}});
@@ -174,7 +174,7 @@ std::string otava_csv(const HistoryView& view) {
   for (const RunRow& run : view.runs) {
     std::vector<std::string>& line = lines[run.id];
     line.resize(2 + view.series.size());
-    line[0] = utc_text(1e9 * static_cast<double>(run.unix_s));
+    line[0] = moment_text(run.unix_s);
     line[1] = run.build.commit;
   }
   for (std::size_t i = 0; i < view.series.size(); ++i) {

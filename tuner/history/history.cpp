@@ -203,6 +203,11 @@ History::History(const std::string& database, Access access)
   opened.guarded([&] { access == Access::write ? migrate(opened) : check_schema(opened); });
 }
 
+History History::existing(const std::string& database) {
+  { const History looked(database, Access::read); }
+  return History(database, Access::write);
+}
+
 History::~History() = default;
 
 const std::string& History::name() const { return connection_->database.shown(); }
@@ -250,12 +255,15 @@ void History::annotate(const AnnotationRow& annotation) {
   });
 }
 
-void History::add_events(std::span<const EventRow> events) {
+std::vector<std::int64_t> History::add_events(std::span<const EventRow> events) {
+  if (events.empty()) return {};
   Database& database = connection_->database;
-  database.guarded([&] {
+  return database.guarded([&] {
     Transaction transaction(database, Transaction::Kind::write);
-    for (const EventRow& event : events) write_event(database.sql(), event);
+    std::vector<std::int64_t> ids;
+    for (const EventRow& event : events) ids.push_back(write_event(database.sql(), event));
     transaction.commit();
+    return ids;
   });
 }
 

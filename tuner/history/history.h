@@ -37,6 +37,8 @@ class History {
   ///         Error(bad_input): not a history, a newer schema;
   ///         Error(environment): read-only, full, or a server that does not answer
   History(const std::string& database, Access access);
+  /// To write to one that is there: what is not is not made. throws: as the constructor
+  [[nodiscard]] static History existing(const std::string& database);
   ~History();
   /// For people: without a password.
   [[nodiscard]] const std::string& name() const;
@@ -61,8 +63,8 @@ class History {
   void annotate(const AnnotationRow& annotation);
 
   /// Appends a check's events: new ones with their first state, known ones (by key) with states that are new, and what
-  /// is now known of their interval and effect as a new change-point row.
-  void add_events(std::span<const EventRow> events);
+  /// is now known of their interval and effect as a new change-point row. returns: their ids
+  std::vector<std::int64_t> add_events(std::span<const EventRow> events);
 
  private:
   struct Connection;

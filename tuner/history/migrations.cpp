@@ -1,7 +1,7 @@
 #include "tuner/history/migrations.h"
 
-#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "tuner/history/moment.h"
 
 namespace reliefbench {
 namespace {
@@ -91,7 +91,7 @@ void migrate(Database& database, std::span<const Migration> steps) {
   Insert<int, std::int64_t> insert(database.sql(), kVersionTable + " (version, unix_s)");
   for (const Migration& step : steps.subspan(static_cast<std::size_t>(before))) {
     for (const std::string_view statement : step.statements) database.sql() << std::string(statement);
-    insert(step.version, static_cast<std::int64_t>(unix_ns() / 1e9));
+    insert(step.version, moment_now());
   }
   transaction.commit();
 }

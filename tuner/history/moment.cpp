@@ -6,6 +6,7 @@
 #include <regex>
 #include <string>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -41,5 +42,9 @@ std::int64_t parse_moment(std::string_view text, std::string_view what) {
   if (!seconds) fail_input("{} '{}': expected a time as 2026-11-22T12:00:00Z or @1795348800", what, text);
   return *seconds;
 }
+
+std::int64_t moment_now() { return static_cast<std::int64_t>(unix_ns() / 1e9); }
+
+std::string moment_text(std::int64_t unix_s) { return utc_text(1e9 * static_cast<double>(unix_s)); }
 
 }  // namespace reliefbench

@@ -144,6 +144,11 @@ struct EventRow {
   std::vector<EventStateRow> states;  ///< the oldest first; never empty
 };
 
+/// Whether its effect is a number: errors that changed and cases that are lost have none.
+[[nodiscard]] inline bool has_size(const EventRow& event) {
+  return event.kind != event_kind::errors && event.kind != event_kind::lost;
+}
+
 /// Everything that a check looks at, in memory.
 struct HistoryView {
   std::vector<EnvironmentRow> environments;
