@@ -190,18 +190,18 @@ TEST_F(CliDeviceAudit, killed_at_any_moment_it_ends_with_the_same_cases) {
   EXPECT_EQ(case_ids(folder_ / "killed"), case_ids(folder_ / "whole"));
 }
 
-// A software rasteriser takes minutes for a frame of the second setting; nothing can end it, and the sweep goes on.
+// A software rasteriser takes seconds for a frame of the second setting; nothing can end it, and the sweep goes on.
 TEST_F(CliDeviceAudit, a_frame_that_does_not_end_in_time_ends_its_case) {
   write("slow.json", R"({
     "scenes": [{"heightmap": {"source": "fbm", "width": 64, "height": 64}, "views": "oblique", "frame_px": [768, 768]}],
-    "measure": {"samples": 2, "batch_ms": 1, "warmup_batches_max": 1, "flicker_frames": 0, "timeout_s": 3},
-    "sweeps": [{"technique": "relief", "axes": {"linear_steps": [2, 4096], "refinement": "none", "loop": "fixed",
+    "measure": {"samples": 2, "batch_ms": 1, "warmup_batches_max": 1, "flicker_frames": 0, "timeout_s": 1},
+    "sweeps": [{"technique": "relief", "axes": {"linear_steps": [2, 1024], "refinement": "none", "loop": "fixed",
                                                 "filter": "manual"}}]})");
   for (const std::string backend : {"vulkan", "opengl"}) {
     const auto start = std::chrono::steady_clock::now();
     const CommandResult result = run({"sweep", "slow.json", "-o", backend, "--backend", backend, "--quiet"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::minutes(3));
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::minutes(1));
     std::map<std::string, std::string> reasons;
     std::istringstream in(file_text(folder_ / backend / "results.jsonl"));
     for (std::string line; std::getline(in, line);) {
@@ -210,7 +210,7 @@ TEST_F(CliDeviceAudit, a_frame_that_does_not_end_in_time_ends_its_case) {
     }
     ASSERT_TRUE(reasons.contains("ok")) << result.out;
     if (!reasons.contains("timeout")) GTEST_SKIP() << backend << " draws it in time";
-    EXPECT_THAT(reasons.at("timeout"), HasSubstr("did not end within 3 s"));
+    EXPECT_THAT(reasons.at("timeout"), HasSubstr("did not end within 1 s"));
   }
 }
 
