@@ -36,7 +36,7 @@ class StudentTails {
 
 /// P(|e_i - e_least| <= c times its standard error for all i), by the trapezoidal rule over e_least.
 double chance_within(const GroupErrors& group, double c) {
-  constexpr int kSteps = 48;
+  constexpr int kSteps = 32;
   constexpr double kEnd = 6;
   constexpr double kStep = 2 * kEnd / kSteps;
   const double own = group.errors[group.least];
@@ -67,7 +67,7 @@ double critical_value(std::span<const GroupErrors> groups, double confidence) {
   };
   double low = 1;
   double high = 8;  // beyond what any count of estimates asks for
-  constexpr int kHalvings = 20;
+  constexpr int kHalvings = 14;
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = (low + high) / 2;
     (chance(middle) < confidence ? low : high) = middle;

@@ -154,6 +154,18 @@ Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& o
   return comparison;
 }
 
+void set_remeasured(TimeChange& change, double log_ratio, double low, double high, double threshold) {
+  change.ratio = {.ratio = std::exp(log_ratio), .low = std::exp(low), .high = std::exp(high)};
+  const double limit = std::log(1 + threshold);
+  if (low >= -limit && high <= limit)
+    change.change = Change::same;
+  else if (low > 0)
+    change.change = Change::slower;
+  else
+    change.change = high < 0 ? Change::faster : Change::unclear;
+  change.reason = change.change == Change::unclear ? Reason::remeasured_too_little : Reason::remeasured;
+}
+
 bool is_doubtful(const TimeChange& change) {
   return change.change == Change::unclear || change.reason == Reason::control_drift;
 }

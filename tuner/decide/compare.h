@@ -31,6 +31,8 @@ enum class Reason {
   shift_between_runs,         ///< ... because cases shift from run to run: more runs would narrow it, more samples not
   interval_spans_threshold,   ///< unclear: narrow enough, but the ratio is near the threshold
   chance_not_excluded,        ///< unclear: the interval excludes 1, but one of so many does so by chance
+  remeasured,                 ///< same, faster, slower: by a re-run in turns
+  remeasured_too_little,      ///< unclear after a re-run: more rounds would say more
 };
 [[nodiscard]] std::string_view reason_id(Reason reason);    ///< stable: for programs
 [[nodiscard]] std::string_view reason_text(Reason reason);  ///< for people
@@ -51,6 +53,9 @@ struct TimeChange {
   std::string backend{};    ///< "" of the whole of several
   double shift_margin = 0;  ///< of the log ratio's half interval: what would be left with endless samples
 };
+
+/// Puts what was measured again in the place of a verdict. log_ratio, low, high: of the re-run, new / base
+void set_remeasured(TimeChange& change, double log_ratio, double low, double high, double threshold);
 
 /// Whether a further measurement would say more of it: it is unclear, or rests on what may not hold.
 [[nodiscard]] bool is_doubtful(const TimeChange& change);

@@ -41,6 +41,10 @@ std::string_view reason_id(Reason reason) {
       return "interval_spans_threshold";
     case Reason::chance_not_excluded:
       return "chance_not_excluded";
+    case Reason::remeasured:
+      return "remeasured";
+    case Reason::remeasured_too_little:
+      return "remeasured_too_little";
   }
   return "too_few_samples";
 }
@@ -65,6 +69,10 @@ std::string_view reason_text(Reason reason) {
       return "the ratio is near the threshold";
     case Reason::chance_not_excluded:
       return "one of so many ratios is that large by chance";
+    case Reason::remeasured:
+      return "measured again, in turns";
+    case Reason::remeasured_too_little:
+      return "measured again, in turns, but too seldom: more --rounds would tell";
   }
   return "";
 }
