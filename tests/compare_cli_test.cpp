@@ -42,7 +42,7 @@ class CompareCliTest : public ::testing::Test {
   }
   void sweep(const std::string& output, int seed, const std::string& slowdown = "", int samples = 10) const {
     std::ofstream(folder_ / "config.json") << config_text(seed, samples);
-    std::vector<std::string> arguments = {"sweep", "config.json", "--backend", "null",       "--quiet",
+    std::vector<std::string> arguments = {"sweep", "config.json", "--backend",  "null", "--quiet",
                                           "-o",    output,        "--pictures", "none"};
     if (!slowdown.empty()) arguments.insert(arguments.end(), {"--inject-slowdown", slowdown});
     const CommandResult result = run(arguments);
@@ -88,8 +88,8 @@ TEST_F(CompareCliTest, what_is_in_doubt_is_measured_again_in_turns) {
   EXPECT_EQ(doubt.exit_code, 4) << doubt.out << doubt.err;
   EXPECT_THAT(doubt.out, AllOf(HasSubstr("in doubt: "), HasSubstr("reliefbench compare base new --rerun")));
   const auto rerun = [&](std::vector<std::string> more) {
-    std::vector<std::string> arguments = {"compare", "base",          "new", "--threshold", "0.0002", "--rerun", "--quiet",
-                                          "--json",  "--rerun-cases", "40",  "--rounds",    "2"};
+    std::vector<std::string> arguments = {"compare", "base",   "new",           "--threshold", "0.0002",   "--rerun",
+                                          "--quiet", "--json", "--rerun-cases", "40",          "--rounds", "2"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run(arguments);
   };
@@ -102,7 +102,8 @@ TEST_F(CompareCliTest, what_is_in_doubt_is_measured_again_in_turns) {
 
   // Two builds, one of which is slower.
   const std::filesystem::path slow = folder_ / "slow";
-  std::ofstream(slow) << fmt::format("#!/bin/sh\nexec {} \"$@\" --inject-slowdown relaxed_cone:1.2\n", RELIEFBENCH_BINARY);
+  std::ofstream(slow) << fmt::format("#!/bin/sh\nexec {} \"$@\" --inject-slowdown relaxed_cone:1.2\n",
+                                     RELIEFBENCH_BINARY);
   std::filesystem::permissions(slow, std::filesystem::perms::owner_all);
   const CommandResult slower = rerun({"--binary-a", RELIEFBENCH_BINARY, "--binary-b", slow.string()});
   EXPECT_EQ(slower.exit_code, 1) << slower.err;
@@ -163,8 +164,10 @@ TEST(CompareText, junit_is_well_formed_whatever_names_hold) {
   Comparison comparison;
   const std::string hostile = std::string(kHostileText) + " \x01 \xff \xed\xa0\x80 \xef\xbf\xbe é";
   comparison.matched = 1;
-  comparison.cases.push_back({TimeChange{.ratio = {.ratio = 1.2, .low = 1.1, .high = 1.3}, .p = 0.01,
-                                         .change = Change::slower, .reason = Reason::beyond_chance},
+  comparison.cases.push_back({TimeChange{.ratio = {.ratio = 1.2, .low = 1.1, .high = 1.3},
+                                         .p = 0.01,
+                                         .change = Change::slower,
+                                         .reason = Reason::beyond_chance},
                               hostile});
   comparison.lost.push_back(hostile);
   const TempFolder folder;
@@ -172,7 +175,8 @@ TEST(CompareText, junit_is_well_formed_whatever_names_hold) {
   const std::string file = "'" + (folder / "out.xml").string() + "'";
   EXPECT_EQ(std::system(("xmllint --noout " + file).c_str()), 0);
   EXPECT_EQ(output_of("xmllint --xpath 'string(//testsuite/@failures)' " + file), "2\n");
-  EXPECT_THAT(output_of("xmllint --xpath 'string(//testcase/@name)' " + file), HasSubstr("</script><script>alert(\"x\")"));
+  EXPECT_THAT(output_of("xmllint --xpath 'string(//testcase/@name)' " + file),
+              HasSubstr("</script><script>alert(\"x\")"));
 }
 
 }  // namespace

@@ -194,9 +194,10 @@ TEST(FleetTest, intervals_pay_for_what_shifts_between_runs) {
     EXPECT_FALSE(alone.places[0].between_runs);
     with_one += all_hold(made, alone);
   }
-  std::cout << fmt::format("two runs of a device, cases shift by 2 % (estimated: {:.2f} %): all intervals hold in {:.1f} "
-                           "% of {} fleets; of one run in {:.1f} %\n",
-                           100 * shift, 100.0 * with_two / kFleets, kFleets, 100.0 * with_one / kFleets);
+  std::cout << fmt::format(
+      "two runs of a device, cases shift by 2 % (estimated: {:.2f} %): all intervals hold in {:.1f} "
+      "% of {} fleets; of one run in {:.1f} %\n",
+      100 * shift, 100.0 * with_two / kFleets, kFleets, 100.0 * with_one / kFleets);
   EXPECT_NEAR(shift, 0.02, 0.003);
   EXPECT_GE(with_two, 0.93 * kFleets);
   EXPECT_LE(with_one, 0.2 * kFleets);

@@ -24,7 +24,7 @@ struct MadeDevice {
   std::string backend = "vulkan";
   std::string driver = "1.0";
   std::string scene = "rocks/oblique";
-  char key = 'a';  ///< of the scene
+  char key = 'a';   ///< of the scene
   double cone = 1;  ///< factors on times
   double relief = 1;
   double shift = 0;  ///< deviation of what shifts a case in this run
@@ -44,7 +44,8 @@ FleetRun made_run(const MadeDevice& made) {
     const bool is_cone = i < 20;
     Settings settings(find_technique(is_cone ? "cone" : "relief"));
     settings.set(is_cone ? "cone_steps" : "linear_steps", 8 + i);
-    const double time_ns = 1e6 * (1 + 0.1 * i) * (is_cone ? made.cone : made.relief) * std::exp(made.shift * normal(random));
+    const double time_ns =
+        1e6 * (1 + 0.1 * i) * (is_cone ? made.cone : made.relief) * std::exp(made.shift * normal(random));
     TableRow row{.case_id = fmt::format("case{}", i),
                  .settings = settings,
                  .map = is_cone ? "conservative" : "height",
@@ -159,7 +160,8 @@ TEST(HardwareTest, another_scene_matches_nothing_and_is_told) {
   const HardwareComparison comparison = compare_hardware(runs, {});
   EXPECT_TRUE(comparison.pairs.empty());
   EXPECT_EQ(exit_of(comparison), Exit::nothing_measured);
-  EXPECT_THAT(comparison.warnings, ElementsAre(HasSubstr("only one device has the scenes rocks/oblique, rocks/oblique")));
+  EXPECT_THAT(comparison.warnings,
+              ElementsAre(HasSubstr("only one device has the scenes rocks/oblique, rocks/oblique")));
 }
 
 TEST(RankCorrelationTest, is_that_of_the_textbook) {
@@ -226,9 +228,9 @@ TEST(HardwareTest, recorded_runs_of_a_processor_and_a_gpu) {
   // The same processor twice beside the GPU: what shifts between its runs is known.
   result = run({(kTables / "exhaustive_rocks_disturbed.csv").string(), "--json"});
   EXPECT_GT(nlohmann::json::parse(result.out).at("columns").at(0).at("between_runs").get<double>(), 0);
-  result = run_reliefbench({"compare", (kTables / "exhaustive_rocks.csv").string(),
-                            (kTables / "exhaustive_rocks_disturbed.csv").string()},
-                           folder.path());
+  result = run_reliefbench(
+      {"compare", (kTables / "exhaustive_rocks.csv").string(), (kTables / "exhaustive_rocks_disturbed.csv").string()},
+      folder.path());
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("all runs are of one device and backend, A vulkan llvmpipe"));
 }

@@ -101,8 +101,8 @@ TEST_F(PresetsCommonTest, the_command_writes_and_says_it) {
     run.folder = folder / run.folder.filename();
     write_run(run);
   }
-  const CommandResult result = run_reliefbench({"presets", runs_[0].folder.string(), runs_[1].folder.string(), "--common",
-                                                "--error", "e_xy.p99", "-o", "presets.json"},
+  const CommandResult result = run_reliefbench({"presets", runs_[0].folder.string(), runs_[1].folder.string(),
+                                                "--common", "--error", "e_xy.p99", "-o", "presets.json"},
                                                folder.path());
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("One table for 2 places"));

@@ -178,7 +178,8 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->type_name("METRIC<=X");
   const CLI::Option* max_time =
       command
-          ->add_option("--max-time-ms,--max-time", "bound on frame time that must hold everywhere: then the most accurate")
+          ->add_option("--max-time-ms,--max-time",
+                       "bound on frame time that must hold everywhere: then the most accurate")
           ->type_name("MS");
   command->add_option("--error", arguments->error, "with --max-time-ms: what is to be least; default: the runs' error")
       ->type_name("METRIC");

@@ -141,11 +141,9 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   CLI::Option* rerun =
       add_switch(*command, "--rerun", "measure the doubtful cases again, in turns (base, new, new, base)");
   const CLI::Option* binary_a =
-      command->add_option("--binary-a", "with --rerun: the build of BASE; this one")->type_name("FILE")->needs(
-          rerun);
+      command->add_option("--binary-a", "with --rerun: the build of BASE; this one")->type_name("FILE")->needs(rerun);
   const CLI::Option* binary_b =
-      command->add_option("--binary-b", "with --rerun: the build of NEW; this one")->type_name("FILE")->needs(
-          rerun);
+      command->add_option("--binary-b", "with --rerun: the build of NEW; this one")->type_name("FILE")->needs(rerun);
   const CLI::Option* rounds = command->add_option("--rounds", rounds_text)->type_name("N");
   const CLI::Option* cases = command->add_option("--rerun-cases", cases_text)->type_name("N");
   const CLI::Option* output =
@@ -154,8 +152,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress of the re-run");
   CLI::Option* json = add_switch(*command, "--json", "as JSON");
-  const CLI::Option* markdown =
-      add_switch(*command, "--markdown", "as Markdown, for a pull request")->excludes(json);
+  const CLI::Option* markdown = add_switch(*command, "--markdown", "as Markdown, for a pull request")->excludes(json);
   const CLI::Option* junit =
       command->add_option("--junit", "write JUnit XML to a file, too; slower ones fail")->type_name("FILE");
   command->footer(

@@ -47,9 +47,9 @@ void print_pair(const DevicePair& pair, const HardwareComparison& comparison, co
   put("\n{}\n", paint.bold(fmt::format("{} against {}: {} times as {}, geometric mean of {} cases",
                                        column_letter(pair.now), column_text(comparison, pair.base),
                                        format_number(times), is_faster ? "fast" : "slow", whole.cases)));
-  std::vector<std::vector<std::string>> rows = {{fmt::format("time {} / {}", column_letter(pair.now),
-                                                             column_letter(pair.base)),
-                                                 "nine in ten cases", "cases", "of"}};
+  std::vector<std::vector<std::string>> rows = {
+      {fmt::format("time {} / {}", column_letter(pair.now), column_letter(pair.base)), "nine in ten cases", "cases",
+       "of"}};
   for (const PairGroup& group : pair.groups)
     rows.push_back({ratio_text(group.ratio),
                     fmt::format("{} to {}", format_number(group.low_case), format_number(group.high_case)),
@@ -72,9 +72,8 @@ void print_fronts(const SceneFronts& scene, const CompareDetail& detail, const P
   const auto on_all = std::ranges::count_if(scene.on_some, [](const FrontSetting& one) {
     return std::ranges::all_of(one.on_front, [](bool is_on) { return is_on; });
   });
-  const auto only_one = std::ranges::count_if(scene.on_some, [](const FrontSetting& one) {
-    return std::ranges::count(one.on_front, true) == 1;
-  });
+  const auto only_one = std::ranges::count_if(
+      scene.on_some, [](const FrontSetting& one) { return std::ranges::count(one.on_front, true) == 1; });
   put("\n{}\n", paint.bold(fmt::format("Fronts in {}, of {} settings in common: {} on every front, {} on one only",
                                        scene.scene, scene.settings, on_all, only_one)));
   std::vector<std::vector<std::string>> rows = {{}};
@@ -107,7 +106,7 @@ void print_unknown_shift(const HardwareComparison& comparison, const Paint& pain
   for (std::size_t c = 0; c < comparison.columns.size(); ++c)
     if (!comparison.columns[c].between_runs) unknown.push_back(column_letter(c));
   put("\n{}\n", paint.dim("Intervals: 95 %, each by itself; of a mean over cases: of just these cases. (?): what is as "
-                         "accurate is not faster as far as can be told."));
+                          "accurate is not faster as far as can be told."));
   if (!unknown.empty())
     put("{}\n", paint.dim(fmt::format("Of {} there is one run: what shifts a device or a case from run to run is not "
                                       "known there, nor in the intervals. Give two runs of a device.",
@@ -116,8 +115,7 @@ void print_unknown_shift(const HardwareComparison& comparison, const Paint& pain
 
 }  // namespace
 
-void print_hardware(const HardwareComparison& comparison, std::span<const FleetRun> runs,
-                    const CompareDetail& detail) {
+void print_hardware(const HardwareComparison& comparison, std::span<const FleetRun> runs, const CompareDetail& detail) {
   const Paint paint = paint_for_stdout();
   print_columns(comparison, runs);
   for (const DevicePair& pair : comparison.pairs) print_pair(pair, comparison, detail, paint);

@@ -21,9 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-bool is_repeatable(const Run& run) {
-  return !is_of_tune(run) && run.info.contains("config") && !run.scenes.empty();
-}
+bool is_repeatable(const Run& run) { return !is_of_tune(run) && run.info.contains("config") && !run.scenes.empty(); }
 
 /// Two runs of one build have one source and one set of shaders.
 bool are_of_one_build(const Run& base, const Run& now) {
@@ -165,7 +163,8 @@ json rerun_doubtful(const Run& base, const Run& now, const CompareOptions& optio
                     Comparison& comparison) {
   if (options.metric != "frame_time") fail_input("--rerun measures frame_time, not {}", options.metric);
   for (const Run* run : {&base, &now})
-    if (!is_repeatable(*run)) fail_input("{}: is no sweep's folder, so nothing can be measured again", run->folder.string());
+    if (!is_repeatable(*run))
+      fail_input("{}: is no sweep's folder, so nothing can be measured again", run->folder.string());
   const bool is_one_build = are_of_one_build(base, now);
   if (!is_one_build && (arguments.binary_a.empty() || arguments.binary_b.empty()))
     fail_input("the runs are of two builds ({} and {}): --rerun needs --binary-a and --binary-b",
@@ -199,16 +198,18 @@ json rerun_doubtful(const Run& base, const Run& now, const CompareOptions& optio
   write_output(config_file, config);
   std::set<std::string> wanted;
   for (const auto& [id, key] : keys) wanted.insert(key);
-  const std::vector<Rerun> reruns = rerun_in_turns(
-      {.first = {.name = "a", .label = "the build of " + base.folder.string(),
-                 .command = sweep_command(binary_a, base, backends, config_file)},
-       .second = {.name = "b", .label = "the build of " + now.folder.string(),
-                  .command = sweep_command(binary_b, now, backends, config_file)},
-       .rounds = arguments.rounds,
-       .output = output,
-       .quiet = arguments.quiet,
-       .check = [&](const fs::path& out) { check_device(base, out); }},
-      wanted);
+  const std::vector<Rerun> reruns =
+      rerun_in_turns({.first = {.name = "a",
+                                .label = "the build of " + base.folder.string(),
+                                .command = sweep_command(binary_a, base, backends, config_file)},
+                      .second = {.name = "b",
+                                 .label = "the build of " + now.folder.string(),
+                                 .command = sweep_command(binary_b, now, backends, config_file)},
+                      .rounds = arguments.rounds,
+                      .output = output,
+                      .quiet = arguments.quiet,
+                      .check = [&](const fs::path& out) { check_device(base, out); }},
+                     wanted);
   judge_again(reruns, keys, options, comparison);
   return rerun;
 }

@@ -52,8 +52,9 @@ void print_device(const DevicePresets& device, const Presets& presets, const Nam
 
 void print_common(const Presets& presets, const Names& names, const Paint& paint) {
   const CommonPresets& common = *presets.common;
-  put("\n{}\n", paint.bold(fmt::format("One table for {} places; slower than each one's own best that is as accurate by",
-                                      common.places.size())));
+  put("\n{}\n",
+      paint.bold(fmt::format("One table for {} places; slower than each one's own best that is as accurate by",
+                             common.places.size())));
   std::vector<std::vector<std::string>> rows = {{"quality", presets.level_metric}};
   for (std::size_t p = 0; p < common.places.size(); ++p) {
     put("  {}: {}\n", column_letter(p), place_text(common.places[p], common.places));
@@ -76,7 +77,8 @@ void presets_command(const PresetsArguments& arguments) {
   for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
   std::vector<FleetRun> fleet;
   if (arguments.common)
-    for (const Run& run : runs) fleet.push_back({.name = run.folder.string(), .rows = case_table(run), .info = run.info});
+    for (const Run& run : runs)
+      fleet.push_back({.name = run.folder.string(), .rows = case_table(run), .info = run.info});
   const Presets presets = arguments.common ? make_common_presets(runs, fleet, arguments.query, arguments.regret)
                                            : make_presets(runs, arguments.query);
   const std::string text = presets_json(presets).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
@@ -115,7 +117,8 @@ void add_presets_command(CLI::App& app, int& exit_code) {
           ->type_name("BOUND")
           ->expected(1)
           ->take_all();
-  CLI::Option* common = add_switch(*command, "--common", "one table for all devices of the runs, with its price on each");
+  CLI::Option* common =
+      add_switch(*command, "--common", "one table for all devices of the runs, with its price on each");
   const CLI::Option* regret =
       command->add_option("--regret", "with --common: minimax (the least worst price) | mean; minimax")
           ->check(CLI::IsMember({"minimax", "mean"}))

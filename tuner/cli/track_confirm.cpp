@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -72,14 +73,14 @@ Exit confirm_command(ConfirmArguments arguments) {
   std::set<std::string> keys;
   for (const SeriesRow& series : view.series)
     if (std::ranges::find(event.series, series.id) != event.series.end()) keys.insert(rerun_key(series));
-  const RerunAnswer answer = judge_reruns(
-      rerun_in_turns({.first = {.name = "good", .label = "the good build", .command = arguments.good},
-                      .second = {.name = "bad", .label = "the suspect build", .command = arguments.bad},
-                      .rounds = arguments.rounds,
-                      .output = arguments.output,
-                      .quiet = arguments.quiet},
-                     keys),
-      std::log1p(event.effect));
+  const RerunAnswer answer =
+      judge_reruns(rerun_in_turns({.first = {.name = "good", .label = "the good build", .command = arguments.good},
+                                   .second = {.name = "bad", .label = "the suspect build", .command = arguments.bad},
+                                   .rounds = arguments.rounds,
+                                   .output = arguments.output,
+                                   .quiet = arguments.quiet},
+                                  keys),
+                   std::log1p(event.effect));
   const std::string text = answer_text(answer, event);
   if (answer.state && event.states.back().state != *answer.state) {
     event.states.push_back({.unix_s = moment_now(), .state = *answer.state, .by = "confirm", .text = text});

@@ -25,14 +25,14 @@ enum class Reason {
   interval_within_threshold,  ///< same
   same_measurement,           ///< same: both runs hold the very same samples
   beyond_chance,              ///< faster, slower: chance is no explanation for all that was looked at
-  control_drift,              ///< ... but the control case moved beyond the threshold, so the device was in another state
-  different_driver,           ///< ... but the drivers differ, too
-  too_few_samples,            ///< unclear: the interval is so wide that it would span the threshold round a ratio of 1
-  shift_between_runs,         ///< ... because cases shift from run to run: more runs would narrow it, more samples not
-  interval_spans_threshold,   ///< unclear: narrow enough, but the ratio is near the threshold
-  chance_not_excluded,        ///< unclear: the interval excludes 1, but one of so many does so by chance
-  remeasured,                 ///< same, faster, slower: by a re-run in turns
-  remeasured_too_little,      ///< unclear after a re-run: more rounds would say more
+  control_drift,       ///< ... but the control case moved beyond the threshold, so the device was in another state
+  different_driver,    ///< ... but the drivers differ, too
+  too_few_samples,     ///< unclear: the interval is so wide that it would span the threshold round a ratio of 1
+  shift_between_runs,  ///< ... because cases shift from run to run: more runs would narrow it, more samples not
+  interval_spans_threshold,  ///< unclear: narrow enough, but the ratio is near the threshold
+  chance_not_excluded,       ///< unclear: the interval excludes 1, but one of so many does so by chance
+  remeasured,                ///< same, faster, slower: by a re-run in turns
+  remeasured_too_little,     ///< unclear after a re-run: more rounds would say more
 };
 [[nodiscard]] std::string_view reason_id(Reason reason);    ///< stable: for programs
 [[nodiscard]] std::string_view reason_text(Reason reason);  ///< for people
@@ -95,7 +95,7 @@ struct Comparison {
   std::vector<std::pair<std::string, double>> between_runs;   ///< backend -> LogRatios::between_runs()
   std::vector<std::string> assumed;                           ///< what the times' verdicts rest on
   std::vector<EnvironmentDifference> environment;             ///< base and new
-  std::vector<std::string> drivers;                           ///< "vulkan: Mesa 22.3.6, now Mesa 24.0" where they differ
+  std::vector<std::string> drivers;  ///< "vulkan: Mesa 22.3.6, now Mesa 24.0" where they differ
   std::vector<std::string> warnings;
 };
 
@@ -103,8 +103,8 @@ struct CompareOptions {
   /// frame_time: each sample relative to the control samples near it, since drift cancels; frame_time_raw; or another
   /// metric's id: then only differences of that metric are looked for.
   std::string metric = "frame_time";
-  double threshold = 0.05;   ///< a change smaller than this is `same`; limits are 1 + threshold and its inverse
-  double confidence = 0.95;  ///< of each interval, and family-wise of all faster and slower
+  double threshold = 0.05;      ///< a change smaller than this is `same`; limits are 1 + threshold and its inverse
+  double confidence = 0.95;     ///< of each interval, and family-wise of all faster and slower
   bool across_drivers = false;  ///< another driver is named, not refused
 };
 

@@ -53,9 +53,9 @@ struct JUnitCase {
 
 JUnitCase junit_case(std::string group, std::string name, const TimeChange& change) {
   JUnitCase made{.group = std::move(group), .name = std::move(name)};
-  const std::string said = fmt::format("{} {:.3f} [{}, {}], p {:.2g}: {}", change_id(change.change),
-                                       change.ratio.ratio, bound_text(change.ratio.low), bound_text(change.ratio.high),
-                                       change.p, reason_id(change.reason));
+  const std::string said =
+      fmt::format("{} {:.3f} [{}, {}], p {:.2g}: {}", change_id(change.change), change.ratio.ratio,
+                  bound_text(change.ratio.low), bound_text(change.ratio.high), change.p, reason_id(change.reason));
   if (change.change == Change::slower) made.failure = said;
   if (change.change == Change::unclear) made.skipped = said;
   return made;
@@ -84,10 +84,10 @@ std::vector<std::string> doubt_texts(const Comparison& comparison) {
 }
 
 std::string compare_markdown(const Comparison& comparison, std::string_view base, std::string_view now) {
-  std::string text = fmt::format("**reliefbench compare**: {}; {}, {} against {}\n", verdict_id(comparison),
-                                 comparison.cases.empty() ? fmt::format("{} cases", comparison.matched)
-                                                          : count_text(comparison),
-                                 markdown_escaped(now), markdown_escaped(base));
+  std::string text =
+      fmt::format("**reliefbench compare**: {}; {}, {} against {}\n", verdict_id(comparison),
+                  comparison.cases.empty() ? fmt::format("{} cases", comparison.matched) : count_text(comparison),
+                  markdown_escaped(now), markdown_escaped(base));
   if (!comparison.groups.empty()) {
     text += fmt::format("\n| {} | cases | ratio | 95 % interval | verdict | why |\n|---|---:|---:|---|---|---|\n",
                         markdown_escaped(comparison.metric));
@@ -97,8 +97,7 @@ std::string compare_markdown(const Comparison& comparison, std::string_view base
       if (one.change != Change::slower && one.change != Change::faster) continue;
       if (++rows <= kMostMarkdownRows) text += time_row(one.case_id, 1, one);
     }
-    if (rows > kMostMarkdownRows)
-      text += fmt::format("\nand {} changed cases more\n", rows - kMostMarkdownRows);
+    if (rows > kMostMarkdownRows) text += fmt::format("\nand {} changed cases more\n", rows - kMostMarkdownRows);
   }
   std::size_t worse = 0;
   for (const ErrorChange& error : comparison.errors) {
@@ -145,9 +144,10 @@ std::string hardware_markdown(const HardwareComparison& comparison, std::span<co
       const FrontSetting& one = scene.on_some[i];
       text += fmt::format("| {} |", markdown_escaped(named(one.settings)));
       for (std::size_t c = 0; c < one.behind.size(); ++c)
-        text += one.on_front[c]  ? " front |"
-                : !one.behind[c] ? " not within |"
-                                 : fmt::format(" {:.1f} % slower{} |", 100 * *one.behind[c], one.may_be[c] ? " (?)" : "");
+        text += one.on_front[c] ? " front |"
+                : !one.behind[c]
+                    ? " not within |"
+                    : fmt::format(" {:.1f} % slower{} |", 100 * *one.behind[c], one.may_be[c] ? " (?)" : "");
       text += "\n";
     }
     if (scene.on_some.size() > kMostMarkdownRows)
@@ -170,8 +170,8 @@ std::string compare_junit(const Comparison& comparison) {
   int failures = 0;
   int skipped = 0;
   for (const JUnitCase& one : cases) {
-    const std::string open = fmt::format("    <testcase classname=\"reliefbench.compare.{}\" name=\"{}\"", one.group,
-                                         xml_escaped(one.name));
+    const std::string open =
+        fmt::format("    <testcase classname=\"reliefbench.compare.{}\" name=\"{}\"", one.group, xml_escaped(one.name));
     failures += one.failure.empty() ? 0 : 1;
     skipped += one.skipped.empty() ? 0 : 1;
     if (!one.failure.empty())
@@ -182,7 +182,8 @@ std::string compare_junit(const Comparison& comparison) {
       body += open + "/>\n";
   }
   return fmt::format(
-      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"reliefbench compare\" tests=\"{}\" "
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"reliefbench compare\" "
+      "tests=\"{}\" "
       "failures=\"{}\" skipped=\"{}\">\n{}  </testsuite>\n</testsuites>\n",
       cases.size(), failures, skipped, body);
 }

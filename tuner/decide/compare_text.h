@@ -19,8 +19,8 @@ namespace reliefbench {
 [[nodiscard]] std::string compare_markdown(const Comparison& comparison, std::string_view base, std::string_view now);
 [[nodiscard]] std::string hardware_markdown(const HardwareComparison& comparison, std::span<const FleetRun> runs);
 
-/// JUnit XML: a test case a group, a case, a worse error and a lost case; slower, worse and lost ones fail, unclear ones
-/// are skipped with their reason.
+/// JUnit XML: a test case a group, a case, a worse error and a lost case; slower, worse and lost ones fail, unclear
+/// ones are skipped with their reason.
 [[nodiscard]] std::string compare_junit(const Comparison& comparison);
 
 }  // namespace reliefbench

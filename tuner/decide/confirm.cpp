@@ -65,11 +65,8 @@ RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio) {
   const std::set<std::string> keys = keys_in_all(reruns);
   if (keys.empty()) fail_input("no case of the event was measured in all re-runs: do the commands measure them?");
   const RerunStep step = rerun_step(reruns, keys, 1 - kDoubt);
-  RerunAnswer answer{.log_ratio = step.log_ratio,
-                     .low = step.low,
-                     .high = step.high,
-                     .series = keys.size(),
-                     .state = std::nullopt};
+  RerunAnswer answer{
+      .log_ratio = step.log_ratio, .low = step.low, .high = step.high, .series = keys.size(), .state = std::nullopt};
   const double side = log_ratio > 0 ? 1 : -1;
   const double near = std::min(side * answer.low, side * answer.high);
   const double far = std::max(side * answer.low, side * answer.high);

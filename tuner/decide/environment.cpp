@@ -112,8 +112,7 @@ json environment_json(std::span<const EnvironmentDifference> differences) {
   json list = json::array();
   for (const EnvironmentDifference& difference : differences) {
     json values = json::array();
-    for (const std::string& value : difference.values)
-      values.push_back(value.empty() ? json(nullptr) : json(value));
+    for (const std::string& value : difference.values) values.push_back(value.empty() ? json(nullptr) : json(value));
     list.push_back({{"what", difference.what}, {"values", std::move(values)}});
   }
   return list;

@@ -16,9 +16,9 @@ struct FleetPlace {
   MeasuredDevice device;
   std::string scene;
   SceneKey scene_key{};
-  std::vector<std::size_t> runs;  ///< that measured it
-  double weight = 1;              ///< mean of theirs
-  std::size_t settings = 0;       ///< measured there and within the bounds
+  std::vector<std::size_t> runs;         ///< that measured it
+  double weight = 1;                     ///< mean of theirs
+  std::size_t settings = 0;              ///< measured there and within the bounds
   std::optional<double> between_runs{};  ///< PlaceTimes::between_runs
 };
 
@@ -28,7 +28,7 @@ struct Loss {
   double value = 0;
   double low = 0;  ///< its interval; all intervals of a fleet hold at once. Errors are exact.
   double high = 0;
-  double time_ns = 0;           ///< the setting's, median; of several runs their geometric mean
+  double time_ns = 0;             ///< the setting's, median; of several runs their geometric mean
   const TableRow* row = nullptr;  ///< of the place's first run that has it
 };
 

@@ -12,7 +12,7 @@
 namespace reliefbench {
 
 /// A run of one of several devices: its folder or table.csv, and what it holds.
-struct FleetRun {  // NOLINT(bugprone-exception-escape): moving a json does not throw
+struct FleetRun {    // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::string name;  ///< as it was given
   std::vector<TableRow> rows;
   double weight = 1;

@@ -145,7 +145,8 @@ class HardwareTable {
     for (const std::size_t run : place.runs)
       if (std::ranges::find(found->runs, run) == found->runs.end()) found->runs.push_back(run);
     found->cases += times_[p].settings.size();
-    if (times_[p].between_runs) found->between_runs = std::max(found->between_runs.value_or(0), *times_[p].between_runs);
+    if (times_[p].between_runs)
+      found->between_runs = std::max(found->between_runs.value_or(0), *times_[p].between_runs);
     column_places_[static_cast<std::size_t>(found - columns_.begin())].push_back(p);
   }
 
@@ -156,13 +157,12 @@ class HardwareTable {
     for (const BothTimes& both : cases) {
       base.push_back(both.base->log_time);
       now.push_back(both.now->log_time);
-      pair.cases.push_back(
-          {.setting = *both.setting,
-           .scene = places_[place].scene,
-           .ratio = interval_of(now.back() - base.back(), both.base->variance + both.now->variance,
-                                std::min(both.base->df, both.now->df), options_.confidence),
-           .base_ns = std::exp(base.back()),
-           .now_ns = std::exp(now.back())});
+      pair.cases.push_back({.setting = *both.setting,
+                            .scene = places_[place].scene,
+                            .ratio = interval_of(now.back() - base.back(), both.base->variance + both.now->variance,
+                                                 std::min(both.base->df, both.now->df), options_.confidence),
+                            .base_ns = std::exp(base.back()),
+                            .now_ns = std::exp(now.back())});
     }
     RankCorrelation rank = rank_correlation(base, now, options_.confidence);
     rank.scene = places_[place].scene;
@@ -229,9 +229,10 @@ HardwareComparison compare_hardware(std::span<const FleetRun> runs, const Hardwa
   HardwareComparison comparison;
   comparison.columns = table.columns();
   if (comparison.columns.size() < 2)
-    fail_input("all runs are of one device and backend{}: `compare` holds two runs of one against each other, `track` "
-               "follows more",
-               comparison.columns.empty() ? "" : fmt::format(", {}", column_text(comparison, 0)));
+    fail_input(
+        "all runs are of one device and backend{}: `compare` holds two runs of one against each other, `track` "
+        "follows more",
+        comparison.columns.empty() ? "" : fmt::format(", {}", column_text(comparison, 0)));
   for (const auto& [a, b] : pairs_of(comparison.columns, options.across_backends)) {
     DevicePair pair = table.pair(a, b);
     if (!pair.cases.empty()) comparison.pairs.push_back(std::move(pair));

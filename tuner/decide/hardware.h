@@ -15,8 +15,8 @@ namespace reliefbench {
 /// One device of a hardware comparison, with the runs that measured it.
 struct DeviceColumn {
   MeasuredDevice device;
-  std::vector<std::size_t> runs;  ///< indices
-  std::size_t cases = 0;          ///< measured: settings times scenes
+  std::vector<std::size_t> runs;       ///< indices
+  std::size_t cases = 0;               ///< measured: settings times scenes
   std::optional<double> between_runs;  ///< deviation, of a log, of what shifts a case from run to run; none: one run
 };
 
@@ -70,8 +70,8 @@ struct FrontSetting {
 struct SceneFronts {
   std::string scene;
   std::vector<std::size_t> columns;
-  std::size_t settings = 0;            ///< in common
-  std::vector<FrontSetting> on_some;   ///< by rising time on the first column
+  std::size_t settings = 0;           ///< in common
+  std::vector<FrontSetting> on_some;  ///< by rising time on the first column
 };
 
 struct HardwareComparison {
@@ -85,8 +85,8 @@ struct HardwareComparison {
 struct HardwareOptions {
   std::string error_metric = "e_xy.p99";  ///< of the fronts
   std::vector<Budget> constraints{};      ///< of the fronts
-  bool across_backends = false;           ///< pairs of different backends, too; taken for granted where there are no others
-  double confidence = 0.95;               ///< of each interval by itself
+  bool across_backends = false;  ///< pairs of different backends, too; taken for granted where there are no others
+  double confidence = 0.95;      ///< of each interval by itself
 };
 
 /// Devices, drivers or backends beside each other: cases match by setting and scene key (by the scene's name where a
@@ -107,7 +107,6 @@ struct HardwareOptions {
 /// Spearman's rank correlation, ties by their mean rank, with the interval of Bonett and Wright.
 /// source: Bonett & Wright, "Sample size requirements for estimating Pearson, Kendall and Spearman correlations", 2000
 /// a, b: of equal length; under four values the interval is [-1, 1]
-[[nodiscard]] RankCorrelation rank_correlation(std::span<const double> a, std::span<const double> b,
-                                               double confidence);
+[[nodiscard]] RankCorrelation rank_correlation(std::span<const double> a, std::span<const double> b, double confidence);
 
 }  // namespace reliefbench

@@ -77,8 +77,7 @@ ColumnFront column_front(std::span<const CommonSetting> settings, std::size_t co
 SceneFronts scene_fronts(std::span<const FrontColumn> columns, const HardwareOptions& options) {
   const std::size_t metric = find_metric(options.error_metric).place;
   const std::vector<CommonSetting> settings = common_settings_of(columns, metric);
-  SceneFronts fronts{
-      .scene = columns.front().scene, .columns = {}, .settings = settings.size(), .on_some = {}};
+  SceneFronts fronts{.scene = columns.front().scene, .columns = {}, .settings = settings.size(), .on_some = {}};
   std::vector<ColumnFront> by_column;
   for (std::size_t c = 0; c < columns.size(); ++c) {
     fronts.columns.push_back(columns[c].column);

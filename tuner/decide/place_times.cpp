@@ -88,7 +88,7 @@ RunStep step_between(const SettingTimes& first, const SettingTimes& second) {
 
 /// What shifts the cases of the runs, together and each by itself.
 struct RunShifts {
-  std::vector<double> shared;  ///< of each run, about their mean
+  std::vector<double> shared;      ///< of each run, about their mean
   std::optional<double> variance;  ///< of a case by itself
   double df = 0;
 };

@@ -30,7 +30,7 @@ struct SettingTime {
 struct PlaceTimes {
   std::map<std::string, SettingTime> settings;  ///< by setting_id()
   std::size_t runs = 0;
-  std::optional<double> between_runs;  ///< deviation, of a log, of what shifts one case; none: not known
+  std::optional<double> between_runs;     ///< deviation, of a log, of what shifts one case; none: not known
   std::optional<double> shared_variance;  ///< of the mean over the runs of what shifts all cases; none: not known
 };
 /// counts: which rows have a say; they must be ok

@@ -259,8 +259,8 @@ double level_limit(double loosest, double least, int quality, const Presets& pre
   const double seen = std::max(least, kUnseen * loosest);
   const bool is_linear = presets.level_metric == kSeen;
   if (!is_linear && loosest <= 0) return 0;
-  const double limit = is_linear ? std::lerp(loosest, seen, share)
-                                 : std::exp(std::lerp(std::log(loosest), std::log(seen), share));
+  const double limit =
+      is_linear ? std::lerp(loosest, seen, share) : std::exp(std::lerp(std::log(loosest), std::log(seen), share));
   return limit * (1 + kSlack);
 }
 

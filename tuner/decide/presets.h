@@ -95,15 +95,16 @@ struct Presets {
 ///         Error(nothing_measured)
 [[nodiscard]] Presets make_presets(std::span<const Run> runs, const PresetQuery& query);
 
-/// One table of levels for all devices of the runs: a level's setting is choose_for_fleet()'s among those whose error in
-/// the worst place is within the level's, but none that is slower anywhere than the next better level or more accurate.
-/// Levels are spaced as those of one device, by the error of the fleet's worst place.
-/// fleet: the runs as tables, parallel to them; levels point into both
-/// throws: as make_presets() and choose_for_fleet(); Error(bad_input): a device with two drivers
+/// One table of levels for all devices of the runs: a level's setting is choose_for_fleet()'s among those whose error
+/// in the worst place is within the level's, but none that is slower anywhere than the next better level or more
+/// accurate. Levels are spaced as those of one device, by the error of the fleet's worst place. fleet: the runs as
+/// tables, parallel to them; levels point into both throws: as make_presets() and choose_for_fleet(); Error(bad_input):
+/// a device with two drivers
 [[nodiscard]] Presets make_common_presets(std::span<const Run> runs, std::span<const FleetRun> fleet,
                                           const PresetQuery& query, Regret regret);
 
-/// What presets are made by, without any level: metrics, constraints and runs. throws: Error(bad_input): the runs differ
+/// What presets are made by, without any level: metrics, constraints and runs. throws: Error(bad_input): the runs
+/// differ
 [[nodiscard]] Presets asked_presets(std::span<const Run> runs, const PresetQuery& query);
 
 /// The largest error that a level allows. loosest: that of the cheapest setting; least: the least there is

@@ -26,8 +26,8 @@ PresetEvidence evidence_of(const TableRow& row, std::span<const Run> runs, std::
 double worst_error(const FleetSetting& setting, const std::string& metric) {
   double worst = 0;
   for (const Loss& loss : setting.losses)
-    worst = std::max(worst, loss.row->errors[find_metric(metric).place].value_or(
-                                std::numeric_limits<double>::infinity()));
+    worst =
+        std::max(worst, loss.row->errors[find_metric(metric).place].value_or(std::numeric_limits<double>::infinity()));
   return worst;
 }
 

@@ -119,14 +119,14 @@ json presets_json(const Presets& presets) {
   json devices = json::array();
   for (const DevicePresets& device : presets.devices) devices.push_back(device_json(device, presets));
   json made = {{"schema", kPresetsSchema},
-          {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
-          {"error_metric", presets.error_metric},
-          {"level_metric", presets.level_metric},
-          {"constraints", budget_texts(presets.constraints)},
-          {"runs", std::move(runs)},
-          {"scenes", scenes_of(presets)},
-          {"devices", std::move(devices)},
-          {"warnings", presets.warnings}};
+               {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
+               {"error_metric", presets.error_metric},
+               {"level_metric", presets.level_metric},
+               {"constraints", budget_texts(presets.constraints)},
+               {"runs", std::move(runs)},
+               {"scenes", scenes_of(presets)},
+               {"devices", std::move(devices)},
+               {"warnings", presets.warnings}};
   if (presets.common) made["common"] = common_json(*presets.common);
   return made;
 }
