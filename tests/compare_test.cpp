@@ -159,6 +159,23 @@ TEST(Compare, knows_nothing_from_one_sample_a_case) {
   EXPECT_TRUE(comparison_json(comparison).at("cases").at(0).at("ci").at(1).is_null());
 }
 
+TEST(Compare, a_verdict_has_its_reason) {
+  const auto reasons_of = [](const Synthetic& base, const Synthetic& now, const CompareOptions& options = {}) {
+    std::map<Reason, int> reasons;
+    for (const CaseChange& one : compare_runs(synthetic_run(base), synthetic_run(now), options).cases)
+      ++reasons[one.reason];
+    return reasons;
+  };
+  EXPECT_EQ(reasons_of({.seed = 1}, {.seed = 2, .slow_cases = 5})[Reason::beyond_chance], 5);
+  EXPECT_EQ(reasons_of({.seed = 1}, {.seed = 1})[Reason::same_measurement], kFewCases);
+  EXPECT_GT(reasons_of({.seed = 1}, {.seed = 2})[Reason::interval_within_threshold], kFewCases / 2);
+  EXPECT_GT(reasons_of({.seed = 1, .samples = 3, .noise = 0.15},
+                       {.seed = 2, .samples = 3, .noise = 0.15})[Reason::too_few_samples],
+            kFewCases / 2);
+  EXPECT_GT(reasons_of({.seed = 1, .noise = 0.045}, {.seed = 2, .noise = 0.045})[Reason::interval_spans_threshold], 3);
+  EXPECT_EQ(reasons_of({.seed = 1}, {.seed = 2, .slow_cases = 5, .device_speed = 2})[Reason::control_drift], 5);
+}
+
 TEST(Compare, a_run_and_itself_are_the_same_however_noisy) {
   const StoredRun run = synthetic_run({.seed = 1, .samples = 3, .noise = 0.5});
   const Comparison comparison = compare_runs(run, run, {});
@@ -274,6 +291,8 @@ TEST(Compare, refuses_other_devices_and_drivers_but_only_warns_of_another_host) 
     EXPECT_THAT(error.what(), HasSubstr("fake, 1.0"));
     EXPECT_THAT(error.what(), HasSubstr("fake, 2.0"));
   }
+  const Comparison across = compare_runs(base, other_driver, {.across_drivers = true});
+  EXPECT_THAT(across.drivers, ElementsAre("null: 1.0, now 2.0"));
   StoredRun other_host = base;
   other_host.info["host"]["cpu"] = "other";
   EXPECT_THAT(compare_runs(base, other_host, {}).warnings, ElementsAre("the host's cpu differs: some, now other"));

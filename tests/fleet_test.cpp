@@ -70,6 +70,20 @@ MadeFleet made_fleet(unsigned seed, std::size_t places, std::size_t settings, do
   return fleet;
 }
 
+bool all_hold(const MadeFleet& made, const Fleet& fleet) {
+  for (const FleetSetting& one : fleet.settings) {
+    const std::size_t s = made.place_of(setting_id(one.settings));
+    double worst = 0;
+    for (std::size_t p = 0; p < one.losses.size(); ++p) {
+      const double truth = made.true_loss(p, s);
+      worst = std::max(worst, truth);
+      if (one.losses[p].low > truth + 1e-12 || truth > one.losses[p].high + 1e-12) return false;
+    }
+    if (one.combined.low > worst + 1e-12 || worst > one.combined.high + 1e-12) return false;
+  }
+  return true;
+}
+
 std::vector<Budget> budgets() { return parse_budgets(std::vector<std::string>{"e_xy.p99<=0.5"}); }
 
 TEST(FleetTest, picks_what_enumeration_does) {
@@ -111,18 +125,7 @@ TEST(FleetTest, its_intervals_hold_together) {
     for (unsigned seed = 0; seed < kFleets; ++seed) {
       const MadeFleet made = made_fleet(seed, 3, 40, noise, 10);
       const Fleet fleet = choose_for_fleet(made.runs, {.budgets = budgets()});
-      bool all = true;
-      for (const FleetSetting& one : fleet.settings) {
-        const std::size_t s = made.place_of(setting_id(one.settings));
-        double worst = 0;
-        for (std::size_t p = 0; p < one.losses.size(); ++p) {
-          const double truth = made.true_loss(p, s);
-          worst = std::max(worst, truth);
-          all &= one.losses[p].low <= truth + 1e-12 && truth <= one.losses[p].high + 1e-12;
-        }
-        all &= one.combined.low <= worst + 1e-12 && worst <= one.combined.high + 1e-12;
-      }
-      held += all;
+      held += all_hold(made, fleet);
       width += (fleet.settings.front().combined.high - fleet.settings.front().combined.low) / kFleets;
     }
     std::cout << fmt::format(
@@ -153,11 +156,81 @@ TEST(FleetTest, what_misses_a_budget_somewhere_is_no_choice) {
   }
 }
 
-TEST(FleetTest, one_device_twice_is_refused) {
-  MadeFleet made = made_fleet(1, 1, 6, 0, 3);
-  made.runs.push_back(made.runs.front());
-  made.runs.back().name = "again";
-  EXPECT_THROW((void)choose_for_fleet(made.runs, {.budgets = budgets()}), Error);
+/// Two runs of each device, each case of which is shifted by itself, and each run as a whole.
+MadeFleet twice_made_fleet(unsigned seed, double noise, double shift) {
+  MadeFleet made = made_fleet(seed, 2, 40, noise, 10);
+  std::mt19937 random(seed + 1'000'000);
+  std::normal_distribution<double> normal;
+  const std::size_t devices = made.runs.size();
+  for (std::size_t p = 0; p < devices; ++p) {
+    FleetRun again = made.runs[p];
+    again.name += " again";
+    for (FleetRun* run : {&made.runs[p], &again}) {
+      const double whole = 0.05 * normal(random);
+      for (std::size_t s = 0; s < run->rows.size(); ++s) {
+        const double shifted = made.true_ns[p][s] * std::exp(whole + shift * normal(random));
+        for (double& sample : run->rows[s].samples_ns) sample = shifted * std::exp(noise * normal(random));
+      }
+    }
+    made.runs.push_back(again);
+  }
+  return made;
+}
+
+/// A case that shifts between runs makes intervals of one run false; two runs say by how much it does.
+TEST(FleetTest, intervals_pay_for_what_shifts_between_runs) {
+  constexpr int kFleets = 200;
+  int with_two = 0;
+  int with_one = 0;
+  double shift = 0;
+  for (unsigned seed = 0; seed < kFleets; ++seed) {
+    const MadeFleet made = twice_made_fleet(seed, 0.005, 0.02);
+    const Fleet fleet = choose_for_fleet(made.runs, {.budgets = budgets()});
+    ASSERT_EQ(fleet.places.size(), 2U);
+    with_two += all_hold(made, fleet);
+    shift += *fleet.places[0].between_runs / kFleets;
+    const std::span<const FleetRun> first(made.runs.data(), 2);
+    const Fleet alone = choose_for_fleet(first, {.budgets = budgets()});
+    EXPECT_FALSE(alone.places[0].between_runs);
+    with_one += all_hold(made, alone);
+  }
+  std::cout << fmt::format(
+      "two runs of a device, cases shift by 2 % (estimated: {:.2f} %): all intervals hold in {:.1f} "
+      "% of {} fleets; of one run in {:.1f} %\n",
+      100 * shift, 100.0 * with_two / kFleets, kFleets, 100.0 * with_one / kFleets);
+  EXPECT_NEAR(shift, 0.02, 0.003);
+  EXPECT_GE(with_two, 0.93 * kFleets);
+  EXPECT_LE(with_one, 0.2 * kFleets);
+}
+
+TEST(FleetTest, a_bound_on_time_asks_for_the_least_error) {
+  MadeFleet made = made_fleet(1, 2, 6, 0, 3);
+  const std::size_t error = find_metric("e_xy.p99").place;
+  const double errors[2][6] = {{0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, {0.1, 0.35, 0.5, 0.6, 0.1, 0.2}};
+  for (std::size_t p = 0; p < 2; ++p)
+    for (std::size_t s = 0; s < 6; ++s) {
+      TableRow& row = made.runs[p].rows[s];
+      row.errors[error] = errors[p][s];
+      const double time_ns = (s == 0 ? 3 : 1) * 1e6;  // the first is too slow
+      row.samples_ns.assign(3, time_ns);
+      row.frame_time = Summary{.median = time_ns, .mad = 0, .ci_low = time_ns, .ci_high = time_ns, .n = 3};
+    }
+  const FleetOptions options{.budgets = {}, .max_time_ms = 2};
+  const Fleet fleet = choose_for_fleet(made.runs, options);
+  // Within the time the least errors are .2 and .1; beyond them the worst of the settings 1 to 5 are .25 .4 .5 .3 .4.
+  ASSERT_EQ(fleet.settings.size(), 5U);
+  EXPECT_EQ(setting_id(fleet.settings.front().settings), made.ids[1]);
+  EXPECT_NEAR(fleet.settings.front().combined.value, 0.25, 1e-12);
+  EXPECT_NEAR(fleet.own[0].losses[1]->value, 0.25, 1e-12);
+  EXPECT_EQ(setting_id(fleet.own[1].settings), made.ids[4]);
+  EXPECT_THROW((void)choose_for_fleet(made.runs, {.budgets = {}, .max_time_ms = 2, .error_metric = "psnr"}), Error);
+  try {
+    (void)choose_for_fleet(made.runs, {.budgets = {}, .max_time_ms = 0.5});
+    FAIL() << "nothing is as fast";
+  } catch (const Error& thrown) {
+    EXPECT_EQ(thrown.code(), Exit::answer_is_no);
+    EXPECT_THAT(thrown.what(), HasSubstr("nothing meets at most 0.5 ms on vulkan device 0"));
+  }
 }
 
 const std::filesystem::path kRecorded = std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "tests/data";

@@ -2,170 +2,193 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 
+#include "kernels/base/atomic_file.h"
 #include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
-#include "tuner/cli/format.h"
-#include "tuner/cli/names.h"
+#include "tuner/cli/compare_print.h"
+#include "tuner/cli/compare_rerun.h"
 #include "tuner/cli/options.h"
+#include "tuner/decide/compare_text.h"
+#include "tuner/decide/hardware.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
 
 struct CompareArguments {
-  std::string base;
-  std::string now;
+  std::vector<std::string> runs;
   CompareOptions options;
-  bool all = false;
-  Names names;
+  bool across_backends = false;
+  std::string error;  ///< of the fronts; "": the runs'
+  bool rerun = false;
+  RerunArguments again{};
+  CompareDetail detail{};
   bool json = false;
+  bool markdown = false;
+  std::string junit;  ///< a file; "": none
 };
 
-constexpr std::size_t kMostErrorRows = 20;  // one screen, unless --all
-
-std::string painted(Change change, const Paint& paint) {
-  const std::string_view id = change_id(change);
-  if (change == Change::slower) return paint.bad(id);
-  return change == Change::faster ? paint.good(id) : paint.dim(id);
+bool is_table(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
 }
 
-/// What changed or is unclear of it; with `all`, everything.
-template <typename T, typename Name>
-void print_changes(std::span<const T> changes, std::string_view column, const Name& name, bool with_unclear, bool all,
-                   const Paint& paint) {
-  std::vector<std::vector<std::string>> rows = {{"change", "ratio", "95 % interval", "p", std::string(column)}};
-  for (const T& c : changes) {
-    const bool is_told =
-        c.change == Change::slower || c.change == Change::faster || (with_unclear && c.change == Change::unclear);
-    if (!all && !is_told) continue;
-    rows.push_back({painted(c.change, paint), fmt::format("{:.3f}", c.ratio.ratio),
-                    fmt::format("[{:.3f}, {:.3f}]", c.ratio.low, c.ratio.high), fmt::format("{:.2g}", c.p), name(c)});
+/// Whether two runs are of one device, as far as they have a backend in common.
+bool are_of_one_device(const Run& base, const Run& now) {
+  const auto before = named_devices(base);
+  bool has_common = false;
+  for (const auto& [backend, device] : named_devices(now)) {
+    const auto other = before.find(backend);
+    if (other == before.end()) continue;
+    has_common = true;
+    if (other->second.name != device.name) return false;
   }
-  if (rows.size() > 1) put("{}\n", columns(rows));
+  return has_common;
 }
 
-std::string group_text(const GroupChange& group) {
-  return fmt::format("{}, geometric mean of {}", group.group, group.cases);
+void print_warnings(std::span<const std::string> warnings) {
+  for (const std::string& warning : warnings) print_error("warning: " + warning);
 }
 
-void print_times(const Comparison& comparison, bool all, const Names& names, const Paint& paint) {
-  print_changes(
-      std::span<const CaseChange>(comparison.cases), "case",
-      [&](const CaseChange& c) { return names.whole_case(c.case_id); }, /*with_unclear=*/false, all, paint);
-  print_changes(std::span(comparison.groups).subspan(1), "cases that may move together", group_text,
-                /*with_unclear=*/true, all, paint);
-  const auto count = [&](Change change) { return std::ranges::count(comparison.cases, change, &CaseChange::change); };
-  const GroupChange& whole = comparison.groups.front();
-  put("{}: {} slower, {} faster, {} same, {} unclear of {} cases\n", comparison.metric, count(Change::slower),
-      count(Change::faster), count(Change::same), count(Change::unclear), comparison.matched);
-  put("geometric mean of the ratios {:.4f} [{:.4f}, {:.4f}]: {}\n", whole.ratio.ratio, whole.ratio.low,
-      whole.ratio.high, painted(whole.change, paint));
-  for (const auto& [backend, ratio] : comparison.control_ratio) {
-    put("control case on {}: {:.4f}, raw: what changed for the whole device\n", backend, ratio);
+Exit compare_one_device(const Run& base, const Run& now, const CompareArguments& arguments) {
+  Comparison comparison = compare_runs(base, now, arguments.options);
+  nlohmann::json rerun;
+  if (arguments.rerun) rerun = rerun_doubtful(base, now, arguments.options, arguments.again, comparison);
+  print_warnings(comparison.warnings);
+  const std::string settle = arguments.rerun ? std::string() : settling_command(base, now, comparison);
+  if (!arguments.junit.empty()) write_output(arguments.junit, compare_junit(comparison));
+  if (arguments.json) {
+    nlohmann::json json = comparison_json(comparison);
+    json["settle"] = settle.empty() ? nlohmann::json() : nlohmann::json(settle);
+    json["rerun"] = rerun;
+    fmt::print("{}\n", json.dump(2));
+  } else if (arguments.markdown) {
+    fmt::print("{}", compare_markdown(comparison, arguments.runs.front(), arguments.runs.back()));
+  } else {
+    print_comparison(comparison, arguments.detail, settle);
+    if (arguments.rerun) print_rerun(rerun);
   }
-  for (const auto& [backend, deviation] : comparison.between_runs)
-    put("{}\n", paint.dim(fmt::format("a case on {} shifts by {:.2g} % from run to run without a cause", backend,
-                                      100 * deviation)));
-  for (const std::string& assumed : comparison.assumed) put("{}\n", paint.dim("assumed: " + assumed));
-  if (is_inconclusive(comparison))
-    put("{}\n", paint.bad("inconclusive: the intervals are too wide to exclude a change that matters; measure "
-                          "with more samples, or on a quieter machine"));
+  return exit_of(comparison);
 }
 
-std::string value_text(std::optional<double> value) { return value ? format_number(*value) : "(identical)"; }
-
-void print_metrics(std::string_view what, std::vector<ErrorChange> changes, bool all, const Names& names,
-                   const Paint& paint) {
-  if (changes.empty()) return;
-  std::stable_partition(changes.begin(), changes.end(), [](const ErrorChange& e) { return e.worse; });
-  const std::size_t shown = all ? changes.size() : std::min(changes.size(), kMostErrorRows);
-  std::vector<std::vector<std::string>> rows = {{"change", "metric", "base", "new", "case"}};
-  for (std::size_t i = 0; i < shown; ++i) {
-    const ErrorChange& e = changes[i];
-    const std::string_view id = error_change_id(e);
-    rows.push_back({e.worse ? paint.bad(id) : (e.counts_work ? std::string(id) : paint.good(id)), e.metric,
-                    value_text(e.base), value_text(e.now), names.whole_case(e.case_id)});
+Exit compare_devices(const CompareArguments& arguments) {
+  if (arguments.rerun)
+    fail_input("--rerun measures two runs of one device again; these are of several devices, drivers or backends");
+  if (!arguments.junit.empty())
+    fail_input("--junit is of two runs of one device: that another device is slower is no failure");
+  std::vector<FleetRun> runs;
+  HardwareOptions options{.across_backends = arguments.across_backends, .confidence = arguments.options.confidence};
+  for (const std::string& path : arguments.runs) {
+    runs.push_back(load_fleet_run(path));
+    if (is_table(path) || !options.constraints.empty()) continue;
+    const RunQuestion question = question_of(load_run(path));
+    options.error_metric = question.error_metric;
+    options.constraints = question.constraints;
   }
-  put("\n{}:\n{}", what, columns(rows));
-  if (shown < changes.size()) put("... and {} more (--all)\n", changes.size() - shown);
-}
-
-void print_errors(const Comparison& comparison, bool all, const Names& names, const Paint& paint) {
-  std::vector<ErrorChange> errors = comparison.errors;
-  const auto work =
-      std::stable_partition(errors.begin(), errors.end(), [](const ErrorChange& e) { return !e.counts_work; });
-  std::vector<ErrorChange> counts(work, errors.end());
-  errors.erase(work, errors.end());
-  if (errors.empty()) put("errors: none changed\n");
-  print_metrics("errors", std::move(errors), all, names, paint);
-  print_metrics("work, which is no error", std::move(counts), all, names, paint);
-}
-
-void print_unmatched(std::string_view what, const std::vector<std::string>& ids, bool all, const Names& names) {
-  if (ids.empty()) return;
-  put("{} cases {}{}\n", ids.size(), what, all ? ":" : " (--all lists them)");
-  if (!all) return;
-  for (const std::string& id : ids) put("  {}\n", names.whole_case(id));
+  if (options.constraints.empty()) options.constraints = Config{}.front_constraints;
+  if (!arguments.error.empty()) options.error_metric = arguments.error;
+  const HardwareComparison comparison = compare_hardware(runs, options);
+  print_warnings(comparison.warnings);
+  if (arguments.json)
+    fmt::print("{}\n", hardware_json(comparison, runs).dump(2));
+  else if (arguments.markdown)
+    fmt::print("{}", hardware_markdown(comparison, runs));
+  else
+    print_hardware(comparison, runs, arguments.detail);
+  return exit_of(comparison);
 }
 
 Exit compare_command(const CompareArguments& arguments) {
-  if (!std::isfinite(arguments.options.threshold) || arguments.options.threshold <= 0) {
-    fail_input("--threshold {}: expected a share above 0, e.g. 0.05", arguments.options.threshold);
-  }
-  const Comparison comparison = compare_runs(load_run(arguments.base), load_run(arguments.now), arguments.options);
-  const Exit result = exit_of(comparison);
-  for (const std::string& warning : comparison.warnings) print_error("warning: " + warning);
-  if (arguments.json) {
-    fmt::print("{}\n", comparison_json(comparison).dump(2));
-    return result;
-  }
-  const Paint paint = paint_for_stdout();
-  if (!comparison.cases.empty()) print_times(comparison, arguments.all, arguments.names, paint);
-  if (comparison.matched > 0) print_errors(comparison, arguments.all, arguments.names, paint);
-  for (const std::string& lost : comparison.lost) put("{} {}\n", paint.bad("lost"), lost);
-  print_unmatched("only in base", comparison.only_base, arguments.all, arguments.names);
-  print_unmatched("only in new", comparison.only_new, arguments.all, arguments.names);
-  if (comparison.matched == 0) print_error("no case was measured in both runs: nothing is compared");
-  return result;
+  const double threshold = arguments.options.threshold;
+  if (!std::isfinite(threshold) || threshold <= 0)
+    fail_input("--threshold {}: expected a share above 0, e.g. 0.05", threshold);
+  if (arguments.runs.size() != 2 || arguments.across_backends || is_table(arguments.runs[0]) ||
+      is_table(arguments.runs[1]))
+    return compare_devices(arguments);
+  const Run base = load_run(arguments.runs[0]);
+  const Run now = load_run(arguments.runs[1]);
+  return are_of_one_device(base, now) ? compare_one_device(base, now, arguments) : compare_devices(arguments);
 }
 
 }  // namespace
 
 void add_compare_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("compare", "what changed between two runs of one device");
-  const CLI::Option* base = command->add_option("BASE", "folder of the earlier run")->required();
-  const CLI::Option* now = command->add_option("NEW", "folder of the later run")->required();
+  CLI::App* command = app.add_subcommand("compare", "what changed between two runs, or how devices differ");
+  const RerunArguments usual;
+  const std::string rounds_text = fmt::format("of the re-run; {}", usual.rounds);
+  const std::string cases_text = fmt::format("most cases of the re-run; {}", usual.most_cases);
+  const auto runs = std::make_shared<std::vector<std::string>>();
+  command->add_option("RUNS", *runs, "two runs of one device, earlier one first; or runs (or table.csv) of several")
+      ->expected(1, -1)
+      ->required();
   const CLI::Option* metric =
       command
           ->add_option("--metric", "frame_time (relative to the control case), frame_time_raw, or an error metric's id")
           ->type_name("ID");
   const CLI::Option* threshold =
       command->add_option("--threshold", "change that matters, as a share; 0.05")->type_name("SHARE");
+  const CLI::Option* across_drivers =
+      add_switch(*command, "--across-drivers", "one device with two drivers: the change is named, not refused");
+  const CLI::Option* across_backends =
+      add_switch(*command, "--across-backends", "OpenGL against Vulkan, within one run or several");
+  const CLI::Option* error =
+      command->add_option("--error", "of several devices: the fronts' error; default: the runs'")->type_name("METRIC");
+  CLI::Option* rerun =
+      add_switch(*command, "--rerun", "measure the doubtful cases again, in turns (base, new, new, base)");
+  const CLI::Option* binary_a =
+      command->add_option("--binary-a", "with --rerun: the build of BASE; this one")->type_name("FILE")->needs(rerun);
+  const CLI::Option* binary_b =
+      command->add_option("--binary-b", "with --rerun: the build of NEW; this one")->type_name("FILE")->needs(rerun);
+  const CLI::Option* rounds = command->add_option("--rounds", rounds_text)->type_name("N");
+  const CLI::Option* cases = command->add_option("--rerun-cases", cases_text)->type_name("N");
+  const CLI::Option* output =
+      command->add_option("-o,--output", "folder of the re-runs; those that are there count")->type_name("DIR");
   const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress of the re-run");
+  CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const CLI::Option* markdown = add_switch(*command, "--markdown", "as Markdown, for a pull request")->excludes(json);
+  const CLI::Option* junit =
+      command->add_option("--junit", "write JUnit XML to a file, too; slower ones fail")->type_name("FILE");
   command->footer(
-      "Besides each case, those of a technique, a map, a format and all are compared as one, by the geometric mean of\n"
-      "their ratios, which shows smaller changes. `same`: the interval lies within the threshold; `slower`, `faster`: "
-      "it\n"
-      "does not, and chance is no explanation at 5 % for all that was looked at together.\n"
-      "Exit code 1 where a case or a group is slower, a case is lost or an error is worse; 4 where the evidence is "
-      "too\n"
-      "little: a group or most cases are unclear; 5 where no case matches.\n"
-      "Example:\n  reliefbench compare out/yesterday out/today");
+      "One device twice: each case, and those of a technique, a map, a format and all as one, by the geometric mean\n"
+      "of their ratios, which shows smaller changes. `same`: the interval lies within the threshold; `slower`,\n"
+      "`faster`: it does not, and chance is no explanation at 5 % for all that was looked at together. Each verdict\n"
+      "has a reason, and what is in doubt the command that would settle it.\n"
+      "Several devices: ratios with intervals, the order of the settings, the fronts, what differs.\n"
+      "Exit code 1 where a case or a group is slower, a case is lost or an error is worse; 4 where the evidence is\n"
+      "too little: a group or most cases are unclear; 5 where no case matches; 0 of several devices.\n"
+      "Examples:\n"
+      "  reliefbench compare out/yesterday out/today --markdown\n"
+      "  reliefbench compare out/yesterday out/today --rerun --binary-a old/reliefbench --binary-b new/reliefbench\n"
+      "  reliefbench compare out/driver_535 out/driver_550 --across-drivers\n"
+      "  reliefbench compare out/quickstart --across-backends\n"
+      "  reliefbench compare out/laptop out/desktop out/phone");
   command->callback([=, &exit_code] {
-    CompareOptions options;
-    options.metric = value_or(metric, options.metric);
-    options.threshold = value_or(threshold, options.threshold);
-    exit_code = static_cast<int>(compare_command({.base = base->as<std::string>(),
-                                                  .now = now->as<std::string>(),
-                                                  .options = options,
-                                                  .all = is_set(all),
-                                                  .names = {.verbose = is_set(verbose)},
-                                                  .json = is_set(json)}));
+    CompareArguments arguments{.runs = *runs,
+                               .options = {},
+                               .across_backends = is_set(across_backends),
+                               .error = value_or(error, std::string()),
+                               .rerun = is_set(rerun),
+                               .detail = {.all = is_set(all), .names = {.verbose = is_set(verbose)}},
+                               .json = is_set(json),
+                               .markdown = is_set(markdown),
+                               .junit = value_or(junit, std::string())};
+    arguments.options.metric = value_or(metric, arguments.options.metric);
+    arguments.options.threshold = value_or(threshold, arguments.options.threshold);
+    arguments.options.across_drivers = is_set(across_drivers);
+    arguments.again = {.binary_a = value_or(binary_a, std::string()),
+                       .binary_b = value_or(binary_b, std::string()),
+                       .rounds = value_or(rounds, usual.rounds),
+                       .most_cases = value_or(cases, usual.most_cases),
+                       .output = value_or(output, std::string()),
+                       .quiet = is_set(quiet)};
+    exit_code = static_cast<int>(compare_command(arguments));
   });
 }
 

@@ -11,6 +11,8 @@
 #include "tuner/cli/format.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
+#include "tuner/decide/hardware.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
 
 namespace reliefbench {
@@ -21,6 +23,8 @@ struct PresetsArguments {
   std::string output;
   std::string header;
   PresetQuery query;
+  bool common = false;
+  Regret regret = Regret::minimax;
   Names names;
   bool json = false;
 };
@@ -46,10 +50,37 @@ void print_device(const DevicePresets& device, const Presets& presets, const Nam
   put("{}", columns(rows, "  "));
 }
 
+void print_common(const Presets& presets, const Names& names, const Paint& paint) {
+  const CommonPresets& common = *presets.common;
+  put("\n{}\n",
+      paint.bold(fmt::format("One table for {} places; slower than each one's own best that is as accurate by",
+                             common.places.size())));
+  std::vector<std::vector<std::string>> rows = {{"quality", presets.level_metric}};
+  for (std::size_t p = 0; p < common.places.size(); ++p) {
+    put("  {}: {}\n", column_letter(p), place_text(common.places[p], common.places));
+    rows.front().push_back(column_letter(p));
+  }
+  rows.front().emplace_back("setting");
+  for (const CommonLevel& level : common.levels) {
+    std::vector<std::string>& row = rows.emplace_back();
+    row = {fmt::format("{}", level.quality), format_number(level.level_error)};
+    for (const Loss& loss : level.losses)
+      row.push_back(fmt::format("{:.1f} % [{:.1f}, {:.1f}]", 100 * loss.value, 100 * loss.low, 100 * loss.high));
+    row.push_back(names.setting(setting_id(level.losses.front().row->settings)));
+  }
+  put("{}", columns(rows, "  "));
+  put("{}\n", paint.dim("The intervals of a level hold together, 95 %."));
+}
+
 void presets_command(const PresetsArguments& arguments) {
   std::vector<Run> runs;
   for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
-  const Presets presets = make_presets(runs, arguments.query);
+  std::vector<FleetRun> fleet;
+  if (arguments.common)
+    for (const Run& run : runs)
+      fleet.push_back({.name = run.folder.string(), .rows = case_table(run), .info = run.info});
+  const Presets presets = arguments.common ? make_common_presets(runs, fleet, arguments.query, arguments.regret)
+                                           : make_presets(runs, arguments.query);
   const std::string text = presets_json(presets).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   write_output(arguments.output, text);
   if (!arguments.header.empty()) write_output(arguments.header, presets_header(presets));
@@ -59,7 +90,10 @@ void presets_command(const PresetsArguments& arguments) {
     return;
   }
   const Paint paint = paint_for_stdout();
-  for (const DevicePresets& device : presets.devices) print_device(device, presets, arguments.names, paint);
+  if (presets.common)
+    print_common(presets, arguments.names, paint);
+  else
+    for (const DevicePresets& device : presets.devices) print_device(device, presets, arguments.names, paint);
   put("\nwritten: {}{}{}\n", arguments.output, arguments.header.empty() ? "" : ", ", arguments.header);
 }
 
@@ -83,6 +117,13 @@ void add_presets_command(CLI::App& app, int& exit_code) {
           ->type_name("BOUND")
           ->expected(1)
           ->take_all();
+  CLI::Option* common =
+      add_switch(*command, "--common", "one table for all devices of the runs, with its price on each");
+  const CLI::Option* regret =
+      command->add_option("--regret", "with --common: minimax (the least worst price) | mean; minimax")
+          ->check(CLI::IsMember({"minimax", "mean"}))
+          ->type_name("RULE")
+          ->needs(common);
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "print it as JSON");
   command->footer(
@@ -96,12 +137,15 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       "Exit code 1 where no setting meets the constraints in all scenes.\n"
       "Example:\n"
       "  reliefbench presets out/quickstart -o presets.json --header presets.h\n"
-      "  reliefbench presets out/rocks out/bricks -o presets.json");
+      "  reliefbench presets out/rocks out/bricks -o presets.json\n"
+      "  reliefbench presets out/laptop out/desktop --common -o presets.json");
   command->callback([=, &exit_code] {
     PresetsArguments arguments{.folders = *folders,
                                .output = output->as<std::string>(),
                                .header = value_or(header, std::string()),
                                .query = {},
+                               .common = is_set(common),
+                               .regret = value_or(regret, std::string()) == "mean" ? Regret::mean : Regret::minimax,
                                .names = {.verbose = is_set(verbose)},
                                .json = is_set(json)};
     if (!error->empty()) arguments.query.error_metric = error->as<std::string>();

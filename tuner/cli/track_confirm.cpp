@@ -1,8 +1,6 @@
 #include <fmt/format.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -10,12 +8,11 @@
 
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/cli/rerun.h"
 #include "tuner/cli/track.h"
 #include "tuner/decide/confirm.h"
 #include "tuner/decide/track_text.h"
-#include "tuner/history/ingest.h"
 #include "tuner/history/moment.h"
-#include "tuner/measure/progress.h"
 
 namespace reliefbench {
 namespace {
@@ -32,56 +29,6 @@ struct ConfirmArguments {
   bool quiet = false;
   bool json = false;
 };
-
-/// Runs a build's command with $OUT for what it is to leave there. throws: Error(environment): it failed
-void run_build(const std::string& command, const fs::path& out) {
-  if (::setenv("OUT", out.c_str(), 1) != 0) fail_environment("OUT cannot be set for '{}'", command);
-  const int status = std::system(command.c_str());
-  if (status == -1 || !WIFEXITED(status)) fail_environment("'{}' was ended by a signal", command);
-  if (WEXITSTATUS(status) != 0) fail_environment("'{}' ended with exit code {}", command, WEXITSTATUS(status));
-  if (!fs::exists(out)) fail_input("'{}' left nothing at $OUT ({})", command, out.string());
-}
-
-/// What a command left at $OUT; nothing where there is no whole run.
-std::optional<Night> rerun_at(const fs::path& out) {
-  if (!fs::exists(out)) return std::nullopt;
-  try {
-    return read_night(out, {});
-  } catch (const Error&) {  // killed on its way: it goes on
-    return std::nullopt;
-  }
-}
-
-/// The values of an event's series in a run.
-std::map<std::string, double> values_in(const Night& night, const std::set<std::string>& keys) {
-  std::map<std::string, double> values;
-  for (const Night::Value& value : night.values) {
-    const std::string key = rerun_key(value.series);
-    if (value.row.is_valid && keys.contains(key)) values[key] = std::log(value.row.value);
-  }
-  return values;
-}
-
-/// Good, bad, bad, good, as often as there are rounds.
-std::vector<Rerun> rerun_builds(const ConfirmArguments& arguments, const std::set<std::string>& keys) {
-  const int runs = 4 * arguments.rounds;
-  Progress progress(arguments.quiet);
-  std::vector<Rerun> reruns;
-  for (int i = 0; i < runs; ++i) {
-    const bool is_bad = i % 4 == 1 || i % 4 == 2;
-    progress.update(static_cast<double>(i) / runs,
-                    fmt::format("run {} of {}: the {} build", i + 1, runs, is_bad ? "suspect" : "good"));
-    const fs::path out = arguments.output / fmt::format("{:02}-{}", i + 1, is_bad ? "bad" : "good");
-    std::optional<Night> night = rerun_at(out);
-    if (!night) {
-      run_build(is_bad ? arguments.bad : arguments.good, out);
-      night = read_night(out, {});
-    }
-    reruns.push_back({.is_bad = is_bad, .log_values = values_in(*night, keys)});
-  }
-  progress.finish();
-  return reruns;
-}
 
 bool is_step(const EventRow& event) { return event.kind == event_kind::slower || event.kind == event_kind::faster; }
 
@@ -117,8 +64,6 @@ Exit exit_of(const RerunAnswer& answer, const EventRow& event) {
 }
 
 Exit confirm_command(ConfirmArguments arguments) {
-  if (arguments.rounds < kLeastRounds)
-    fail_input("--rounds {}: expected at least {}, else nothing says how sure it is", arguments.rounds, kLeastRounds);
   History history = History::existing(arguments.database);
   const HistoryView view = history.load({});
   EventRow event = event_to_settle(view, arguments.event);
@@ -128,7 +73,14 @@ Exit confirm_command(ConfirmArguments arguments) {
   std::set<std::string> keys;
   for (const SeriesRow& series : view.series)
     if (std::ranges::find(event.series, series.id) != event.series.end()) keys.insert(rerun_key(series));
-  const RerunAnswer answer = judge_reruns(rerun_builds(arguments, keys), std::log1p(event.effect));
+  const RerunAnswer answer =
+      judge_reruns(rerun_in_turns({.first = {.name = "good", .label = "the good build", .command = arguments.good},
+                                   .second = {.name = "bad", .label = "the suspect build", .command = arguments.bad},
+                                   .rounds = arguments.rounds,
+                                   .output = arguments.output,
+                                   .quiet = arguments.quiet},
+                                  keys),
+                   std::log1p(event.effect));
   const std::string text = answer_text(answer, event);
   if (answer.state && event.states.back().state != *answer.state) {
     event.states.push_back({.unix_s = moment_now(), .state = *answer.state, .by = "confirm", .text = text});

@@ -1,6 +1,7 @@
 #include "tuner/decide/compare.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -26,28 +27,20 @@ RecordsByKey by_key(const Run& run) {
   return result;
 }
 
-/// backend -> "name, driver"
-std::map<std::string, std::string> device_names(const Run& run) {
-  std::map<std::string, std::string> names;
-  try {
-    for (const nlohmann::json& device : run.info.at("identity").at("devices")) {
-      names[device.at("backend")] =
-          fmt::format("{}, {}", device.at("name").get<std::string>(), device.at("driver").get<std::string>());
+void check_devices(const Run& base, const Run& now, bool across_drivers, Comparison& comparison) {
+  const auto base_devices = named_devices(base);
+  for (const auto& [backend, device] : named_devices(now)) {
+    const auto other = base_devices.find(backend);
+    if (other == base_devices.end() || other->second == device) continue;
+    const bool is_same_device = other->second.name == device.name;
+    if (is_same_device && across_drivers) {
+      comparison.drivers.push_back(fmt::format("{}: {}, now {}", backend, other->second.driver, device.driver));
+      continue;
     }
-  } catch (const nlohmann::json::exception&) {
-    fail_input("{}: key 'identity.devices': expected a list of backend, name and driver",
-               (run.folder / "run.json").string());
-  }
-  return names;
-}
-
-void check_devices(const Run& base, const Run& now) {
-  const std::map<std::string, std::string> base_names = device_names(base);
-  for (const auto& [backend, name] : device_names(now)) {
-    const auto other = base_names.find(backend);
-    if (other == base_names.end() || other->second == name) continue;
-    fail_input("the runs are of different devices on {}: {} is of {}; {} is of {}", backend, base.folder.string(),
-               other->second, now.folder.string(), name);
+    fail_input("the runs are of different {} on {}: {} is of {}, {}; {} is of {}, {}{}",
+               is_same_device ? "drivers" : "devices", backend, base.folder.string(), other->second.name,
+               other->second.driver, now.folder.string(), device.name, device.driver,
+               is_same_device ? "; --across-drivers compares them all the same" : "");
   }
 }
 
@@ -118,36 +111,33 @@ void compare_errors(std::span<const CaseMatch> matches, std::string_view only_me
   }
 }
 
-nlohmann::json or_null(std::optional<double> value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
-
-/// JSON has no infinity: an unbounded end is null.
-nlohmann::json time_change_json(const TimeChange& change) {
-  const auto end = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
-  return {{"ratio", change.ratio.ratio},
-          {"ci", {end(change.ratio.low), end(change.ratio.high)}},
-          {"p", change.p},
-          {"change", change_id(change.change)}};
+/// What the runs differ in, of the backends that both have.
+void add_environment(const Run& base, const Run& now, Comparison& comparison) {
+  const auto before = named_devices(base);
+  for (const auto& [backend, device] : named_devices(now)) {
+    if (!before.contains(backend)) continue;
+    const std::array environments = {measured_environment(base.info, backend), measured_environment(now.info, backend)};
+    for (EnvironmentDifference& difference : environment_differences(environments)) {
+      const auto is_it = [&](const EnvironmentDifference& other) {
+        return other.what == difference.what && other.values == difference.values;
+      };
+      if (std::ranges::none_of(comparison.environment, is_it)) comparison.environment.push_back(std::move(difference));
+    }
+  }
 }
 
 }  // namespace
 
-std::string_view error_change_id(const ErrorChange& change) {
-  if (change.counts_work) return change.now > change.base ? "more" : "fewer";
-  return change.worse ? "worse" : "better";
-}
-
-std::string_view change_id(Change change) {
-  switch (change) {
-    case Change::faster:
-      return "faster";
-    case Change::slower:
-      return "slower";
-    case Change::same:
-      return "same";
-    case Change::unclear:
-      return "unclear";
+std::map<std::string, NamedDevice> named_devices(const Run& run) {
+  std::map<std::string, NamedDevice> devices;
+  try {
+    for (const nlohmann::json& device : run.info.at("identity").at("devices"))
+      devices[device.at("backend")] = {.name = device.at("name"), .driver = device.at("driver")};
+  } catch (const nlohmann::json::exception&) {
+    fail_input("{}: key 'identity.devices': expected a list of backend, name and driver",
+               (run.folder / "run.json").string());
   }
-  return "unclear";
+  return devices;
 }
 
 Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& options) {
@@ -155,12 +145,29 @@ Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& o
   if (!of_time) (void)find_metric(options.metric);
   Comparison comparison;
   comparison.metric = options.metric;
-  check_devices(base, now);
+  check_devices(base, now, options.across_drivers, comparison);
   warn_of_host(base, now, comparison);
+  add_environment(base, now, comparison);
   const std::vector<CaseMatch> matches = match_cases(base, now, comparison);
   compare_errors(matches, of_time ? "" : options.metric, comparison);
   if (of_time && !matches.empty()) compare_times(base, now, matches, options, comparison);
   return comparison;
+}
+
+void set_remeasured(TimeChange& change, double log_ratio, double low, double high, double threshold) {
+  change.ratio = {.ratio = std::exp(log_ratio), .low = std::exp(low), .high = std::exp(high)};
+  const double limit = std::log(1 + threshold);
+  if (low >= -limit && high <= limit)
+    change.change = Change::same;
+  else if (low > 0)
+    change.change = Change::slower;
+  else
+    change.change = high < 0 ? Change::faster : Change::unclear;
+  change.reason = change.change == Change::unclear ? Reason::remeasured_too_little : Reason::remeasured;
+}
+
+bool is_doubtful(const TimeChange& change) {
+  return change.change == Change::unclear || change.reason == Reason::control_drift;
 }
 
 bool is_inconclusive(const Comparison& comparison) {
@@ -170,53 +177,25 @@ bool is_inconclusive(const Comparison& comparison) {
          2 * static_cast<std::size_t>(unclear) > comparison.cases.size();
 }
 
-Exit exit_of(const Comparison& comparison) {
+std::string_view verdict_id(const Comparison& comparison) {
   const auto is_slower = [](const TimeChange& change) { return change.change == Change::slower; };
-  if (std::ranges::any_of(comparison.cases, is_slower) || std::ranges::any_of(comparison.groups, is_slower) ||
-      std::ranges::any_of(comparison.errors, &ErrorChange::worse) || !comparison.lost.empty())
-    return Exit::answer_is_no;
-  if (comparison.matched == 0) return Exit::nothing_measured;
-  return is_inconclusive(comparison) ? Exit::inconclusive : Exit::done;
+  if (std::ranges::any_of(comparison.cases, is_slower) || std::ranges::any_of(comparison.groups, is_slower))
+    return "slower";
+  if (std::ranges::any_of(comparison.errors, &ErrorChange::worse)) return "worse_errors";
+  if (!comparison.lost.empty()) return "lost";
+  if (comparison.matched == 0) return "nothing_matched";
+  if (is_inconclusive(comparison)) return "inconclusive";
+  const auto is_faster = [](const TimeChange& change) { return change.change == Change::faster; };
+  const bool has_faster =
+      std::ranges::any_of(comparison.cases, is_faster) || std::ranges::any_of(comparison.groups, is_faster);
+  return has_faster ? "faster" : "same";
 }
 
-nlohmann::json comparison_json(const Comparison& comparison) {
-  nlohmann::json cases = nlohmann::json::array();
-  for (const CaseChange& c : comparison.cases) {
-    cases.push_back(time_change_json(c));
-    cases.back()["case"] = c.case_id;
-  }
-  nlohmann::json groups = nlohmann::json::array();
-  for (const GroupChange& group : comparison.groups) {
-    groups.push_back(time_change_json(group));
-    groups.back().update({{"group", group.group}, {"cases", group.cases}});
-  }
-  nlohmann::json errors = nlohmann::json::array();
-  for (const ErrorChange& e : comparison.errors) {
-    errors.push_back({{"case", e.case_id},
-                      {"metric", e.metric},
-                      {"base", or_null(e.base)},
-                      {"new", or_null(e.now)},
-                      {"change", error_change_id(e)}});
-  }
-  nlohmann::json control = nlohmann::json::object();
-  for (const auto& [backend, ratio] : comparison.control_ratio) control[backend] = ratio;
-  nlohmann::json between_runs = nlohmann::json::object();
-  for (const auto& [backend, deviation] : comparison.between_runs) between_runs[backend] = deviation;
-  return {{"schema", kSchemaVersion},
-          {"metric", comparison.metric},
-          {"matched", comparison.matched},
-          {"geometric_mean", comparison.groups.empty() ? 1.0 : comparison.groups.front().ratio.ratio},
-          {"inconclusive", is_inconclusive(comparison)},
-          {"control_ratio", std::move(control)},
-          {"between_runs", std::move(between_runs)},
-          {"assumed", comparison.assumed},
-          {"groups", std::move(groups)},
-          {"cases", std::move(cases)},
-          {"errors", std::move(errors)},
-          {"lost", comparison.lost},
-          {"only_base", comparison.only_base},
-          {"only_new", comparison.only_new},
-          {"warnings", comparison.warnings}};
+Exit exit_of(const Comparison& comparison) {
+  const std::string_view verdict = verdict_id(comparison);
+  if (verdict == "slower" || verdict == "worse_errors" || verdict == "lost") return Exit::answer_is_no;
+  if (verdict == "nothing_matched") return Exit::nothing_measured;
+  return verdict == "inconclusive" ? Exit::inconclusive : Exit::done;
 }
 
 }  // namespace reliefbench

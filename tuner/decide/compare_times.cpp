@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
+#include "tuner/decide/case_groups.h"
 #include "tuner/decide/compare.h"
 #include "tuner/decide/log_ratio.h"
 #include "tuner/results/relative_time.h"
@@ -94,37 +94,37 @@ Change judge(const TimeChange& change, const CompareOptions& options) {
 
 TimeChange time_change(const LogRatio& ratio, const CompareOptions& options) {
   const double margin = ratio.margin(options.confidence);
+  const LogRatio shift{.mean = 0, .error = ratio.shift, .df = ratio.df};
   return {.ratio = {.ratio = std::exp(ratio.mean),
                     .low = std::exp(ratio.mean - margin),
                     .high = std::exp(ratio.mean + margin)},
-          .p = ratio.p()};
+          .p = ratio.p(),
+          .shift_margin = ratio.shift > 0 ? shift.margin(options.confidence) : 0};
 }
 
-/// The cases of a backend that may move together, as indices among them; without those that are one case, and without
-/// any that holds the same cases as an earlier one.
-std::vector<std::pair<std::string, std::vector<std::size_t>>> groups_of(std::span<const CaseMatch> matches) {
-  const auto param = [](const Record& record, std::string_view id) {
-    const auto found = std::ranges::find(record.params, id, [](const auto& p) { return std::string_view(p.first); });
-    return found == record.params.end() ? std::string() : found->second;
-  };
-  std::array<std::map<std::string, std::vector<std::size_t>>, 3> by_name;
-  std::vector<std::size_t> all;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const Record& record = *matches[i].now;
-    all.push_back(i);
-    by_name[0]["technique=" + record.technique].push_back(i);
-    by_name[1]["map=" + record.map].push_back(i);
-    by_name[2]["format=" + param(record, "format")].push_back(i);
+/// Why a judged change is what it is, as far as its own interval says it.
+Reason reason_of(const TimeChange& change, const CompareOptions& options) {
+  if (change.change == Change::same)
+    return change.ratio.low == change.ratio.high ? Reason::same_measurement : Reason::interval_within_threshold;
+  if (change.change != Change::unclear) return Reason::beyond_chance;
+  const double limit = std::log(1 + options.threshold);
+  const double margin = std::log(change.ratio.high / change.ratio.low) / 2;
+  if (change.ratio.low > 1 || change.ratio.high < 1) return Reason::chance_not_excluded;
+  if (margin <= limit) return Reason::interval_spans_threshold;
+  return change.shift_margin > limit ? Reason::shift_between_runs : Reason::too_few_samples;
+}
+
+std::vector<CaseTraits> traits_of(std::span<const CaseMatch> matches) {
+  std::vector<CaseTraits> traits;
+  for (const CaseMatch& match : matches) {
+    const Record& record = *match.now;
+    const auto format =
+        std::ranges::find(record.params, "format", [](const auto& p) { return std::string_view(p.first); });
+    traits.push_back({.technique = record.technique,
+                      .map = record.map,
+                      .format = format == record.params.end() ? std::string() : format->second});
   }
-  std::vector<std::pair<std::string, std::vector<std::size_t>>> groups;
-  std::set<std::vector<std::size_t>> seen;
-  const auto add = [&](const std::string& name, const std::vector<std::size_t>& members) {
-    if (members.size() > 1 && !name.ends_with('=') && seen.insert(members).second) groups.emplace_back(name, members);
-  };
-  add("", all);
-  for (const auto& names : by_name)
-    for (const auto& [name, members] : names) add(name, members);
-  return groups;
+  return traits;
 }
 
 /// The mean over several devices' cases, each of which was estimated by itself.
@@ -167,11 +167,16 @@ class TimeComparison {
                                               are_same(before.control(), after.control())});
     const LogRatios ratios(cases);
     comparison_.between_runs.emplace_back(backend, ratios.between_runs());
-    for (std::size_t i = 0; i < matches.size(); ++i)
+    for (std::size_t i = 0; i < matches.size(); ++i) {
       comparison_.cases.push_back({time_change(ratios.of(std::vector{i}), options_), matches[i].base->case_id});
-    for (const auto& [name, members] : groups_of(matches)) {
-      comparison_.groups.push_back({time_change(ratios.of(members), options_),
-                                    name.empty() ? backend : fmt::format("{} {}", backend, name), members.size()});
+      comparison_.cases.back().backend = backend;
+    }
+    for (const auto& [name, members] : case_groups(traits_of(matches))) {
+      GroupChange group{time_change(ratios.of(members), options_),
+                        name.empty() ? backend : fmt::format("{} {}", backend, name), members.size()};
+      group.backend = backend;
+      for (const std::size_t i : members) group.case_ids.push_back(matches[i].base->case_id);
+      comparison_.groups.push_back(std::move(group));
     }
     std::vector<std::size_t> all(matches.size());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
@@ -182,11 +187,14 @@ class TimeComparison {
   /// Corrects for how much was looked at, and judges.
   void finish() {
     // With one device the whole is that device's group, which is there already; with one case, that case.
-    if (devices_.size() > 1 || comparison_.cases.size() == 1)
-      comparison_.groups.insert(comparison_.groups.begin(), GroupChange{time_change(pooled(devices_, sizes_), options_),
-                                                                        "all", comparison_.cases.size()});
-    else
+    if (devices_.size() > 1 || comparison_.cases.size() == 1) {
+      GroupChange all{time_change(pooled(devices_, sizes_), options_), "all", comparison_.cases.size()};
+      for (const CaseChange& one : comparison_.cases) all.case_ids.push_back(one.case_id);
+      if (devices_.size() == 1) all.backend = comparison_.cases.front().backend;
+      comparison_.groups.insert(comparison_.groups.begin(), std::move(all));
+    } else {
       comparison_.groups.front().group = "all";
+    }
     const std::span<GroupChange> groups(comparison_.groups);
     correct(groups.first(1), 1.0 / 4);
     correct(groups.subspan(1), 1.0 / 4);
@@ -206,12 +214,27 @@ class TimeComparison {
     const double ratio = median(raw_times(after.control())) / median(raw_times(before.control()));
     comparison_.control_ratio.emplace_back(backend, ratio);
     if (options_.metric != "frame_time") return false;
-    if (std::abs(std::log(ratio)) > std::log(1 + options_.threshold))
+    if (has_drifted(ratio))
       comparison_.warnings.push_back(
           fmt::format("the control case on {} takes {:.3f} times as long as in base: the device was in another state, "
                       "which ratios to the control case cancel only as far as all cases feel it alike",
                       backend, ratio));
     return true;
+  }
+
+  [[nodiscard]] bool has_drifted(double control_ratio) const {
+    return std::abs(std::log(control_ratio)) > std::log(1 + options_.threshold);
+  }
+
+  /// What a change rests on besides its own interval.
+  [[nodiscard]] Reason reason_with_doubts(const TimeChange& change) const {
+    const Reason reason = reason_of(change, options_);
+    if (reason != Reason::beyond_chance) return reason;
+    if (!comparison_.drivers.empty()) return Reason::different_driver;
+    const bool has_moved = std::ranges::any_of(comparison_.control_ratio, [&](const auto& control) {
+      return (change.backend.empty() || change.backend == control.first) && has_drifted(control.second);
+    });
+    return has_moved ? Reason::control_drift : reason;
   }
 
   /// Holm's correction within one of three questions: whole, groups, cases. Each has a fixed share of the chance of a
@@ -224,6 +247,7 @@ class TimeComparison {
     for (std::size_t i = 0; i < changes.size(); ++i) {
       changes[i].p = std::min(1.0, corrected[i] / share);
       changes[i].change = judge(changes[i], options_);
+      changes[i].reason = reason_with_doubts(changes[i]);
     }
   }
 

@@ -31,9 +31,7 @@ double mean_of(const Rerun& rerun, const std::set<std::string>& keys) {
 
 std::string rerun_key(const SeriesRow& series) { return series.setting + ' ' + series.metric; }
 
-RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio) {
-  const std::set<std::string> keys = keys_in_all(reruns);
-  if (keys.empty()) fail_input("no case of the event was measured in all re-runs: do the commands measure them?");
+RerunStep rerun_step(std::span<const Rerun> reruns, const std::set<std::string>& keys, double confidence) {
   // Least squares on the build (+-1/2) and the time (centred). The order makes both orthogonal to each other and to 1.
   const auto n = static_cast<double>(reruns.size());
   std::vector<double> values;
@@ -59,9 +57,16 @@ RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio) {
     squares += residual * residual;
   }
   const int df = static_cast<int>(reruns.size()) - 3;
-  const double margin = student_t_quantile(kDoubt, df) * std::sqrt(squares / df * 4 / n);
+  const double margin = student_t_quantile(1 - confidence, df) * std::sqrt(squares / df * 4 / n);
+  return {.log_ratio = step, .low = step - margin, .high = step + margin};
+}
+
+RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio) {
+  const std::set<std::string> keys = keys_in_all(reruns);
+  if (keys.empty()) fail_input("no case of the event was measured in all re-runs: do the commands measure them?");
+  const RerunStep step = rerun_step(reruns, keys, 1 - kDoubt);
   RerunAnswer answer{
-      .log_ratio = step, .low = step - margin, .high = step + margin, .series = keys.size(), .state = std::nullopt};
+      .log_ratio = step.log_ratio, .low = step.low, .high = step.high, .series = keys.size(), .state = std::nullopt};
   const double side = log_ratio > 0 ? 1 : -1;
   const double near = std::min(side * answer.low, side * answer.high);
   const double far = std::max(side * answer.low, side * answer.high);

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 
@@ -28,8 +29,18 @@ struct RerunAnswer {
   std::optional<EventState> state;  ///< confirmed, cleared; none: the interval is too wide to say
 };
 
+/// A step between two builds, from re-runs of both.
+struct RerunStep {
+  double log_ratio = 0;  ///< bad / good, of the mean over the series
+  double low = 0;
+  double high = 0;
+};
 /// The mean log value of a run, as a step between the builds on a line through time: runs in the order good, bad, bad,
 /// good have no part of a steady drift in their step. Student's t with n - 3 degrees of freedom.
+/// reruns: by time, kLeastRounds rounds of good, bad, bad, good at least; keys: of series that all of them have
+[[nodiscard]] RerunStep rerun_step(std::span<const Rerun> reruns, const std::set<std::string>& keys, double confidence);
+
+/// rerun_step() over all series that every re-run has, at 95 %.
 /// confirmed: the interval lies beyond 1 on the event's side. cleared: it excludes half of what the history showed.
 /// reruns: by time, kLeastRounds rounds of good, bad, bad, good at least; log_ratio: of the event
 /// throws: Error(bad_input): no series was measured in all of them

@@ -4,167 +4,138 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <numeric>
+#include <tuple>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "tuner/decide/best_loss.h"
 #include "tuner/decide/choose.h"
-#include "tuner/plan/setting_names.h"
+#include "tuner/decide/place_times.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
-#include "tuner/results/statistics.h"
 
 namespace reliefbench {
 namespace {
 
-/// A setting in a place.
-struct FleetTime {
-  const TableRow* row = nullptr;
-  double log_time = 0;
-  double variance = 0;  ///< of log_time
-  int df = 0;
-  double low = 0;  ///< of log_time, all at once
-  double high = 0;
+/// A place's losses by setting, and which setting is its own best.
+struct PlaceLosses {
+  std::map<std::string, Loss> losses;
+  std::string best;
 };
 
-/// The settings of a place that are within the budgets, by id.
-using PlaceTimes = std::map<std::string, FleetTime>;
-
-bool is_within(const TableRow& row, std::span<const Budget> budgets) {
+bool is_within(const TableRow& row, const FleetOptions& options) {
   const auto value_of = [&](const Budget& budget) { return row.errors[find_metric(budget.metric).place]; };
-  return row.status == Status::ok && miss_of(budgets, value_of).text.empty();
+  if (row.status != Status::ok || !miss_of(options.budgets, value_of).text.empty()) return false;
+  if (!options.max_time_ms) return true;
+  return row.frame_time && row.frame_time->ci_high <= *options.max_time_ms * kNsPerMs &&
+         row.errors[find_metric(options.error_metric).place].has_value();
 }
 
-FleetTime time_of(const TableRow& row, std::string_view run) {
-  if (row.samples_ns.size() < 2)
-    fail_input("{}: case '{}' has {} samples; at least two say how sure a time is", run, row.case_id,
-               row.samples_ns.size());
-  std::vector<double> logs;
-  for (const double time : row.samples_ns) logs.push_back(std::log(time));
-  const Location location = huber_location(logs);
-  const auto n = static_cast<double>(logs.size());
-  double squares = 0;
-  for (const double influence : location.influence) squares += influence * influence;
-  return {.row = &row,
-          .log_time = location.value,
-          .variance = squares / (n * (n - 1)),
-          .df = static_cast<int>(logs.size()) - 1};
+Loss loss_of(const SettingTime& time, const LossInterval& interval) {
+  return {.value = interval.value,
+          .low = interval.low,
+          .high = interval.high,
+          .time_ns = std::exp(time.log_time),
+          .row = time.rows.front()};
 }
 
-/// Each time's interval, such that `count` of them hold at once.
-void set_intervals(PlaceTimes& times, double confidence, std::size_t count) {
-  std::vector<double> variances;
-  std::vector<int> df;
-  for (const auto& [id, time] : times) {
-    variances.push_back(time.variance * static_cast<double>(time.row->samples_ns.size()));
-    df.push_back(time.df);
+/// Losses of time.
+std::vector<PlaceLosses> time_losses(std::span<const PlaceTimes> places, double confidence) {
+  std::vector<std::vector<Estimate>> groups;
+  for (const PlaceTimes& place : places) {
+    groups.emplace_back();
+    for (const auto& [id, time] : place.settings)
+      groups.back().push_back({.value = time.log_time, .variance = time.variance, .df = time.df});
   }
-  const VariancePrior prior = variance_prior(variances, df);
-  for (auto& [id, time] : times) {
-    const auto n = static_cast<double>(time.row->samples_ns.size());
-    const double variance = prior.moderated(time.variance * n, time.df) / n;
-    const double all_df = std::min<double>(prior.df + time.df, kMostDf);
-    const double t = student_t_quantile((1 - confidence) / static_cast<double>(count), static_cast<int>(all_df));
-    time.low = time.log_time - t * std::sqrt(variance);
-    time.high = time.log_time + t * std::sqrt(variance);
+  const auto intervals = losses_to_best(groups, confidence);
+  std::vector<PlaceLosses> result(places.size());
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    std::size_t i = 0;
+    for (const auto& [id, time] : places[p].settings) {
+      const LossInterval& log = intervals[p][i++];
+      const LossInterval share{
+          .value = std::expm1(log.value), .low = std::expm1(log.low), .high = std::expm1(log.high)};
+      result[p].losses.emplace(id, loss_of(time, share));
+      if (log.value == 0 && result[p].best.empty()) result[p].best = id;
+    }
   }
+  return result;
 }
 
-/// Where the time of a place's best lies, and which setting it is.
-struct BestTime {
-  const FleetTime* time = nullptr;
-  double low = 0;
-  double high = 0;
-};
-BestTime best_of(const PlaceTimes& times) {
-  BestTime best;
-  for (const auto& [id, time] : times) {
-    if (best.time == nullptr) best = {.time = &time, .low = time.low, .high = time.high};
-    if (time.log_time < best.time->log_time) best.time = &time;
-    best.low = std::min(best.low, time.low);
-    best.high = std::min(best.high, time.high);
+/// Losses of error, which is exact. Of equal errors the least time is best.
+PlaceLosses error_losses(const PlaceTimes& place, std::size_t metric) {
+  PlaceLosses result;
+  std::pair<double, double> least;
+  for (const auto& [id, time] : place.settings) {
+    const std::pair own(*time.rows.front()->errors[metric], time.log_time);
+    if (result.best.empty() || own < least) {
+      least = own;
+      result.best = id;
+    }
   }
-  return best;
+  for (const auto& [id, time] : place.settings) {
+    const double excess = *time.rows.front()->errors[metric] - least.first;
+    result.losses.emplace(id, loss_of(time, {.value = excess, .low = excess, .high = excess}));
+  }
+  return result;
 }
 
-Loss loss_of(const FleetTime& time, const BestTime& best) {
-  return {.value = std::expm1(time.log_time - best.time->log_time),
-          .low = std::max(0.0, std::expm1(time.low - best.high)),
-          .high = std::expm1(time.high - best.low),
-          .time_ns = median(time.row->samples_ns)};
-}
-
-/// The places of the runs with what is within the budgets there.
+/// The places of the runs with what is within the bounds there.
 class FleetTimes {
  public:
   FleetTimes(std::span<const FleetRun> runs, const FleetOptions& options) {
-    for (std::size_t i = 0; i < runs.size(); ++i)
-      for (const TableRow& row : runs[i].rows) add(row, i, runs, options.budgets);
-    std::size_t count = 0;
-    for (const PlaceTimes& times : times_) count += times.size();
-    for (std::size_t p = 0; p < places_.size(); ++p) {
-      places_[p].settings = times_[p].size();
-      set_intervals(times_[p], options.confidence, count);
-      bests_.push_back(best_of(times_[p]));
+    std::vector<PlaceTimes> times;
+    for (const MeasuredPlace& place : places_of(runs)) {
+      times.push_back(place_times(place, runs, [&](const TableRow& row) { return is_within(row, options); }));
+      double weight = 0;
+      for (const std::size_t run : place.runs) weight += runs[run].weight / static_cast<double>(place.runs.size());
+      places_.push_back({.device = place.device,
+                         .scene = place.scene,
+                         .scene_key = place.scene_key,
+                         .runs = place.runs,
+                         .weight = weight,
+                         .settings = times.back().settings.size(),
+                         .between_runs = times.back().between_runs});
     }
+    if (!options.max_time_ms)
+      losses_ = time_losses(times, options.confidence);
+    else
+      for (const PlaceTimes& place : times)
+        losses_.push_back(error_losses(place, find_metric(options.error_metric).place));
   }
 
   [[nodiscard]] const std::vector<FleetPlace>& places() const { return places_; }
   [[nodiscard]] std::optional<Loss> loss(const std::string& setting, std::size_t place) const {
-    const auto found = times_[place].find(setting);
-    return found == times_[place].end() ? std::nullopt : std::optional(loss_of(found->second, bests_[place]));
+    const auto found = losses_[place].losses.find(setting);
+    return found == losses_[place].losses.end() ? std::nullopt : std::optional(found->second);
   }
-  [[nodiscard]] const PlaceTimes& in(std::size_t place) const { return times_[place]; }
-  [[nodiscard]] const TableRow& best(std::size_t place) const { return *bests_[place].time->row; }
+  [[nodiscard]] const PlaceLosses& in(std::size_t place) const { return losses_[place]; }
 
  private:
-  void add(const TableRow& row, std::size_t run, std::span<const FleetRun> runs, std::span<const Budget> budgets) {
-    const auto is_it = [&](const FleetPlace& place) {
-      return place.backend == row.backend && place.device == row.device && place.scene_key == row.scene_key &&
-             place.scene == row.scene;
-    };
-    const auto found = std::ranges::find_if(places_, is_it);
-    const auto index = static_cast<std::size_t>(found - places_.begin());
-    if (found == places_.end()) {
-      places_.push_back({.run = run,
-                         .backend = row.backend,
-                         .device = row.device,
-                         .scene = row.scene,
-                         .scene_key = row.scene_key,
-                         .weight = runs[run].weight});
-      times_.emplace_back();
-    } else if (found->run != run) {
-      fail_input("{} and {} both hold {}: give one of them", runs[found->run].name, runs[run].name, place_text(*found));
-    }
-    if (is_within(row, budgets)) times_[index].emplace(setting_id(row.settings), time_of(row, runs[run].name));
-  }
-
   std::vector<FleetPlace> places_;
-  std::vector<PlaceTimes> times_;
-  std::vector<BestTime> bests_;
+  std::vector<PlaceLosses> losses_;
 };
 
 /// What leaves nothing to choose from.
 [[noreturn]] void fail_without_setting(const FleetTimes& times, const FleetOptions& options) {
   const auto& places = times.places();
   const auto fewest = std::ranges::min_element(places, {}, &FleetPlace::settings);
-  const std::string within = fmt::format("{}", fmt::join(budget_texts(options.budgets), " and "));
+  const std::string within = bounds_text(options);
   if (fewest->settings == 0)
-    throw Error(Exit::answer_is_no, fmt::format("nothing meets {} on {}", within, place_text(*fewest)));
+    throw Error(Exit::answer_is_no, fmt::format("nothing meets {} on {}", within, place_text(*fewest, places)));
   throw Error(Exit::answer_is_no,
               fmt::format("no setting was measured and meets {} in all {} places; the fewest, {}, do "
                           "on {}",
-                          within, places.size(), fewest->settings, place_text(*fewest)));
+                          within, places.size(), fewest->settings, place_text(*fewest, places)));
 }
 
 std::vector<FleetSetting> common_settings(const FleetTimes& times, const FleetOptions& options) {
   std::vector<FleetSetting> settings;
-  for (const auto& [id, time] : times.in(0)) {
+  for (const auto& [id, loss] : times.in(0).losses) {
     FleetSetting one{
-        .settings = time.row->settings, .losses = {}, .combined = {}, .memory_bytes = time.row->memory_bytes};
+        .settings = loss.row->settings, .losses = {}, .combined = {}, .memory_bytes = loss.row->memory_bytes};
     for (std::size_t p = 0; p < times.places().size(); ++p)
-      if (const std::optional<Loss> loss = times.loss(id, p)) one.losses.push_back(*loss);
+      if (const std::optional<Loss> own = times.loss(id, p)) one.losses.push_back(*own);
     if (one.losses.size() < times.places().size()) continue;
     one.combined = combined_loss(one.losses, times.places(), options.regret);
     settings.push_back(std::move(one));
@@ -172,8 +143,11 @@ std::vector<FleetSetting> common_settings(const FleetTimes& times, const FleetOp
   return settings;
 }
 
-nlohmann::json loss_json(const Loss& loss) {
-  return {{"loss", loss.value}, {"interval", {loss.low, loss.high}}, {"time_ns", loss.time_ns}};
+/// Of settings that lose as much: time decides where error was to be least, then what is simplest and smallest.
+auto fleet_rank(const FleetSetting& one) {
+  double log_time = 0;
+  for (const Loss& loss : one.losses) log_time += std::log(loss.time_ns);
+  return std::tuple(one.combined.value, log_time, simplicity(one.settings), one.memory_bytes);
 }
 
 }  // namespace
@@ -199,11 +173,21 @@ Loss combined_loss(std::span<const Loss> losses, std::span<const FleetPlace> pla
   return combined;
 }
 
-std::string place_text(const FleetPlace& place) {
-  return fmt::format("{} {} in {}", place.backend, place.device, place.scene);
+std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all) {
+  std::vector<MeasuredDevice> devices;
+  for (const FleetPlace& other : all) devices.push_back(other.device);
+  return fmt::format("{} in {}", device_text(place.device, devices), place.scene);
+}
+
+std::string bounds_text(const FleetOptions& options) {
+  std::vector<std::string> texts = budget_texts(options.budgets);
+  if (options.max_time_ms) texts.push_back(fmt::format("at most {:.4g} ms", *options.max_time_ms));
+  return texts.empty() ? "no bound" : fmt::format("{}", fmt::join(texts, " and "));
 }
 
 Fleet choose_for_fleet(std::span<const FleetRun> runs, const FleetOptions& options) {
+  if (!find_metric(options.error_metric).lower_is_better)
+    fail_input("'{}' is no error: higher is better", options.error_metric);
   const FleetTimes times(runs, options);
   if (times.places().empty()) fail_input("the runs hold no case");
   Fleet fleet{.places = times.places(), .settings = {}, .ties = 0, .own = {}};
@@ -211,58 +195,17 @@ Fleet choose_for_fleet(std::span<const FleetRun> runs, const FleetOptions& optio
     if (place.settings == 0) fail_without_setting(times, options);
   fleet.settings = common_settings(times, options);
   if (fleet.settings.empty()) fail_without_setting(times, options);
-  std::ranges::stable_sort(fleet.settings, [](const FleetSetting& a, const FleetSetting& b) {
-    const auto key = [](const FleetSetting& s) {
-      return std::tuple(s.combined.value, simplicity(s.settings), s.memory_bytes);
-    };
-    return key(a) < key(b);
-  });
+  std::ranges::stable_sort(fleet.settings, {}, fleet_rank);
   const Loss& pick = fleet.settings.front().combined;
   for (const FleetSetting& other : std::span(fleet.settings).subspan(1))
     fleet.ties += other.combined.low <= pick.high ? 1 : 0;
   for (std::size_t p = 0; p < fleet.places.size(); ++p) {
-    const std::string id = setting_id(times.best(p).settings);
-    OwnBest own{.settings = times.best(p).settings, .losses = {}};
+    const std::string& id = times.in(p).best;
+    OwnBest own{.settings = times.in(p).losses.at(id).row->settings, .losses = {}};
     for (std::size_t other = 0; other < fleet.places.size(); ++other) own.losses.push_back(times.loss(id, other));
     fleet.own.push_back(std::move(own));
   }
   return fleet;
-}
-
-nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs, const FleetOptions& options) {
-  nlohmann::json places = nlohmann::json::array();
-  for (std::size_t p = 0; p < fleet.places.size(); ++p) {
-    const FleetPlace& place = fleet.places[p];
-    nlohmann::json shipped = nlohmann::json::array();
-    for (const std::optional<Loss>& loss : fleet.own[p].losses)
-      shipped.push_back(loss ? loss_json(*loss) : nlohmann::json(nullptr));
-    places.push_back({{"run", runs[place.run].name},
-                      {"backend", place.backend},
-                      {"device", place.device},
-                      {"scene", place.scene},
-                      {"scene_key", place.scene_key.hex},
-                      {"weight", place.weight},
-                      {"settings", place.settings},
-                      {"best", setting_id(fleet.own[p].settings)},
-                      {"best_in_each_place", shipped}});
-  }
-  nlohmann::json settings = nlohmann::json::array();
-  for (const FleetSetting& one : fleet.settings) {
-    nlohmann::json losses = nlohmann::json::array();
-    for (const Loss& loss : one.losses) losses.push_back(loss_json(loss));
-    settings.push_back(
-        {{"setting", setting_id(one.settings)},
-         {"key", setting_key(one.settings)},
-         {"combined", {{"loss", one.combined.value}, {"interval", {one.combined.low, one.combined.high}}}},
-         {"places", losses},
-         {"memory_bytes", one.memory_bytes}});
-  }
-  return {{"regret", options.regret == Regret::minimax ? "minimax" : "mean"},
-          {"budgets", budget_texts(options.budgets)},
-          {"confidence", options.confidence},
-          {"places", places},
-          {"ties", fleet.ties},
-          {"settings", settings}};
 }
 
 }  // namespace reliefbench

@@ -6,38 +6,33 @@
 #include <string>
 #include <vector>
 
+#include "tuner/decide/fleet_run.h"
 #include "tuner/plan/config.h"
-#include "tuner/results/case_table.h"
 
 namespace reliefbench {
 
-/// A run of the fleet: its folder or table.csv, and what it holds.
-struct FleetRun {
-  std::string name;  ///< as it was given
-  std::vector<TableRow> rows;
-  double weight = 1;
-};
-
 /// Where a setting has to do well: a device, with one scene.
 struct FleetPlace {
-  std::size_t run = 0;
-  std::string backend;
-  std::string device;
+  MeasuredDevice device;
   std::string scene;
   SceneKey scene_key{};
-  double weight = 1;
-  std::size_t settings = 0;  ///< measured there and within the budgets
+  std::vector<std::size_t> runs;         ///< that measured it
+  double weight = 1;                     ///< mean of theirs
+  std::size_t settings = 0;              ///< measured there and within the bounds
+  std::optional<double> between_runs{};  ///< PlaceTimes::between_runs
 };
 
-/// How much more time a setting takes in a place than that place's own best, as a share: 0.03 is 3 %.
+/// What a setting costs in a place beyond that place's own best. With a bound on error: time, as a share (0.03 is 3 %);
+/// with a bound on time: error, in the metric's unit.
 struct Loss {
   double value = 0;
-  double low = 0;  ///< its interval; all intervals of a fleet hold at once
+  double low = 0;  ///< its interval; all intervals of a fleet hold at once. Errors are exact.
   double high = 0;
-  double time_ns = 0;  ///< the setting's, median
+  double time_ns = 0;             ///< the setting's, median; of several runs their geometric mean
+  const TableRow* row = nullptr;  ///< of the place's first run that has it
 };
 
-/// A setting that was measured in every place and is within the budgets in all of them.
+/// A setting that was measured in every place and is within the bounds in all of them.
 struct FleetSetting {
   Settings settings;
   std::vector<Loss> losses;  ///< parallel to the places
@@ -46,7 +41,7 @@ struct FleetSetting {
 };
 
 /// A place's own best, and what it costs to ship it in each place; nothing where it was not measured or misses a
-/// budget.
+/// bound.
 struct OwnBest {
   Settings settings;
   std::vector<std::optional<Loss>> losses;
@@ -56,6 +51,8 @@ enum class Regret { minimax, mean };
 
 struct FleetOptions {
   std::vector<Budget> budgets;
+  std::optional<double> max_time_ms{};    ///< then: the most accurate within it; else: the fastest within the budgets
+  std::string error_metric = "e_xy.p99";  ///< what "most accurate" means
   Regret regret = Regret::minimax;
   double confidence = 0.95;  ///< of all intervals together
 };
@@ -70,20 +67,23 @@ struct Fleet {
 
 /// The setting with the least loss against each place's own best: the least worst one, or the least mean by weight.
 ///
-/// A setting's log time in a place is a Huber location of its samples, its variance moderated by those of the place's
-/// other settings. The intervals of all of them hold together (Bonferroni). A loss lies between the least that its
-/// setting's time can be over the most that the place's best can take, and the reverse; so what the choice of the best
-/// among many does to it is in the interval. Not in it: what shifts a case from one run of a device to the next.
+/// Times are those of place_times(): several runs of a place count together, and what shifts a case from one of them to
+/// the next is in the intervals; of one run it is not known. Losses of time are those of losses_to_best(): their
+/// intervals hold together, and what the choice of the best among many does to them is in there. A setting is within a
+/// bound on time where the upper end of its own interval is, in every run.
 /// runs: of any devices and scenes; settings match by their ids
-/// throws: Error(bad_input): one place in two runs; no setting is measured and within the budgets everywhere, saying
-///         which place leaves the fewest
+/// throws: Error(bad_input): an error metric where higher is better; Error(answer_is_no): no setting is measured and
+///         within the bounds everywhere, saying which place leaves the fewest
 [[nodiscard]] Fleet choose_for_fleet(std::span<const FleetRun> runs, const FleetOptions& options);
 
 /// The loss that a combined one is: worst, or weighted mean.
 [[nodiscard]] Loss combined_loss(std::span<const Loss> losses, std::span<const FleetPlace> places, Regret regret);
 
-/// "vulkan NVIDIA H200 in rocks/oblique"
-[[nodiscard]] std::string place_text(const FleetPlace& place);
+/// "vulkan NVIDIA H200 in rocks/oblique"; with the driver or machine where that tells one of `all` from another
+[[nodiscard]] std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all);
+
+/// "e_xy.p99<=0.5 and missed_rate<=0.001", "at most 2 ms"
+[[nodiscard]] std::string bounds_text(const FleetOptions& options);
 
 [[nodiscard]] nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs,
                                         const FleetOptions& options);

@@ -21,14 +21,8 @@ double sum_of_squares(std::span<const double> values) {
   return sum;
 }
 
-/// Residuals of each family's ratios about their median, squared, with the error variance that sampling gives them.
-struct Residual {
-  double square;
-  double variance;
-};
+}  // namespace
 
-/// The variance beside that of sampling with which the residuals have the median that normal ones have; 0 where
-/// sampling explains them.
 double excess_variance(std::span<const Residual> residuals) {
   if (residuals.empty()) return 0;
   const auto median_with = [&](double excess) {
@@ -50,8 +44,6 @@ double excess_variance(std::span<const Residual> residuals) {
   }
   return low;
 }
-
-}  // namespace
 
 double LogRatio::p() const {
   if (df < 1) return 1;
@@ -123,7 +115,7 @@ void LogRatios::set_between_runs(std::span<const RatioCase> cases) {
 
 LogRatio LogRatios::of_one(const Entry& entry) const {
   const double shift = entry.shifts * between_runs_;
-  return {.mean = entry.mean, .error = std::sqrt(entry.variance + shift * shift), .df = entry.df};
+  return {.mean = entry.mean, .error = std::sqrt(entry.variance + shift * shift), .df = entry.df, .shift = shift};
 }
 
 LogRatio LogRatios::of(std::span<const std::size_t> cases) const {
@@ -155,8 +147,12 @@ LogRatio LogRatios::of(std::span<const std::size_t> cases) const {
   double spread = 0;
   for (const std::size_t i : cases) spread += (entries_[i].mean - mean) * (entries_[i].mean - mean) / (n * (n - 1));
   const double shift = shifts * between_runs_;
-  const double variance = std::max(by_rounds, independent) + shift * shift / static_cast<double>(fewest_blocks);
-  LogRatio ratio{.mean = mean, .error = std::sqrt(variance), .df = whole_df(static_cast<double>(df))};
+  const double shift_variance = shift * shift / static_cast<double>(fewest_blocks);
+  const double variance = std::max(by_rounds, independent) + shift_variance;
+  LogRatio ratio{.mean = mean,
+                 .error = std::sqrt(variance),
+                 .df = whole_df(static_cast<double>(df)),
+                 .shift = std::sqrt(shift_variance)};
   if (cases.size() >= kSpread && spread > variance) {
     ratio.error = std::sqrt(spread);
     ratio.df = std::min(ratio.df, static_cast<int>(cases.size()) - 1);

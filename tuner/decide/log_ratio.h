@@ -26,10 +26,20 @@ struct LogRatio {
   double mean = 0;
   double error = std::numeric_limits<double>::infinity();  ///< standard error; 0 for one measurement beside itself
   int df = 0;                                              ///< of Student's t; 0: nothing is known
+  double shift = 0;                                        ///< part of the error that more samples would not take away
   [[nodiscard]] double p() const;                          ///< two-sided, of a ratio of 1
   /// Half the width of a confidence interval; infinite where nothing is known.
   [[nodiscard]] double margin(double confidence) const;
 };
+
+/// A distance from a centre that should be 0, with the variance that sampling gives it.
+struct Residual {
+  double square;
+  double variance;
+};
+/// The variance beside that of sampling with which residuals have the median that normal ones have, so that a few that
+/// are far off have little say; 0 where sampling explains them.
+[[nodiscard]] double excess_variance(std::span<const Residual> residuals);
 
 /// Ratios of the cases of one device, and what they can be told apart from.
 ///

@@ -176,22 +176,13 @@ std::vector<LevelCandidate> front_of(const std::vector<LevelCandidate>& candidat
   return front;
 }
 
-/// The largest error that a level allows.
-double level_limit(double loosest, double least, int quality, bool is_linear) {
-  const double share = static_cast<double>(quality) / kBestPreset;
-  const double seen = std::max(least, kUnseen * loosest);
-  if (is_linear) return std::lerp(loosest, seen, share);
-  return loosest > 0 ? std::exp(std::lerp(std::log(loosest), std::log(seen), share)) : 0;
-}
-
 /// candidates, front: not empty
 std::vector<PresetLevel> levels_of(const std::vector<LevelCandidate>& candidates,
-                                   const std::vector<LevelCandidate>& front, bool is_linear) {
+                                   const std::vector<LevelCandidate>& front, const Presets& presets) {
   std::vector<PresetLevel> levels;  // from the best down
   const LevelCandidate* above = nullptr;
   for (int quality = kBestPreset; quality >= 0; quality -= kPresetStep) {
-    const double limit =
-        level_limit(front.front().level_error, front.back().level_error, quality, is_linear) * (1 + kSlack);
+    const double limit = level_limit(front.front().level_error, front.back().level_error, quality, presets);
     std::vector<std::size_t> as_good;
     std::vector<Contender> contenders;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -250,7 +241,7 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
   result.scenes = set_relative_times(candidates);
   const std::vector<LevelCandidate> front = front_of(candidates);
   result.on_front = static_cast<int>(front.size());
-  result.levels = levels_of(candidates, front, presets.level_metric == kSeen);
+  result.levels = levels_of(candidates, front, presets);
   if (result.levels.size() < kFewLevels)
     presets.warnings.push_back(fmt::format(
         "{}, {}: {} distinct level{} of {} settings within {}{}", key.first, key.second, result.levels.size(),
@@ -263,7 +254,17 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
 
 }  // namespace
 
-Presets make_presets(std::span<const Run> runs, const PresetQuery& query) {
+double level_limit(double loosest, double least, int quality, const Presets& presets) {
+  const double share = static_cast<double>(quality) / kBestPreset;
+  const double seen = std::max(least, kUnseen * loosest);
+  const bool is_linear = presets.level_metric == kSeen;
+  if (!is_linear && loosest <= 0) return 0;
+  const double limit =
+      is_linear ? std::lerp(loosest, seen, share) : std::exp(std::lerp(std::log(loosest), std::log(seen), share));
+  return limit * (1 + kSlack);
+}
+
+Presets asked_presets(std::span<const Run> runs, const PresetQuery& query) {
   const RunQuestion common = common_question(runs, query);
   Presets presets;
   presets.error_metric = query.error_metric.value_or(common.error_metric);
@@ -277,6 +278,11 @@ Presets make_presets(std::span<const Run> runs, const PresetQuery& query) {
       if (std::ranges::none_of(presets.constraints, is_it)) presets.constraints.push_back(budget);
     }
   for (const Run& run : runs) presets.runs.push_back(&run);
+  return presets;
+}
+
+Presets make_presets(std::span<const Run> runs, const PresetQuery& query) {
+  Presets presets = asked_presets(runs, query);
   for (const auto& [key, device] : gather(runs)) presets.devices.push_back(device_presets(key, device, presets));
   if (presets.devices.empty()) throw Error(Exit::nothing_measured, "the runs hold no case that was measured");
   return presets;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/decide/fleet.h"
 #include "tuner/plan/config.h"
 #include "tuner/plan/preset_file.h"
 #include "tuner/results/store.h"
@@ -64,6 +65,19 @@ struct DevicePresets {
   std::vector<PresetLevel> levels;
 };
 
+/// A level of a fleet, and what it costs in each place beyond that place's own best that is as accurate.
+struct CommonLevel {
+  int quality = 0;
+  double level_error = 0;    ///< of the worst place
+  std::vector<Loss> losses;  ///< parallel to the places
+  Loss combined;
+};
+struct CommonPresets {
+  Regret regret = Regret::minimax;
+  std::vector<FleetPlace> places;
+  std::vector<CommonLevel> levels;
+};
+
 struct Presets {
   std::string error_metric;
   std::string level_metric;  ///< by which levels are spaced: flip where pictures were compared, else error_metric
@@ -71,6 +85,7 @@ struct Presets {
   std::vector<const Run*> runs;
   std::vector<DevicePresets> devices;  ///< by backend and device
   std::vector<std::string> warnings;
+  std::optional<CommonPresets> common{};  ///< then the devices' levels are all of these settings
 };
 
 /// Of two measurements of one setting in one scene, that of the later run in `runs` counts.
@@ -79,6 +94,21 @@ struct Presets {
 ///         that all scenes of a device share; Error(answer_is_no): none meets the constraints in all of them;
 ///         Error(nothing_measured)
 [[nodiscard]] Presets make_presets(std::span<const Run> runs, const PresetQuery& query);
+
+/// One table of levels for all devices of the runs: a level's setting is choose_for_fleet()'s among those whose error
+/// in the worst place is within the level's, but none that is slower anywhere than the next better level or more
+/// accurate. Levels are spaced as those of one device, by the error of the fleet's worst place. fleet: the runs as
+/// tables, parallel to them; levels point into both throws: as make_presets() and choose_for_fleet(); Error(bad_input):
+/// a device with two drivers
+[[nodiscard]] Presets make_common_presets(std::span<const Run> runs, std::span<const FleetRun> fleet,
+                                          const PresetQuery& query, Regret regret);
+
+/// What presets are made by, without any level: metrics, constraints and runs. throws: Error(bad_input): the runs
+/// differ
+[[nodiscard]] Presets asked_presets(std::span<const Run> runs, const PresetQuery& query);
+
+/// The largest error that a level allows. loosest: that of the cheapest setting; least: the least there is
+[[nodiscard]] double level_limit(double loosest, double least, int quality, const Presets& presets);
 
 [[nodiscard]] nlohmann::json presets_json(const Presets& presets);  ///< presets.json
 

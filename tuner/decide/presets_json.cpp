@@ -67,6 +67,33 @@ json device_json(const DevicePresets& device, const Presets& presets) {
           {"levels", std::move(levels)}};
 }
 
+json common_json(const CommonPresets& common) {
+  json places = json::array();
+  for (const FleetPlace& place : common.places)
+    places.push_back({{"backend", place.device.backend},
+                      {"device", place.device.device},
+                      {"scene", place.scene},
+                      {"scene_key", place.scene_key.hex}});
+  const auto priced = [](const Loss& loss) -> json {
+    return {{"slower_by", loss.value}, {"interval", {loss.low, loss.high}}};
+  };
+  json levels = json::array();
+  for (const CommonLevel& level : common.levels) {
+    json prices = json::array();
+    for (const Loss& loss : level.losses) {
+      prices.push_back(priced(loss));
+      prices.back()["time_ns"] = loss.time_ns;
+    }
+    levels.push_back({{"quality", level.quality},
+                      {"level_error", level.level_error},
+                      {"combined", priced(level.combined)},
+                      {"places", std::move(prices)}});
+  }
+  return {{"regret", common.regret == Regret::minimax ? "minimax" : "mean"},
+          {"places", std::move(places)},
+          {"levels", std::move(levels)}};
+}
+
 /// The scenes that evidence is of, each whole.
 json scenes_of(const Presets& presets) {
   std::vector<MeasuredScene> scenes;
@@ -91,15 +118,17 @@ json presets_json(const Presets& presets) {
   for (const Run* run : presets.runs) runs.push_back(run_json(*run));
   json devices = json::array();
   for (const DevicePresets& device : presets.devices) devices.push_back(device_json(device, presets));
-  return {{"schema", kPresetsSchema},
-          {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
-          {"error_metric", presets.error_metric},
-          {"level_metric", presets.level_metric},
-          {"constraints", budget_texts(presets.constraints)},
-          {"runs", std::move(runs)},
-          {"scenes", scenes_of(presets)},
-          {"devices", std::move(devices)},
-          {"warnings", presets.warnings}};
+  json made = {{"schema", kPresetsSchema},
+               {"made_by", fmt::format("reliefbench {} ({})", version(), git_sha())},
+               {"error_metric", presets.error_metric},
+               {"level_metric", presets.level_metric},
+               {"constraints", budget_texts(presets.constraints)},
+               {"runs", std::move(runs)},
+               {"scenes", scenes_of(presets)},
+               {"devices", std::move(devices)},
+               {"warnings", presets.warnings}};
+  if (presets.common) made["common"] = common_json(*presets.common);
+  return made;
 }
 
 }  // namespace reliefbench

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tuner/decide/markup.h"
 #include "tuner/history/moment.h"
 
 namespace reliefbench {
@@ -35,39 +36,6 @@ json run_json_of(const HistoryView& view, std::int64_t id) {
   const RunRow* run = find_run(view, id);
   if (run == nullptr) return nullptr;
   return {{"time", moment_text(run->unix_s)}, {"commit", run->build.commit}, {"source", run->source}};
-}
-
-std::string xml_escaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return escaped;
-}
-
-/// Text that Markdown takes for text.
-std::string markdown_escaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (std::string_view("\\`*_{}[]<>#|").find(c) != std::string_view::npos) escaped += '\\';
-    escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return escaped;
 }
 
 std::string event_line(const EventRow& event, const HistoryView& view) {

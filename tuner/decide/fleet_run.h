@@ -1,0 +1,46 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tuner/results/case_table.h"
+
+namespace reliefbench {
+
+/// A run of one of several devices: its folder or table.csv, and what it holds.
+struct FleetRun {    // NOLINT(bugprone-exception-escape): moving a json does not throw
+  std::string name;  ///< as it was given
+  std::vector<TableRow> rows;
+  double weight = 1;
+  nlohmann::json info{};  ///< run.json; null of a table, which knows no drivers
+};
+/// throws: Error(bad_input): neither a run's folder nor a table
+[[nodiscard]] FleetRun load_fleet_run(const std::filesystem::path& path);
+
+/// What a time is of, beside the setting and the scene.
+struct MeasuredDevice {
+  std::string backend;
+  std::string device;
+  std::string driver;   ///< "": a table does not say
+  std::string machine;  ///< the processor's name where the device is software; else ""
+  friend bool operator==(const MeasuredDevice&, const MeasuredDevice&) = default;
+};
+/// "vulkan NVIDIA H200"; with the driver and the machine where another of `all` has the same name.
+[[nodiscard]] std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all);
+
+/// A device with a scene, and the runs that measured it.
+struct MeasuredPlace {
+  MeasuredDevice device;
+  std::string scene;
+  SceneKey scene_key{};
+  std::vector<std::size_t> runs;                    ///< indices
+  std::vector<std::vector<const TableRow*>> cases;  ///< of each of these runs; they point into its rows
+};
+/// Every place of the runs, in the order of their rows. Runs of one place share it.
+[[nodiscard]] std::vector<MeasuredPlace> places_of(std::span<const FleetRun> runs);
+
+}  // namespace reliefbench
