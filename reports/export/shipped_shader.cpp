@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "kernels/trace/shader_contract.h"
+#include "reports/export/glsl_fold.h"
 #include "reports/export/template.h"
 #include "tuner/plan/setting_space.h"
 
@@ -121,9 +122,11 @@ std::vector<std::string> map_arguments(const Pieces& source, std::string_view fu
   std::vector<std::string> maps;
   for (const Piece& piece : source) {
     if (!piece.is_needed || !piece.is_function || piece.names.front() != function) continue;
-    const std::vector<std::string> words = words_of(piece.text);
+    const std::size_t open = piece.text.find(fmt::format("{}(", function)) + function.size();
+    const std::vector<std::string> words =
+        words_of(std::string_view(piece.text).substr(open, closing(piece.text, open) - open));
     for (const char* map : {kReliefMap, kExtraMap, kReliefSampler})
-      if (std::ranges::find(words, map) < std::ranges::find(words, "relief_depth")) maps.emplace_back(map);
+      if (std::ranges::find(words, map) != words.end()) maps.emplace_back(map);
   }
   return maps;
 }

@@ -137,6 +137,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  reliefbench export --presets presets.json --quality 50 --backend vulkan -o shipped\n"
       "  reliefbench export --presets presets.json --quality 50 --for unreal,godot -o shipped\n"
+      "  reliefbench export --tune out/tune --for three -o shipped\n"
       "  reliefbench export --run out/tune --case 'relief@rocks/grazing?...' -o shipped\n"
       "  reliefbench export rocks --case 'relief?linear_steps=32&format=r16' -o shipped");
   command->callback([=, &exit_code] {

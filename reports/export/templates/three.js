@@ -1,7 +1,7 @@
 // Relief mapping as nodes of three.js' WebGPURenderer. SPDX-License-Identifier: MIT-0
-import {code, float, parallaxDirection, sampler, texture, TBNViewMatrix, uv, vec3, wgslFn} from 'three/tsl';
+import {float, parallaxDirection, sampler, texture, TBNViewMatrix, uv, vec3, wgsl, wgslFn} from 'three/tsl';
 
-const library = code(await (await fetch(new URL('relief.wgsl', import.meta.url))).text(), 'wgsl');
+const library = wgsl(await (await fetch(new URL('relief.wgsl', import.meta.url))).text());
 
 // x, y: uv of the hit; z: its height; w: what of the light comes there
 const trace = wgslFn(
