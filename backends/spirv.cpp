@@ -151,6 +151,29 @@ ShaderInterface reflect(std::span<const std::uint32_t> spirv) {
   return interface;
 }
 
+std::vector<std::uint32_t> with_plain_names(Words spirv) {
+  std::vector<std::uint32_t> plain(spirv.begin(), spirv.begin() + kHeaderWords);
+  for (std::size_t at = kHeaderWords; at < spirv.size();) {
+    const std::size_t count = std::clamp<std::size_t>(spirv[at] >> 16, 1, spirv.size() - at);
+    const Words words = spirv.subspan(at, count);
+    at += count;
+    if ((words[0] & 0xffffU) != kOpName || count < 3) {
+      plain.insert(plain.end(), words.begin(), words.end());
+      continue;
+    }
+    std::string name = literal(words.subspan(2));
+    name.resize(std::min(name.find('('), name.size()));
+    const std::size_t name_words = name.size() / 4 + 1;  // with the zero at its end
+    plain.push_back(static_cast<std::uint32_t>(name_words + 2) << 16 | kOpName);
+    plain.push_back(words[1]);
+    for (std::size_t i = 0; i < 4 * name_words; ++i) {
+      if (i % 4 == 0) plain.push_back(0);
+      if (i < name.size()) plain.back() |= std::uint32_t{static_cast<unsigned char>(name[i])} << 8 * (i % 4);
+    }
+  }
+  return plain;
+}
+
 ShaderInterface joined(const ShaderInterface& vertex, const ShaderInterface& fragment) {
   ShaderInterface both = fragment;
   both.constants.insert(both.constants.begin(), vertex.constants.begin(), vertex.constants.end());

@@ -33,6 +33,9 @@ struct ShaderInterface {
 /// another descriptor set than 0
 [[nodiscard]] ShaderInterface reflect(std::span<const std::uint32_t> spirv);
 
+/// The same module with functions named as their source has them, without the types of their parameters.
+[[nodiscard]] std::vector<std::uint32_t> with_plain_names(std::span<const std::uint32_t> spirv);
+
 /// The interface of both stages of a pipeline: the resources of either, the fragment shader's outputs.
 /// throws: Error(environment): the stages put different things at one binding
 [[nodiscard]] ShaderInterface joined(const ShaderInterface& vertex, const ShaderInterface& fragment);

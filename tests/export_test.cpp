@@ -13,11 +13,10 @@
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
 #include "reports/export/glsl_fold.h"
-#include "reports/export/shipped_shader.h"
 #include "tests/command.h"
+#include "tests/export_rig.h"
 #include "tests/finished_run.h"
 #include "tests/schema.h"
-#include "tests/technique_rig.h"
 #include "tuner/decide/presets.h"
 #include "tuner/plan/setting_space.h"
 
@@ -29,164 +28,85 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::ThrowsMessage;
 
-/// Every technique, and what changes which code or textures it needs.
-std::vector<std::string> shipped_settings() {
-  std::vector<std::string> ids;
-  for (const Technique& technique : techniques()) ids.emplace_back(technique.id);
-  for (const char* id : {"parallax?variant=plain&filter=manual",
-                         "relief?refinement=none&loop=fixed&filter=manual",
-                         "relief?refinement=secant&format=r32f",
-                         "depth_slices?loop=fixed",
-                         "interval?search=cone&format=rg16f",
-                         "cone?step=plain&format=rgba8",
-                         "cone?correction=min4&step=cell_max&format=r8+r8",
-                         "cone?correction=min4&filter=manual&encoding=h_tan",
-                         "cone?lod=footprint&encoding=atan",
-                         "relaxed_cone?refinement=secant&format=r8+r8&encoding=ratio",
-                         "quad_cone?refinement=binary&filter=manual",
-                         "safety_shape?loop=fixed&format=r8+rgba8",
-                         "qdm?refinement=none",
-                         "qdm?refinement=binary&filter=manual",
-                         "distance?step=published",
-                         "relief?shadow=linear",
-                         "relief?shadow=binary",
-                         "cone?shadow=cone&format=rgba8",
-                         "relaxed_cone?shadow=soft_taps&shadow_bias=1_256",
-                         "interval?search=cone&shadow=soft_cone"})
-    ids.emplace_back(id);
-  return ids;
-}
-
-const Heightfield& heights() {
-  static const Heightfield map = load_heightmap({.source = "fbm", .width = 32, .height = 32});
-  return map;
-}
-
-std::string shader_of(const Settings& settings, const StoredMap& map, Wrap wrap) {
-  ShippedShader shipped{.settings = settings, .heightmap = "fbm", .wrap = wrap};
-  if (settings.technique().reads_map()) shipped.textures = shipped_textures(settings, map.textures);
-  return shipped_shader(shipped);
-}
+const Heightfield& heights() { return small_fbm(); }
 
 TEST(ShippedShader, compiles_in_both_dialects_with_no_more_than_it_needs) {
   for (const std::string& id : shipped_settings())
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
       SCOPED_TRACE(id);
-      const Settings settings = parse_setting(id);
-      const StoredMap map = store_map(settings, heights(), wrap);
-      const std::string shader = shader_of(settings, map, wrap);
-      for (const char* word : {"#include", "constant_id", "frame.", "reference_map"})
-        EXPECT_THAT(shader, Not(HasSubstr(word)));
-      const bool has_format = settings.technique().reads_map();
-      EXPECT_EQ(shader.find("sampler2D relief_map") != std::string::npos, has_format);
-      EXPECT_EQ(shader.find("sampler2D extra_map") != std::string::npos, map.textures.extra.has_value());
-      const std::string fragment = "#version 450\n" + shader +
-                                   "layout(location = 0) in vec2 uv;\nlayout(location = 1) in vec3 view;\n"
-                                   "layout(location = 0) out vec4 color;\n"
-                                   "void main() { color = vec4(trace(view_ray(uv, view, 0.1)).t); }\n";
+      const ShippedCase shipped(id, wrap);
+      const ShippedText text = find_language("glsl").write(shipped.shader());
+      EXPECT_THAT(text.library, HasSubstr("SPDX-License-Identifier: MIT-0"));
+      const std::string code = text.library.substr(text.library.find("\n\n"));
+      for (const char* word : {"#include", "constant_id", "frame.", "reference_map", "layout(", " Ray ", " trace(",
+                               "BINDING", "WRAP_CLAMP ?", "uniform"})
+        EXPECT_THAT(code, Not(HasSubstr(word)));
+      EXPECT_EQ(code.find("sampler2D relief_map") != std::string::npos, shipped.settings.technique().reads_map());
+      EXPECT_EQ(code.find("sampler2D extra_map") != std::string::npos, shipped.map.textures.extra.has_value());
+      EXPECT_THAT(text.example, HasSubstr(code));
       for (const Dialect dialect : {Dialect::vulkan, Dialect::opengl})
-        EXPECT_NO_THROW((void)compile_whole_fragment({.name = id, .text = fragment}, dialect)) << fragment;
+        EXPECT_NO_THROW((void)compile_whole_fragment({.name = id, .text = text.example}, dialect)) << text.example;
     }
 }
 
+TEST(ShippedShader, everything_in_it_has_its_prefix) {
+  for (const Technique& technique : techniques())
+    for (const MapArguments arguments : {MapArguments::combined, MapArguments::separate})
+      for (const Piece& piece : shipped_source(ShippedCase(std::string(technique.id)).shader(), arguments))
+        for (const std::string& name : piece.names)
+          EXPECT_TRUE(!piece.is_needed || prefixed_name(name) == name) << name;
+}
+
 TEST(ShippedShader, says_on_top_what_it_is_and_how_it_is_called) {
-  const Settings settings = parse_setting("cone?lod=footprint&format=rgba8");
-  const std::string shader = shader_of(settings, store_map(settings, heights(), Wrap::clamp), Wrap::clamp);
+  const ShippedCase shipped("cone?lod=footprint&format=rgba8", Wrap::clamp);
+  const std::string shader = find_language("glsl").write(shipped.shader()).library;
   for (const std::string words :
        {"[DUM06] Dummer: Cone Step Mapping", "cone?cone_steps=32&", "wrap clamp",
-        "relief_map, binding 1: relief.ktx2, 32 x 32, 6 levels, R8G8B8A8_UNORM: r = height",
+        "relief_map: relief, 32 x 32, 6 levels, R8G8B8A8_UNORM: r = height",
         "Guarantee: never_skips, on a sampler that is off by no more than its steps make up for", "discard",
-        "ray.footprint = pixel_footprint(uv);", "Hit hit = trace(ray);"})
+        "takes derivatives of uv", "- view_ts: from the eye"})
     EXPECT_THAT(shader.substr(0, shader.find("\n\n")), HasSubstr(words));
+  EXPECT_THAT(shader, HasSubstr("ray.footprint = relief_pixel_footprint(relief_map, uv);"));
   EXPECT_THAT(shader, Not(HasSubstr("shadow")));
 }
 
 TEST(ShippedShader, has_the_shadow_that_its_setting_has) {
-  const Settings settings = parse_setting("cone?shadow=cone&shadow_steps=24");
-  const std::string shader = shader_of(settings, store_map(settings, heights(), Wrap::repeat), Wrap::repeat);
-  for (const std::string words : {"of shadow", "rays: never_skips.", "Scene scene = Scene(light, light_radius, 0.1",
-                                  "float shadow = relief_shadow(ray, scene, hit);", "const int SHADOW_STEPS = 24;"})
+  const std::string shader =
+      find_language("glsl").write(ShippedCase("cone?shadow=cone&shadow_steps=24").shader()).library;
+  for (const std::string words : {"of shadow", "rays: never_skips.", "const vec3 light_ts, const float light_radius)",
+                                  "float shadow;  // share", "const int RELIEF_SHADOW_STEPS = 24;"})
     EXPECT_THAT(shader, HasSubstr(words));
   EXPECT_THAT(shader, Not(HasSubstr("shade_shadow")));
 }
 
-class ShippedShaderOnDevice : public BackendTest {};
-
-/// The trace on rays that a texture holds, into a score frame.
-constexpr std::string_view kRaysFromTexture = R"(
-#ifdef VULKAN
-layout(set = 0, binding = 3) uniform sampler2D rays;
-#else
-layout(binding = 3) uniform sampler2D rays;
-#endif
-layout(location = 0) out vec4 out_ray;
-layout(location = 1) out vec4 out_hit;
-#ifdef WITH_SHADOW
-layout(location = 2) out float out_shadow;
-#endif
-void main() {
-  out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-  Ray ray = Ray(out_ray.xy, out_ray.zw, 1.0, 1.0, 0);
-  Hit hit = trace(ray);
-#ifdef WITH_SHADOW
-  out_shadow = relief_shadow(ray, Scene(vec3(LIGHT), LIGHT_RADIUS, 0.1), hit);
-#endif
-  out_hit = vec4(hit.t, float(hit.status), float(hit.taps), float(hit.steps));
+TEST(ShippedShader, long_lines_are_broken) {
+  const std::string text = with_short_lines("float f(" + std::string(70, 'a') + ", " + std::string(70, 'b') + ");\n");
+  EXPECT_EQ(text, "float f(" + std::string(70, 'a') + ",\n    " + std::string(70, 'b') + ");\n");
 }
-)";
+
+class ShippedShaderOnDevice : public BackendTest {};
 
 TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
   on_every_device([&](const Rig& rig) {
     for (const std::string& id : shipped_settings())
       for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
-        const Settings settings = parse_setting(id);
         // These read the view's angle or the pixel's size, which a score frame does not tell.
         if (id == "parallax" || id.find("lod=footprint") != std::string::npos) continue;
         SCOPED_TRACE(id);
-        const StoredMap map = store_map(settings, heights(), wrap);
-        Scene scene = kScene;
-        scene.wrap = wrap;
-        scene.light = {.elevation_deg = 20, .angular_radius_deg = 3};
-        const std::vector<ScorePixel> expected = trace_frame(rig, settings, map, scene, kShippedSampler);
-        const std::vector<PixelFeature> features = pixel_features(settings);
-        const FeatureValues expected_values = rig.backend->read_values(features);
-        const FrameUniforms frame = frame_uniforms(scene, heights().width, heights().height);
-        std::string defines = "#version 450\n";
-        if (!features.empty())
-          defines +=
-              fmt::format("#define WITH_SHADOW\n#define LIGHT {:#.9}, {:#.9}, {:#.9}\n#define LIGHT_RADIUS {:#.9}\n",
-                          frame.light[0], frame.light[1], frame.light[2], frame.light[3]);
-        std::vector<std::array<float, 4>> rays;
-        for (const ScorePixel& pixel : expected)
-          rays.push_back({pixel.ray.u, pixel.ray.v, pixel.ray.slope_u, pixel.ray.slope_v});
-        const auto ray_texture = rig.backend->upload({.width = scene.width_px,
-                                                      .height = scene.height_px,
-                                                      .layout = {.type = TexelType::float32, .channels = 4},
-                                                      .texels = std::as_bytes(std::span(rays)),
-                                                      .wrap = Wrap::clamp,
-                                                      .filter = Filter::nearest});
-        const std::string fragment = defines + shader_of(settings, map, wrap) + std::string(kRaysFromTexture);
-        const auto pipeline = rig.pipeline(compile_whole_fragment({.name = id, .text = fragment}, rig.row.dialect),
-                                           score_target(features), {}, "shipped");
-        const auto relief = rig.backend->upload(texture_desc(map.textures.relief, wrap));
-        const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, wrap)) : nullptr;
-        Textures textures = rig.textures(relief.get(), extra.get());
-        textures["rays"] = ray_texture.get();
-        rig.backend->render({.pipeline = pipeline.get(), .textures = std::move(textures), .frame = frame}, 1,
-                            Timer::fenced_wall);
-        const std::vector<ScorePixel> found = rig.backend->read_score();
-        ASSERT_EQ(found.size(), expected.size());
-        const FeatureValues found_values = rig.backend->read_values(features);
-        for (std::size_t i = 0; i < features.size() * found.size(); ++i) {
-          if (static_cast<PixelStatus>(expected[i].status) == PixelStatus::no_ray) continue;
-          ASSERT_EQ(found_values.front()[i], expected_values.front()[i]) << i;
-        }
+        const ShippedCase shipped(id, wrap);
+        const ScoreFrame expected = suite_frame(rig, shipped);
+        const FrameUniforms frame = frame_uniforms(shipped_scene(wrap), heights().width, heights().height);
+        const Spirv fragment =
+            compile_whole_fragment({.name = id, .text = rays_shader(shipped, frame)}, rig.row.dialect);
+        const ScoreFrame found = frame_of_rays(rig, shipped, fragment, expected.pixels);
+        ASSERT_EQ(found.pixels.size(), expected.pixels.size());
         int differing = 0;
         int traced = 0;
-        for (std::size_t i = 0; i < found.size(); ++i) {
-          if (static_cast<PixelStatus>(expected[i].status) == PixelStatus::no_ray) continue;
+        for (std::size_t i = 0; i < found.pixels.size(); ++i) {
+          if (static_cast<PixelStatus>(expected.pixels[i].status) == PixelStatus::no_ray) continue;
           ++traced;
-          differing += std::memcmp(&found[i], &expected[i], sizeof(ScorePixel)) == 0 ? 0 : 1;
+          differing += std::memcmp(&found.pixels[i], &expected.pixels[i], sizeof(ScorePixel)) == 0 ? 0 : 1;
+          differing += expected.values.empty() || found.values.front()[i] == expected.values.front()[i] ? 0 : 1;
         }
         EXPECT_GT(traced, 100);
         EXPECT_EQ(differing, 0) << "of " << traced;
@@ -214,6 +134,10 @@ TEST(GlslFold, ifs_that_constants_decide_vanish) {
   EXPECT_EQ(body("  if (A == ONE) return x;\n  y;\n  return z;\n"), kept("  return x;\n"));
   EXPECT_EQ(body("  if (a == ONE) return x;  // unknown\n  return z;\n"),
             kept("  if (a == ONE) return x;  // unknown\n  return z;\n"));
+  EXPECT_EQ(body("  return A == ONE ? f(x, y) : z;\n"), kept("  return f(x, y);\n"));
+  EXPECT_EQ(body("  x = g(A == TWO ? y : f(z), 0);  // A == TWO ? y : z\n"),
+            kept("  x = g(f(z), 0);  // A == TWO ? y : z\n"));
+  EXPECT_EQ(body("  x = a == ONE ? y : z;\n"), kept("  x = a == ONE ? y : z;\n"));
   EXPECT_EQ(body("  if (x) {\n    if (A == ONE) {\n      if (A == TWO) y;\n      z;\n    }\n  }\n"),
             kept("  if (x) {\n    z;\n  }\n"));
 }
@@ -247,7 +171,7 @@ TEST_F(ExportTest, textures_are_those_that_the_technique_is_measured_with) {
     for (std::size_t i = 0; i + 1 < exported.files.size(); ++i)
       EXPECT_EQ(exported.settings["files"][i]["sha256"], sha256(exported.files[i].bytes));
     if (!shipped.settings.technique().reads_map()) {
-      EXPECT_EQ(exported.files.size(), 2U);
+      EXPECT_EQ(exported.files.size(), 4U);
       continue;
     }
     const StoredMap map = store_map(shipped.settings, heights(), Wrap::repeat);
@@ -268,11 +192,12 @@ TEST_F(ExportTest, textures_are_those_that_the_technique_is_measured_with) {
 
 TEST_F(ExportTest, a_later_export_replaces_its_own_files_alone) {
   write_export(make_export(job("max_mip")), folder_ / "a/b");
-  EXPECT_EQ(names_in("a/b"),
-            (std::set<std::string>{"relief.ktx2", "relief.extra.ktx2", "relief.glsl", "settings.json"}));
+  EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"relief.ktx2", "relief.extra.ktx2", "relief.glsl", "example.frag",
+                                                    "README.md", "settings.json"}));
   write_atomically(folder_ / "a/b/mine.txt", "mine");
   write_export(make_export(job("relief")), folder_ / "a/b");
-  EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"mine.txt", "relief.ktx2", "relief.glsl", "settings.json"}));
+  EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"mine.txt", "relief.ktx2", "relief.glsl", "example.frag",
+                                                    "README.md", "settings.json"}));
 }
 
 TEST_F(ExportTest, files_of_somebody_else_stay) {
@@ -366,7 +291,7 @@ TEST_F(ExportCommand, ships_a_case_by_its_id) {
   EXPECT_EQ(settings["params"]["linear_steps"], "9");
   EXPECT_EQ(settings["wrap"], "clamp");
   EXPECT_TRUE(settings["evidence"].is_null());
-  EXPECT_THAT(file_text(folder_ / "out/relief.glsl"), HasSubstr("view_ray(uv, view, 0.25)"));
+  EXPECT_THAT(file_text(folder_ / "out/relief.glsl"), HasSubstr("measured with 0.25"));
 }
 
 TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
@@ -380,7 +305,7 @@ TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   with_presets({"--quality", "50", "--device-name", "H200*"}, "no device 'H200*'");
   with_presets({}, "--quality");
   with_presets({"--quality", "50", "--case", "relief"}, "--case");
-  expect_refused({"-o", "out"}, "--presets with --quality, or --case");
+  expect_refused({"-o", "out"}, "--presets with --quality, --case, or --tune");
   expect_refused({"--presets", "none.json", "--quality", "50", "-o", "out"}, "none.json");
   expect_refused({"--case", "cane", "-o", "out"}, "unknown technique 'cane'");
   expect_refused({"--case", "cone?format=r8", "-o", "out"}, "format r8 has room for 0 cone ratios");

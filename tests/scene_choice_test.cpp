@@ -100,7 +100,7 @@ TEST_F(SceneChoice, a_preset_ships_what_was_measured) {
     EXPECT_EQ(shipped["evidence"]["same_scene"], true);
     EXPECT_EQ(shipped["evidence"]["scenes"][0]["scene_key"], run_.scenes[0].key.hex);
     EXPECT_THAT(file_text(folder_ / "out/relief.glsl"),
-                AllOf(HasSubstr("wrap clamp"), HasSubstr("view_ray(uv, view, 0.25)")));
+                AllOf(HasSubstr("wrap clamp"), HasSubstr("measured with 0.25")));
     const std::string setting = shipped["setting"];
     const Export by_hand = make_export({.heightmap = measured_heightmap(),
                                         .settings = parse_setting(setting),

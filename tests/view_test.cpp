@@ -161,7 +161,7 @@ TEST_F(ViewCommandTest, bad_input_is_refused_in_one_line) {
     arguments.insert(arguments.end(), {"--png", "view.png"});
     expect_refused(arguments, exit_code, words);
   };
-  with_png({}, "view needs --presets with --quality, or --case");
+  with_png({}, "view needs --presets with --quality, --case, or --tune");
   with_png({"--presets", "presets.json", "--quality", "101"}, "presets.json: there is no level 101; it has 0, ");
   with_png({"--presets", "presets.json"}, "--quality");
   with_png({"--presets", "presets.json", "--quality", "50", "--case", "relief"}, "--case");

@@ -25,6 +25,8 @@ struct ImageSource {
 
 /// type: unorm8 or unorm16; one to four channels, whose meaning their number says
 [[nodiscard]] std::string encode_png(const ImageSource& source);
+/// type: unorm8; one, three or four channels, not packed
+[[nodiscard]] std::string encode_tga(const ImageSource& source);
 /// type: float32
 [[nodiscard]] std::string encode_exr(const ImageSource& source);
 

@@ -1,9 +1,12 @@
 // Written out, as the small libraries that know TGA take a truncated file for a whole one with black texels.
 #include <algorithm>
 #include <array>
+#include <cassert>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "kernels/image/decode.h"
+#include "kernels/image/encode_image.h"
 
 namespace reliefbench {
 namespace {
@@ -156,6 +159,26 @@ Image decode_tga(FileBytes bytes, const std::string& name) {
       image.pixels[(y * width + x) * static_cast<std::size_t>(channels) + c] = static_cast<float>(texel.at(c)) / 255.0F;
   }
   return image;
+}
+
+std::string encode_tga(const ImageSource& source) {
+  const std::size_t channels = source.channels.size();
+  assert(source.type == TexelType::unorm8 && channels != 2);
+  std::string bytes(kHeaderBytes, '\0');
+  const auto put = [&](std::size_t at, int value) { bytes[at] = static_cast<char>(value & 255); };
+  put(2, static_cast<int>(channels == 1 ? Content::greys : Content::colours));
+  put(12, source.width);
+  put(13, source.width >> 8);
+  put(14, source.height);
+  put(15, source.height >> 8);
+  put(16, static_cast<int>(8 * channels));
+  put(17, channels == 4 ? 0x28 : 0x20);  // rows from the top, and the bits of alpha
+  for (std::size_t at = 0; at < source.pixels.size(); at += channels) {
+    std::string texel(reinterpret_cast<const char*>(&source.pixels[at]), channels);
+    if (channels > 1) std::swap(texel[0], texel[2]);  // blue first
+    bytes += texel;
+  }
+  return bytes;
 }
 
 }  // namespace reliefbench

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
+#include <iterator>
 #include <optional>
 #include <set>
+#include <span>
 #include <string_view>
 #include <system_error>
 
@@ -13,7 +15,6 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
-#include "kernels/image/ktx2.h"
 #include "reports/export/shipped_shader.h"
 #include "tuner/measure/bake_job.h"
 #include "tuner/measure/map_library.h"
@@ -28,8 +29,6 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr std::string_view kSettingsFile = "settings.json";
-constexpr std::array<std::string_view, 4> kFileNames = {"relief.ktx2", "relief.extra.ktx2", "relief.glsl",
-                                                        kSettingsFile};
 constexpr std::string_view kMadeBy = "reliefbench ";
 
 /// The files that an earlier export into the folder wrote, by its settings.json. Whatever else has such a name is
@@ -45,9 +44,9 @@ std::set<std::string> earlier_files(const fs::path& folder) {
   };
   if (!text(settings, "made_by").starts_with(kMadeBy) || !settings.contains("files")) return names;
   names.emplace(kSettingsFile);
+  const std::set<std::string> possible = all_export_names();
   for (const nlohmann::json& file : settings.at("files"))
-    if (const std::string name = text(file, "file"); std::ranges::find(kFileNames, name) != kFileNames.end())
-      names.insert(name);
+    if (const std::string name = text(file, "file"); possible.contains(name)) names.insert(name);
   return names;
 }
 
@@ -57,7 +56,17 @@ struct Baked {
   std::string heights_sha256{};
   std::optional<MeasuredScene> scene{};
   std::optional<MapTextures> textures{};  ///< none: the technique reads no map
+  std::optional<TextureImage> normals{};  ///< where they were asked for
 };
+
+TextureImage normals_of(const Heightfield& heights, const ExportJob& job) {
+  const std::vector<std::uint8_t> rgba8 = normal_map(heights, job.wrap, job.relief_depth);
+  const auto bytes = std::as_bytes(std::span(rgba8));
+  return {.width = heights.width,
+          .height = heights.height,
+          .layout = {.type = TexelType::unorm8, .channels = 4},
+          .texels = {bytes.begin(), bytes.end()}};
+}
 
 Baked bake_shipped(const ExportJob& job, Heightmaps heightmaps) {
   const Cache cache = Cache::open();
@@ -70,14 +79,14 @@ Baked bake_shipped(const ExportJob& job, Heightmaps heightmaps) {
   Baked baked{.width = heights.field.width, .height = heights.field.height, .heights_sha256 = heights.sha256};
   if (job.scene) baked.scene = measured_scene(*job.scene, heights);
   baked.textures = library.packed(job.settings, scene);
+  if (job.choice.normal_map) baked.normals = normals_of(heights.field, job);
   return baked;
 }
 
-ordered_json texture_json(const ShippedTexture& texture) {
-  return {
-      {"sampler", texture.sampler},      {"binding", texture.binding},      {"file", texture.file},
-      {"format", texture.format},        {"channels", texture.channels},    {"width", texture.image->width},
-      {"height", texture.image->height}, {"levels", texture.image->levels}, {"bytes", texture.image->texels.size()}};
+ordered_json texture_json(const EngineTexture& texture) {
+  return {{"sampler", texture.sampler}, {"binding", texture.binding},   {"file", texture.file},
+          {"format", texture.format},   {"channels", texture.channels}, {"width", texture.width},
+          {"height", texture.height},   {"levels", texture.levels},     {"bytes", texture.bytes}};
 }
 
 ordered_json map_json(const ExportJob& job) {
@@ -97,7 +106,7 @@ ordered_json shipped_heightmap_json(const ExportJob& job, const Baked& baked) {
   return j;
 }
 
-ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::vector<ShippedTexture>& textures) {
+ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::vector<EngineTexture>& textures) {
   const Technique& technique = job.settings.technique();
   ordered_json params = ordered_json::object();
   for (const SettingValue& given : job.settings.written()) params[std::string(given.param.id)] = given.text();
@@ -114,7 +123,7 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
                        {"scene", baked.scene ? scene_json(*baked.scene) : nlohmann::json()}};
   if (baked.textures) json["map"] = map_json(job);
   json["textures"] = ordered_json::array();
-  for (const ShippedTexture& texture : textures) json["textures"].push_back(texture_json(texture));
+  for (const EngineTexture& texture : textures) json["textures"].push_back(texture_json(texture));
   json["evidence"] = job.evidence;
   return json;
 }
@@ -127,19 +136,17 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   ShippedShader shader{
       .settings = job.settings, .heightmap = job.heightmap.source, .wrap = job.wrap, .relief_depth = job.relief_depth};
   Export result;
-  if (baked.textures) {
-    shader.textures = shipped_textures(job.settings, *baked.textures);
-    const auto metadata = map_metadata(storage_of(job.settings), job.wrap);
-    for (const ShippedTexture& texture : shader.textures)
-      result.files.push_back({.name = texture.file,
-                              .what = fmt::format("{}, binding {}: {}, {} x {}", texture.sampler, texture.binding,
-                                                  texture.format, texture.image->width, texture.image->height),
-                              .bytes = encode_ktx2({.image = *texture.image, .metadata = metadata})});
+  if (baked.textures) shader.textures = shipped_textures(job.settings, *baked.textures);
+  EngineSource source{.shader = shader, .normals = baked.normals ? &*baked.normals : nullptr};
+  if (baked.textures) source.metadata = map_metadata(storage_of(job.settings), job.wrap);
+  std::vector<EngineTexture> textures;
+  for (const std::string& id :
+       job.choice.engines.empty() ? std::vector{std::string(kPlainEngine)} : job.choice.engines) {
+    EngineFiles made = engine_files(find_engine(id), source, job.choice, id == kPlainEngine ? "" : id + "/");
+    std::ranges::move(made.textures, std::back_inserter(textures));
+    std::ranges::move(made.files, std::back_inserter(result.files));
   }
-  result.files.push_back({.name = "relief.glsl",
-                          .what = "trace() of this setting, for OpenGL and Vulkan",
-                          .bytes = shipped_shader(shader)});
-  result.settings = settings_json(job, baked, shader.textures);
+  result.settings = settings_json(job, baked, textures);
   result.settings["files"] = ordered_json::array();
   for (const ExportedFile& file : result.files)
     result.settings["files"].push_back(
@@ -150,29 +157,71 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   return result;
 }
 
+namespace {
+
+/// A folder of an export's files as it stands: none that lies behind a link, where other people's files may be.
+void check_folder(const fs::path& folder) {
+  std::error_code error;
+  const fs::file_status there = fs::symlink_status(folder, error);
+  if (fs::exists(there) && !fs::is_directory(there))
+    fail_input("{}: is not of an export; choose another folder", folder.string());
+}
+
+/// Makes the folders that the files lie in; those that were made go again, unless something is in them.
+class MadeFolders {
+ public:
+  MadeFolders(const Export& exported, const fs::path& top) {
+    make(top);
+    for (const ExportedFile& file : exported.files) {
+      fs::path folder = top;
+      for (const fs::path& part : fs::path(file.name).parent_path()) {
+        folder /= part;
+        check_folder(folder);
+        make(folder);
+      }
+    }
+  }
+  ~MadeFolders() {
+    std::error_code ignored;
+    for (std::size_t i = made_.size(); !is_kept_ && i-- > 0;) fs::remove(made_[i], ignored);
+  }
+  MadeFolders(const MadeFolders&) = delete;
+  MadeFolders& operator=(const MadeFolders&) = delete;
+  void keep() { is_kept_ = true; }
+
+ private:
+  void make(const fs::path& folder) {
+    std::error_code error;
+    if (fs::create_directories(folder, error)) made_.push_back(folder);
+    if (error) fail_file(folder, "cannot be made", error.value());
+  }
+  std::vector<fs::path> made_;
+  bool is_kept_ = false;
+};
+
+}  // namespace
+
 void write_export(const Export& exported, const fs::path& folder) {
   std::error_code error;
-  const bool is_new = fs::create_directories(folder, error);
-  if (error) fail_file(folder, "cannot be made", error.value());
-  try {
-    const std::set<std::string> earlier = earlier_files(folder);
-    for (const ExportedFile& file : exported.files)
-      if (const fs::file_status there = fs::symlink_status(folder / file.name, error);
-          fs::is_directory(there) || (fs::exists(there) && !earlier.contains(file.name)))
-        fail_input("{}: is not of an export; choose another folder", (folder / file.name).string());
-    remove_stale_temporaries(folder);
-    // All bytes are on disk before the first file is replaced. settings.json, which lists them, is the first, so that
-    // an export that was killed half-way can be done again over what it left.
-    std::vector<PendingFile> pending;
-    for (const ExportedFile& file : exported.files) pending.emplace_back(folder / file.name, file.bytes);
-    for (const std::string& name : earlier)
-      if (std::ranges::find(exported.files, name, &ExportedFile::name) == exported.files.end())
-        fs::remove(folder / name, error);
-    for (std::size_t i = pending.size(); i-- > 0;) pending[i].commit();
-  } catch (...) {
-    if (is_new) fs::remove(folder, error);  // unless something is in it
-    throw;
-  }
+  MadeFolders folders(exported, folder);
+  const std::set<std::string> earlier = earlier_files(folder);
+  for (const ExportedFile& file : exported.files)
+    if (const fs::file_status there = fs::symlink_status(folder / file.name, error);
+        fs::is_directory(there) || (fs::exists(there) && !earlier.contains(file.name)))
+      fail_input("{}: is not of an export; choose another folder", (folder / file.name).string());
+  remove_stale_temporaries(folder);
+  // All bytes are on disk before the first file is replaced. settings.json, which lists them, is the first, so that
+  // an export that was killed half-way can be done again over what it left.
+  std::vector<PendingFile> pending;
+  for (const ExportedFile& file : exported.files) pending.emplace_back(folder / file.name, file.bytes);
+  for (const std::string& name : earlier)
+    if (std::ranges::find(exported.files, name, &ExportedFile::name) == exported.files.end()) {
+      fs::remove(folder / name, error);
+      for (fs::path part = fs::path(name).parent_path(); !part.empty(); part = part.parent_path())
+        fs::remove(folder / part, error);  // unless something is in it
+    }
+  for (std::size_t i = pending.size(); i-- > 0;) pending[i].commit();
+  folders.keep();
 }
 
 }  // namespace reliefbench

@@ -6,11 +6,12 @@
 #include <vector>
 
 #include "kernels/trace/technique.h"
+#include "reports/export/engine.h"
 #include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 
-inline constexpr int kExportSchema = 2;
+inline constexpr int kExportSchema = 3;
 
 /// What ships: one setting for one heightmap.
 struct ExportJob {
@@ -20,23 +21,18 @@ struct ExportJob {
   double relief_depth = 0.1;          ///< in sides of one tile
   std::optional<SceneSpec> scene{};   ///< the whole scene, where there is more to it than what ships
   nlohmann::json evidence = nullptr;  ///< what the choice rests on, for settings.json; null: the user said so
-};
-
-struct ExportedFile {
-  std::string name;
-  std::string what;  ///< in a few words
-  std::string bytes;
+  ExportChoice choice{};
 };
 
 /// Everything that an engine needs, and nothing that needs reliefbench.
 struct Export {                     // NOLINT(bugprone-exception-escape): moving a json does not throw
   nlohmann::ordered_json settings;  ///< settings.json
-  /// relief.ktx2 and relief.extra.ktx2 as the map has them, relief.glsl, settings.json
+  /// those of each engine in a folder of its id, of the plain one beside settings.json, which comes last
   std::vector<ExportedFile> files;
 };
 
 /// Loads the heightmap, bakes its map (or has it from the cache) and makes the files.
-/// throws: Error(bad_input): settings that make no sense together, an unreadable heightmap
+/// throws: Error(bad_input): settings that make no sense together, an unreadable heightmap, what engine_files() says
 /// heightmaps: what has been read already
 [[nodiscard]] Export make_export(const ExportJob& job, Heightmaps heightmaps = {});
 

@@ -38,6 +38,40 @@ std::string condition_left(std::string_view condition, const GlslConstants& cons
   return std::string(condition.substr(both + 4));
 }
 
+/// Where an expression that begins at `at` ends: before a `,`, `:`, `;` or a parenthesis that it did not open.
+std::size_t expression_end(std::string_view text, std::size_t at) {
+  int depth = 0;
+  for (; at < text.size(); ++at) {
+    const char c = text[at];
+    if (depth == 0 && (c == ',' || c == ':' || c == ';' || c == ')')) break;
+    depth += c == '(' ? 1 : (c == ')' ? -1 : 0);
+  }
+  return at;
+}
+
+/// A line without the `A == B ? x : y` that constants decide, where the condition stands first in its expression and
+/// both choices on the line.
+std::string without_choices(std::string line, const GlslConstants& constants) {
+  for (std::size_t mark = line.find(" ? "); mark != std::string::npos; mark = line.find(" ? ", mark + 1)) {
+    const std::string_view text = code_of(line);
+    if (mark >= text.size()) break;
+    std::size_t begin = 0;
+    for (const std::string_view before : {"(", "return ", " = ", ", ", ": "})
+      if (const std::size_t at = text.rfind(before, mark); at != std::string_view::npos)
+        begin = std::max(begin, at + before.size());
+    const std::optional<bool> is_true = comparison(text.substr(begin, mark - begin), constants);
+    const std::size_t middle = expression_end(text, mark + 3);
+    if (!is_true || middle >= text.size() || text[middle] != ':') continue;
+    const std::size_t end = expression_end(text, middle + 2);
+    if (end >= text.size()) continue;
+    const std::string kept(*is_true ? text.substr(mark + 3, middle - 1 - (mark + 3))
+                                    : text.substr(middle + 2, end - middle - 2));
+    line.replace(begin, end - begin, kept);
+    mark = begin;
+  }
+  return line;
+}
+
 /// First line from `begin` on that has no deeper indent than `indent`: `}`, `} else {` or what follows a statement.
 std::size_t end_of_deeper(const Lines& lines, std::size_t begin, std::size_t indent) {
   while (begin < lines.size() && (lines[begin].empty() || indent_of(lines[begin]) > indent)) ++begin;
@@ -103,6 +137,7 @@ std::size_t closing(std::string_view text, std::size_t open) {
 
 std::string folded(std::string_view text, const GlslConstants& constants) {
   Lines lines = text_lines(text);
+  for (std::string& line : lines) line = without_choices(line, constants);
   for (std::size_t i = 0; i < lines.size();) {
     const std::size_t indent = indent_of(lines[i]);
     const std::string_view code = code_of(lines[i]);

@@ -3,35 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <string_view>
 
-#include "kernels/base/paper.h"
 #include "kernels/trace/shader_contract.h"
-#include "reports/export/glsl_text.h"
+#include "reports/export/glsl_fold.h"
+#include "reports/export/template.h"
 #include "tuner/plan/setting_space.h"
-#include "tuner/results/host.h"
 
 namespace reliefbench {
 namespace {
-
-constexpr std::size_t kColumns = 120;
-
-/// Words as lines of a comment; the second line on begins with `indent`.
-std::string comment(std::string_view words, std::string_view indent = "") {
-  std::string out;
-  std::string line = "//";
-  while (!words.empty()) {
-    const std::size_t end = std::min(words.find(' '), words.size());
-    if (line.size() + 1 + end > kColumns) {
-      out += line + "\n";
-      line = fmt::format("//{}", indent);
-    }
-    line += fmt::format(" {}", words.substr(0, end));
-    words.remove_prefix(std::min(end + 1, words.size()));
-  }
-  return out + line + "\n";
-}
 
 /// "r = height (1 = top), g = cone ratio, stored as sqrt"
 std::string relief_channels(const MapStorage& storage) {
@@ -55,7 +35,57 @@ std::string extra_channels(const MapStorage& storage) {
   }
 }
 
-/// Vulkan's name of a texel layout.
+/// `ReliefSurface relief_trace(...)`: what a pixel is shaded with. Its arguments are constants, so that languages take
+/// them by value.
+std::string entry(const Settings& settings) {
+  const std::vector<PixelFeature> features = pixel_features(settings);
+  std::string members;
+  std::string values;
+  for (const PixelFeature& one : features) {
+    members += fmt::format("  float {};  // {}\n", one.feature->id, one.feature->value->meaning);
+    values += fmt::format("  surface.{0} = relief_{0}(ray, Scene(light_ts, light_radius, relief_depth), hit);\n",
+                          one.feature->id);
+  }
+  return fmt::format(
+      R"(
+// What relief_trace finds.
+struct ReliefSurface {{
+  vec2 uv;             // of the hit, in tiles: for every other texture
+  float height;        // of the hit, 1 = on the plane
+  bool hit;            // false: the steps were used up before
+  float depth_offset;  // way from the plane to the hit, in sides of a tile
+  int taps;            // texture instructions
+{}}};
+
+// The surface that a fragment shows. The file's head says what the arguments are.
+ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}) {{
+  Ray ray = view_ray(uv, view_ts, relief_depth);
+{}  Hit hit = trace(ray);
+  ReliefSurface surface;
+  surface.uv = ray.uv + ray.slope * hit.t;
+  surface.height = 1.0 - hit.t;
+  surface.hit = hit.status == STATUS_HIT;
+  surface.depth_offset = hit.t * relief_depth / ray.cosine;
+{}  surface.taps = hit.taps;
+  return surface;
+}}
+)",
+      members, features.empty() ? "" : ", const vec3 light_ts, const float light_radius",
+      reads_levels(settings) ? "  ray.footprint = pixel_footprint(uv);\n" : "", values);
+}
+
+/// A map's or the sampler's global name in the examples.
+std::string bound_name(std::string_view map) { return fmt::format("bound_{}", map); }
+
+/// `bound_relief_map, bound_extra_map, `, as a function of the text is called.
+std::string maps_of(const Pieces& source, std::string_view function) {
+  std::string list;
+  for (const std::string& map : map_arguments(source, function)) list += bound_name(map) + ", ";
+  return list;
+}
+
+}  // namespace
+
 std::string format_name(const TexelLayout& layout) {
   const bool is_unorm = layout.type == TexelType::unorm8 || layout.type == TexelType::unorm16;
   std::string name;
@@ -64,118 +94,91 @@ std::string format_name(const TexelLayout& layout) {
   return name + (is_unorm ? "_UNORM" : "_SFLOAT");
 }
 
-std::string texture_lines(const ShippedShader& shipped) {
-  if (shipped.textures.empty()) return "// Textures: none.\n";
-  const std::string_view wrap = shipped.wrap == Wrap::repeat ? "repeat" : "clamp to edge";
-  std::string text = comment(fmt::format(
-      "Textures, linear (no sRGB), filtered bilinearly within a level, levels never mixed, wrap mode {}:", wrap));
-  for (const ShippedTexture& texture : shipped.textures)
-    text += comment(fmt::format("- {}, binding {}: {}, {} x {}, {} level{}, {}: {}", texture.sampler, texture.binding,
-                                texture.file, texture.image->width, texture.image->height, texture.image->levels,
-                                texture.image->levels == 1 ? "" : "s", texture.format, texture.channels),
-                    "  ");
-  return text;
-}
-
-std::string guarantee_lines(const Settings& settings) {
-  const Technique& technique = settings.technique();
-  const Guarantee guarantee = guarantee_of(settings);
-  std::string text = fmt::format("Guarantee: {}", guarantee_id(guarantee));
-  for (const FeatureRow* row : rows_of(settings))
-    if (guarantee != Guarantee::none && !row->caveat.empty()) text += fmt::format(", {}", row->caveat);
-  if (makes_up_for_filter(settings))
-    text += fmt::format(
-        " (SAMPLER_SHIFT, here 1/{} texel along each axis: weights of 8 bits, rounded or cut off; `reliefbench devices "
-        "--audit` shows a device's)",
-        1 / kShippedSampler.error.shift);
-  if (const Guarantee shadow = guarantee_of(settings, Query::shadow); shadow != Guarantee::none)
-    text += fmt::format("; of shadow rays: {}", guarantee_id(shadow));
-  if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
-  return comment(text + ".");
-}
-
-std::string use_lines(const ShippedShader& shipped) {
-  std::string text = "// In a fragment shader of `#version 450`, for OpenGL or Vulkan:\n";
-  if (shipped.wrap == Wrap::clamp)
-    text += "//   if (any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0)))) discard;\n";
-  text += fmt::format("//   Ray ray = view_ray(uv, view, {:#});\n", shipped.relief_depth);
-  if (reads_levels(shipped.settings)) text += "//   ray.footprint = pixel_footprint(uv);\n";
-  text +=
-      "//   Hit hit = trace(ray);\n"
-      "//   vec2 hit_uv = ray.uv + ray.slope * hit.t;  // for other maps, by textureGrad(map, hit_uv, dFdx(uv), "
-      "dFdy(uv))\n";
-  const std::vector<PixelFeature> features = pixel_features(shipped.settings);
-  if (!features.empty())
-    text += fmt::format(
-        "//   Scene scene = Scene(light, light_radius, {:#});  // light: unit, towards it, in tangent space; the "
-        "radius: "
-        "its\n"
-        "//                                                    // angular radius' tangent\n",
-        shipped.relief_depth);
-  for (const PixelFeature& one : features)
-    text += fmt::format("//   float {0} = relief_{0}(ray, scene, hit);  // {1}\n", one.feature->id,
-                        one.feature->value->meaning);
-  return text;
-}
-
-/// Text from outside as it may stand in a comment.
-std::string on_one_line(std::string text) {
-  std::ranges::replace_if(
-      text, [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
-  return text;
-}
-
-std::string header(const ShippedShader& shipped) {
-  const Technique& technique = shipped.settings.technique();
-  std::string text =
-      comment(fmt::format("{}: {}.{}{}", technique.id, technique.description,
-                          technique.source == "-" ? "" : " Source: ", technique.source == "-" ? "" : technique.source));
-  for (const Paper& paper : papers_cited_by(technique.source))
-    text += comment(fmt::format("[{}] {}{}{}, {}", paper.id, paper.authors, paper.authors.empty() ? "" : ": ",
-                                paper.title, paper.where),
-                    "  ");
-  text += fmt::format("//\n// Setting, for {}, wrap {}:\n//   {}\n", on_one_line(shipped.heightmap),
-                      shipped.wrap == Wrap::repeat ? "repeat" : "clamp", setting_id(shipped.settings));
-  text += "//\n" + texture_lines(shipped) + "//\n" + guarantee_lines(shipped.settings) + "//\n" + use_lines(shipped);
-  return text + fmt::format("//\n// Exported by reliefbench {} ({}).\n", version(), git_sha());
-}
-
-}  // namespace
-
 std::vector<ShippedTexture> shipped_textures(const Settings& settings, const MapTextures& textures) {
   const MapStorage storage = storage_of(settings);
   std::vector<ShippedTexture> list = {{.sampler = kReliefMap,
-                                       .binding = binding_of(kReliefMap),
-                                       .file = "relief.ktx2",
+                                       .binding = 0,
+                                       .file = "relief",
                                        .image = &textures.relief,
                                        .format = format_name(textures.relief.layout),
                                        .channels = relief_channels(storage)}};
   if (textures.extra)
     list.push_back({.sampler = kExtraMap,
-                    .binding = binding_of(kExtraMap),
-                    .file = "relief.extra.ktx2",
+                    .binding = 1,
+                    .file = "relief.extra",
                     .image = &*textures.extra,
                     .format = format_name(textures.extra->layout),
                     .channels = extra_channels(storage)});
   return list;
 }
 
-std::string shipped_shader(const ShippedShader& shipped) {
+std::set<std::string> shipped_entries(const ShippedShader& shipped) {
+  std::set<std::string> entries = {"relief_trace"};
+  if (shipped.settings.technique().reads_map()) entries.insert("relief_normal");
+  return entries;
+}
+
+std::vector<std::string> map_arguments(const Pieces& source, std::string_view function) {
+  std::vector<std::string> maps;
+  for (const Piece& piece : source) {
+    if (!piece.is_needed || !piece.is_function || piece.names.front() != function) continue;
+    const std::size_t open = piece.text.find(fmt::format("{}(", function)) + function.size();
+    const std::vector<std::string> words =
+        words_of(std::string_view(piece.text).substr(open, closing(piece.text, open) - open));
+    for (const char* map : {kReliefMap, kExtraMap, kReliefSampler})
+      if (std::ranges::find(words, map) != words.end()) maps.emplace_back(map);
+  }
+  return maps;
+}
+
+Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
   const Technique& technique = shipped.settings.technique();
   GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
-              .roots = {"trace", "view_ray"},
+              .roots = shipped_entries(shipped),
               .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
-  const std::vector<PixelFeature> features = pixel_features(shipped.settings);
   cut.files.emplace_back("feature_parameters.glsl");
-  cut.generated.emplace("feature_parameters.glsl", feature_parameters(features));
-  for (const PixelFeature& one : features) cut.roots.insert(fmt::format("relief_{}", one.feature->id));
+  cut.generated.emplace("feature_parameters.glsl", feature_parameters(pixel_features(shipped.settings)));
   for (const FeatureRow* row : rows_of(shipped.settings))
     if (!row->shader.empty()) cut.files.emplace_back(row->shader);
-  cut.files.emplace_back("ship.glsl");
-  if (reads_levels(shipped.settings)) cut.roots.insert("pixel_footprint");
+  cut.files.insert(cut.files.end(), {"ship.glsl", "entry.glsl"});
+  cut.generated.emplace("entry.glsl", entry(shipped.settings));
   for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap, kShippedSampler))
     cut.constants[static_cast<int>(constant.id)] = constant.value;
-  return header(shipped) + "\n" + cut_glsl(cut);
+  Pieces pieces = cut_glsl(cut);
+  pass_maps(pieces, arguments);
+  keep_needed(pieces, cut.roots);
+  prefix_names(pieces);
+  return pieces;
+}
+
+std::string example_shader(const ShippedShader& shipped, const Pieces& source, MapArguments arguments) {
+  const bool is_separate = arguments == MapArguments::separate;
+  const Settings& settings = shipped.settings;
+  std::string text = "#version 450\n";
+  if (is_separate) text += "#extension GL_EXT_samplerless_texture_functions : require\n";
+  text += "\n" + with_short_lines(text_of(source)) + R"(
+// A fragment that shows the relief under a light.
+
+#ifdef VULKAN
+#define RELIEF_BINDING(n) set = 0, binding = n
+#else
+#define RELIEF_BINDING(n) binding = n
+#endif
+)";
+  for (const ShippedTexture& texture : shipped.textures)
+    text += fmt::format("layout(RELIEF_BINDING({})) uniform {} {};\n", texture.binding,
+                        is_separate ? "texture2D" : "sampler2D", bound_name(texture.sampler));
+  if (is_separate && !shipped.textures.empty())
+    text +=
+        fmt::format("layout(RELIEF_BINDING({})) uniform sampler {};\n", kSamplerBinding, bound_name(kReliefSampler));
+  TemplateValues values;
+  values.words = {{"maps", maps_of(source, "relief_trace")},
+                  {"normal_maps", maps_of(source, "relief_normal")},
+                  {"depth", fmt::format("{:#}", shipped.relief_depth)}};
+  if (!pixel_features(settings).empty()) values.flags.insert("shadow");
+  if (settings.technique().reads_map()) values.flags.insert("map");
+  if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");
+  return text + filled_template("example.glsl", values);
 }
 
 }  // namespace reliefbench

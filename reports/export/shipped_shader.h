@@ -6,6 +6,7 @@
 #include "kernels/maps/map_texture.h"
 #include "kernels/trace/shader_contract.h"
 #include "kernels/trace/technique.h"
+#include "reports/export/shader_rewrite.h"
 
 namespace reliefbench {
 
@@ -13,17 +14,19 @@ namespace reliefbench {
 /// cut off. GPUs have no fewer.
 inline constexpr MapSampler kShippedSampler{.error = {.shift = 0x1p-8}};
 
-/// A texture that a shipped shader binds.
+/// A texture that a shipped shader reads.
 struct ShippedTexture {
   std::string sampler;  ///< its name in the shader
-  int binding = 0;
-  std::string file;
+  int binding = 0;      ///< in the examples
+  std::string file;     ///< without extension
   const TextureImage* image = nullptr;
   std::string format;    ///< as Vulkan names it: R16G16_UNORM
   std::string channels;  ///< what they hold
 };
 /// Of a technique that reads a map. textures: must outlive what is returned
 [[nodiscard]] std::vector<ShippedTexture> shipped_textures(const Settings& settings, const MapTextures& textures);
+/// Vulkan's name of a texel layout.
+[[nodiscard]] std::string format_name(const TexelLayout& layout);
 
 struct ShippedShader {
   const Settings& settings;
@@ -32,8 +35,20 @@ struct ShippedShader {
   double relief_depth = 0.1;
   std::vector<ShippedTexture> textures{};  ///< empty where the technique reads no map
 };
-/// One text of GLSL 4.50 for both dialects, without #version: what its textures are and how it is called as a comment,
-/// then the `Hit trace(Ray)` of these settings and `Ray view_ray(...)`, with what they need.
-[[nodiscard]] std::string shipped_shader(const ShippedShader& shipped);
+
+/// Functions that others call, in every language.
+[[nodiscard]] std::set<std::string> shipped_entries(const ShippedShader& shipped);
+
+/// What every language is written from: GLSL 4.50 with `ReliefSurface relief_trace(...)` of these settings and
+/// `relief_normal(...)`, with what they need; all of it under one prefix, maps as arguments.
+[[nodiscard]] Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments);
+/// The maps that a function of that text has as its first arguments.
+[[nodiscard]] std::vector<std::string> map_arguments(const Pieces& source, std::string_view function);
+/// A whole fragment shader round that: `#version`, the text, bindings, one lit pixel.
+[[nodiscard]] std::string example_shader(const ShippedShader& shipped, const Pieces& source, MapArguments arguments);
+
+/// A comment on top of each text: licence, technique, textures, guarantee, use. All languages have `//`.
+/// language: its name
+[[nodiscard]] std::string shipped_header(const ShippedShader& shipped, std::string_view language);
 
 }  // namespace reliefbench

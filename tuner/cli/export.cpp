@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -17,6 +18,7 @@ namespace {
 
 struct ExportArguments {
   SettingArguments setting;
+  ExportChoice choice;
   std::string output;
   bool json = false;
 };
@@ -33,6 +35,33 @@ std::vector<std::string> differences(const ChosenScene& chosen, const std::strin
   return list;
 }
 
+/// Ids with "all" put in full.
+template <typename Rows>
+std::vector<std::string> spelt_out(const std::vector<std::string>& ids, const Rows& rows) {
+  std::vector<std::string> all;
+  for (const std::string& id : ids) {
+    if (id == "all") {
+      for (const auto& row : rows) all.emplace_back(row.id);
+    } else {
+      all.push_back(id);
+    }
+  }
+  std::vector<std::string> once;
+  for (const std::string& id : all)
+    if (std::ranges::find(once, id) == once.end()) once.push_back(id);
+  return once;
+}
+
+/// What was asked for, by rows that there are.
+ExportChoice checked(ExportChoice choice) {
+  choice.engines = spelt_out(choice.engines, engines());
+  choice.languages = spelt_out(choice.languages, languages());
+  for (const std::string& id : choice.engines) (void)find_engine(id);
+  for (const std::string& id : choice.languages) (void)find_language(id);
+  if (!choice.container.empty()) (void)find_container(choice.container);
+  return choice;
+}
+
 Export export_of(const SettingArguments& arguments, ExportJob& job) {
   const ChosenSetting chosen = choose_setting(arguments, "export");
   Heightmaps heightmaps;
@@ -41,7 +70,8 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
          .settings = chosen.settings,
          .wrap = scene.spec.scene.wrap,
          .relief_depth = scene.spec.scene.relief_depth,
-         .evidence = chosen.evidence};
+         .evidence = chosen.evidence,
+         .choice = std::move(job.choice)};
   if (scene.measured) job.scene = scene.spec;
   if (!job.evidence.is_null()) job.evidence["same_scene"] = scene.is_same;
   const LoadedHeights& heights = heightmaps.read(scene.spec.heightmap);
@@ -68,7 +98,7 @@ void print_export(const ExportJob& job, const Export& exported, const std::strin
 }
 
 void export_command(const ExportArguments& arguments) {
-  ExportJob job{.heightmap = {}, .settings = Settings(techniques().front())};
+  ExportJob job{.heightmap = {}, .settings = Settings(techniques().front()), .choice = checked(arguments.choice)};
   const Export exported = export_of(arguments.setting, job);
   write_export(exported, arguments.output);
   if (arguments.json)
@@ -80,19 +110,34 @@ void export_command(const ExportArguments& arguments) {
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("export", "what ships: textures, one shader file, the settings");
+  CLI::App* command =
+      app.add_subcommand("export", "what ships: textures, shaders, the settings, for an engine or none");
   const auto arguments = std::make_shared<ExportArguments>();
   CLI::Option* presets = add_setting_options(*command, arguments->setting);
   command->add_option("--backend", arguments->setting.choice.backend, "whose presets: opengl | vulkan")->needs(presets);
+  command
+      ->add_option("--for", arguments->choice.engines,
+                   "engines of `reliefbench list engines`, a folder each, or all; default: plain, no engine")
+      ->delimiter(',');
+  command
+      ->add_option("--language", arguments->choice.languages,
+                   "of plain: glsl | glsl_es | hlsl | msl | wgsl | spirv | all; default: glsl")
+      ->delimiter(',');
+  command->add_option("--textures", arguments->choice.container,
+                      "ktx2 | dds | png | tga | exr; default: what the engine takes without loss");
+  command->add_flag("--normal-map", arguments->choice.normal_map, "a normal map, too");
   command->add_option("-o,--output", arguments->output, "folder; files of an earlier export there are replaced")
       ->required();
   command->add_flag("--json", arguments->json, "settings.json on standard output");
   command->footer(
-      "Writes the map's textures as KTX2, relief.glsl with the trace and settings.json; none of them needs "
-      "reliefbench.\n"
+      "Writes the map's textures, relief_trace() as shader text, settings.json and a README.md that says what to do "
+      "with "
+      "them; none needs reliefbench.\n"
       "Heightmap, wrap and relief depth are those that the setting was measured with; another heightmap is refused.\n"
       "Examples:\n"
       "  reliefbench export --presets presets.json --quality 50 --backend vulkan -o shipped\n"
+      "  reliefbench export --presets presets.json --quality 50 --for unreal,godot -o shipped\n"
+      "  reliefbench export --tune out/tune --for three -o shipped\n"
       "  reliefbench export --run out/tune --case 'relief@rocks/grazing?...' -o shipped\n"
       "  reliefbench export rocks --case 'relief?linear_steps=32&format=r16' -o shipped");
   command->callback([=, &exit_code] {

@@ -14,6 +14,7 @@
 #include "kernels/maps/texel.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
+#include "reports/export/engine.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -148,15 +149,34 @@ Json backend_rows() {
   return rows;
 }
 
+Json engine_rows() {
+  Json rows = Json::array();
+  for (const Engine& engine : engines()) {
+    rows.push_back({{"id", engine.id},
+                    {"language", engine.language.empty() ? "any" : engine.language},
+                    {"textures", fmt::format("{}", fmt::join(engine.containers, " | "))},
+                    {"name", engine.name}});
+  }
+  return rows;
+}
+
+Json language_rows() {
+  Json rows = Json::array();
+  for (const Language& language : languages())
+    rows.push_back({{"id", language.id}, {"written_by", language.written_by}, {"name", language.name}});
+  return rows;
+}
+
 /// A registry that can be listed.
 struct ListRow {
   std::string_view id;
   Json (*rows)();
 };
 constexpr std::array kLists = {
-    ListRow{"techniques", technique_rows}, ListRow{"features", feature_rows}, ListRow{"maps", map_rows},
-    ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},   ListRow{"encodings", encoding_rows},
-    ListRow{"heightmaps", heightmap_rows}, ListRow{"views", view_rows},       ListRow{"backends", backend_rows},
+    ListRow{"techniques", technique_rows}, ListRow{"features", feature_rows},   ListRow{"maps", map_rows},
+    ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},     ListRow{"encodings", encoding_rows},
+    ListRow{"heightmaps", heightmap_rows}, ListRow{"views", view_rows},         ListRow{"backends", backend_rows},
+    ListRow{"engines", engine_rows},       ListRow{"languages", language_rows},
 };
 
 std::string cell(const Json& value) {
@@ -215,7 +235,8 @@ void add_list_command(CLI::App& app, int& exit_code) {
   const CLI::Option* what =
       command
           ->add_option("WHAT",
-                       "techniques | features | maps | metrics | formats | encodings | heightmaps | views | backends")
+                       "techniques | features | maps | metrics | formats | encodings | heightmaps | views | "
+                       "backends | engines | languages")
           ->required();
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer("Example:\n  reliefbench list techniques");

@@ -73,6 +73,21 @@ ChosenSetting of_run(const SettingArguments& arguments) {
           .scenes = {*scene}};
 }
 
+/// The case that a tune run picked, in the first of its scenes unless another is named.
+SettingArguments of_tune(SettingArguments arguments) {
+  const std::string path = fmt::format("{}/{}", arguments.tune, kTuneFile);
+  const json result = json::parse(read_file(path), nullptr, false);
+  const auto setting = json::json_pointer("/pick/setting");
+  if (!result.is_object() || !result.contains("pick") || !result.contains("scenes"))
+    fail_input("{}: not a tune run's result", path);
+  if (!result.contains(setting))
+    fail_input("{}: has no pick; choose one of its answers by --run {} --case", path, arguments.tune);
+  arguments.case_id = setting_key(parse_setting(result.at(setting).get<std::string>()));
+  arguments.run = arguments.tune;
+  if (arguments.scene.empty()) arguments.scene = result.at("scenes").at(0).get<std::string>();
+  return arguments;
+}
+
 /// What a key stands for where no run says so.
 Settings built_in_setting(const std::string& key) {
   const Config space = default_tune_config({.source = "rocks"}, {});
@@ -106,6 +121,10 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
   command.add_option("--run", arguments.run, "folder of the run that measured the case, for its whole scene")
       ->type_name("RUN")
       ->needs(of_case);
+  command.add_option("--tune", arguments.tune, "folder of a tune run: its pick, with its whole scene")
+      ->type_name("DIR")
+      ->excludes(presets)
+      ->excludes(of_case);
   command.add_option("--scene", arguments.scene, "which of the presets' scenes, e.g. rocks/grazing")->type_name("ID");
   command.add_option("--wrap", arguments.wrap, "repeat | clamp; default: as measured, else repeat")
       ->check(CLI::IsMember({"repeat", "clamp"}));
@@ -116,13 +135,14 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
 }
 
 ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {
+  if (!arguments.tune.empty()) return of_run(of_tune(arguments));
   if (!arguments.run.empty()) return of_run(arguments);
   if (is_setting_key(arguments.case_id)) return {.settings = built_in_setting(arguments.case_id)};
   if (!arguments.case_id.empty()) {
     const Case spec = parse_case(arguments.case_id);
     return {.settings = spec.settings, .scene_id = spec.scene_id};
   }
-  if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, or --case", command);
+  if (arguments.presets.empty()) fail_input("{} needs --presets with --quality, --case, or --tune", command);
   return of_presets(arguments);
 }
 

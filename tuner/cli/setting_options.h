@@ -18,6 +18,7 @@ struct SettingArguments {
   PresetChoice choice{};
   std::string case_id{};
   std::string run{};    ///< whose record the case is
+  std::string tune{};   ///< folder of a tune run, whose pick it is
   std::string scene{};  ///< which of the evidence's
   std::optional<std::string> wrap{};
   std::optional<double> relief_depth{};

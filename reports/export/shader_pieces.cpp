@@ -1,4 +1,4 @@
-#include "reports/export/glsl_text.h"
+#include "reports/export/shader_pieces.h"
 
 #include <fmt/format.h>
 
@@ -10,20 +10,9 @@
 #include "reports/export/glsl_fold.h"
 
 namespace reliefbench {
-namespace {
-
-/// A declaration or a block of preprocessor lines, with the comment above it; or a comment that stands alone.
-struct Piece {
-  std::string file;
-  std::string text;
-  std::vector<std::string> names{};  ///< that it declares; none: a comment
-  bool after_blank = false;          ///< a blank line stands before it
-  bool is_needed = false;
-};
 
 bool is_word_character(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 
-/// Every identifier and number of the code.
 std::vector<std::string> words_of(std::string_view text) {
   std::vector<std::string> words;
   for (const std::string& line : text_lines(text)) {
@@ -40,30 +29,39 @@ std::vector<std::string> words_of(std::string_view text) {
   return words;
 }
 
+namespace {
+
 /// Code without the `layout(...)` that it may begin with.
 std::string_view without_layout(std::string_view code) {
   const std::size_t close = code.starts_with("layout(") ? closing(code, code.find('(')) : std::string_view::npos;
   return close == std::string_view::npos ? code : code.substr(close + 1);
 }
 
-/// What a piece declares: the macros of preprocessor lines; else the last word before the first of `( = ; {`.
-std::vector<std::string> names_of(std::string_view text) {
-  std::vector<std::string> names;
-  for (const std::string& line : text_lines(text)) {
+/// A line that only says something of the declaration in the next one: attributes, a template's parameters.
+bool is_before_declaration(std::string_view code) {
+  return code.starts_with('@') || code.starts_with("template<") ||
+         (code.starts_with("static inline __attribute__") && code.ends_with("))"));
+}
+
+/// Says what a piece declares: the macros of preprocessor lines; else the last word before the first of `( = ; { :`.
+void name(Piece& piece) {
+  for (const std::string& line : text_lines(piece.text)) {
     const std::string_view code = code_of(line);
-    if (code.starts_with("#define ")) names.push_back(words_of(code).at(1));
-    if (code.empty() || code.front() == '#') continue;
-    if (!names.empty()) return names;
+    if (code.starts_with("#define ")) piece.names.push_back(words_of(code).at(1));
+    if (code.empty() || code.front() == '#' || is_before_declaration(code)) continue;
+    if (!piece.names.empty()) return;
     const std::string_view declaration = without_layout(code);
-    return {words_of(declaration.substr(0, declaration.find_first_of("(=;{"))).back()};
+    const std::size_t end = std::min(declaration.find_first_of("(=;{:"), declaration.size());
+    piece.names = {words_of(declaration.substr(0, end)).back()};
+    piece.is_function = end < declaration.size() && declaration[end] == '(';
+    return;
   }
-  return names;
 }
 
 /// Cuts lines into pieces.
 class Cutter {
  public:
-  Cutter(std::string file, std::vector<Piece>& pieces) : file_(std::move(file)), pieces_(pieces) {}
+  Cutter(std::string file, Pieces& pieces) : file_(std::move(file)), pieces_(pieces) {}
 
   void add(const std::string& line) {
     const std::string_view code = code_of(line);
@@ -81,14 +79,15 @@ class Cutter {
   }
   void end() {
     if (text_.empty()) return;
-    pieces_.push_back({.file = file_, .text = text_, .names = names_of(text_), .after_blank = after_blank_});
+    pieces_.push_back({.file = file_, .text = text_, .after_blank = after_blank_});
+    name(pieces_.back());
     text_.clear();
     after_blank_ = false;
   }
 
  private:
   std::string file_;
-  std::vector<Piece>& pieces_;
+  Pieces& pieces_;
   std::string text_;
   bool after_blank_ = true;
   int braces_ = 0;
@@ -97,7 +96,7 @@ class Cutter {
 
 /// The pieces of a file, those of its includes first; nothing where it was read before.
 void read_pieces(const std::string& file, const std::map<std::string, std::string>& generated,
-                 std::set<std::string>& seen, std::vector<Piece>& pieces) {
+                 std::set<std::string>& seen, Pieces& pieces) {
   if (!seen.insert(file).second) return;
   const auto found = generated.find(file);
   std::vector<std::string> lines =
@@ -137,7 +136,7 @@ std::string value_text(const GlslConstants& choices, const std::string& constant
 
 /// `layout(constant_id = 3) const int LOOP = LOOP_EARLY_EXIT;` to `const int LOOP = <its value>;`
 /// returns: the value of every integer constant
-GlslConstants specialise(std::vector<Piece>& pieces, const std::map<int, int>& given) {
+GlslConstants specialise(Pieces& pieces, const std::map<int, int>& given) {
   constexpr std::string_view kSpecialised = "layout(constant_id = ";
   GlslConstants choices;
   for (const Piece& piece : pieces)
@@ -157,7 +156,7 @@ GlslConstants specialise(std::vector<Piece>& pieces, const std::map<int, int>& g
   return constants;
 }
 
-void mark(std::vector<Piece>& pieces, const std::string& name) {
+void mark(Pieces& pieces, const std::string& name) {
   for (Piece& piece : pieces) {
     if (piece.is_needed || std::ranges::find(piece.names, name) == piece.names.end()) continue;
     piece.is_needed = true;
@@ -167,26 +166,45 @@ void mark(std::vector<Piece>& pieces, const std::string& name) {
 
 }  // namespace
 
-std::string cut_glsl(const GlslCut& cut) {
-  std::vector<Piece> pieces;
-  std::set<std::string> seen;
-  for (const std::string& file : cut.files) read_pieces(file, cut.generated, seen, pieces);
-  const GlslConstants constants = specialise(pieces, cut.constants);
-  for (Piece& piece : pieces) piece.text = folded(piece.text, constants);
-  for (const std::string& root : cut.roots) mark(pieces, root);
+Pieces pieces_of(std::string_view text, const std::string& file) {
+  Pieces pieces;
+  Cutter cutter(file, pieces);
+  for (const std::string& line : text_lines(text)) cutter.add(line);
+  cutter.end();
+  return pieces;
+}
+
+void keep_needed(Pieces& pieces, const std::set<std::string>& roots) {
+  for (Piece& piece : pieces) piece.is_needed = false;
+  for (const std::string& root : roots) mark(pieces, root);
   std::set<std::string> files;
   for (const Piece& piece : pieces)
     if (piece.is_needed) files.insert(piece.file);
+  for (Piece& piece : pieces)
+    if (piece.names.empty() && files.contains(piece.file)) piece.is_needed = true;
+}
+
+std::string text_of(const Pieces& pieces) {
   std::string text;
   bool after_blank = false;
   for (const Piece& piece : pieces) {
     after_blank = after_blank || piece.after_blank;
-    if (!piece.is_needed && !(piece.names.empty() && files.contains(piece.file))) continue;
+    if (!piece.is_needed) continue;
     if (after_blank && !text.empty()) text += "\n";
     text += piece.text;
     after_blank = false;
   }
   return text;
+}
+
+Pieces cut_glsl(const GlslCut& cut) {
+  Pieces pieces;
+  std::set<std::string> seen;
+  for (const std::string& file : cut.files) read_pieces(file, cut.generated, seen, pieces);
+  const GlslConstants constants = specialise(pieces, cut.constants);
+  for (Piece& piece : pieces) piece.text = folded(piece.text, constants);
+  keep_needed(pieces, cut.roots);
+  return pieces;
 }
 
 }  // namespace reliefbench

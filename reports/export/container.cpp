@@ -1,0 +1,124 @@
+#include "reports/export/container.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "kernels/base/error.h"
+#include "kernels/image/dds.h"
+#include "kernels/image/encode_image.h"
+#include "kernels/image/ktx2.h"
+#include "kernels/maps/map_texture.h"
+
+namespace reliefbench {
+namespace {
+
+using Metadata = std::map<std::string, std::string>;
+
+bool holds_all(const TextureImage& /*image*/) { return true; }
+bool is_flat_unorm8(const TextureImage& image) { return image.levels == 1 && image.layout.type == TexelType::unorm8; }
+bool is_flat_unorm(const TextureImage& image) {
+  return is_flat_unorm8(image) || (image.levels == 1 && image.layout.type == TexelType::unorm16);
+}
+bool is_flat(const TextureImage& image) { return image.levels == 1; }
+
+/// Pictures have no two channels: a third one, of zeros, is added.
+TextureImage as_picture(const TextureImage& image) {
+  if (image.layout.channels != 2) return image;
+  TextureImage wider = image;
+  wider.layout.channels = 3;
+  const auto texel = static_cast<std::size_t>(image.layout.bytes());
+  wider.texels.clear();
+  for (std::size_t at = 0; at < image.texels.size(); at += texel) {
+    const auto begin = image.texels.begin() + static_cast<std::ptrdiff_t>(at);
+    wider.texels.insert(wider.texels.end(), begin, begin + static_cast<std::ptrdiff_t>(texel));
+    wider.texels.resize(wider.texels.size() + texel / 2);
+  }
+  return wider;
+}
+
+ImageSource source_of(const TextureImage& picture, const Metadata& metadata) {
+  static const std::vector<std::string> colours = {"R", "G", "B", "A"};
+  const bool is_grey = picture.layout.channels == 1;
+  return {.width = picture.width,
+          .height = picture.height,
+          .type = picture.layout.type,
+          .channels = is_grey ? std::vector<std::string>{"Y"}
+                              : std::vector<std::string>(colours.begin(), colours.begin() + picture.layout.channels),
+          .pixels = picture.texels,
+          .metadata = metadata};
+}
+
+std::string as_ktx2(const TextureImage& image, const Metadata& metadata) {
+  return encode_ktx2({.image = image, .metadata = metadata});
+}
+std::string as_dds(const TextureImage& image, const Metadata& /*metadata*/) { return encode_dds(image); }
+std::string as_png(const TextureImage& image, const Metadata& metadata) {
+  const TextureImage picture = as_picture(image);
+  return encode_png(source_of(picture, metadata));
+}
+std::string as_tga(const TextureImage& image, const Metadata& metadata) {
+  const TextureImage picture = as_picture(image);
+  return encode_tga(source_of(picture, metadata));
+}
+std::string as_exr(const TextureImage& image, const Metadata& metadata) {
+  const TextureImage picture = as_picture(as_floats(image));
+  return encode_exr(source_of(picture, metadata));
+}
+
+constexpr std::array kContainers = {
+    Container{"ktx2", "every format, with its mip levels", false, holds_all, as_ktx2},
+    Container{"dds", "every format, with its mip levels", false, holds_all, as_dds},
+    Container{"png", "8 and 16 bits, one level", true, is_flat_unorm, as_png},
+    Container{"tga", "8 bits, one level", true, is_flat_unorm8, as_tga},
+    Container{"exr", "every format, as floats, one level", true, is_flat, as_exr},
+};
+
+}  // namespace
+
+std::span<const Container> containers() { return kContainers; }
+
+const Container& find_container(std::string_view id) {
+  std::vector<std::string_view> ids;
+  for (const Container& container : kContainers) {
+    if (container.id == id) return container;
+    ids.push_back(container.id);
+  }
+  fail_input("unknown kind of texture file '{}'; the choices are {}", id, fmt::join(ids, ", "));
+}
+
+TextureImage turned_over(const TextureImage& image) {
+  TextureImage turned = image;
+  std::size_t begin = 0;
+  for (int level = 0; level < image.levels; ++level) {
+    const std::size_t row =
+        static_cast<std::size_t>(level_side(image.width, level)) * static_cast<std::size_t>(image.layout.bytes());
+    const auto rows = static_cast<std::size_t>(level_side(image.height, level));
+    for (std::size_t y = 0; y < rows; ++y)
+      std::memcpy(&turned.texels[begin + y * row], &image.texels[begin + (rows - 1 - y) * row], row);
+    begin += rows * row;
+  }
+  return turned;
+}
+
+TextureImage as_floats(const TextureImage& image) {
+  if (image.layout.type == TexelType::float32) return image;
+  TextureImage floats = image;
+  floats.layout.type = TexelType::float32;
+  floats.texels.clear();
+  for (int level = 0; level < image.levels; ++level) {
+    std::vector<std::vector<float>> channels;
+    for (int c = 0; c < image.layout.channels; ++c) channels.push_back(read_channel(image, c, level));
+    std::vector<float> texels;
+    for (std::size_t i = 0; i < channels.front().size(); ++i)
+      for (const std::vector<float>& channel : channels) texels.push_back(channel[i]);
+    const auto bytes = std::as_bytes(std::span(texels));
+    floats.texels.insert(floats.texels.end(), bytes.begin(), bytes.end());
+  }
+  return floats;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,152 @@
+#include "reports/export/engine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kernels/base/error.h"
+#include "reports/export/shader_pieces.h"
+
+namespace reliefbench {
+namespace {
+
+std::string as_named(std::string_view map) { return std::string(map); }
+
+/// For languages that have each texture's sampler beside it.
+std::string in_unreal(std::string_view map) {
+  return map == kReliefMap ? "ReliefMap, ReliefMapSampler" : "ExtraMap, ExtraMapSampler";
+}
+std::string in_shader_graph(std::string_view map) {
+  const std::string_view name = map == kReliefMap ? "ReliefMap" : "ExtraMap";
+  return fmt::format("{0}.tex, {0}.samplerstate.samplerstate", name);
+}
+std::string in_urp(std::string_view map) {
+  const std::string_view name = map == kReliefMap ? "_ReliefMap" : "_ExtraMap";
+  return fmt::format("{0}, sampler{0}", name);
+}
+/// Its functions' arguments may not be called as uniforms are.
+std::string in_godot(std::string_view map) { return map == kReliefMap ? "relief_texture" : "extra_texture"; }
+std::string in_o3de(std::string_view map) {
+  return map == kReliefMap ? "m_reliefMap, m_reliefSampler" : "m_extraMap, m_reliefSampler";
+}
+
+std::string unreal_compression(const TexelLayout& layout) {
+  return layout.type == TexelType::unorm8 ? "VectorDisplacementmap (RGBA8)" : "HDR High Precision (RGBA32F)";
+}
+
+std::string unity_compression(const TexelLayout& layout) {
+  const bool is_one = layout.channels == 1;
+  switch (layout.type) {
+    case TexelType::unorm8:
+      return is_one ? "R 8" : "RGBA 32 bit";
+    case TexelType::unorm16:
+      return is_one ? "R 16 bit" : "RGBA 64 bit";
+    case TexelType::float16:
+      return is_one ? "R Half" : "RGBA Half";
+    case TexelType::float32:
+      break;
+  }
+  return is_one ? "R Float" : "RGBA Float";
+}
+
+/// Godot's language has one precision in all of a shader, and no word for it where structs are.
+std::string without_precision(const std::string& library) {
+  std::string out = library;
+  for (const std::string_view words :
+       {"precision highp float;\n", "precision highp int;\n", "precision mediump float;\n", "highp ", "mediump "})
+    for (std::size_t at = out.find(words); at != std::string::npos; at = out.find(words, at))
+      out.erase(at, words.size());
+  return out;
+}
+
+const std::vector<Engine>& all_engines() {
+  static const std::vector<Engine> rows = {
+      {.id = kPlainEngine,
+       .name = "no engine: KTX2 and shader texts",
+       .language = "",
+       .containers = {"ktx2"},
+       .files = {{"README.md", "plain.md"}}},
+      {.id = "unreal",
+       .name = "Unreal Engine 5",
+       .language = "hlsl",
+       .containers = {"tga", "png", "exr", "dds"},
+       .files = {{"README.md", "unreal.md"}, {"CustomNode.txt", "unreal_node.txt", in_unreal}},
+       .library_file = "Relief.usf",
+       .compression = unreal_compression},
+      {.id = "unity",
+       .name = "Unity 2022.3, URP and Shader Graph",
+       .language = "hlsl",
+       .containers = {"png", "exr", "dds"},
+       .files = {{"README.md", "unity.md"},
+                 {"Relief.hlsl", "unity.hlsl", in_shader_graph},
+                 {"ReliefURP.shader", "unity.shader", in_urp}},
+       .library_file = "ReliefTrace.hlsl",
+       .v_runs_up = true,
+       .compression = unity_compression},
+      // Its readers of PNG leave 8 bits.
+      {.id = "godot",
+       .name = "Godot 4",
+       .language = "glsl_es",
+       .containers = {"tga", "exr", "dds"},
+       .files = {{"README.md", "godot.md"}, {"relief.gdshader", "godot.gdshader", in_godot}},
+       .green_runs_against_v = true,
+       .adapt = without_precision},
+      {.id = "three",
+       .name = "three.js with WebGPU",
+       .language = "wgsl",
+       .containers = {"ktx2"},
+       .files = {{"README.md", "three.md"}, {"relief.js", "three.js", as_named}, {"index.html", "three.html"}},
+       .library_file = "relief.wgsl",
+       .widens_unorm16 = true},
+      {.id = "bevy",
+       .name = "Bevy 0.17",
+       .language = "wgsl",
+       .containers = {"ktx2"},
+       .files = {{"README.md", "bevy.md"},
+                 {"relief_material.rs", "bevy.rs"},
+                 {"assets/relief/relief_material.wgsl", "bevy_material.wgsl", as_named}},
+       .asset_folder = "assets/relief/",
+       .library_file = "assets/relief/relief.wgsl",
+       .library_head = "#define_import_path relief::trace\n",
+       .green_runs_against_v = true},
+      {.id = "o3de",
+       .name = "O3DE",
+       .language = "hlsl",
+       .containers = {"tga", "exr", "dds"},
+       .files = {{"README.md", "o3de.md"}, {"Relief.azsli", "o3de.azsli", in_o3de}}},
+  };
+  return rows;
+}
+
+}  // namespace
+
+std::span<const Engine> engines() { return all_engines(); }
+
+const Engine& find_engine(std::string_view id) {
+  std::vector<std::string_view> ids;
+  for (const Engine& engine : all_engines()) {
+    if (engine.id == id) return engine;
+    ids.push_back(engine.id);
+  }
+  fail_input("unknown engine '{}'; the choices are {}, all", id, fmt::join(ids, ", "));
+}
+
+std::set<std::string> all_export_names() {
+  std::set<std::string> names = {"settings.json"};
+  for (const Engine& engine : all_engines()) {
+    const std::string folder = engine.id == kPlainEngine ? "" : fmt::format("{}/", engine.id);
+    for (const EngineFile& file : engine.files) names.insert(fmt::format("{}{}", folder, file.name));
+    if (!engine.library_file.empty()) names.insert(fmt::format("{}{}", folder, engine.library_file));
+    for (const Container& container : containers())
+      for (const char* texture : {"relief", "relief.extra", "relief.normal"})
+        names.insert(fmt::format("{}{}{}.{}", folder, engine.asset_folder, texture, container.id));
+  }
+  for (const Language& language : languages()) {
+    names.emplace(language.library_file);
+    names.emplace(language.example_file);
+  }
+  names.erase("");
+  return names;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <list>
+
+#include "kernels/base/error.h"
+#include "reports/export/engine.h"
+#include "reports/export/shader_pieces.h"
+#include "reports/export/template.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+/// One engine's files in the making.
+class Folder {
+ public:
+  Folder(const Engine& engine, const EngineSource& source, const ExportChoice& choice, std::string folder)
+      : engine_(engine), source_(source), choice_(choice), folder_(std::move(folder)) {}
+
+  EngineFiles make() {
+    for (const ShippedTexture& texture : source_.shader.textures) add_texture(texture);
+    if (source_.normals != nullptr) add_normals();
+    describe();
+    if (engine_.language.empty())
+      for (const std::string& id : choice_.languages) add_language(find_language(id));
+    else
+      add_library(find_language(engine_.language));
+    for (const EngineFile& file : engine_.files) add_file(file);
+    return std::move(files_);
+  }
+
+ private:
+  [[nodiscard]] bool is_wide(const TextureImage& image) const { return image.layout.type != TexelType::unorm8; }
+
+  /// The first container that holds an image without loss.
+  [[nodiscard]] const Container& container_for(const TextureImage& image, std::string_view file) const {
+    if (!choice_.container.empty()) {
+      const Container& chosen = find_container(choice_.container);
+      if (!chosen.holds(image))
+        fail_input("{} cannot be {} without loss: it has {} level{} of {}, a {} file holds {}", file, chosen.id,
+                   image.levels, image.levels == 1 ? "" : "s", format_name(image.layout), chosen.id, chosen.holds_what);
+      return chosen;
+    }
+    for (const std::string_view id : engine_.containers)
+      if (const Container& container = find_container(id); container.holds(image)) return container;
+    fail_input("{}: {} has no kind of file for {} level{} of {}", file, engine_.name, image.levels,
+               image.levels == 1 ? "" : "s", format_name(image.layout));
+  }
+
+  /// Stores an image as the engine has it; returns the file's name in the engine's assets.
+  std::string store(const TextureImage& image, std::string_view file, const std::string& what) {
+    const Container& container = container_for(image, file);
+    const std::string name = fmt::format("{}.{}", file, container.id);
+    const bool is_turned = engine_.v_runs_up && container.is_top_down;
+    files_.files.push_back({.name = fmt::format("{}{}{}", folder_, engine_.asset_folder, name),
+                            .what = what,
+                            .bytes = container.encode(is_turned ? turned_over(image) : image, source_.metadata)});
+    return name;
+  }
+
+  /// Lists the texture that was stored last.
+  void list(const ShippedTexture& texture) {
+    files_.textures.push_back({.file = files_.files.back().name,
+                               .sampler = texture.sampler,
+                               .binding = texture.binding,
+                               .format = texture.format,
+                               .channels = texture.channels,
+                               .width = texture.image->width,
+                               .height = texture.image->height,
+                               .levels = texture.image->levels,
+                               .bytes = texture.image->texels.size()});
+  }
+
+  void add_texture(ShippedTexture texture) {
+    if (engine_.widens_unorm16 && texture.image->layout.type == TexelType::unorm16) {
+      const TextureImage& widened = images_.emplace_back(as_floats(*texture.image));
+      texture.image = &widened;
+      texture.format = format_name(texture.image->layout);
+      values_.flags.insert("widened");
+    }
+    const std::string what =
+        fmt::format("{}: {}, {} x {}", texture.sampler, texture.format, texture.image->width, texture.image->height);
+    const std::string name = store(*texture.image, texture.file, what);
+    const bool is_relief = texture.sampler == kReliefMap;
+    values_.words[is_relief ? "relief_file" : "extra_file"] = name;
+    if (is_wide(*texture.image)) values_.flags.insert("wide");
+    if (is_relief && engine_.compression != nullptr)
+      values_.words["compression"] = engine_.compression(texture.image->layout);
+    if (texture.image->levels > 1) {
+      values_.flags.insert("levels");
+      values_.words["mipped"] += (values_.words["mipped"].empty() ? "" : "`, `") + name;
+    }
+    names_.push_back(fmt::format("`{}{}`", engine_.asset_folder, name));
+    lines_ += fmt::format("- `{}`: {}, {} x {}, {} level{}, {}: {}\n", name, texture.sampler, texture.image->width,
+                          texture.image->height, texture.image->levels, texture.image->levels == 1 ? "" : "s",
+                          texture.format, texture.channels);
+    list(texture);
+  }
+
+  void add_normals() {
+    TextureImage normals = *source_.normals;
+    if (engine_.green_runs_against_v)
+      for (std::size_t i = 1; i < normals.texels.size(); i += 4)
+        normals.texels[i] = std::byte{static_cast<unsigned char>(255 - std::to_integer<int>(normals.texels[i]))};
+    images_.push_back(std::move(normals));
+    const ShippedTexture texture{.sampler = kNormalMap,
+                                 .binding = 3,
+                                 .file = "relief.normal",
+                                 .image = &images_.back(),
+                                 .format = format_name(images_.back().layout),
+                                 .channels = fmt::format("normal, times 0.5 + 0.5; green {} v",
+                                                         engine_.green_runs_against_v ? "against" : "along")};
+    const std::string name = store(*texture.image, texture.file, "normal map, linear");
+    names_.push_back(fmt::format("`{}{}`", engine_.asset_folder, name));
+    lines_ += fmt::format("- `{}`: normal map, RGBA of 8 bits, {}\n", name, texture.channels);
+    list(texture);
+  }
+
+  /// What all templates may say.
+  void describe() {
+    const ShippedShader& shader = source_.shader;
+    values_.words["setting"] = setting_id(shader.settings);
+    values_.words["heightmap"] = one_line(shader.heightmap);
+    values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);
+    values_.words["textures"] = lines_;
+    values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
+    values_.words["header"] = shipped_header(shader, engine_.name);
+    const bool has_features = !pixel_features(shader.settings).empty();
+    values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
+    const auto set = [&](bool is_set, const char* flag) {
+      if (is_set) values_.flags.insert(flag);
+    };
+    set(!shader.textures.empty(), "map");
+    set(shader.textures.size() > 1, "extra");
+    set(shader.wrap == Wrap::clamp, "clamp");
+    set(shader.wrap == Wrap::repeat, "repeat");
+    set(has_features, "shadow");
+    set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
+  }
+
+  [[nodiscard]] static std::string one_line(std::string text) {
+    std::ranges::replace_if(
+        text, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; }, ' ');
+    return text;
+  }
+
+  void add_language(const Language& language) {
+    const ShippedText text = language.write(source_.shader);
+    std::string files;
+    for (const auto& [name, bytes] :
+         {std::pair(language.library_file, text.library), std::pair(language.example_file, text.example)}) {
+      if (name.empty()) continue;
+      files_.files.push_back(
+          {.name = fmt::format("{}{}", folder_, name),
+           .what = fmt::format("{}{}", language.name, name == language.example_file ? ": a whole fragment shader" : ""),
+           .bytes = bytes});
+      files += fmt::format("{}`{}`", files.empty() ? "" : ", ", name);
+    }
+    values_.words["languages"] += fmt::format("- {}: {}\n", language.name, files);
+    values_.flags.emplace(language.id);
+  }
+
+  void add_library(const Language& language) {
+    std::string library = language.write(source_.shader).library;
+    if (engine_.adapt != nullptr) library = engine_.adapt(library);
+    if (!engine_.library_file.empty())
+      files_.files.push_back({.name = fmt::format("{}{}", folder_, engine_.library_file),
+                              .what = fmt::format("relief_trace, {}", language.name),
+                              .bytes = std::string(engine_.library_head) + library});
+    values_.words["library"] = std::move(library);
+    source_text_ =
+        shipped_source(source_.shader, language.id == "wgsl" ? MapArguments::separate : MapArguments::combined);
+    const std::vector<std::string> traced = map_arguments(source_text_, "relief_trace");
+    if (std::ranges::find(traced, kReliefSampler) != traced.end()) values_.flags.emplace("sampler");
+  }
+
+  void add_file(const EngineFile& file) {
+    TemplateValues values = values_;
+    if (file.argument != nullptr) {
+      for (const auto& [word, function] :
+           {std::pair("args", "relief_trace"), std::pair("normal_args", "relief_normal")}) {
+        std::string list;
+        for (const std::string& map : map_arguments(source_text_, function)) list += file.argument(map) + ", ";
+        values.words[word] = list;
+      }
+      for (const auto& [word, function] :
+           {std::pair("node_params", "relief_trace"), std::pair("normal_params", "relief_normal")}) {
+        std::string list;
+        for (const std::string& map : map_arguments(source_text_, function))
+          list += fmt::format("{}: {}, ", map, map == kReliefSampler ? "sampler" : "texture_2d<f32>");
+        values.words[word] = list;
+      }
+      values.words["light_arg"] = !values.flags.contains("shadow") ? "" : light_argument(file);
+      values.words["map_hints"] = map_hints(file);
+    }
+    files_.files.push_back({.name = fmt::format("{}{}", folder_, file.name),
+                            .what = file.name == "README.md" ? "what to do with the files" : std::string(engine_.name),
+                            .bytes = filled_template(file.from, values)});
+  }
+
+  /// The light's arguments in a file's own names.
+  [[nodiscard]] static std::string light_argument(const EngineFile& file) {
+    const bool is_node = file.from == "unreal_node.txt" || file.from == "unity.hlsl";
+    return fmt::format(", {}, 0.0", is_node ? "LightTS" : "light_ts");
+  }
+
+  /// Godot's declarations of its textures.
+  [[nodiscard]] std::string map_hints(const EngineFile& file) const {
+    std::string text;
+    for (const EngineTexture& texture : files_.textures) {
+      if (texture.sampler == kNormalMap) continue;
+      text += fmt::format("uniform sampler2D {} : filter_{}, {};  // {}\n", file.argument(texture.sampler),
+                          texture.levels > 1 ? "linear_mipmap" : "linear",
+                          source_.shader.wrap == Wrap::clamp ? "repeat_disable" : "repeat_enable",
+                          texture.file.substr(texture.file.rfind('/') + 1));
+    }
+    return text;
+  }
+
+  const Engine& engine_;
+  const EngineSource& source_;
+  const ExportChoice& choice_;
+  std::string folder_;
+  EngineFiles files_;
+  TemplateValues values_;
+  std::vector<std::string> names_;
+  std::string lines_;
+  Pieces source_text_;
+  std::list<TextureImage> images_{};  // must stay where they are
+};
+
+}  // namespace
+
+EngineFiles engine_files(const Engine& engine, const EngineSource& source, const ExportChoice& choice,
+                         const std::string& folder) {
+  return Folder(engine, source, choice, folder).make();
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "kernels/base/paper.h"
+#include "reports/export/shipped_shader.h"
+#include "tuner/plan/setting_space.h"
+#include "tuner/results/host.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr std::size_t kColumns = 120;
+
+/// Words as lines of a comment; the second line on begins with `indent`.
+std::string comment(std::string_view words, std::string_view indent = "") {
+  std::string out;
+  std::string line = "//";
+  while (!words.empty()) {
+    const std::size_t end = std::min(words.find(' '), words.size());
+    if (line.size() + 1 + end > kColumns) {
+      out += line + "\n";
+      line = fmt::format("//{}", indent);
+    }
+    line += fmt::format(" {}", words.substr(0, end));
+    words.remove_prefix(std::min(end + 1, words.size()));
+  }
+  return out + line + "\n";
+}
+
+std::string texture_lines(const ShippedShader& shipped) {
+  if (shipped.textures.empty()) return "// Textures: none.\n";
+  const std::string_view wrap = shipped.wrap == Wrap::repeat ? "repeat" : "clamp to edge";
+  std::string text = comment(fmt::format(
+      "Textures, linear (no sRGB), filtered bilinearly within a level, levels never mixed, wrap mode {}:", wrap));
+  for (const ShippedTexture& texture : shipped.textures)
+    text += comment(fmt::format("- {}: {}, {} x {}, {} level{}, {}: {}", texture.sampler, texture.file,
+                                texture.image->width, texture.image->height, texture.image->levels,
+                                texture.image->levels == 1 ? "" : "s", texture.format, texture.channels),
+                    "  ");
+  return text;
+}
+
+std::string guarantee_lines(const Settings& settings) {
+  const Technique& technique = settings.technique();
+  const Guarantee guarantee = guarantee_of(settings);
+  std::string text = fmt::format("Guarantee: {}", guarantee_id(guarantee));
+  for (const FeatureRow* row : rows_of(settings))
+    if (guarantee != Guarantee::none && !row->caveat.empty()) text += fmt::format(", {}", row->caveat);
+  if (makes_up_for_filter(settings))
+    text += fmt::format(
+        " (SAMPLER_SHIFT, here 1/{} texel along each axis: weights of 8 bits, rounded or cut off; `reliefbench devices "
+        "--audit` shows a device's)",
+        1 / kShippedSampler.error.shift);
+  if (const Guarantee shadow = guarantee_of(settings, Query::shadow); shadow != Guarantee::none)
+    text += fmt::format("; of shadow rays: {}", guarantee_id(shadow));
+  if (!technique.guarantee_note.empty()) text += fmt::format(". Of {}: {}", technique.id, technique.guarantee_note);
+  return comment(text + ".");
+}
+
+std::string use_lines(const ShippedShader& shipped) {
+  std::string text = "// relief_trace, called once a fragment, finds what it shows: a ReliefSurface. Its arguments:\n";
+  const auto add = [&](std::string_view name, std::string_view words) {
+    text += comment(fmt::format("- {}: {}", name, words), "  ");
+  };
+  if (!shipped.textures.empty())
+    add("maps", "the textures above, with their samplers where the language has those apart");
+  add("uv", "where the view meets the plane, in tiles");
+  add("view_ts",
+      "from the eye to there, in tangent space (x along u, y along v, z out of the plane), of any length; z < 0");
+  add("relief_depth",
+      fmt::format("from the plane to the bottom, in sides of a tile; measured with {:#}", shipped.relief_depth));
+  const std::vector<PixelFeature> features = pixel_features(shipped.settings);
+  if (!features.empty()) {
+    add("light_ts", "towards the light's middle, in tangent space, of length 1");
+    add("light_radius", "tangent of the light's angular radius; 0: a point");
+  }
+  text += comment(
+      "Of the surface: uv of the hit for other maps, best read with the gradients of the plane's uv; height, 1 "
+      "on the plane; whether the view hit it within the steps; depth_offset, from the plane to the hit along the "
+      "view, in sides of a tile; taps, texture instructions.");
+  for (const PixelFeature& one : features)
+    text += comment(fmt::format("{}: {}.", one.feature->id, one.feature->value->meaning));
+  if (!shipped.textures.empty())
+    text +=
+        comment("relief_normal gives the unit normal at the hit's uv from the heights, for whom has no normal map.");
+  if (reads_levels(shipped.settings))
+    text += comment("relief_trace takes derivatives of uv: call it in uniform control flow.");
+  if (shipped.wrap == Wrap::clamp) text += comment("The relief ends where uv leaves 0 to 1: discard such fragments.");
+  return text;
+}
+
+/// Text from outside as it may stand in a comment.
+std::string on_one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  return text;
+}
+
+}  // namespace
+
+std::string shipped_header(const ShippedShader& shipped, std::string_view language) {
+  const Technique& technique = shipped.settings.technique();
+  std::string text =
+      comment(fmt::format("Relief mapping in {}, exported by reliefbench {} ({}).", language, version(), git_sha()));
+  text += "// SPDX-License-Identifier: MIT-0 (use it for anything, without conditions and without warranty)\n//\n";
+  text +=
+      comment(fmt::format("{}: {}.{}{}", technique.id, technique.description,
+                          technique.source == "-" ? "" : " Source: ", technique.source == "-" ? "" : technique.source));
+  for (const Paper& paper : papers_cited_by(technique.source))
+    text += comment(fmt::format("[{}] {}{}{}, {}", paper.id, paper.authors, paper.authors.empty() ? "" : ": ",
+                                paper.title, paper.where),
+                    "  ");
+  text += fmt::format("//\n// Setting, for {}, wrap {}:\n//   {}\n", on_one_line(shipped.heightmap),
+                      shipped.wrap == Wrap::repeat ? "repeat" : "clamp", setting_id(shipped.settings));
+  return text + "//\n" + texture_lines(shipped) + "//\n" + guarantee_lines(shipped.settings) + "//\n" +
+         use_lines(shipped);
+}
+
+}  // namespace reliefbench

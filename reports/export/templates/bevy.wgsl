@@ -1,0 +1,2 @@
+#define_import_path relief::trace
+@library@

@@ -1,0 +1,17 @@
+
+layout(location = 0) in vec2 in_uv;        // of the plane, in tiles
+layout(location = 1) in vec3 in_view_ts;   // from the eye to the plane, in tangent space
+layout(location = 2) in vec3 in_light_ts;  // towards the light, in tangent space
+layout(location = 0) out vec4 out_color;
+
+void main() {
+  vec3 light = normalize(in_light_ts);
+?shadow   ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@, light, 0.0);
+!shadow   ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@);
+?clamp   if (any(lessThan(in_uv, vec2(0.0))) || any(greaterThan(in_uv, vec2(1.0)))) discard;
+?map   vec3 normal = relief_normal(@normal_maps@surface.uv, @depth@);
+!map   vec3 normal = vec3(0.0, 0.0, 1.0);
+  float diffuse = max(dot(normal, light), 0.0);
+?shadow   diffuse *= surface.shadow;
+  out_color = vec4(vec3(0.62, 0.55, 0.48) * (0.25 + 0.85 * diffuse), 1.0);
+}

@@ -1,0 +1,146 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kernels/image/heightmap.h"
+#include "reports/export/language.h"
+#include "tests/technique_rig.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+
+/// Every technique, and what changes which code or textures it needs.
+inline std::vector<std::string> shipped_settings() {
+  std::vector<std::string> ids;
+  for (const Technique& technique : techniques()) ids.emplace_back(technique.id);
+  for (const char* id : {"parallax?variant=plain&filter=manual",
+                         "relief?refinement=none&loop=fixed&filter=manual",
+                         "relief?refinement=secant&format=r32f",
+                         "depth_slices?loop=fixed",
+                         "interval?search=cone&format=rg16f",
+                         "cone?step=plain&format=rgba8",
+                         "cone?correction=min4&step=cell_max&format=r8+r8",
+                         "cone?correction=min4&filter=manual&encoding=h_tan",
+                         "cone?lod=footprint&encoding=atan",
+                         "relaxed_cone?refinement=secant&format=r8+r8&encoding=ratio",
+                         "quad_cone?refinement=binary&filter=manual",
+                         "safety_shape?loop=fixed&format=r8+rgba8",
+                         "qdm?refinement=none",
+                         "qdm?refinement=binary&filter=manual",
+                         "distance?step=published",
+                         "relief?shadow=linear",
+                         "relief?shadow=binary",
+                         "cone?shadow=cone&format=rgba8",
+                         "relaxed_cone?shadow=soft_taps&shadow_bias=1_256",
+                         "interval?search=cone&shadow=soft_cone"})
+    ids.emplace_back(id);
+  return ids;
+}
+
+/// A setting that ships, with its map.
+struct ShippedCase {
+  explicit ShippedCase(const std::string& id, Wrap its_wrap = Wrap::repeat)
+      : settings(parse_setting(id)), wrap(its_wrap), map(store_map(settings, small_fbm(), wrap)) {}
+  [[nodiscard]] ShippedShader shader() const {
+    ShippedShader shipped{.settings = settings, .heightmap = "fbm", .wrap = wrap};
+    if (settings.technique().reads_map()) shipped.textures = shipped_textures(settings, map.textures);
+    return shipped;
+  }
+  Settings settings;
+  Wrap wrap;
+  StoredMap map;
+};
+
+/// `relief_map, extra_map, `, as a function takes them.
+inline std::string called_with(const Pieces& source, const std::string& function) {
+  std::string list;
+  for (const std::string& map : map_arguments(source, function)) list += map + ", ";
+  return list;
+}
+
+/// A whole fragment shader: the shipped trace on rays that a texture holds, into a score frame.
+inline std::string rays_shader(const ShippedCase& shipped, const FrameUniforms& frame) {
+  const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
+  const bool has_shadow = !pixel_features(shipped.settings).empty();
+  std::string text = "#version 450\n" + with_short_lines(text_of(source)) + R"(
+#ifdef VULKAN
+#define PLACE(n) set = 0, binding = n
+#else
+#define PLACE(n) binding = n
+#endif
+layout(PLACE(1)) uniform sampler2D relief_map;
+layout(PLACE(3)) uniform sampler2D rays;
+layout(PLACE(4)) uniform sampler2D extra_map;
+layout(location = 0) out vec4 out_ray;
+layout(location = 1) out vec4 out_hit;
+)";
+  if (has_shadow) text += "layout(location = 2) out float out_shadow;\n";
+  text += fmt::format(R"(
+void main() {{
+  out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+  ReliefRay ray = ReliefRay(out_ray.xy, out_ray.zw, 1.0, 1.0, 0);
+  ReliefHit hit = relief_first_hit({}ray);
+)",
+                      called_with(source, "relief_first_hit"));
+  if (has_shadow)
+    text += fmt::format(
+        "  out_shadow = relief_shadow({}ray, ReliefScene(vec3({:#.9}, {:#.9}, {:#.9}), {:#.9}, 0.1), hit);\n",
+        called_with(source, "relief_shadow"), frame.light[0], frame.light[1], frame.light[2], frame.light[3]);
+  return text + "  out_hit = vec4(hit.t, float(hit.status), float(hit.taps), float(hit.steps));\n}\n";
+}
+
+/// A score frame with what its features found.
+struct ScoreFrame {
+  std::vector<ScorePixel> pixels;
+  FeatureValues values;
+};
+
+/// The scene of the export's tests: a light that throws shadows.
+inline Scene shipped_scene(Wrap wrap) {
+  Scene scene = kScene;
+  scene.wrap = wrap;
+  scene.light = {.elevation_deg = 20, .angular_radius_deg = 3};
+  return scene;
+}
+
+inline ScoreFrame suite_frame(const Rig& rig, const ShippedCase& shipped) {
+  ScoreFrame frame;
+  frame.pixels = trace_frame(rig, shipped.settings, shipped.map, shipped_scene(shipped.wrap), kShippedSampler);
+  frame.values = rig.backend->read_values(pixel_features(shipped.settings));
+  return frame;
+}
+
+/// The frame of a shader that traces the rays of another one (rays_shader, or what was made from it).
+inline ScoreFrame frame_of_rays(const Rig& rig, const ShippedCase& shipped, const Spirv& fragment,
+                                const std::vector<ScorePixel>& rays) {
+  const Scene scene = shipped_scene(shipped.wrap);
+  const std::vector<PixelFeature> features = pixel_features(shipped.settings);
+  std::vector<std::array<float, 4>> texels;
+  for (const ScorePixel& pixel : rays)
+    texels.push_back({pixel.ray.u, pixel.ray.v, pixel.ray.slope_u, pixel.ray.slope_v});
+  const auto ray_texture = rig.backend->upload({.width = scene.width_px,
+                                                .height = scene.height_px,
+                                                .layout = {.type = TexelType::float32, .channels = 4},
+                                                .texels = std::as_bytes(std::span(texels)),
+                                                .wrap = Wrap::clamp,
+                                                .filter = Filter::nearest});
+  const auto pipeline = rig.pipeline(fragment, score_target(features), {}, "shipped");
+  const auto relief = rig.backend->upload(texture_desc(shipped.map.textures.relief, shipped.wrap));
+  const auto& extra_image = shipped.map.textures.extra;
+  const auto extra = extra_image ? rig.backend->upload(texture_desc(*extra_image, shipped.wrap)) : nullptr;
+  Textures textures = rig.textures(relief.get(), extra.get());
+  textures["rays"] = ray_texture.get();
+  rig.backend->render({.pipeline = pipeline.get(),
+                       .textures = std::move(textures),
+                       .frame = frame_uniforms(scene, small_fbm().width, small_fbm().height)},
+                      1, Timer::fenced_wall);
+  ScoreFrame frame;
+  frame.pixels = rig.backend->read_score();
+  frame.values = rig.backend->read_values(features);
+  return frame;
+}
+
+}  // namespace reliefbench
