@@ -102,9 +102,19 @@ TEST_P(ViewWindowOn, the_tour_looks_as_it_should_and_the_api_is_silent) {
                                                 GetParam(), (kRoot / "tests/view/tour.txt").string()));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
-  for (const char* name : {"tour_error", "tour_taps", "tour_missed"}) expect_golden(name, GetParam());
+  for (const char* name : {"tour_error", "tour_taps", "tour_missed", "tour_help"}) expect_golden(name, GetParam());
   EXPECT_THAT(file_text(folder_ / "tour_case.txt"), HasSubstr(fmt::format("relief@fbm_64x64/grazing?linear_steps=6&")));
   EXPECT_EQ(parse_presets(file_text(folder_ / "tour_presets.json"), "tour_presets.json").size(), 1U);
+}
+
+TEST(ViewGoldens, pictures_of_other_things_are_told_apart) {
+  const auto golden = [](const std::string& name) { return load_image(kRoot / "tests/goldens" / name); };
+  const Image error = golden("view_tour_error.png");
+  for (const char* other : {"view_tour_taps.png", "view_tour_missed.png"}) {
+    const Difference apart = difference(error, golden(other));
+    EXPECT_GT(apart.far_share, 5 * kFarShareMost) << other;
+    EXPECT_GT(apart.mean, 5 * kMeanMost) << other;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, ViewWindowOn, ::testing::Values("opengl", "vulkan"));
@@ -113,11 +123,11 @@ TEST_F(ViewWindow, presets_and_a_runs_front_are_at_hand_also_of_a_device_that_ha
   const std::vector<reliefbench::Run> runs = {load_run(null_sweep(folder_))};
   const auto presets = presets_json(make_presets(runs, {}));
   std::ofstream(folder_ / "presets.json") << presets.dump(1);
-  std::ofstream(folder_ / "script.txt")
-      << "close times\nlevel 0\nwait\nlevel 100\nscreenshot level\ncopy case case.txt\n";
+  const std::vector<LoadedPreset> loaded = parse_presets(presets.dump(), "presets.json");
+  std::ofstream(folder_ / "script.txt") << fmt::format(
+      "close times\nlevel 0\nwait\nlevel {}\nscreenshot level\ncopy case case.txt\n", loaded.back().quality);
   const CommandResult levels = view("fbm --size 32x32 --presets presets.json --quality 50 --script script.txt");
   ASSERT_EQ(levels.exit_code, 0) << levels.err;
-  const std::vector<LoadedPreset> loaded = parse_presets(presets.dump(), "presets.json");
   EXPECT_EQ(file_text(folder_ / "case.txt"),
             (Case{.settings = loaded.back().settings, .scene_id = "fbm_32x32/oblique", .backend = "null"}).id() + "\n");
   std::ofstream(folder_ / "script.txt") << "close times\npoint 2\nscreenshot front\ncopy case case.txt\nframes 3\n";

@@ -9,15 +9,17 @@ namespace {
 
 /// The part of a command's rectangle that is in the window; its width or height is 0 or less where none is.
 PanelPart part_of(const ImDrawCmd& command, const ImDrawData& drawn) {
-  const int left = std::max(0, static_cast<int>(command.ClipRect.x - drawn.DisplayPos.x));
-  const int top = std::max(0, static_cast<int>(command.ClipRect.y - drawn.DisplayPos.y));
+  // Dear ImGui counts in the window's units, of which a pixel may be a part.
+  const ImVec2 scale = drawn.FramebufferScale;
   const float right = std::min(command.ClipRect.z - drawn.DisplayPos.x, drawn.DisplaySize.x);
   const float bottom = std::min(command.ClipRect.w - drawn.DisplayPos.y, drawn.DisplaySize.y);
+  const int left_px = static_cast<int>(std::max(0.0F, command.ClipRect.x - drawn.DisplayPos.x) * scale.x);
+  const int top_px = static_cast<int>(std::max(0.0F, command.ClipRect.y - drawn.DisplayPos.y) * scale.y);
   return {.picture = static_cast<const ScreenPicture*>(command.GetTexID()),
-          .left_px = left,
-          .top_px = top,
-          .width_px = static_cast<int>(right) - left,
-          .height_px = static_cast<int>(bottom) - top,
+          .left_px = left_px,
+          .top_px = top_px,
+          .width_px = static_cast<int>(right * scale.x) - left_px,
+          .height_px = static_cast<int>(bottom * scale.y) - top_px,
           .first = 0,
           .count = command.ElemCount};
 }

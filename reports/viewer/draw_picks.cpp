@@ -45,6 +45,7 @@ struct LogAxis {
 
 void draw_points(const PanelContext& context) {
   const std::vector<ViewPick>& points = context.picks.points;
+  ImGui::TextDisabled("%s over frame time, both logarithmic", context.picks.error_metric.c_str());
   const float width = ImGui::GetContentRegionAvail().x;
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   ImGui::InvisibleButton("front", {width, kPlotHeight_px});
@@ -85,10 +86,6 @@ void draw_points(const PanelContext& context) {
     return fmt::format("{}: {:.3g} ms, {} {:.3g}", point.label, point.time_ns * 1e-6, context.picks.error_metric,
                        point.error);
   };
-  list.AddText({corner.x + 4, corner.y + 2}, IM_COL32(170, 175, 185, 255), context.picks.error_metric.c_str());
-  constexpr const char* kTime = "frame time";
-  list.AddText({corner.x + width - ImGui::CalcTextSize(kTime).x - 4, corner.y + kPlotHeight_px - 15},
-               IM_COL32(170, 175, 185, 255), kTime);
   if (nearest != nullptr) ImGui::SetTooltip("%s", label(*nearest).c_str());
   if (nearest != nullptr && is_clicked) context.choice.settings = nearest->settings;
   const auto now = std::ranges::find(points, context.choice.settings, &ViewPick::settings);

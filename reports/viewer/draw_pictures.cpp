@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kTurn_deg_per_px = 0.4;
 constexpr float kGrip_px = 6;
+constexpr float kLabelMargin_px = 6;
 constexpr double kBlink_s = 0.6;
 
 ImU32 color_of(const Rgb& rgb) { return IM_COL32(rgb[0], rgb[1], rgb[2], 255); }
@@ -66,9 +67,12 @@ void draw_side(const Side& side, const PanelContext& context, const Area& frame,
   const bool is_laid_over =
       context.choice.overlay != Overlay::none && side.pane != nullptr && !side.pane->overlay_key.empty();
   if (is_laid_over) list.AddImage(texture_of(*side.pane->overlay), low, high);
-  const ImVec2 size = ImGui::CalcTextSize(side.name.c_str());
-  list.AddRectFilled({from, low.y}, {from + size.x + 10, low.y + size.y + 6}, IM_COL32(0, 0, 0, 170));
-  list.AddText({from + 5, low.y + 3}, IM_COL32_WHITE, side.name.c_str());
+  const float width = std::max(to - from - 2 * kLabelMargin_px, 60.0F);
+  const ImVec2 size = ImGui::CalcTextSize(side.name.c_str(), nullptr, false, width);
+  list.AddRectFilled({from, low.y}, {from + size.x + 2 * kLabelMargin_px, low.y + size.y + kLabelMargin_px},
+                     IM_COL32(0, 0, 0, 170));
+  list.AddText(nullptr, 0, {from + kLabelMargin_px, low.y + kLabelMargin_px / 2}, IM_COL32_WHITE, side.name.c_str(),
+               nullptr, width);
   list.PopClipRect();
 }
 

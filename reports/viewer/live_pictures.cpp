@@ -58,13 +58,18 @@ void LivePictures::update(const ViewChoice& choice) {
   background_.finish();
   bring(left_, choice.settings, choice.spec);
   if (choice.other) bring(right_, *choice.other, choice.spec);
+  const bool is_moving = std::exchange(last_key_, left_.picture_key) != left_.picture_key;
+  if (!is_moving || Clock::now() >= judge_after_) judge_next(choice);
+  lay_over(left_, choice.overlay);
+  if (choice.other) lay_over(right_, choice.overlay);
+}
+
+void LivePictures::judge_next(const ViewChoice& choice) {
   const bool needs_reference = !choice.other && !is_reference_current();
   if (!background_.is_busy() && left_.is_drawn() && (!left_.is_judged() || needs_reference))
     judge_in_background(left_, choice.spec);
   if (!background_.is_busy() && choice.other && right_.is_drawn() && !right_.is_judged())
     judge_in_background(right_, choice.spec);
-  lay_over(left_, choice.overlay);
-  if (choice.other) lay_over(right_, choice.overlay);
 }
 
 bool LivePictures::is_settled(const ViewChoice& choice) const {
@@ -149,18 +154,20 @@ void LivePictures::keep_time(double ns) {
 }
 
 void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
+  const Clock::time_point start = Clock::now();
   const Settings& settings = *pane.settings;
   const Draw score = pane.frame.with(*session_.pipeline(settings, Target::score, spec.scene.wrap).pipeline);
   std::vector<PixelFeature> features = pixel_features(settings);
   std::vector<ScorePixel> pixels = trace_frame(session_.backend(), score);
   FeatureValues values = session_.backend().read_values(features);
-  background_.start([this, &pane, key = pane.picture_key, frame = score.frame, features = std::move(features),
+  background_.start([this, &pane, start, key = pane.picture_key, frame = score.frame, features = std::move(features),
                      pixels = std::move(pixels), values = std::move(values)]() -> Background::Finish {
     auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, pixels));
     auto judged = std::make_shared<JudgedFrame>(judge(pixels, *exact, frame.sizes[2], frame.sizes[3]));
     const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
     judge_features(features, values, right, judged->pixels, judged->score);
-    return [this, &pane, key, frame, features, exact, judged, right, taps = taps_of(pixels)] {
+    return [this, &pane, start, key, frame, features, exact, judged, right, taps = taps_of(pixels)] {
+      judge_after_ = Clock::now() + (Clock::now() - start);  // half of the time is the pictures'
       pane.judged_key = key;
       pane.score = judged->score;
       pane.scores = std::move(judged->pixels);

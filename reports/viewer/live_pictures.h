@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,6 +60,9 @@ class LivePictures {
   [[nodiscard]] std::vector<double> time_again(int frames);
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  void judge_next(const ViewChoice& choice);
   void bring(Pane& pane, const Settings& settings, const SceneSpec& spec);
   void draw(Pane& pane, const Settings& settings, const SceneSpec& spec);
   void fetch_map(Pane& pane, const Settings& settings, const SceneSpec& spec, std::string key);
@@ -82,7 +86,9 @@ class LivePictures {
   std::unique_ptr<ScreenPicture> reference_;
   std::string reference_key_{};
   std::vector<double> times_ns_{};
-  Background background_;  // last: it ends before what it works on
+  std::string last_key_{};           ///< of the left picture, an update ago
+  Clock::time_point judge_after_{};  ///< not before then while the camera moves
+  Background background_;            // last: it ends before what it works on
 };
 
 }  // namespace reliefbench

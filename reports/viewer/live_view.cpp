@@ -44,7 +44,8 @@ void set_style() {
 }
 
 WindowSize window_size(const Scene& scene) {
-  return {.width_px = scene.width_px + kPanelWidth_px, .height_px = std::max(scene.height_px, kPanelLeastHeight_px)};
+  return {.width_px = std::max(scene.width_px, kPicturesLeastWidth_px) + kPanelWidth_px,
+          .height_px = std::max(scene.height_px, kPanelLeastHeight_px)};
 }
 
 class LiveView {
@@ -72,7 +73,8 @@ class LiveView {
     set_style();
     window_.show();
     while (!window_.is_closed()) {
-      window_.take_events(wait_s());
+      window_.take_events(is_minimised() ? kIdle_s : wait_s());
+      if (is_minimised()) continue;
       const ScriptRun::Wishes scripted =
           script_ ? script_->step(choice_, picks_, pictures_.is_settled(choice_)) : ScriptRun::Wishes{};
       if (scripted.quit || (script_ && script_->is_over() && scripted.screenshot.empty() && scripted.copied.empty()))
@@ -88,6 +90,8 @@ class LiveView {
     if (script_ || state_.times_always || choice_.blinks || still_ > 0) return 0;
     return pictures_.is_busy() ? kBusy_s : kIdle_s;
   }
+
+  [[nodiscard]] bool is_minimised() const { return window_.size().width_px == 0 || window_.size().height_px == 0; }
 
   /// returns: whether to go on
   bool frame(const ScriptRun::Wishes& scripted) {

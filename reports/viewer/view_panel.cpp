@@ -81,6 +81,11 @@ void draw_errors(const PanelContext& context) {
     const std::string words = value ? fmt::format("{:.4g}", *value) : "-";
     pane.is_judged() ? text(words) : ImGui::TextColored(kDim, "%s", words.c_str());
   };
+  if (has_other)
+    for (const char* title : {"", "left", "right"}) {
+      ImGui::TableNextColumn();
+      ImGui::TextColored(kDim, "%s", title);
+    }
   for (const MetricRow& metric : metrics()) {
     const bool is_known = metric.value(*left.score) || (has_other && right.score && metric.value(*right.score));
     if (!is_known || !is_of_panel(metric)) continue;
@@ -141,9 +146,11 @@ void draw_scene(const PanelContext& context) {
 
 void draw_buttons(const PanelContext& context, PanelWishes& wishes) {
   if (ImGui::Button("screenshot")) wishes.screenshot = true;
+  ImGui::SameLine();
+  text("copy as");
   for (const std::string_view kind : copied_kinds()) {
     ImGui::SameLine();
-    if (ImGui::Button(fmt::format("copy as {}", kind).c_str())) wishes.copied = kind;
+    if (ImGui::Button(std::string(kind).c_str())) wishes.copied = kind;
   }
   if (!context.state.notice.empty()) wrapped(kDim, context.state.notice);
   wrapped(kDim, "h: help");

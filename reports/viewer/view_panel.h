@@ -9,7 +9,8 @@
 namespace reliefbench {
 
 inline constexpr int kPanelWidth_px = 340;
-inline constexpr int kPanelLeastHeight_px = 600;
+inline constexpr int kPicturesLeastWidth_px = 480;
+inline constexpr int kPanelLeastHeight_px = 680;
 
 /// What the panel asks of the window beside a changed choice.
 struct PanelWishes {

@@ -60,11 +60,13 @@ ScriptLine parse_line(const std::vector<std::string>& words, std::string place) 
   }
   if (row == kVerbs.end()) {
     std::vector<std::string_view> known;
+    known.reserve(kVerbs.size());
     for (const VerbRow& one : kVerbs) known.push_back(one.id);
     fail_input("'{}' is {}", words[0], unknown_text(words[0], known));
   }
   ScriptLine line{.place = std::move(place), .verb = row->verb};
-  if (words.size() - next != static_cast<std::size_t>(row->numbers + row->words))
+  const int arguments = row->numbers + row->words;
+  if (words.size() - next != static_cast<std::size_t>(arguments))
     fail_input("expected '{}{}{}'", row->id, row->arguments.empty() ? "" : " ", row->arguments);
   for (int i = 0; i < row->numbers; ++i) line.numbers.push_back(number_of(words[next++]));
   for (int i = 0; i < row->words; ++i) line.words.push_back(words[next++]);
