@@ -153,6 +153,11 @@ Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect) {
 
 Spirv compile_vertex(Dialect dialect) { return compile_stage("fullscreen.vert", EShLangVertex, dialect); }
 
+Spirv compile_panel(PanelStage stage, Dialect dialect) {
+  return stage == PanelStage::vertex ? compile_stage("panel.vert", EShLangVertex, dialect)
+                                     : compile_stage("panel.frag", EShLangFragment, dialect);
+}
+
 Spirv compile_compute(std::string_view name, Dialect dialect, const ShaderText& contract) {
   return compile_stage(fmt::format("{}.comp", name), EShLangCompute, dialect, {{contract.name, contract}});
 }

@@ -33,6 +33,10 @@ struct ShaderText {
 /// The full-screen triangle, at depth 0.
 [[nodiscard]] Spirv compile_vertex(Dialect dialect);
 
+/// Dear ImGui's triangles in a window: `panel.vert` and `panel.frag`.
+enum class PanelStage { vertex, fragment };
+[[nodiscard]] Spirv compile_panel(PanelStage stage, Dialect dialect);
+
 /// A compute shader of the binary's own.
 /// name: a shader file's name without `.comp`; contract: what it includes beside the binary's files
 /// throws: Error(environment) where there is no such file

@@ -42,11 +42,11 @@ struct Top {
 };
 
 const std::vector<Top> kTops = {
-    {"reports", {{"export", "pages"}}, {"kernels", "backends", "tuner"}},
+    {"reports", {{"export", "pages", "viewer"}}, {"kernels", "backends", "tuner"}},
     {"tuner",
      {{"cli"}, {"tune"}, {"measure"}, {"decide"}, {"history"}, {"results"}, {"plan"}, {"search"}},
      {"kernels", "backends"}},
-    {"backends", {{"opengl", "vulkan"}, {""}}, {"kernels"}},
+    {"backends", {{"window"}, {"opengl", "vulkan"}, {""}}, {"kernels"}},
     {"kernels", {{"trace"}, {"maps"}, {"judge"}, {"image"}, {"base"}}, {}}};
 
 /// Where a file of the project stands: its top folder and its room.

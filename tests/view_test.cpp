@@ -1,4 +1,4 @@
-// `view`: draws what a sweep draws, and its window is steered by a pure function.
+// `view --png`: draws what a sweep draws.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,6 @@
 #include "tests/finished_run.h"
 #include "tuner/decide/presets.h"
 #include "tuner/measure/prepare.h"
-#include "tuner/measure/view_state.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 
@@ -25,48 +24,6 @@ using ::testing::HasSubstr;
 using ::testing::Pointwise;
 
 const View kHome = view_presets()[1];  // oblique
-
-ViewState after(const WindowEvents& events, ViewState state = {.view = kHome}, int levels = 3) {
-  return steer(std::move(state), events, kHome, levels);
-}
-
-TEST(ViewStateTest, stays_where_nothing_happens) {
-  const ViewState state{.view = kHome, .level = 1, .shows_error = true};
-  EXPECT_EQ(after({}, state), state);
-  EXPECT_EQ(after({.keys = {Key::s, Key::escape}, .is_exposed = true}, state), state);
-}
-
-TEST(ViewStateTest, dragging_orbits_and_never_leaves_the_upper_side) {
-  const ViewState dragged = after({.drag_x_px = 10, .drag_y_px = 20});
-  EXPECT_LT(dragged.view.azimuth_deg, 0);
-  EXPECT_GT(dragged.view.elevation_deg, kHome.elevation_deg);
-  EXPECT_EQ(dragged.view.distance, kHome.distance);
-  EXPECT_EQ(after({.drag_y_px = 1e6}).view.elevation_deg, 90);
-  EXPECT_EQ(after({.drag_y_px = -1e6}).view.elevation_deg, kElevationMin_deg);
-  EXPECT_LE(std::abs(after({.drag_x_px = 1e6}).view.azimuth_deg), 180);
-}
-
-TEST(ViewStateTest, the_wheel_comes_nearer_within_bounds) {
-  EXPECT_LT(after({.wheel = 1}).view.distance, kHome.distance);
-  EXPECT_GT(after({.wheel = -1}).view.distance, kHome.distance);
-  EXPECT_EQ(after({.wheel = 1000}).view.distance, kDistanceMin);
-  EXPECT_EQ(after({.wheel = -1000}).view.distance, kDistanceMax);
-}
-
-TEST(ViewStateTest, arrows_choose_among_the_levels_there_are) {
-  EXPECT_EQ(after({.keys = {Key::right}}).level, 1);
-  EXPECT_EQ(after({.keys = {Key::right, Key::right, Key::right, Key::left}}).level, 1);
-  EXPECT_EQ(after({.keys = {Key::left}}).level, 0);
-  EXPECT_EQ(after({.keys = {Key::right}}, {.view = kHome}, 0).level, 0);  // a case has none
-}
-
-TEST(ViewStateTest, tab_toggles_and_r_resets_the_view_alone) {
-  ViewState state = after({.drag_x_px = 50, .wheel = 3, .keys = {Key::tab, Key::right}});
-  EXPECT_TRUE(state.shows_error);
-  state = after({.keys = {Key::r}}, state);
-  EXPECT_EQ(state, (ViewState{.view = kHome, .level = 1, .shows_error = true}));
-  EXPECT_FALSE(after({.keys = {Key::tab}}, state).shows_error);
-}
 
 TEST(ViewTest, the_azimuth_turns_the_camera_about_the_look_at_point) {
   Scene scene{.view = kHome};
@@ -186,21 +143,31 @@ TEST_F(ViewCommandTest, without_a_display_names_png) {
   expect_refused({"--case", "relief", "--backend", "null"}, 3, "--png FILE draws without one");
 }
 
-TEST_F(ViewCommandTest, a_window_shows_frames_of_every_backend) {
-  if (std::system("command -v xvfb-run >/dev/null") != 0)  // NOLINT(concurrency-mt-unsafe)
-    GTEST_SKIP() << "xvfb-run is not installed (apt-get install xvfb xauth)";
-  const std::string window = fmt::format(
-      "cd '{}' && RELIEFBENCH_CACHE=cache ASAN_OPTIONS={} timeout 120 xvfb-run -a '{}' view fbm --size 32x32 --size-px "
-      "96,64 --frames 3 ",
-      folder_.path().string(), kChildAsanOptions, RELIEFBENCH_BINARY);
-  std::vector<std::string> choices = {"--presets presets.json --quality 50"};
-  for (const char* backend : {"opengl", "vulkan"})
-    if (!find_backend(backend).devices().empty()) choices.push_back(fmt::format("--case cone --backend {}", backend));
-  for (const std::string& choice : choices) {
-    const int status = std::system((window + choice + " >out.txt 2>err.txt").c_str());  // NOLINT(concurrency-mt-unsafe)
-    EXPECT_EQ(WEXITSTATUS(status), 0) << choice << "\n" << file_text(folder_ / "err.txt");
-    EXPECT_EQ(file_text(folder_ / "err.txt"), "") << choice;
-  }
+TEST_F(ViewCommandTest, a_script_is_checked_before_a_window_opens) {
+  const auto expect_line = [&](const std::string& script, const std::string& words) {
+    write_atomically(folder_ / "tour.txt", script);
+    expect_refused({"--script", "tour.txt"}, 2, words);
+  };
+  expect_line("set technique relief\nset cone_steps 4\n", "tour.txt:2: 'cone_steps' is unknown");
+  expect_line("# only a comment\n\nwiat\n", "tour.txt:3: 'wiat' is unknown (did you mean 'wait'?");
+  expect_line("set other relief?linear_steps=0\n", "tour.txt:1: ");
+  expect_refused({"--script", "missing.txt"}, 2, "missing.txt");
+  expect_refused({"--script", "tour.txt", "--png", "view.png"}, 2, "--png");
+}
+
+TEST_F(ViewCommandTest, a_run_that_is_no_help_is_refused_in_one_line) {
+  const auto of_run = [&](std::vector<std::string> arguments, int exit_code, const std::string& words) {
+    arguments.insert(arguments.begin(), "view");
+    const CommandResult result = run_reliefbench(arguments, folder_.path());
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(words));
+  };
+  of_run({"run", "--scene", "rocks/top"}, 2,
+         "has no front of scene 'rocks/top' and backend '*'; it has fbm_32x32/oblique on null");
+  of_run({"run", "--backend", "vulkan"}, 2, "has no front of scene '*' and backend 'vulkan'");
+  of_run({"run", "--presets", "presets.json", "--quality", "50"}, 2, "run is a run's folder");
+  of_run({"run"}, 3, "--png FILE draws without one");  // it would be shown
 }
 
 }  // namespace

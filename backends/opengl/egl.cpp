@@ -114,29 +114,37 @@ std::vector<EGLDisplay> egl_displays() {
 
 EglContext::EglContext(EGLDisplay display, bool debug) : display_(display), context_(create_context(display, debug)) {
   try {
-    make_current();
-    if (!epoxy_has_gl_extension("GL_ARB_gl_spirv"))
-      fail_environment("OpenGL: {} lacks GL_ARB_gl_spirv", reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
+    check_extensions();
   } catch (const Error&) {
     destroy(display_, context_);
     throw;
   }
 }
 
+EglContext::EglContext(const Borrowed& borrowed)
+    : display_(borrowed.display), surface_(borrowed.surface), context_(borrowed.context), is_own_(false) {
+  check_extensions();
+}
+
 EglContext::~EglContext() {
-  if (!is_abandoned_) destroy(display_, context_);
+  if (is_own_ && !is_abandoned_) destroy(display_, context_);
+}
+
+void EglContext::check_extensions() const {
+  make_current();
+  if (!epoxy_has_gl_extension("GL_ARB_gl_spirv"))
+    fail_environment("OpenGL: {} lacks GL_ARB_gl_spirv", reinterpret_cast<const char*>(glGetString(GL_RENDERER)));
 }
 
 bool EglContext::can_free() const noexcept {
   if (is_abandoned_ || eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return false;
-  return eglGetCurrentContext() == context_ ||
-         eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
+  return eglGetCurrentContext() == context_ || eglMakeCurrent(display_, surface_, surface_, context_) == EGL_TRUE;
 }
 
 void EglContext::make_current() const {
   if (!eglBindAPI(EGL_OPENGL_API)) fail_egl("eglBindAPI");
   if (eglGetCurrentContext() == context_) return;
-  if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) fail_egl("eglMakeCurrent");
+  if (!eglMakeCurrent(display_, surface_, surface_, context_)) fail_egl("eglMakeCurrent");
 }
 
 }  // namespace reliefbench

@@ -16,11 +16,18 @@ namespace reliefbench {
 /// missing library or a device that cannot be opened.
 [[nodiscard]] std::vector<EGLDisplay> egl_displays();
 
-/// A headless OpenGL 4.5 core context with GL_ARB_gl_spirv.
+/// An OpenGL 4.5 core context with GL_ARB_gl_spirv: a headless one of its own, or a window's.
 class EglContext {
  public:
+  /// Of a context that somebody else made and will destroy.
+  struct Borrowed {
+    EGLDisplay display;
+    EGLSurface surface;
+    EGLContext context;
+  };
   /// throws: Error(environment) naming the EGL call or the extension that is missing
   EglContext(EGLDisplay display, bool debug);
+  explicit EglContext(const Borrowed& borrowed);
   ~EglContext();
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
@@ -35,9 +42,13 @@ class EglContext {
   [[nodiscard]] bool can_free() const noexcept;
 
  private:
+  void check_extensions() const;
+
   mutable bool is_abandoned_ = false;
   EGLDisplay display_;
+  EGLSurface surface_ = EGL_NO_SURFACE;
   EGLContext context_;
+  bool is_own_ = true;
 };
 
 }  // namespace reliefbench

@@ -8,6 +8,7 @@
 
 #include "backends/backend.h"
 #include "backends/opengl/egl.h"
+#include "backends/opengl/opengl_backend.h"
 #include "backends/opengl/opengl_compute.h"
 #include "backends/opengl/opengl_objects.h"
 #include "kernels/base/error.h"
@@ -63,24 +64,18 @@ class OpenglBackend final : public Backend {
  public:
   OpenglBackend(const UsableDevice& device, const BackendOptions& options)
       : context_(device.display, options.debug), device_(device.info) {
-    if (options.debug) {
-      glEnable(GL_DEBUG_OUTPUT);
-      glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-      glDebugMessageCallback(&OpenglBackend::on_message, &messages_);
-    }
-    glDisable(GL_DITHER);  // the only stage that is on by default and would touch a pixel
-    glCreateVertexArrays(1, &empty_vertices_);
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // depths as Vulkan has them
-    glDepthFunc(GL_LESS);
-    glCreateQueries(GL_TIME_ELAPSED, 1, &elapsed_);
-    glCreateQueries(GL_TIMESTAMP, 2, stamps_.data());
-    check_gl("set up the context");
+    set_up(options);
+  }
+  OpenglBackend(const EglContext::Borrowed& window, const BackendOptions& options)
+      : context_(window), device_(describe(0)), is_in_window_(true) {
+    set_up(options);
   }
   // The context takes its objects with it.
   ~OpenglBackend() override = default;
   OpenglBackend(const OpenglBackend&) = delete;
   OpenglBackend& operator=(const OpenglBackend&) = delete;
 
+  [[nodiscard]] std::optional<GLuint> texture_in_window() const;
   [[nodiscard]] const DeviceInfo& device() const override { return device_; }
 
   [[nodiscard]] std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
@@ -116,6 +111,7 @@ class OpenglBackend final : public Backend {
     list->emplace_back(text, static_cast<std::size_t>(length));
   }
 
+  void set_up(const BackendOptions& options);
   GlTarget& prepare_target(const Draw& first);
   void write_uniforms(std::span<const Draw> frame);
   void bind(const Draw& draw, std::size_t index) const;
@@ -125,6 +121,7 @@ class OpenglBackend final : public Backend {
 
   EglContext context_;
   DeviceInfo device_;
+  bool is_in_window_ = false;
   std::vector<std::string> messages_;
   GLuint empty_vertices_ = 0;
   GLuint uniforms_ = 0;
@@ -134,6 +131,21 @@ class OpenglBackend final : public Backend {
   std::vector<GlTarget> targets_;  ///< the one drawn last at the end
   std::vector<std::uint8_t> read_;
 };
+
+void OpenglBackend::set_up(const BackendOptions& options) {
+  if (options.debug) {
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(&OpenglBackend::on_message, &messages_);
+  }
+  glDisable(GL_DITHER);  // the only stage that is on by default and would touch a pixel
+  glCreateVertexArrays(1, &empty_vertices_);
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // depths as Vulkan has them
+  glDepthFunc(GL_LESS);
+  glCreateQueries(GL_TIME_ELAPSED, 1, &elapsed_);
+  glCreateQueries(GL_TIMESTAMP, 2, stamps_.data());
+  check_gl("set up the context");
+}
 
 GlTarget& OpenglBackend::prepare_target(const Draw& first) {
   const Target& wanted = static_cast<const OpenglPipeline&>(*first.pipeline).target();
@@ -253,6 +265,12 @@ std::span<const std::uint8_t> OpenglBackend::read(std::string_view attachment) {
   fail_not_drawn("OpenGL", attachment);
 }
 
+std::optional<GLuint> OpenglBackend::texture_in_window() const {
+  const auto drawn = std::ranges::find(targets_, Target::color, &GlTarget::target);
+  if (!is_in_window_ || drawn == targets_.end() || drawn->width == 0) return std::nullopt;
+  return drawn->textures.front();
+}
+
 /// The displays on which a context can be made, numbered as --device takes them.
 std::vector<UsableDevice> usable_devices() {
   std::vector<UsableDevice> devices;
@@ -273,6 +291,15 @@ std::vector<DeviceInfo> opengl_devices() {
   std::vector<DeviceInfo> infos;
   for (UsableDevice& device : usable_devices()) infos.push_back(std::move(device.info));
   return infos;
+}
+
+std::unique_ptr<Backend> open_opengl_in(const EglContext::Borrowed& window, const BackendOptions& options) {
+  return std::make_unique<OpenglBackend>(window, options);
+}
+
+std::optional<GLuint> texture_in_window(const Backend& backend) {
+  const auto* own = dynamic_cast<const OpenglBackend*>(&backend);
+  return own == nullptr ? std::nullopt : own->texture_in_window();
 }
 
 std::unique_ptr<Backend> open_opengl(int device_index, const BackendOptions& options) {

@@ -1,6 +1,7 @@
 #include <mutex>
 
 #include "backends/backend.h"
+#include "backends/vulkan/vulkan_backend.h"
 #include "backends/vulkan/vulkan_bindings.h"
 #include "backends/vulkan/vulkan_compute.h"
 #include "backends/vulkan/vulkan_compute_job.h"
@@ -20,8 +21,8 @@ constexpr int kFramesPerBuffer = 64;
 
 class VulkanBackend final : public Backend {
  public:
-  VulkanBackend(int device_index, const BackendOptions& options)
-      : device_(device_index, options),
+  VulkanBackend(int device_index, const BackendOptions& options, WindowExtensions window = {})
+      : device_(device_index, options, window),
         info_(device_info(device_.physical(), device_index)),
         targets_(device_),
         bindings_(device_),
@@ -48,6 +49,13 @@ class VulkanBackend final : public Backend {
     return VulkanComputeJob(device_, job).run();
   }
   [[nodiscard]] std::vector<std::string> debug_messages() const override { return device_.instance().messages(); }
+
+  [[nodiscard]] const VulkanDevice& vulkan_device() const { return device_; }
+  [[nodiscard]] const DeviceImage& drawn_color() const {
+    const auto drawn = targets_.drawn(Target::color.attachments.front().name);
+    if (!drawn) fail_not_drawn("vulkan", Target::color.attachments.front().name);
+    return drawn->image;
+  }
 
  private:
   const VulkanTarget& prepare_target(std::span<const Draw> frame);
@@ -167,6 +175,19 @@ std::vector<DeviceInfo> vulkan_devices() {
     infos.clear();  // no Vulkan here is an answer, not a failure
   }
   return infos;
+}
+
+std::unique_ptr<Backend> open_vulkan_for_window(int device_index, const BackendOptions& options,
+                                                WindowExtensions window) {
+  return std::make_unique<VulkanBackend>(device_index, options, window);
+}
+
+const VulkanDevice& vulkan_device_of(const Backend& backend) {
+  return dynamic_cast<const VulkanBackend&>(backend).vulkan_device();
+}
+
+const DeviceImage& image_in_window(const Backend& backend) {
+  return dynamic_cast<const VulkanBackend&>(backend).drawn_color();
 }
 
 std::unique_ptr<Backend> open_vulkan(int device_index, const BackendOptions& options) {

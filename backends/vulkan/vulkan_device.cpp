@@ -113,16 +113,19 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
   return info;
 }
 
-LogicalDevice::LogicalDevice(const PhysicalDevice& physical) {
+LogicalDevice::LogicalDevice(const PhysicalDevice& physical, bool presents) {
   const float priority = 1;
   const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
                                       .queueFamilyIndex = physical.queue_family,
                                       .queueCount = 1,
                                       .pQueuePriorities = &priority};
   const VkPhysicalDeviceFeatures features{.shaderFloat64 = physical.float64 ? VK_TRUE : VK_FALSE};
+  const char* const swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
   const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
                                 .queueCreateInfoCount = 1,
                                 .pQueueCreateInfos = &queue,
+                                .enabledExtensionCount = presents ? 1U : 0U,
+                                .ppEnabledExtensionNames = &swapchain,
                                 .pEnabledFeatures = &features};
   vk_check(vkCreateDevice(physical.handle, &info, nullptr, &handle_), "vkCreateDevice");
   volkLoadDeviceTable(&calls_, handle_);
@@ -132,8 +135,8 @@ LogicalDevice::~LogicalDevice() {
   if (!is_abandoned_) calls_.vkDestroyDevice(handle_, nullptr);
 }
 
-VulkanDevice::VulkanDevice(int index, const BackendOptions& options)
-    : instance_(options.debug), physical_(pick(instance_, index)), logical_(physical_) {
+VulkanDevice::VulkanDevice(int index, const BackendOptions& options, WindowExtensions window)
+    : instance_(options.debug, window), physical_(pick(instance_, index)), logical_(physical_, !window.empty()) {
   calls().vkGetDeviceQueue(handle(), physical_.queue_family, 0, &queue_);
   const VkCommandPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
                                           .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,

@@ -22,11 +22,14 @@ namespace reliefbench {
 /// throws: Error(environment) "vulkan: <call> failed: <result in words>", for every result but VK_SUCCESS
 void vk_check(VkResult result, std::string_view call);
 
+/// Extensions of an instance that a window's system asks for; none without a window.
+using WindowExtensions = std::span<const char* const>;
+
 /// Vulkan 1.2. With debug, the Khronos validation layer with synchronization checks.
 class VulkanInstance {
  public:
   /// throws: Error(environment): no loader, no driver, no Vulkan 1.2; with debug: no validation layer
-  explicit VulkanInstance(bool debug);
+  explicit VulkanInstance(bool debug, WindowExtensions window = {});
   ~VulkanInstance();
   VulkanInstance(const VulkanInstance&) = delete;
   VulkanInstance& operator=(const VulkanInstance&) = delete;
@@ -65,7 +68,8 @@ struct PhysicalDevice {
 /// VkDevice and its own function pointers, so that two open devices do not disturb each other.
 class LogicalDevice {
  public:
-  explicit LogicalDevice(const PhysicalDevice& physical);
+  /// presents: into windows
+  LogicalDevice(const PhysicalDevice& physical, bool presents);
   ~LogicalDevice();
   LogicalDevice(const LogicalDevice&) = delete;
   LogicalDevice& operator=(const LogicalDevice&) = delete;
@@ -111,13 +115,14 @@ class Owned {
 class VulkanDevice {
  public:
   /// throws: Error(environment): no device with this index
-  VulkanDevice(int index, const BackendOptions& options);
+  VulkanDevice(int index, const BackendOptions& options, WindowExtensions window = {});
 
   [[nodiscard]] const VulkanInstance& instance() const { return instance_; }
   [[nodiscard]] const PhysicalDevice& physical() const { return physical_; }
   [[nodiscard]] const LogicalDevice& logical() const { return logical_; }
   [[nodiscard]] VkDevice handle() const { return logical_.handle(); }
   [[nodiscard]] const VolkDeviceTable& calls() const { return logical_.calls(); }
+  [[nodiscard]] VkQueue queue() const { return queue_; }
   [[nodiscard]] VkCommandPool command_pool() const { return command_pool_.get(); }
 
   /// Submits in this order and waits for the fence; returns nanoseconds of the host's clock from submit to fence.

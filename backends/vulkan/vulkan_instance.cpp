@@ -78,7 +78,7 @@ void vk_check(VkResult result, std::string_view call) {
   fail_device(fault_of(result), "vulkan: {} failed: {} (VkResult {})", call, words(result), static_cast<int>(result));
 }
 
-VulkanInstance::VulkanInstance(bool debug) {
+VulkanInstance::VulkanInstance(bool debug, WindowExtensions window) {
   if (volkInitialize() != VK_SUCCESS) fail_environment("vulkan: no Vulkan loader (libvulkan.so.1) on this system");
   if (volkGetInstanceVersion() < VK_API_VERSION_1_2) fail_environment("vulkan: the loader is older than Vulkan 1.2");
   if (debug && !layer_present(kValidationLayer)) {
@@ -99,13 +99,15 @@ VulkanInstance::VulkanInstance(bool debug) {
                                            .pNext = &messenger,
                                            .enabledValidationFeatureCount = 1,
                                            .pEnabledValidationFeatures = &synchronization};
-  const std::array extensions = {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+  std::vector<const char*> extensions(window.begin(), window.end());
+  if (debug)
+    extensions.insert(extensions.end(), {VK_EXT_DEBUG_UTILS_EXTENSION_NAME, VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME});
   const VkInstanceCreateInfo info{.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
                                   .pNext = debug ? &validation : nullptr,
                                   .pApplicationInfo = &application,
                                   .enabledLayerCount = debug ? 1U : 0U,
                                   .ppEnabledLayerNames = &kValidationLayer,
-                                  .enabledExtensionCount = debug ? static_cast<std::uint32_t>(extensions.size()) : 0U,
+                                  .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
                                   .ppEnabledExtensionNames = extensions.data()};
   vk_check(vkCreateInstance(&info, nullptr, &handle_), "vkCreateInstance");
   volkLoadInstanceOnly(handle_);

@@ -6,18 +6,17 @@
 #include <memory>
 #include <string>
 
-#include "backends/window.h"
-#include "kernels/base/console.h"
+#include "backends/backend.h"
+#include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
-#include "kernels/judge/heat_map.h"
+#include "reports/viewer/live_view.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/scene_choice.h"
-#include "tuner/measure/view_state.h"
+#include "tuner/cli/view_start.h"
 #include "tuner/measure/viewer.h"
 #include "tuner/plan/setting_names.h"
-#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
@@ -28,14 +27,10 @@ struct Arguments {
   SettingArguments setting;
   int device = 0;
   std::string png;
+  std::string script;
   int frames = 0;
+  bool debug = false;
 };
-
-/// The first of view_1.png, view_2.png, ... that is not there yet.
-std::filesystem::path free_name() {
-  for (int i = 1;; ++i)
-    if (std::filesystem::path name = fmt::format("view_{}.png", i); !std::filesystem::exists(name)) return name;
-}
 
 SceneSpec scene_of(const SettingArguments& arguments, const ChosenSetting& chosen, Heightmaps& heightmaps) {
   SettingArguments whole = arguments;
@@ -47,13 +42,11 @@ SceneSpec scene_of(const SettingArguments& arguments, const ChosenSetting& chose
 
 class ViewCommand {
  public:
-  explicit ViewCommand(const Arguments& arguments)
+  explicit ViewCommand(Arguments& arguments)
       : arguments_(arguments),
-        chosen_(choose_setting(arguments.setting, "view")),
-        spec_(scene_of(arguments.setting, chosen_, heightmaps_)) {
+        start_(view_start(arguments.setting, !arguments.png.empty())),
+        spec_(scene_of(arguments.setting, start_.chosen, heightmaps_)) {
     print_reading(heightmaps_.read(spec_.heightmap).reading);
-    state_.level = chosen_.level;
-    state_.view = scene_.view;
   }
 
   void run() { arguments_.png.empty() ? show() : write(); }
@@ -62,93 +55,70 @@ class ViewCommand {
   [[nodiscard]] const BackendRow& backend() const {
     const std::string& asked = arguments_.setting.choice.backend;
     if (!asked.empty()) return find_backend(asked);
-    return find_backend(chosen_.backend.empty() ? "opengl" : chosen_.backend);
+    return find_backend(start_.chosen.backend.empty() ? "opengl" : start_.chosen.backend);
   }
-  [[nodiscard]] Viewer open() { return {backend(), arguments_.device, spec_, std::move(heightmaps_)}; }
 
   void write() {
-    Viewer viewer = open();
-    viewer.choose(chosen_.settings);
-    const ViewedFrame frame = viewer.draw(scene_.view);
-    write_png(arguments_.png, scene_.width_px, scene_.height_px, frame.rgba8);
+    Viewer viewer(backend(), arguments_.device, spec_, std::move(heightmaps_));
+    viewer.choose(start_.chosen.settings);
+    const ViewedFrame frame = viewer.draw(spec_.scene.view);
+    write_png(arguments_.png, spec_.scene.width_px, spec_.scene.height_px, frame.rgba8);
     const FrameScore& score = frame.judged.score;
-    put("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", named(chosen_.settings),
+    put("{}: e_xy.p99 {} texels, missed_rate {}; written: {}\n", named(start_.chosen.settings),
         format_number(score.at("e_xy.p99")), format_number(score.at("missed_rate")), arguments_.png);
   }
 
-  /// Draws when something changed; to count frames, without waiting for that.
   void show() {
-    Window window(scene_.width_px, scene_.height_px);
-    Viewer viewer = open();
-    viewer.choose(chosen_.settings);
-    draw(viewer, window);
-    const bool is_counted = arguments_.frames > 0;
-    for (int drawn = 1; !is_counted || drawn < arguments_.frames;) {
-      const WindowEvents events = is_counted ? window.poll() : window.wait();
-      const auto pressed = [&](Key key) { return std::ranges::find(events.keys, key) != events.keys.end(); };
-      if (events.is_closed || pressed(Key::escape)) return;
-      ViewState next = steer(state_, events, scene_.view, static_cast<int>(chosen_.levels.size()));
-      if (next.level != state_.level) {
-        chosen_.settings = chosen_.levels.at(static_cast<std::size_t>(next.level)).settings;
-        viewer.choose(chosen_.settings);
-      }
-      const bool is_stale = is_counted || next != state_;
-      state_ = std::move(next);
-      if (is_stale) {
-        draw(viewer, window);
-        ++drawn;
-      } else if (events.is_exposed) {
-        window.show(picture_, scene_.width_px, scene_.height_px);
-      }
-      if (pressed(Key::s)) save();
-    }
-  }
-
-  void draw(Viewer& viewer, Window& window) {
-    ViewedFrame frame = viewer.draw(state_.view);
-    picture_ =
-        state_.shows_error ? heat_map(frame.judged.pixels, scene_.width_px, scene_.height_px) : std::move(frame.rgba8);
-    window.set_title(title(frame));
-    window.show(picture_, scene_.width_px, scene_.height_px);
-  }
-
-  [[nodiscard]] std::string title(const ViewedFrame& frame) const {
-    std::string text = short_name(chosen_.settings);
-    if (!chosen_.levels.empty())
-      text += fmt::format(" | level {}", chosen_.levels.at(static_cast<std::size_t>(state_.level)).quality);
-    text += fmt::format(" | {} a frame | e_xy.p99 {} texels", format_time_ns(frame.wall_ns),
-                        format_number(frame.judged.score.at("e_xy.p99")));
-    return state_.shows_error ? text + " | error map" : text;
-  }
-
-  /// A full disk does not end the session.
-  void save() const {
-    try {
-      const std::filesystem::path name = free_name();
-      write_png(name, scene_.width_px, scene_.height_px, picture_);
-      put("written: {}\n", name.string());
-    } catch (const Error& error) {
-      print_error(error.what());
-    }
+    LiveViewOptions options{.row = &backend(),
+                            .device = arguments_.device,
+                            .debug = arguments_.debug,
+                            .choice = {.settings = start_.chosen.settings, .spec = spec_},
+                            .picks = start_.picks,
+                            .has_script = !arguments_.script.empty() || arguments_.frames > 0};
+    const std::string text = arguments_.frames > 0       ? fmt::format("turn {}\n", arguments_.frames)
+                             : arguments_.script.empty() ? ""
+                                                         : read_file(arguments_.script);
+    options.script =
+        parse_script(text, arguments_.frames > 0 ? "--frames" : arguments_.script, options.choice, options.picks);
+    options.heightmaps = std::move(heightmaps_);
+    show_live(std::move(options));
   }
 
   const Arguments& arguments_;
-  ChosenSetting chosen_;
+  ViewStart start_;
   Heightmaps heightmaps_;
   const SceneSpec spec_;
-  const Scene& scene_ = spec_.scene;
-  ViewState state_;
-  std::vector<std::uint8_t> picture_;  ///< that the window shows, RGBA8
 };
+
+std::string footer() {
+  std::string text =
+      "In the window: the panel has all there is; `h` shows the keys.\n"
+      "A script has a line for each step, '#' begins a comment:\n";
+  for (const VerbRow& row : verbs())
+    text += fmt::format("  {:<30} {}\n", fmt::format("{} {}", row.id, row.arguments), row.description);
+  return text +
+         "Examples:\n"
+         "  reliefbench view rocks\n"
+         "  reliefbench view out/quickstart --scene rocks/grazing --backend vulkan\n"
+         "  reliefbench view --presets presets.json --quality 50 --backend vulkan\n"
+         "  reliefbench view rocks --script tests/view/tour.txt\n"
+         "  reliefbench view rocks --case 'relief?linear_steps=32' --view grazing --png rocks.png";
+}
 
 }  // namespace
 
 void add_view_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("view", "one setting in a window, or as a picture");
+  CLI::App* command = app.add_subcommand("view", "a setting live in a window beside the reference, or as a picture");
   const auto arguments = std::make_shared<Arguments>();
   add_setting_options(*command, arguments->setting);
+  command->get_option("HEIGHTMAP")
+      ->description(
+          "a file, a name of `reliefbench list heightmaps`, or the folder of a run or tune, whose front is then at "
+          "hand; "
+          "default: the heightmap of the presets or the case");
   command->add_option("--backend", arguments->setting.choice.backend,
-                      "opengl | vulkan: what draws, and whose presets; default: the presets' own, else opengl");
+                      "opengl | vulkan: what draws, and whose presets or front; default: the presets' or the run's "
+                      "own, else opengl");
   command->add_option("--device", arguments->device, "index in `reliefbench devices`")->capture_default_str();
   std::vector<std::string> views;
   for (const View& view : view_presets()) views.push_back(view.id);
@@ -169,20 +139,16 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, kFrameSideMax_px));
   CLI::Option* png = command->add_option("--png", arguments->png, "write the frame there instead of opening a window")
                          ->type_name("FILE");
-  command->add_option("--frames", arguments->frames, "close after so many, drawn one after the other")
+  CLI::Option* script =
+      command->add_option("--script", arguments->script, "do what the file says, then close")->type_name("FILE");
+  script->excludes(png);
+  command->add_option("--frames", arguments->frames, "turn the relief for so many frames, say how fast, and close")
       ->check(CLI::PositiveNumber)
-      ->excludes(png);
-  command->footer(
-      "In the window:\n"
-      "  left button, wheel   turn the relief, come nearer\n"
-      "  left, right          quality level of the presets\n"
-      "  Tab                  shaded frame or error map, against the exact reference\n"
-      "  R                    the first view again\n"
-      "  S                    save what is seen as view_1.png, view_2.png, ...\n"
-      "  Esc                  close\n"
-      "Examples:\n"
-      "  reliefbench view --presets presets.json --quality 50 --backend vulkan\n"
-      "  reliefbench view rocks --case 'relief?linear_steps=32' --view grazing --png rocks.png");
+      ->excludes(png)
+      ->excludes(script);
+  add_switch(*command, "--debug", "with Vulkan's validation layer or OpenGL's debug output; what they say is an error")
+      ->each([arguments](const std::string&) { arguments->debug = true; });
+  command->footer(footer());
   command->callback([=, &exit_code] {
     ViewCommand(*arguments).run();
     exit_code = static_cast<int>(Exit::done);

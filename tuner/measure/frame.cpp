@@ -5,6 +5,11 @@
 #include "kernels/image/heightmap.h"
 
 namespace reliefbench {
+namespace {
+
+constexpr std::size_t kMostChannels = 4;
+
+}  // namespace
 
 std::optional<MapTextures> pack(const Settings& settings, const BakedMap& map, const Scene& scene) {
   if (!settings.technique().reads_map()) return std::nullopt;
@@ -45,6 +50,23 @@ Frame upload(Backend& backend, const std::optional<MapTextures>& map, const Uplo
   frame.extra = backend.upload(texture_desc(*map->extra, scene.wrap));
   frame.draw.textures[kExtraMap] = frame.extra.get();
   return frame;
+}
+
+std::unique_ptr<Texture> upload_exact(Backend& backend, std::span<const ReferenceHit> hits, const FeatureValues& values,
+                                      const FrameUniforms& frame) {
+  // A pixel's t, then its features' values.
+  const std::size_t channels = values.empty() ? 1 : kMostChannels;
+  std::vector<float> texels(channels * hits.size());
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    texels[channels * i] = static_cast<float>(hits[i].t_enter);
+    for (std::size_t j = 0; j < values.size(); ++j) texels[channels * i + j + 1] = values[j][i];
+  }
+  return backend.upload({.width = frame.sizes[0],
+                         .height = frame.sizes[1],
+                         .layout = {.type = TexelType::float32, .channels = static_cast<int>(channels)},
+                         .texels = std::as_bytes(std::span(texels)),
+                         .wrap = Wrap::clamp,
+                         .filter = Filter::nearest});
 }
 
 void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into) {

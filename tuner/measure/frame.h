@@ -35,6 +35,11 @@ struct Frame {
 /// Textures -> frame. The scene must outlive it.
 [[nodiscard]] Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene);
 
+/// The exact hits of a frame's pixels, with the exact values of features of the scene that it has, as the shader
+/// "reference" reads them.
+[[nodiscard]] std::unique_ptr<Texture> upload_exact(Backend& backend, std::span<const ReferenceHit> hits,
+                                                    const FeatureValues& values, const FrameUniforms& frame);
+
 /// Frame -> the ray of each pixel and the hit that was found. draw: with a pipeline of Target::score; into: what is in
 /// it goes, its memory is used again
 void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into);

@@ -16,7 +16,6 @@ namespace reliefbench {
 namespace {
 
 constexpr double kPanTexels = 0.25;  // of the moving camera, a frame
-constexpr std::size_t kMostChannels = 4;
 
 template <typename T>
 std::string hash_of(const std::vector<T>& values) {
@@ -290,22 +289,9 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
 std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,
                                                     const FrameUniforms& frame) {
   Session& session = context_.session;
-  // A pixel's t, then its features' values.
-  const std::size_t channels = exact.features.empty() ? 1 : kMostChannels;
-  std::vector<float> texels(channels * exact.hits.size());
-  for (std::size_t i = 0; i < exact.hits.size(); ++i) {
-    texels[channels * i] = static_cast<float>(exact.hits[i].t_enter);
-    for (std::size_t j = 0; j < exact.values.size(); ++j) texels[channels * i + j + 1] = exact.values[j][i];
-  }
   const Pipeline* pipeline = session.reference_pipeline(exact.features, scene.scene.wrap).pipeline.get();
   return context_.split.book(Part::draw, [&] {
-    const std::unique_ptr<Texture> texture =
-        session.backend().upload({.width = scene.scene.width_px,
-                                  .height = scene.scene.height_px,
-                                  .layout = {.type = TexelType::float32, .channels = static_cast<int>(channels)},
-                                  .texels = std::as_bytes(std::span(texels)),
-                                  .wrap = Wrap::clamp,
-                                  .filter = Filter::nearest});
+    const std::unique_ptr<Texture> texture = upload_exact(session.backend(), exact.hits, exact.values, frame);
     const Draw draw{.pipeline = pipeline,
                     .textures = {{kReliefMap, state.uploaded.normals.get()},
                                  {kNormalMap, state.uploaded.normals.get()},

@@ -10,11 +10,11 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 7> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",
-                                                     "wrap",      "frame_px", "light"};
+constexpr std::array<std::string_view, 8> kSceneKeys{"heightmap", "views", "relief_depth", "tiling",
+                                                     "pan",       "wrap",  "frame_px",     "light"};
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};
-constexpr std::array<std::string_view, 4> kViewKeys{"id", "elevation_deg", "distance", "fov_deg"};
+constexpr std::array<std::string_view, 5> kViewKeys{"id", "elevation_deg", "distance", "fov_deg", "azimuth_deg"};
 constexpr std::array<std::string_view, 3> kLightKeys{"elevation_deg", "azimuth_deg", "angular_radius_deg"};
 constexpr std::array<std::string_view, 7> kMeasureKeys{
     "samples", "batch_ms", "warmup_batches_max", "control_every", "block_cases", "flicker_frames", "timeout_s"};

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kHeightmapSideMin = 2;      // texels: one cell of the bilinear surface
 constexpr int kHeightmapSideMax = 16384;  // texels
+constexpr double kPanMost = 1e3;          // sides of the unit square
 constexpr std::array<std::string_view, 1> kImageOnly{"channel"};
 constexpr std::array<std::string_view, 3> kProceduralOnly{"width", "height", "seed"};
 
@@ -118,6 +119,8 @@ View read_view(const ConfigReader& reader, const JsonNode& node) {
     view.distance = reader.number(*distance, {.low = 0, .above_low = true});
   if (const JsonNode* fov = node.find("fov_deg"))
     view.fov_deg = reader.number(*fov, {.low = 0, .high = 179, .above_low = true});
+  if (const JsonNode* azimuth = node.find("azimuth_deg"))
+    view.azimuth_deg = reader.number(*azimuth, {.low = -360, .high = 360});
   return view;
 }
 
@@ -164,6 +167,7 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* depth = node.find("relief_depth")) scene.relief_depth = reader.number(*depth, {.low = 0});
   if (const JsonNode* tiling = node.find("tiling"))
     scene.tiling = reader.number(*tiling, {.low = 0, .above_low = true});
+  if (const JsonNode* pan = node.find("pan")) scene.pan = reader.number(*pan, {.low = -kPanMost, .high = kPanMost});
   if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
   if (const JsonNode* light = node.find("light")) scene.light = read_light(reader, *light);
   if (const JsonNode* frame = node.find("frame_px"))

@@ -1,0 +1,63 @@
+#include "reports/viewer/overlay.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace reliefbench {
+namespace {
+
+constexpr double kTapsOfTexel = 64;  // the ramp of 1/64 to 16 texels is one of 1 to 1024 taps
+
+/// A share of a whole number of texels as people write it: "1/64", "16".
+std::string octave_text(double value) {
+  return value < 1 ? fmt::format("1/{:.0f}", 1 / value) : fmt::format("{:.0f}", value);
+}
+
+std::vector<std::uint8_t> taps_picture(const OverlayPixels& pixels) {
+  std::vector<PixelScore> as_error(pixels.taps.size());
+  for (std::size_t i = 0; i < as_error.size(); ++i)
+    as_error[i] = {.e_xy = static_cast<float>(pixels.taps[i] / kTapsOfTexel),
+                   .verdict = pixels.taps[i] < 0 ? Verdict::no_ray : Verdict::good};
+  return heat_map(as_error, pixels.width_px, pixels.height_px);
+}
+
+bool is_mark_over_frame(Verdict verdict) { return verdict == Verdict::missed || verdict == Verdict::unconverged; }
+
+/// Marks of what failed; nothing elsewhere.
+std::vector<std::uint8_t> marks_picture(const OverlayPixels& pixels) {
+  std::vector<std::uint8_t> rgba8 = heat_map(pixels.scores, pixels.width_px, pixels.height_px);
+  for (std::size_t i = 0; i < pixels.scores.size(); ++i)
+    rgba8[4 * i + 3] = is_mark_over_frame(pixels.scores[i].verdict) ? 255 : 0;
+  return rgba8;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> overlay_picture(Overlay overlay, const OverlayPixels& pixels) {
+  if (overlay == Overlay::taps) return taps_picture(pixels);
+  if (overlay == Overlay::missed) return marks_picture(pixels);
+  return heat_map(pixels.scores, pixels.width_px, pixels.height_px);
+}
+
+OverlayLegend overlay_legend(Overlay overlay) {
+  const HeatMapLegend colors = heat_map_legend();
+  OverlayLegend legend;
+  if (overlay == Overlay::none) return legend;
+  const bool is_taps = overlay == Overlay::taps;
+  legend.title = is_taps ? "texture taps a pixel" : "error of the hit, texels";
+  if (overlay == Overlay::missed)
+    legend.title = "hits that failed";
+  else
+    for (const HeatMapStop& stop : colors.stops)
+      legend.ramp.push_back({.color = stop.color, .text = octave_text(stop.e_xy * (is_taps ? kTapsOfTexel : 1))});
+  for (const HeatMapMark& mark : colors.marks) {
+    const bool is_shown = is_taps                      ? mark.verdict == Verdict::no_ray
+                          : overlay == Overlay::missed ? is_mark_over_frame(mark.verdict)
+                                                       : true;
+    if (is_shown) legend.marks.push_back({.color = mark.color, .text = std::string(mark.description)});
+  }
+  return legend;
+}
+
+}  // namespace reliefbench
