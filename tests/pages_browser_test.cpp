@@ -79,6 +79,9 @@ class TuneInBrowser : public InBrowser {
       result.front = String(plotted.fronts.length > 0 && data.tune.answers.every(
           ({setting}) => numberedFront().some((i) => data.points[i].id.startsWith(setting.split('?')[0]))));
       result.answered = document.querySelectorAll('#answer-cards .sentence').length;
+      // One page has one answer: what the search certifies.
+      const [pick] = data.tune.pick ? [answerOf(0, 0).pick] : [];
+      result.same = String(pick !== undefined && pick === data.tune.pick_point);
       result.historydots = dots('history');
       result.history = String(Chart.getChart('history').data.datasets.every((set) => set.data.length > 0));
       result.pick = byId('tune-pick').querySelector('p').textContent.replaceAll('&', ' ');
@@ -107,6 +110,7 @@ TEST_F(TuneInBrowser, DrawsThePickAndHowItWasFound) {
   EXPECT_THAT(body, has("plotted", static_cast<std::size_t>(std::ranges::count_if(settings, is_shown))));
   EXPECT_THAT(body, has("front", "true"));
   EXPECT_THAT(body, has("answered", 1));
+  EXPECT_THAT(body, has("same", "true"));
 }
 
 TEST_F(TuneInBrowser, DrawsHowTheOneAnswerOfABudgetCameToBe) {

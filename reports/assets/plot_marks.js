@@ -2,7 +2,7 @@
 // rings round picks and pins.
 
 import {withAlpha} from './marks.js';
-import {data} from './page.js';
+import {byId, data} from './page.js';
 import {placeOfTime} from './plot_axes.js';
 
 const kFont = '11px system-ui, sans-serif';
@@ -39,7 +39,7 @@ function drawBand({ctx, chartArea: area, scales}, {axis, theme}) {
 }
 
 /** The sides that the budgets forbid are shaded. */
-function drawLimits({ctx, chartArea: area, scales}, {budgets, theme}) {
+function drawLimits(ctx, {chartArea: area, scales}, {budgets, theme}) {
   const {error, time_ns} = budgets;
   ctx.fillStyle = withAlpha(theme.muted, 0.1);
   ctx.textBaseline = 'bottom';
@@ -109,31 +109,44 @@ function drawFrontNames(chart, {fronts, axis, metric, theme}) {
   }
 }
 
+/** What moves with the budgets and pins, on a canvas of its own: thousands of dots need not be drawn anew for it. */
+export function drawOverlay(chart, options) {
+  const {axis, metric, theme} = options;
+  const overlay = /** @type {HTMLCanvasElement} */ (byId('plot-overlay'));
+  const {canvas} = chart;
+  [overlay.width, overlay.height] = [canvas.width, canvas.height];  // clears it, too
+  Object.assign(overlay.style, {width: canvas.style.width, height: canvas.style.height});
+  const ctx = overlay.getContext('2d');
+  ctx.scale(chart.currentDevicePixelRatio, chart.currentDevicePixelRatio);
+  ctx.font = kFont;
+  drawLimits(ctx, chart, options);
+  for (const index of options.picks) ring(ctx, placeOf(chart, axis, index, metric), 9, 2, theme.accent);
+  if (options.active !== null) ring(ctx, placeOf(chart, axis, options.active, metric), 7, 2.5, theme.ink);
+  options.pins.forEach((index, at) => {
+    const place = placeOf(chart, axis, index, metric);
+    ring(ctx, place, 11.5, 2, theme.ink);
+    ctx.textAlign = 'left';
+    ctx.textBaseline = 'middle';
+    drawText(ctx, theme, 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'[at % 26], place.x + 14, place.y);
+  });
+}
+
 /** options: {axis, metric, theme, fronts, budgets, picks, pins, active} */
 export const plotMarks = {
   id: 'plotMarks',
-  beforeDatasetsDraw(chart, _args, options) {
+  beforeDatasetsDraw(chart, _args, {marks}) {
     const {ctx} = chart;
     ctx.save();
     ctx.font = kFont;
-    drawBand(chart, options);
-    drawLimits(chart, options);
+    drawBand(chart, marks());
     ctx.restore();
   },
-  afterDatasetsDraw(chart, _args, options) {
-    const {axis, metric, theme} = options;
+  afterDatasetsDraw(chart, _args, {marks}) {
     const {ctx} = chart;
     ctx.save();
     ctx.font = kFont;
-    drawFrontNames(chart, options);
-    for (const index of options.picks) ring(ctx, placeOf(chart, axis, index, metric), 9, 2, theme.accent);
-    options.pins.forEach((index, at) => {
-      const place = placeOf(chart, axis, index, metric);
-      ring(ctx, place, 11.5, 2, theme.ink);
-      ctx.textAlign = 'left';
-      ctx.textBaseline = 'middle';
-      drawText(ctx, theme, 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'[at % 26], place.x + 14, place.y);
-    });
+    drawFrontNames(chart, marks());
     ctx.restore();
+    drawOverlay(chart, marks());
   },
 };

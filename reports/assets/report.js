@@ -37,10 +37,11 @@ function hideSections(ids) {
 }
 
 const hasRuns = data.runs.length > 0;
-if (hasRuns)
+const hasPoints = data.points.length > 0;
+if (hasPoints)
   drawSettings();
 else
-  hideSections(['answers', 'charts', 'pictures', 'effects', 'fleet', 'where']);
+  hideSections(['budgets', 'charts', 'pictures', 'effects', 'fleet', ...hasRuns ? [] : ['answers', 'where']]);
 if (data.tune) {
   drawTune();
   document.querySelector('a[href="#tune"]').removeAttribute('hidden');
@@ -58,7 +59,7 @@ if (data.stress) drawExtremes(data.stress);
 
 // Pictures stand after this script.
 document.addEventListener('DOMContentLoaded', () => {
-  if (hasRuns) {
+  if (hasPoints) {
     drawStrip();
     startStage();
     drawPins();
@@ -68,7 +69,7 @@ document.addEventListener('DOMContentLoaded', () => {
 });
 
 function redrawCharts() {
-  if (hasRuns) drawPlot();
+  if (hasPoints) drawPlot();
   if (data.tune) drawTuneCharts(data.tune);
 }
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redrawCharts);

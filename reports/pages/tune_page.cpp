@@ -73,6 +73,14 @@ void keep_metric(json& data, const std::string& metric) {
   for (json& run : data["runs"]) std::erase_if(run["budgets"].get_ref<json::array_t&>(), is_other);
 }
 
+/// The place of a setting among the points; null where it is none of them.
+json point_of(const Run& run, const std::string& setting) {
+  const Settings settings = parse_setting(setting);
+  const auto is_it = [&](const Record& record) { return parse_setting(record.case_id) == settings; };
+  const auto found = std::ranges::find_if(run.records, is_it);
+  return found == run.records.end() ? json() : json(found - run.records.begin());
+}
+
 }  // namespace
 
 ReportData tune_page_data(const TuneResult& result, const std::filesystem::path& folder) {
@@ -83,7 +91,11 @@ ReportData tune_page_data(const TuneResult& result, const std::filesystem::path&
     const std::string coverage = fmt::format("{:.3g} %", 100 * result.question.confidence);
     for (json& point : made.data["points"]) point["coverage"] = coverage;
   }
-  made.data["tune"] = tune_json(result);
+  json& tune = made.data["tune"] = tune_json(result);
+  tune["pick_point"] = result.pick ? point_of(run, result.pick->setting) : json();
+  tune["answer_points"] = json::array();
+  for (const BudgetAnswer& answer : result.search.answers)
+    tune["answer_points"].push_back(point_of(run, result.space.candidates[answer.pick].id));
   return made;
 }
 

@@ -9,7 +9,8 @@ namespace reliefbench {
 
 inline constexpr std::string_view kTunePage = "tune.html";
 
-/// The report's data of what the search timed, and `tune`: tune_json(), by which the page tells how the pick was found.
+/// The report's data of what the search timed, and `tune`: tune_json(), by which the page tells how the pick was found,
+/// with the places of its pick and its answers among the points (pick_point, answer_points).
 /// folder: where pictures of the settings may lie
 [[nodiscard]] ReportData tune_page_data(const TuneResult& result, const std::filesystem::path& folder);
 
