@@ -81,7 +81,7 @@ TEST_F(CoarselyFilteredRun, is_marked_at_the_pick) {
 
 TEST_F(CoarselyFilteredRun, is_marked_on_the_page) {
   const reliefbench::Run run = load_run(run_);
-  const nlohmann::json data = report_data(std::span(&run, 1));
+  const nlohmann::json data = report_data(std::span(&run, 1)).data;
   EXPECT_EQ(data.at("runs").at(0).at("filter_notes").size(), 1U);
   int marked = 0;
   for (const nlohmann::json& point : data.at("points")) {

@@ -23,16 +23,16 @@ Rgb color_of_error(double e_xy) {
 double luminance(Rgb c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
 TEST(HeatMap, PicturesShowWhatTheLegendSays) {
-  for (const HeatMapStop& stop : heat_map_legend().stops) EXPECT_EQ(color_of_error(stop.e_xy), stop.color);
+  for (const HeatMapStop& stop : heat_map_legend().stops) EXPECT_EQ(color_of_error(stop.value), stop.color);
   for (const HeatMapMark& mark : heat_map_legend().marks)
     EXPECT_EQ(color_of({.e_xy = 3, .e_z = 0, .verdict = mark.verdict}), mark.color);
 }
 
 TEST(HeatMap, StopsAreOneAnOctaveAsTheGradientOfTheLegendAssumes) {
   const std::span<const HeatMapStop> stops = heat_map_legend().stops;
-  EXPECT_EQ(stops.front().e_xy, 1.0 / 64);
-  EXPECT_EQ(stops.back().e_xy, 16);
-  for (std::size_t i = 1; i < stops.size(); ++i) EXPECT_EQ(stops[i].e_xy, 2 * stops[i - 1].e_xy);
+  EXPECT_EQ(stops.front().value, 1.0 / 64);
+  EXPECT_EQ(stops.back().value, 16);
+  for (std::size_t i = 1; i < stops.size(); ++i) EXPECT_EQ(stops[i].value, 2 * stops[i - 1].value);
 }
 
 TEST(HeatMap, GrowsLighterWithTheError) {
@@ -72,6 +72,18 @@ TEST(HeatMap, KeepsTheRowOrderAndRefusesAnotherSize) {
   EXPECT_TRUE(heat_map({}, 0, 0).empty());
   EXPECT_THROW((void)heat_map(pixels, 2, 2), Error);
   EXPECT_THROW((void)heat_map(pixels, -3, -2), Error);
+}
+
+TEST(TapsMap, PicturesShowWhatTheLegendSays) {
+  const auto color_of_taps = [](float taps, PixelStatus status) {
+    const ScorePixel pixel{.ray = {}, .t = 0, .status = static_cast<float>(status), .taps = taps, .steps = 0};
+    const std::vector<std::uint8_t> rgba = taps_map(std::span(&pixel, 1), 1, 1);
+    return Rgb{rgba[0], rgba[1], rgba[2]};
+  };
+  for (const HeatMapStop& stop : taps_map_legend().stops)
+    EXPECT_EQ(color_of_taps(static_cast<float>(stop.value), PixelStatus::step_cap), stop.color);
+  EXPECT_EQ(color_of_taps(5, PixelStatus::no_ray), taps_map_legend().marks.front().color);
+  EXPECT_EQ(taps_map_legend().marks.front().verdict, Verdict::no_ray);
 }
 
 }  // namespace

@@ -72,12 +72,20 @@ class TuneInBrowser : public InBrowser {
       const rows = (id) => byId(id).querySelectorAll('tbody tr').length;
       const chart = (id) => byId(id) && Chart.getChart(id);
       const dots = (id) => chart(id) ? chart(id).data.datasets.map((set) => set.data.length).join() : 'none';
-      for (const id of ['rungs', 'answers', 'states']) result[id] = rows(id);
-      for (const id of ['front', 'gap', 'budget-gap']) result[id.replace('-', '')] = dots(id);
+      for (const id of ['rungs', 'tune-answers', 'tune-states']) result[id.replace('tune-', '')] = rows(id);
+      for (const id of ['gap', 'budget-gap']) result[id.replace('-', '')] = dots(id);
+      result.plotted = plotted.dots.length;
+      // The search's answers are the front of what it timed.
+      result.front = String(plotted.fronts.length > 0 && data.tune.answers.every(
+          ({setting}) => numberedFront().some((i) => data.points[i].id.startsWith(setting.split('?')[0]))));
+      result.answered = document.querySelectorAll('#answer-cards .sentence').length;
+      // One page has one answer: what the search certifies.
+      const [pick] = data.tune.pick ? [answerOf(0, 0).pick] : [];
+      result.same = String(pick !== undefined && pick === data.tune.pick_point);
       result.historydots = dots('history');
       result.history = String(Chart.getChart('history').data.datasets.every((set) => set.data.length > 0));
-      result.pick = byId('pick').querySelector('p').textContent.replaceAll('&', ' ');
-      result.certified = document.querySelectorAll('#pick .certified').length;
+      result.pick = byId('tune-pick').querySelector('p').textContent.replaceAll('&', ' ');
+      result.certified = document.querySelectorAll('#tune-pick .certified').length;
     )"));
   }
 };
@@ -97,13 +105,12 @@ TEST_F(TuneInBrowser, DrawsThePickAndHowItWasFound) {
   std::string setting = result.pick->setting;
   std::ranges::replace(setting, '&', ' ');  // an attribute would escape it
   EXPECT_THAT(body, has("pick", setting));
-  // The front's steps have a corner between two answers; every setting that may be one is a dot.
   const nlohmann::json settings = tune_json(result)["settings"];
-  const auto shown = [&](const std::string& evidence) {
-    return std::ranges::count_if(settings,
-                                 [&](const auto& s) { return s["feasible"] == true && s["evidence"] == evidence; });
-  };
-  EXPECT_THAT(body, has("front", fmt::format("{},{},{}", 2 * answers.size() - 1, shown("measured"), shown("assumed"))));
+  const auto is_shown = [](const auto& s) { return s["feasible"] == true && s["evidence"] == "measured"; };
+  EXPECT_THAT(body, has("plotted", static_cast<std::size_t>(std::ranges::count_if(settings, is_shown))));
+  EXPECT_THAT(body, has("front", "true"));
+  EXPECT_THAT(body, has("answered", 1));
+  EXPECT_THAT(body, has("same", "true"));
 }
 
 TEST_F(TuneInBrowser, DrawsHowTheOneAnswerOfABudgetCameToBe) {

@@ -35,6 +35,7 @@ TEST(Recommend, picks_the_fastest_within_the_budget) {
   EXPECT_EQ(id(answer.simplest), "parallax");
   EXPECT_EQ(id(answer.flat), "flat");
   EXPECT_EQ(id(answer.nearest), "none");
+  EXPECT_EQ(id(answer.just_fails), "relief 8");  // of what is faster, it misses least
 }
 
 TEST(Recommend, picks_the_most_accurate_within_a_time) {

@@ -4,19 +4,27 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 #include <regex>
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
+#include "kernels/image/image.h"
 #include "reports/pages/assets.h"
 #include "reports/pages/data_uri.h"
 #include "reports/pages/report_data.h"
+#include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"
 #include "tests/synthetic_run.h"
+#include "tuner/decide/fleet.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/plan/setting_names.h"
+#include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
@@ -33,7 +41,7 @@ json page_data(const std::string& html) {
   return json::parse(html.substr(begin, html.find("</script>", begin) - begin));
 }
 
-json data_of(const Run& run) { return report_data(std::span(&run, 1)); }
+json data_of(const Run& run) { return report_data(std::span(&run, 1)).data; }
 std::string page_of(const Run& run) { return make_report(std::span(&run, 1)); }
 
 std::size_t metric_index(std::string_view id) { return static_cast<std::size_t>(&find_metric(id) - metrics().data()); }
@@ -102,22 +110,6 @@ TEST(Report, KeepsExactPointsAndIdenticalPictures) {
   EXPECT_EQ(count(metric_index("psnr"), nullptr), exact);
 }
 
-TEST(Report, EveryMetricHasItsFront) {
-  const auto run = synthetic_run({});
-  const json data = data_of(run);
-  ASSERT_EQ(data["fronts"].size(), metrics().size());
-  const std::vector<Budget> constraints = {parse_budget("missed_rate<=0.001")};
-  const std::vector<Front> expected = fronts(run.records, "e_xy.p99", constraints);
-  const json& drawn = data["fronts"][metric_index("e_xy.p99")]["fronts"];
-  ASSERT_EQ(drawn.size(), expected.size());
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    ASSERT_EQ(drawn[i]["points"].size(), expected[i].points.size());
-    for (std::size_t k = 0; k < expected[i].points.size(); ++k)
-      EXPECT_EQ(data["points"][drawn[i]["points"][k]["point"].get<std::size_t>()]["id"],
-                expected[i].points[k].record->case_id);
-  }
-}
-
 // Their ids come with the data: one that a script quotes is one that nobody keeps in step.
 TEST(Report, ScriptsQuoteNoMetric) {
   for (const auto& file : std::filesystem::directory_iterator(RELIEFBENCH_SOURCE_DIR "/reports/assets")) {
@@ -125,23 +117,9 @@ TEST(Report, ScriptsQuoteNoMetric) {
     const std::string script = read_file(file.path());
     for (const Metric& metric : kMetrics)
       for (const std::string& quoted : {fmt::format("'{}'", metric.id), fmt::format("'{}.", metric.id)})
-        EXPECT_EQ(script.find(quoted), std::string::npos) << file.path() << " quotes " << metric.id;
-  }
-}
-
-TEST(Report, FrontOfAQualityEndsWithIdenticalPictures) {
-  const json data = data_of(synthetic_run({}));
-  const std::size_t psnr = metric_index("psnr");
-  for (const json& front : data["fronts"][psnr]["fronts"]) {
-    ASSERT_FALSE(front["points"].empty());
-    double last = -1e9;
-    for (const json& entry : front["points"]) {
-      const json& value = data["points"][entry["point"].get<std::size_t>()]["errors"][psnr];
-      const double quality = value.is_null() ? 1e9 : value.get<double>();
-      EXPECT_GT(quality, last);
-      last = quality;
-    }
-    EXPECT_EQ(last, 1e9);
+        if (quoted != "'taps'") {  // which is a kind of picture, too
+          EXPECT_EQ(script.find(quoted), std::string::npos) << file.path() << " quotes " << metric.id;
+        }
   }
 }
 
@@ -160,34 +138,75 @@ TEST(Report, CountsEveryStatusOnce) {
     EXPECT_THAT(seen, testing::Contains(id));
 }
 
-TEST(Report, MarksPointsThatBreakTheConstraint) {
-  const json data = data_of(synthetic_run({}));
-  const std::size_t missed = metric_index("missed_rate");
-  for (const json& point : data["points"])
-    EXPECT_EQ(point["breaks"].size(), point["errors"][missed].get<double>() > 0.001 ? 1u : 0u) << point["id"];
-}
-
 TEST(Report, PutsInThePicturesThatAreThere) {
   const std::filesystem::path folder = fresh_folder("pictures");
-  auto run = synthetic_run({.folder = folder, .backends = {"vulkan"}, .scenes = {"rocks/oblique"}});
-  const json without = data_of(run);
-  ASSERT_EQ(without["answers"].size(), 1u);
-  EXPECT_TRUE(without["answers"][0]["pictures"]["frame"].is_null());
+  const auto run = synthetic_run({.folder = folder, .scenes = {"rocks/oblique"}});
+  EXPECT_TRUE(report_data(std::span(&run, 1)).images.empty());
 
-  const std::string pick = without["points"][without["answers"][0]["pick"].get<std::size_t>()]["id"];
   std::filesystem::create_directories(folder / "images");
-  std::ofstream(folder / image_path(pick, "error")) << "foobar";
-  const json with = data_of(run);
-  EXPECT_EQ(with["images"], json({"data:image/png;base64,Zm9vYmFy"}));
-  EXPECT_EQ(with["answers"][0]["pictures"]["error"], 0);
-  EXPECT_TRUE(with["answers"][0]["pictures"]["reference"].is_null());
+  const Record& record = run.records.front();
+  std::ofstream(folder / image_path(record.case_id, "error")) << "foobar";
+  const std::vector<std::uint8_t> white(std::size_t{4 * 8 * 8}, 255);
+  write_png(folder / image_path(record.case_id, "frame"), 8, 8, white);
+  std::ofstream(folder / "outside.png") << "foobar";
+  std::filesystem::create_symlink("/etc/hostname", folder / image_path(record.case_id, "taps"));
+  const ReportData with = report_data(std::span(&run, 1));
+  const json& pictures = with.data["points"][0]["pictures"];
+  EXPECT_TRUE(pictures["reference"].is_null());
+  EXPECT_THAT(with.images[pictures["frame"].get<std::size_t>()], testing::StartsWith("data:image/webp;base64,"));
+  EXPECT_EQ(with.images[pictures["error"].get<std::size_t>()], "data:image/png;base64,Zm9vYmFy");
+  EXPECT_EQ(with.images[pictures["taps"].get<std::size_t>()], "");  // a link to the outside
+  EXPECT_FALSE(with.data["points"][1].contains("pictures"));
+}
+
+// A page of several devices has each picture once.
+TEST(Report, PicturesOfASettingInASceneAreThoseOfTheFirstDevice) {
+  const std::filesystem::path folder = fresh_folder("first_device");
+  const auto run = synthetic_run({.folder = folder, .scenes = {"rocks/oblique"}, .cases = 1});
+  std::filesystem::create_directories(folder / "images");
+  for (const Record& record : run.records)
+    if (record.status == Status::ok) std::ofstream(folder / image_path(record.case_id, "error")) << "foobar";
+  const ReportData made = report_data(std::span(&run, 1));
+  ASSERT_EQ(made.data["points"].size(), 2U);
+  EXPECT_EQ(made.data["points"][0]["setting"], made.data["points"][1]["setting"]);
+  EXPECT_TRUE(made.data["points"][0].contains("pictures"));
+  EXPECT_FALSE(made.data["points"][1].contains("pictures"));
+  EXPECT_EQ(made.images.size(), 1U);
+}
+
+TEST(Report, ScenesTellWhatATexelIsOnTheScreen) {
+  auto run = synthetic_run({.scenes = {"rocks/oblique"}, .cases = 2});
+  EXPECT_TRUE(data_of(run)["scenes"][0]["texel_px"].is_null());  // of a run of before its map's size was written
+  run.scenes[0].map_width = 512;
+  run.scenes[0].map_height = 256;
+  // A texel of 1/256, looked at from 30 degrees at a distance of 1.5, of which 45 degrees are 256 pixels.
+  const double expected = 256 / (2 * std::tan(std::numbers::pi / 8) * 1.5) * 0.5 / 256;
+  EXPECT_NEAR(data_of(run)["scenes"][0]["texel_px"].get<double>(), expected, 1e-9);
+}
+
+TEST(Report, OneSettingForAllPlacesIsWhatChooseSays) {
+  const TempFolder folder;
+  const reliefbench::Run run = load_run(null_sweep(folder, R"("oblique", "grazing")"));
+  const json fleet = data_of(run)["fleet"];
+  const FleetOptions options{.budgets = question_of(run).budgets};
+  const std::vector<FleetRun> runs = {{.name = run.folder.string(), .rows = case_table(run)}};
+  try {
+    const Fleet expected = choose_for_fleet(runs, options);
+    ASSERT_FALSE(fleet.contains("refusal")) << fleet;
+    EXPECT_EQ(fleet["settings"][0]["key"], setting_key(expected.settings.front().settings));
+    EXPECT_EQ(fleet["places"].size(), 2U);
+    EXPECT_LE(fleet["settings"].size(), kFleetSettings);
+  } catch (const Error& error) {
+    EXPECT_EQ(fleet["refusal"], error.what());
+  }
+  EXPECT_TRUE(data_of(synthetic_run({.backends = {"null"}, .scenes = {"a/top"}, .cases = 2}))["fleet"].is_null());
 }
 
 TEST(Report, TellsDevicesOfSeveralRunsApart) {
   const std::vector<reliefbench::Run> runs = {synthetic_run({.folder = "out/a", .device = "A", .cases = 5}),
                                               synthetic_run({.folder = "out/b", .device = "B", .cases = 5}),
                                               synthetic_run({.folder = "out/c", .device = "B", .cases = 5})};
-  const json data = report_data(runs);
+  const json data = report_data(runs).data;
   std::vector<std::string> labels;
   for (const json& group : data["groups"]) labels.push_back(group["label"]);
   EXPECT_THAT(labels, testing::ElementsAre("A (opengl)", "A (vulkan)", "B (opengl), out/b", "B (vulkan), out/b",

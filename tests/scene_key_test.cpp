@@ -110,6 +110,8 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   EXPECT_EQ(back.spec.id, "deep/mine");
   EXPECT_EQ(back.spec.scene.view, spec.scene.view);
   EXPECT_EQ(back.spec.scene.light, spec.scene.light);
+  EXPECT_EQ(back.map_width, 32);
+  EXPECT_EQ(back.map_height, 16);
   EXPECT_EQ(scene_json(back), j);
   EXPECT_EQ(Heightmaps().read(back.spec.heightmap).sha256, scene.heights_sha256);
   const auto refused = [&](const char* pointer, const nlohmann::json& value, const std::string& words) {
@@ -122,6 +124,7 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   refused("/light/elevation_deg", 21, "but what it says makes");
   refused("/light", 3, "'elevation_deg'");
   refused("/frame_px", {0, 1}, "'frame_px'");
+  refused("/heights_texels", {32, 0}, "'heights_texels'");
   refused("/wrap", "mirror", "'wrap'");
   refused("/key", "abc", "is no scene key");
   refused("/view", 1, "'id' is missing");

@@ -62,6 +62,13 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
           .sizes = {scene.width_px, scene.height_px, map_width, map_height}};
 }
 
+double texel_px(const Scene& scene, int map_width, int map_height) {
+  const double degree = std::numbers::pi / 180;
+  const double visible_sides = 2 * std::tan(scene.view.fov_deg * degree / 2) * scene.view.distance;
+  const double side_px = scene.height_px / visible_sides * std::abs(std::sin(scene.view.elevation_deg * degree));
+  return side_px / (scene.tiling * std::min(map_width, map_height));
+}
+
 ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y) {
   const std::array<float, 2> ndc = {(static_cast<float>(x) + 0.5F) / static_cast<float>(frame.sizes[0]) * 2.0F - 1.0F,
                                     (static_cast<float>(y) + 0.5F) / static_cast<float>(frame.sizes[1]) * 2.0F - 1.0F};

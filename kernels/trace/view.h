@@ -72,6 +72,10 @@ struct FrameUniforms {
 static_assert(sizeof(FrameUniforms) == 96);
 [[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);
 
+/// How many pixels of the frame a texel of the map's smaller side covers in the middle of the picture, along the way
+/// that rays travel: what a hit that is off by a texel is off by as people see it.
+[[nodiscard]] double texel_px(const Scene& scene, int map_width, int map_height);
+
 /// The ray of one pixel, as frame.glsl makes it (same formulas in float; used by the null backend and by tests).
 /// status is no_ray for the sky and, with clamp, outside the unit square.
 [[nodiscard]] ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y);

@@ -65,7 +65,7 @@ export function drawExtremes(stress) {
       `${shortNumber(stress.wall_s)} s on ${stress.devices.join('; ')}`;
   byId('extremes-matrix').append(...extremesMatrix(stress));
   byId('extremes-faults').append(failing.length ? resultTable(failing) : make('p', {}, 'None: every check holds.'));
-  byId('extremes-legend').append(heatLegend(data.heat_map));
+  byId('extremes-legend').append(heatLegend(data.heat_map, 'e_xy of a pixel (texels, same scale in every picture)'));
   byId('extremes-worst').append(...stress.worst.map((r) => worstFigure(r, stress.pictures[r.technique])));
   for (const element of document.querySelectorAll('#extremes, a[href="#extremes"]')) element.removeAttribute('hidden');
 }

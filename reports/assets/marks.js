@@ -1,7 +1,7 @@
 // Colours and shapes of the marks. A series is told by both, so that neither colour vision nor a
 // colour printer is needed.
 
-const kShapes = ['circle', 'triangle', 'rect', 'rectRot', 'rectRounded'];
+const kShapes = ['circle', 'triangle', 'rect', 'rectRot', 'star', 'crossRot', 'rectRounded'];
 export const kColors = 8;  // --series-0 to --series-7 of page.css
 export const shapeOf = (series) => kShapes[series % kShapes.length];
 
@@ -14,7 +14,8 @@ export function readTheme() {
     muted: cssValue('--muted'),
     grid: cssValue('--grid'),
     band: cssValue('--band'),
-    paper: cssValue('--paper')
+    paper: cssValue('--paper'),
+    accent: cssValue('--accent')
   };
 }
 export const seriesColor = (theme, series) => theme.series[series % kColors];
@@ -27,6 +28,8 @@ const kShapePaths = {
   rect: 'M3.5 3.5h9v9h-9z',
   rectRot: 'M8 2 14 8 8 14 2 8z',
   rectRounded: 'M5.5 3.5h5a2 2 0 0 1 2 2v5a2 2 0 0 1-2 2h-5a2 2 0 0 1-2-2v-5a2 2 0 0 1 2-2z',
+  star: 'M7 2h2v12h-2zM2 7h12v2h-12zM3.1 4.5 4.5 3.1 12.9 11.5 11.5 12.9zM11.5 3.1 12.9 4.5 4.5 12.9 3.1 11.5z',
+  crossRot: 'M2.6 4 4 2.6 13.4 12 12 13.4zM12 2.6 13.4 4 4 13.4 2.6 12z',
 };
 
 /** An element of SVG, as make() makes one of HTML. */

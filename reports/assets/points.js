@@ -1,24 +1,29 @@
 // The report's points and metrics, how they are written, and the command that measures a point again.
 
-import {copyButton, shellQuote} from './copy.js';
-import {data, formatInterval, formatNumber, make} from './page.js';
+import {shellQuote} from './copy.js';
+import {data, formatNumber, make} from './page.js';
 
 export const metricIndex = new Map(data.metrics.map((metric, index) => [metric.id, index]));
-export const state = {
-  metric: metricIndex.get(data.front_metric),
-  hidden: new Set()
-};
+export const columnMetrics = data.metrics.map((_, index) => index).filter((index) => data.metrics[index].is_column);
 
-/** With what the interval covers: fewer than six samples give no 95 %. */
-export function intervalText(point) { return `${point.coverage} interval ${formatInterval(point.time_ns)}`; }
+const hasUnit = ({unit}) => unit !== '' && unit !== '1';
 
 export function formatMetric(index, value) {
   const metric = data.metrics[index];
   if (value === null) return metric.none_is_best ? 'identical' : 'none';
-  return metric.unit ? `${formatNumber(value)} ${metric.unit}` : formatNumber(value);
+  return hasUnit(metric) ? `${formatNumber(value)} ${metric.unit}` : formatNumber(value);
 }
-export const errorOf = (point, metric = state.metric) => formatMetric(metric, point.errors[metric]);
-export const metricTitle = (metric) => (metric.unit ? `${metric.id} (${metric.unit})` : metric.id);
+export const errorOf = (point, metric) => formatMetric(metric, point.errors[metric]);
+export const metricTitle = (metric) => (hasUnit(metric) ? `${metric.id} (${metric.unit})` : metric.id);
+
+/** In texels and, where the scene's map is known, in pixels of the middle of the picture. */
+export function errorAsSeen(point, metric) {
+  const {unit} = data.metrics[metric];
+  const {texel_px} = data.scenes[point.scene];
+  const value = point.errors[metric];
+  if (unit !== 'texels' || !texel_px || value === null) return errorOf(point, metric);
+  return `${errorOf(point, metric)} = ${formatNumber(value * texel_px, 2)} px`;
+}
 
 export function formatBytes(bytes) {
   const units = ['B', 'KiB', 'MiB', 'GiB'];
@@ -31,30 +36,58 @@ export const formatSeconds = (s) => (s >= 90 ? `${formatNumber(s / 60)} min` : `
 /** A budget's text as read by people. */
 export const comparison = (text) => text.replace('<=', ' ≤ ').replace('>=', ' ≥ ');
 
-export const techniqueOf = (point) => data.techniques[point.technique].id;
+export const settingOf = (point) => data.settings[point.setting];
+export const techniqueIndex = (point) => settingOf(point).technique;
+export const techniqueName = (index) => data.techniques[index].id.replaceAll('_', ' ');
+export const techniqueOf = (point) => techniqueName(techniqueIndex(point));
+export const sceneName = (scene) => data.scenes[scene].id;
 export const groupLabel = (group) => data.groups[group].label;
+const devices = new Set(data.groups.map(({device}) => device));
+const isOneRun = new Set(data.groups.map(({run}) => run)).size < 2;
+/** Where all is of one device, the backend alone. */
+export const shortLabel = (group) => (devices.size === 1 && isOneRun ? data.groups[group].backend : groupLabel(group));
 const runOf = (point) => data.runs[data.groups[point.group].run];
 
-/** Technique with its settings and their mark; settings wrap between, not within, assignments. */
-export function settingsElement(point) {
-  const settings = point.params.map(([name, value]) => make('span', {}, `${name}=${value} `));
-  return make('span', {class: 'settings'}, make('strong', {}, techniqueOf(point)), ' ', ...settings, point.mark);
+/** A parameter's text; '' where the setting has none. */
+export const paramOf = (point, name) => {
+  const found = settingOf(point).params.find(([id]) => id === name);
+  return found ? found[1] : '';
+};
+
+/** "relaxed cone, 32 steps" */
+export function settingTitle(point) {
+  const steps = settingOf(point).params.find(([id, text]) => /steps/.test(id) && /^\d+$/.test(text));
+  return steps ? `${techniqueOf(point)}, ${steps[1]} steps` : techniqueOf(point);
 }
 
-/** The command line that measures a point again. */
+/** What differs from the defaults, and the key; settings wrap between, not within, assignments. */
+export function settingElement(point, {hasTechnique = true} = {}) {
+  const {name, key} = settingOf(point);
+  const words = name.split(' ');
+  const settings = words.slice(1).map((word) => make('span', {}, `${word} `));
+  return make(
+      'span', {class: 'settings'}, hasTechnique ? make('strong', {}, `${words[0]} `) : null, ...settings,
+      key ? make('span', {class: 'muted'}, `[${key}]`) : null, point.mark ? ` ${point.mark}` : null);
+}
+
+/** The command line that measures a point again, into a folder of its own. */
 export function commandOf(point) {
   const config = runOf(point).info.config_path || 'CONFIG';
-  return `reliefbench sweep ${shellQuote(config)} -o out/one --filter ${shellQuote(point.id)}`;
+  const {key} = settingOf(point);
+  const scene = point.id.slice(point.id.indexOf('@') + 1).split('?')[0];
+  const words = ['reliefbench', 'sweep', config, '-o', `out/${key || 'one'}`];
+  if (key)
+    words.push('--case', key, '--filter', `*@${scene}?*`, '--backend', data.groups[point.group].backend);
+  else
+    words.push('--filter', point.id);
+  return words.map(shellQuote).join(' ');
 }
 
 /** The command line that ends an interrupted run and draws the pictures that its folder lacks; null: not known. */
-export function picturesCommand(point) {
-  const words = runOf(point).info.argv;
+export function picturesCommand(run) {
+  const words = run.info.argv;
   if (!words) return null;
   const kept = words.filter(
       (word, index) => words[index - 1] !== '--pictures' && word !== '--pictures' && !word.startsWith('--pictures='));
   return kept.map(shellQuote).join(' ');
 }
-
-export const command = (point) =>
-    make('div', {class: 'command'}, make('code', {}, commandOf(point)), copyButton(commandOf(point), 'Copy'));

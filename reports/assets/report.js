@@ -1,54 +1,83 @@
-// Draws the page, and redraws what depends on the metric, the legend, the colour scheme or the printer.
+// Draws the page, and redraws what depends on what is chosen, the colour scheme or the printer.
 
-import {drawAnswers} from './answers.js';
-import {charts} from './charts.js';
-import {drawChartFigures, redrawCharts} from './details.js';
+import {startAnswers} from './answers.js';
+import {drawControls} from './controls.js';
+import {drawEffects} from './effects.js';
 import {drawEnvironment} from './environment.js';
 import {drawExtremes} from './extremes.js';
-import {drawFronts} from './fronts.js';
-import {drawMarkLegend, drawTechniqueLegend} from './legends.js';
-import {byId, data, make} from './page.js';
-import {drawPictures} from './pictures.js';
-import {metricTitle, state} from './points.js';
+import {drawFleet} from './fleet.js';
+import {drawHeader} from './header.js';
+import {byId, data} from './page.js';
+import {drawPins} from './pins.js';
+import {drawPlot, plotted, startPlot} from './plot.js';
+import {startStage} from './stage.js';
+import {drawStrip} from './strip.js';
+import {startTable} from './table.js';
+import {drawTuneCharts} from './tune_charts.js';
+import {drawTune} from './tune_part.js';
 
-function drawMetricControl() {
-  const select = /** @type {HTMLSelectElement} */ (byId('metric'));
-  select.append(...data.metrics.map(
-      (metric, index) =>
-          make('option', {value: index, selected: index === state.metric ? '' : null}, metricTitle(metric))));
-  const describe = () => (byId('metric-description').textContent = data.metrics[state.metric].description);
-  select.addEventListener('change', () => {
-    state.metric = Number(select.value);
-    describe();
-    drawFronts();
-    redrawCharts();
-  });
-  describe();
+Chart.defaults.font.family = 'system-ui, sans-serif';
+drawHeader();
+
+/** What is told of settings; a page of `stress` alone has none. */
+function drawSettings() {
+  startAnswers();
+  drawControls();
+  startPlot();
+  drawPins();
+  startTable();
+  drawEffects();
+  drawFleet();
 }
 
-drawAnswers();
-drawMetricControl();
-drawTechniqueLegend(redrawCharts);
-drawMarkLegend();
-drawChartFigures();
-drawFronts();
-drawPictures();
-if (data.stress) drawExtremes(data.stress);
-drawEnvironment();
-Chart.defaults.font.family = 'system-ui, sans-serif';
-redrawCharts();
+/** Hides sections, and the links to them. */
+function hideSections(ids) {
+  for (const id of ids)
+    for (const element of document.querySelectorAll(`#${id}, a[href="#${id}"]`)) element.setAttribute('hidden', '');
+}
 
+const hasRuns = data.runs.length > 0;
+const hasPoints = data.points.length > 0;
+if (hasPoints)
+  drawSettings();
+else
+  hideSections(['budgets', 'charts', 'pictures', 'effects', 'fleet', ...hasRuns ? [] : ['answers', 'where']]);
+if (data.tune) {
+  drawTune();
+  document.querySelector('a[href="#tune"]').removeAttribute('hidden');
+  if (!hasRuns) byId('title').textContent = 'What to ship';
+}
+if (!hasRuns && data.stress) byId('title').textContent = 'reliefbench stress';
+
+/** Folds of what is long are filled when they are opened. */
+function whenOpened(id, draw) {
+  const details = /** @type {HTMLDetailsElement} */ (byId(id));
+  details.addEventListener('toggle', () => draw(), {once: true});
+}
+whenOpened('environment', drawEnvironment);
+if (data.stress) drawExtremes(data.stress);
+
+// Pictures stand after this script.
+document.addEventListener('DOMContentLoaded', () => {
+  if (hasPoints) {
+    drawStrip();
+    startStage();
+    drawPins();
+  }
+  document.body.dataset.points = String(data.points.length);
+  document.body.dataset.rendered = 'true';
+});
+
+function redrawCharts() {
+  if (hasPoints) drawPlot();
+  if (data.tune) drawTuneCharts(data.tune);
+}
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redrawCharts);
 // Paper is white whatever the screen is; charts are pictures, so they must be redrawn for it.
 for (const printing of [true, false]) {
   window.addEventListener(printing ? 'beforeprint' : 'afterprint', () => {
     document.documentElement.classList.toggle('printing', printing);
     redrawCharts();
-    for (const entry of charts) entry.chart.resize();
+    plotted.chart?.resize();
   });
 }
-
-document.body.dataset.charts = String(charts.length);
-document.body.dataset.points = String(charts.filter((entry) => !entry.spec.overlaid)
-                                          .reduce((sum, entry) => sum + entry.chart.data.datasets[0].data.length, 0));
-document.body.dataset.rendered = 'true';

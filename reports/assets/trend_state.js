@@ -1,4 +1,6 @@
-// What is shown, kept in the URL's fragment: a link shows the same, and the browser's back button goes back.
+// What the trend page shows, kept in the URL's fragment.
+
+import {fragmentOf, readFragment, replaceFragment} from './url_state.js';
 
 const kFields = ['view', 'event', 'series', 'search', 'machine', 'backend', 'technique', 'map', 'format', 'scene'];
 
@@ -8,19 +10,17 @@ export const state = Object.fromEntries(kFields.map((field) => [field, '']));
 /** Whether the view is another one than before. */
 export function readState() {
   const before = state.view + state.event;
-  const words = new URLSearchParams(location.hash.slice(1));
-  for (const field of kFields) state[field] = words.get(field) || '';
+  Object.assign(state, readFragment(kFields));
   return before !== state.view + state.event;
 }
 
 /** A link's target. fields: those that are chosen there. */
-export const linkTo = (fields) =>
-    '#' + new URLSearchParams(kFields.filter((name) => fields[name]).map((name) => [name, String(fields[name])]));
+export const linkTo = (fields) => fragmentOf(kFields, fields);
 
 /** Takes the new state without a step for the back button, as for every letter of a search. */
 export function replaceState(fields) {
   Object.assign(state, fields);
-  history.replaceState(null, '', linkTo(state));
+  replaceFragment(kFields, state);
 }
 
 /** Says to eye and screen reader which of the links is the one that is shown. */

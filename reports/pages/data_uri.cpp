@@ -1,12 +1,39 @@
 #include "reports/pages/data_uri.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <system_error>
+#include <vector>
 
 #include "kernels/base/append_file.h"
+#include "kernels/base/error.h"
+#include "kernels/image/image.h"
 
 namespace reliefbench {
+namespace {
+
+/// The file with links followed; nothing where it is none, or lies outside of the folder.
+std::optional<std::filesystem::path> file_within(const std::filesystem::path& folder,
+                                                 const std::filesystem::path& file) {
+  std::error_code error;
+  const std::filesystem::path root = std::filesystem::canonical(folder, error);
+  const std::filesystem::path path = std::filesystem::canonical(folder / file, error);
+  if (error || !std::filesystem::is_regular_file(path, error)) return std::nullopt;
+  const auto [root_end, differs_at] = std::ranges::mismatch(root, path);
+  return root_end == root.end() ? std::optional(path) : std::nullopt;
+}
+
+std::vector<std::uint8_t> codes_of(const Image& image) {
+  std::vector<std::uint8_t> rgba8;
+  rgba8.reserve(image.pixels.size());
+  for (const float value : image.pixels) rgba8.push_back(static_cast<std::uint8_t>(std::lround(255 * value)));
+  return rgba8;
+}
+
+std::string png_uri(const std::filesystem::path& path) { return "data:image/png;base64," + base64(read_file(path)); }
+
+}  // namespace
 
 std::string base64(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -23,13 +50,21 @@ std::string base64(std::string_view bytes) {
 }
 
 std::optional<std::string> png_data_uri(const std::filesystem::path& folder, const std::filesystem::path& picture) {
-  std::error_code error;
-  const std::filesystem::path root = std::filesystem::canonical(folder, error);
-  const std::filesystem::path path = std::filesystem::canonical(folder / picture, error);
-  if (error || !std::filesystem::is_regular_file(path, error)) return std::nullopt;
-  const auto [root_end, differs_at] = std::ranges::mismatch(root, path);
-  if (root_end != root.end()) return std::nullopt;
-  return "data:image/png;base64," + base64(read_file(path));
+  const std::optional<std::filesystem::path> path = file_within(folder, picture);
+  return path ? std::optional(png_uri(*path)) : std::nullopt;
+}
+
+std::optional<std::string> photo_data_uri(const std::filesystem::path& folder, const std::filesystem::path& picture) {
+  const std::optional<std::filesystem::path> path = file_within(folder, picture);
+  if (!path) return std::nullopt;
+  try {
+    const Image image = load_image(*path);
+    if (image.channels.size() != 4) return png_uri(*path);
+    const std::vector<std::uint8_t> webp = encode_webp(image.width, image.height, codes_of(image));
+    return "data:image/webp;base64," + base64({reinterpret_cast<const char*>(webp.data()), webp.size()});
+  } catch (const Error&) {
+    return png_uri(*path);
+  }
 }
 
 }  // namespace reliefbench

@@ -14,4 +14,8 @@ namespace reliefbench {
 [[nodiscard]] std::optional<std::string> png_data_uri(const std::filesystem::path& folder,
                                                       const std::filesystem::path& picture);
 
+/// The same as a WebP of a fifth of the size, where the file is a PNG; any other file as it is.
+[[nodiscard]] std::optional<std::string> photo_data_uri(const std::filesystem::path& folder,
+                                                        const std::filesystem::path& picture);
+
 }  // namespace reliefbench

@@ -11,9 +11,9 @@
 namespace reliefbench {
 
 std::string make_report(std::span<const Run> runs, const std::filesystem::path& stress) {
-  nlohmann::json data = report_data(runs);
-  if (!stress.empty()) data["stress"] = load_stress(stress);
-  return fill_page(kReportFile, data);
+  ReportData made = report_data(runs);
+  if (!stress.empty()) made.data["stress"] = load_stress(stress);
+  return fill_page(kReportFile, made.data, made.images);
 }
 
 void write_report(std::span<const std::filesystem::path> folders, const std::filesystem::path& output,

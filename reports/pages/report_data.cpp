@@ -1,20 +1,27 @@
 #include "reports/pages/report_data.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <set>
 #include <string>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "kernels/base/error.h"
+#include "kernels/base/parallel.h"
 #include "kernels/judge/heat_map.h"
 #include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
 #include "reports/pages/data_uri.h"
-#include "tuner/decide/pareto.h"
-#include "tuner/decide/recommend.h"
+#include "tuner/decide/choose.h"
+#include "tuner/decide/effects.h"
+#include "tuner/decide/fleet.h"
+#include "tuner/decide/presets.h"
+#include "tuner/plan/setting_names.h"
+#include "tuner/results/budgets.h"
+#include "tuner/results/case_table.h"
 #include "tuner/results/coarse_filter.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_question.h"
@@ -46,9 +53,10 @@ struct Group {
 };
 
 json budgets_json(std::span<const Budget> budgets) {
-  json texts = json::array();
-  for (const Budget& budget : budgets) texts.push_back({{"metric", budget.metric}, {"text", budget.text()}});
-  return texts;
+  json rows = json::array();
+  for (const Budget& budget : budgets)
+    rows.push_back({{"metric", budget.metric}, {"limit", budget.limit}, {"text", budget.text()}});
+  return rows;
 }
 
 json metrics_json() {
@@ -59,6 +67,7 @@ json metrics_json() {
                     {"lower_is_better", row.lower_is_better},
                     {"none_is_best", row.none_is_best()},
                     {"is_column", row.is_column()},
+                    {"is_seen", row.id == kSeenMetric},
                     {"description", row.description}});
   return rows;
 }
@@ -87,64 +96,177 @@ json statuses_json(std::span<const Record> records) {
   return rows;
 }
 
-// fronts() is of errors. A quality is an error with its sign turned.
-std::vector<Front> quality_fronts(std::span<const Record> records, const MetricRow& metric,
-                                  std::span<const Budget> constraints) {
-  std::vector<Front> result;
-  for (const RecordGroup& group : group_records(records)) {
-    Front front{.backend = group.backend,
-                .device = group.device,
-                .scene = group.scene,
-                .scene_key = group.scene_key,
-                .error_metric = std::string(metric.id),
-                .constraints = {},
-                .points = {}};
-    std::vector<FrontPoint> eligible;
-    std::vector<double> times;
-    std::vector<double> errors;
-    for (const Record* record : group.records) {
-      const auto met = [&](const Budget& budget) { return meets(*record, budget); };
-      if (!record->frame_time || !record->error || !std::all_of(constraints.begin(), constraints.end(), met)) continue;
-      constexpr double kInfinity = std::numeric_limits<double>::infinity();
-      const double quality = metric_value(*record, metric.id).value_or(metric.none_is_best() ? kInfinity : -kInfinity);
-      times.push_back(record->frame_time->summary.median);
-      errors.push_back(-quality);
-      eligible.push_back({.record = record, .time_ns = times.back(), .error = errors.back(), .equivalents = {}});
-    }
-    for (const std::size_t i : pareto_front(times, errors)) front.points.push_back(eligible[i]);
-    result.push_back(std::move(front));
-  }
-  return result;
+json legend_json(const HeatMapLegend& legend) {
+  json stops = json::array();
+  for (const HeatMapStop& stop : legend.stops) stops.push_back({{"value", stop.value}, {"color", stop.color}});
+  json marks = json::array();
+  for (const HeatMapMark& mark : legend.marks)
+    marks.push_back({{"description", mark.description}, {"color", mark.color}});
+  return {{"stops", stops}, {"marks", marks}};
 }
 
 /// Scenes by id and key; where one id means several scenes, all but the first say which.
 class SceneTable {
  public:
+  void know(std::span<const MeasuredScene> scenes) {
+    for (const MeasuredScene& scene : scenes) known_.try_emplace(scene.key, &scene);
+  }
   std::size_t index(const std::string& id, const SceneKey& key) {
-    const auto [at, added] = indices_.try_emplace({id, key}, names_.size());
-    if (added)
-      names_.push_back(std::ranges::find(names_, id) == names_.end() ? id
-                                                                     : fmt::format("{} ({})", id, key.short_text()));
+    const auto [at, added] = indices_.try_emplace({id, key}, rows_.size());
+    if (added) rows_.push_back(row(id, key));
     return at->second;
   }
-  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  [[nodiscard]] const json& rows() const { return rows_; }
 
  private:
+  [[nodiscard]] json row(const std::string& id, const SceneKey& key) const {
+    const bool is_new = std::ranges::none_of(
+        indices_, [&](const auto& one) { return one.first.first == id && one.first.second != key; });
+    json made = {{"id", is_new ? id : fmt::format("{} ({})", id, key.short_text())},
+                 {"frame_px", nullptr},
+                 {"texel_px", nullptr}};
+    const auto scene = known_.find(key);
+    if (scene == known_.end()) return made;
+    const MeasuredScene& known = *scene->second;
+    made["frame_px"] = {known.spec.scene.width_px, known.spec.scene.height_px};
+    if (known.map_width > 0) made["texel_px"] = texel_px(known.spec.scene, known.map_width, known.map_height);
+    return made;
+  }
+
+  std::map<SceneKey, const MeasuredScene*> known_;
   std::map<std::pair<std::string, SceneKey>, std::size_t> indices_;
-  std::vector<std::string> names_;
+  json rows_ = json::array();
 };
+
+/// Settings by technique and parameters.
+class SettingTable {
+ public:
+  std::size_t index(const Record& record, std::size_t technique) {
+    std::string text = record.technique;
+    for (const auto& [name, value] : record.params) text += fmt::format(" {}={}", name, value);
+    const auto [at, added] = indices_.try_emplace(text, rows_.size());
+    if (added) rows_.push_back(row(record, technique, text));
+    return at->second;
+  }
+  [[nodiscard]] const json& rows() const { return rows_; }
+
+ private:
+  static json row(const Record& record, std::size_t technique, const std::string& text) {
+    json made = {{"technique", technique}, {"params", record.params}};
+    try {
+      const Settings settings = settings_of(record);
+      made.update({{"key", setting_key(settings)},
+                   {"name", short_name(settings)},
+                   {"features", simplicity(settings).features}});
+    } catch (const Error&) {  // a run of another version may have techniques that this one does not know
+      made.update({{"key", nullptr}, {"name", text}, {"features", record.params.size()}});
+    }
+    return made;
+  }
+
+  std::unordered_map<std::string, std::size_t> indices_;
+  json rows_ = json::array();
+};
+
+/// The pictures of points, read together in the end: frames are encoded anew.
+class PictureTable {
+ public:
+  /// Null where the folder has none.
+  json pictures_of(const std::filesystem::path& folder, const Record& record) {
+    const std::string reference = reference_image_key(record.scene, record.backend, record.case_id);
+    json pictures = {{"frame", index(folder, image_path(record.case_id, "frame"), true)},
+                     {"reference", index(folder, image_path(reference, "frame"), true)},
+                     {"error", index(folder, image_path(record.case_id, "error"), false)},
+                     {"taps", index(folder, image_path(record.case_id, "taps"), false)}};
+    const bool has_own = !pictures["frame"].is_null() || !pictures["error"].is_null();
+    return has_own ? pictures : json();
+  }
+  [[nodiscard]] std::vector<std::string> data_uris() const {
+    std::vector<std::string> uris(files_.size());
+    parallel_for(static_cast<int>(files_.size()), 0, [&](int i) {
+      const auto& [folder, picture, is_photo] = files_[static_cast<std::size_t>(i)];
+      // What is no file of the folder was asked for nowhere, or is a link to the outside: nothing to see.
+      uris[static_cast<std::size_t>(i)] =
+          (is_photo ? photo_data_uri(folder, picture) : png_data_uri(folder, picture)).value_or("");
+    });
+    return uris;
+  }
+
+ private:
+  struct File {
+    std::filesystem::path folder;
+    std::filesystem::path picture;
+    bool is_photo;
+  };
+  json index(const std::filesystem::path& folder, const std::filesystem::path& picture, bool is_photo) {
+    std::error_code unreadable;
+    if (!std::filesystem::is_regular_file(folder / picture, unreadable)) return {};
+    const auto [at, added] = indices_.try_emplace(folder / picture, files_.size());
+    if (added) files_.push_back({.folder = folder, .picture = picture, .is_photo = is_photo});
+    return at->second;
+  }
+
+  std::map<std::filesystem::path, std::size_t> indices_;
+  std::vector<File> files_;
+};
+
+json summary_json(const Summary& summary) { return {summary.median, summary.ci_low, summary.ci_high}; }
+
+/// What `choose` would say of all runs; null where there is one place only.
+json fleet_of(std::span<const Run> runs) {
+  std::set<std::tuple<std::string, std::string, std::string>> places;
+  for (const Run& run : runs)
+    for (const Record& record : run.records)
+      if (record.status == Status::ok) places.insert({record.backend, record.device, record.scene});
+  if (places.size() < 2) return {};
+  try {
+    const FleetOptions options{.budgets = question_of(runs.front()).budgets};
+    std::vector<FleetRun> fleet_runs;
+    for (const Run& run : runs) fleet_runs.push_back({.name = run.folder.string(), .rows = case_table(run)});
+    const Fleet fleet = choose_for_fleet(fleet_runs, options);
+    json told = fleet_json(fleet, fleet_runs, options);
+    told["common_settings"] = fleet.settings.size();
+    json& settings = told["settings"];
+    if (settings.size() > kFleetSettings) settings.erase(settings.begin() + kFleetSettings, settings.end());
+    for (std::size_t i = 0; i < settings.size(); ++i) settings[i]["name"] = short_name(fleet.settings[i].settings);
+    for (std::size_t i = 0; i < fleet.own.size(); ++i) {
+      told["places"][i]["name"] = short_name(fleet.own[i].settings);
+      told["places"][i]["key"] = setting_key(fleet.own[i].settings);
+    }
+    return told;
+  } catch (const Error& error) {
+    return {{"refusal", error.what()}};
+  }
+}
+
+/// None where a run of another version has settings that this one does not know.
+std::vector<AxisEffect> effects_of(std::span<const Record> records) {
+  try {
+    return axis_effects(records);
+  } catch (const Error&) {
+    return {};
+  }
+}
 
 class DataBuilder {
  public:
-  json build(std::span<const Run> runs) {
+  ReportData build(std::span<const Run> runs) {
     for (const Technique& technique : techniques()) techniques_.index(std::string(technique.id));
+    for (const Run& run : runs) scenes_.know(run.scenes);
     for (std::size_t i = 0; i < runs.size(); ++i) add_run(i, runs[i]);
-    return {{"metrics", metrics_json()},    {"techniques", techniques_json()},
-            {"scenes", scenes_.names()},    {"groups", groups_json(runs)},
-            {"points", std::move(points_)}, {"fronts", std::move(fronts_)},
-            {"answers", answers_},          {"images", images_},
-            {"heat_map", heat_map_json()},  {"runs", runs_},
-            {"front_metric", front_metric_}};
+    return {.data = {{"metrics", metrics_json()},
+                     {"techniques", techniques_json()},
+                     {"scenes", scenes_.rows()},
+                     {"groups", groups_json(runs)},
+                     {"settings", settings_.rows()},
+                     {"points", std::move(points_)},
+                     {"effects", std::move(effects_)},
+                     {"fleet", fleet_of(runs)},
+                     {"heat_map", legend_json(heat_map_legend())},
+                     {"taps_map", legend_json(taps_map_legend())},
+                     {"runs", std::move(runs_)},
+                     {"front_metric", front_metric_}},
+            .images = pictures_.data_uris()};
   }
 
  private:
@@ -159,19 +281,9 @@ class DataBuilder {
       const CoarseFilter& filter = filters.try_emplace(record.backend, run.info, record.backend).first->second;
       const std::string_view mark = filter.mark(record.case_id);
       if (!mark.empty()) filter_notes.insert(filter.note());
-      add_point(index, record, constraints);
-      points_.back()["mark"] = mark;
+      add_point(index, run.folder, record, mark);
     }
-    for (std::size_t i = 0; i < metrics().size(); ++i) {
-      const MetricRow& row = metrics()[i];
-      if (index == 0) fronts_.push_back({{"metric", row.id}, {"fronts", json::array()}});
-      for (const Front& f : row.lower_is_better ? fronts(run.records, row.id, constraints)
-                                                : quality_fronts(run.records, row, constraints))
-        fronts_[i]["fronts"].push_back(front_json(index, f));
-    }
-    const Question question{.budgets = budgets, .max_time_ms = {}, .error_metric = metric};
-    for (const Answer& answer : recommend(run.records, question))
-      answers_.push_back(answer_json(index, run.folder, answer));
+    for (const AxisEffect& effect : effects_of(run.records)) add_effect(index, effect);
 
     json info = run.info;
     info.erase("config");  // long, and it lies beside the page in run.json
@@ -192,79 +304,49 @@ class DataBuilder {
     return groups_.size() - 1;
   }
 
-  void add_point(std::size_t run, const Record& record, std::span<const Budget> constraints) {
-    point_of_[&record] = points_.size();
+  void add_point(std::size_t run, const std::filesystem::path& folder, const Record& record, std::string_view mark) {
     json errors = json::array();
     for (const MetricRow& row : metrics()) {
       const std::optional<double> value = metric_value(record, row.id);
       errors.push_back(value ? json(*value) : json());
     }
-    json breaks = json::array();
-    for (const Budget& constraint : constraints)
-      if (!meets(record, constraint)) breaks.push_back(constraint.text());
     const Summary& time = record.frame_time->summary;
-    points_.push_back({{"group", group_index(run, record.backend, record.device)},
-                       {"scene", scenes_.index(record.scene, record.scene_key)},
-                       {"technique", techniques_.index(record.technique)},
-                       {"id", record.case_id},
-                       {"params", record.params},
-                       {"time_ns", {time.median, time.ci_low, time.ci_high}},
-                       {"samples", time.n},
-                       {"coverage", coverage_text(time.n)},
-                       {"timer", record.frame_time->timer},
-                       {"errors", std::move(errors)},
-                       {"breaks", std::move(breaks)},
-                       {"memory_bytes", record.memory_bytes},
-                       {"bake_ns", record.bake_time_ns},
-                       {"first_draw_ns", record.first_draw_ns}});
-  }
-
-  [[nodiscard]] json point_json(const Record* record) const {
-    const auto at = point_of_.find(record);
-    return at == point_of_.end() ? json() : json(at->second);
-  }
-
-  json front_json(std::size_t run, const Front& front) {
-    json points = json::array();
-    for (const FrontPoint& point : front.points) {
-      json equivalents = json::array();
-      for (const Record* record : point.equivalents) equivalents.push_back(point_json(record));
-      points.push_back({{"point", point_json(point.record)}, {"equivalents", equivalents}});
+    const std::size_t scene = scenes_.index(record.scene, record.scene_key);
+    const std::size_t setting = settings_.index(record, techniques_.index(record.technique));
+    json point = {{"group", group_index(run, record.backend, record.device)},
+                  {"scene", scene},
+                  {"setting", setting},
+                  {"id", record.case_id},
+                  {"mark", mark},
+                  {"time_ns", summary_json(time)},
+                  {"samples", time.n},
+                  {"coverage", coverage_text(time.n)},
+                  {"timer", record.frame_time->timer},
+                  {"errors", std::move(errors)},
+                  {"memory_bytes", record.memory_bytes},
+                  {"bake_ns", record.bake_time_ns},
+                  {"first_draw_ns", record.first_draw_ns}};
+    if (!pictured_.contains({scene, setting})) {
+      json pictures = pictures_.pictures_of(folder, record);
+      if (!pictures.is_null()) {
+        pictured_.insert({scene, setting});
+        point["pictures"] = std::move(pictures);
+      }
     }
-    return {{"group", group_index(run, front.backend, front.device)},
-            {"scene", scenes_.index(front.scene, front.scene_key)},
-            {"points", points}};
+    points_.push_back(std::move(point));
   }
 
-  json answer_json(std::size_t run, const std::filesystem::path& folder, const Answer& answer) {
-    json pictures;
-    if (answer.pick != nullptr)
-      pictures = {
-          {"frame", image_index(folder, image_path(answer.pick->case_id, "frame"))},
-          {"reference",
-           image_index(folder,
-                       image_path(reference_image_key(answer.scene, answer.backend, answer.pick->case_id), "frame"))},
-          {"error", image_index(folder, image_path(answer.pick->case_id, "error"))}};
-    return {{"group", group_index(run, answer.backend, answer.device)},
-            {"scene", scenes_.index(answer.scene, answer.scene_key)},
-            {"pick", point_json(answer.pick)},
-            {"tie", point_json(answer.tie)},
-            {"runner_up", point_json(answer.runner_up)},
-            {"simplest", point_json(answer.simplest)},
-            {"flat", point_json(answer.flat)},
-            {"nearest", point_json(answer.nearest)},
-            {"miss", answer.miss},
-            {"pictures", pictures}};
-  }
-
-  json image_index(const std::filesystem::path& folder, const std::filesystem::path& picture) {
-    const std::filesystem::path path = folder / picture;
-    const auto known = image_of_.find(path);
-    if (known != image_of_.end()) return known->second;
-    const std::optional<std::string> uri = png_data_uri(folder, picture);
-    if (!uri) return image_of_[path] = json();
-    images_.push_back(*uri);
-    return image_of_[path] = images_.size() - 1;
+  void add_effect(std::size_t run, const AxisEffect& effect) {
+    json errors = json::array();
+    for (const auto& error : effect.errors) errors.push_back(error ? summary_json(*error) : json());
+    effects_.push_back({{"group", group_index(run, effect.backend, effect.device)},
+                        {"axis", effect.axis},
+                        {"from", effect.from},
+                        {"to", effect.to},
+                        {"pairs", effect.pairs},
+                        {"coverage", coverage_text(static_cast<int>(effect.pairs))},
+                        {"time", summary_json(effect.time)},
+                        {"errors", std::move(errors)}});
   }
 
   [[nodiscard]] json techniques_json() const {
@@ -295,29 +377,20 @@ class DataBuilder {
   SceneTable scenes_;
   NameTable techniques_;
   std::vector<Group> groups_;
-  std::unordered_map<const Record*, std::size_t> point_of_;
-  std::map<std::filesystem::path, json> image_of_;
+  SettingTable settings_;
+  PictureTable pictures_;
+  std::set<std::pair<std::size_t, std::size_t>> pictured_;  ///< (scene, setting)
   json points_ = json::array();
-  json fronts_ = json::array();
-  json answers_ = json::array();
-  json images_ = json::array();
+  json effects_ = json::array();
   json runs_ = json::array();
   std::string front_metric_;
 };
 
 }  // namespace
 
-json heat_map_json() {
-  const HeatMapLegend legend = heat_map_legend();
-  json stops = json::array();
-  for (const HeatMapStop& stop : legend.stops) stops.push_back({{"e_xy", stop.e_xy}, {"color", stop.color}});
-  json marks = json::array();
-  for (const HeatMapMark& mark : legend.marks)
-    marks.push_back({{"description", mark.description}, {"color", mark.color}});
-  return {{"stops", stops}, {"marks", marks}};
-}
+ReportData empty_report_data() { return DataBuilder().build({}); }
 
-json report_data(std::span<const Run> runs) {
+ReportData report_data(std::span<const Run> runs) {
   if (std::all_of(runs.begin(), runs.end(), [](const Run& run) { return run.records.empty(); }))
     throw Error(Exit::nothing_measured, "report: the runs have no records yet");
   return DataBuilder().build(runs);

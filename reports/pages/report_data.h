@@ -1,30 +1,39 @@
 #pragma once
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "tuner/results/store.h"
 
 namespace reliefbench {
 
-/// All that the page shows, by index so that thousands of points stay small. Every table is made here by the same
-/// functions as the command line's answers; the page's scripts only draw.
-///   metrics     [{id, unit, lower_is_better, none_is_best, is_column, description}]
+/// What the page shows, by index so that thousands of points stay small. Fronts and picks are made in the page
+/// (assets/decide.js), for they move with its budgets; tests hold them to fronts() and recommend().
+///   metrics     [{id, unit, lower_is_better, none_is_best, is_column, is_seen (as people see errors), description}]
 ///   techniques  [{id, description}], in the registry's order
-///   scenes      [id]
+///   scenes      [{id, frame_px [width, height], texel_px (how many pixels a texel covers, or null)}]
 ///   groups      [{run, backend, device, label}]: one device of one run
-///   points      [{group, scene, technique, id, params, time_ns [median, ci_low, ci_high], samples, coverage
-///               (of the interval, as text), timer, errors [a value or null a metric], breaks [constraint],
-///               memory_bytes, bake_ns, first_draw_ns}]: ok ones
-///   fronts      [{metric, fronts [{group, scene, points [{point, equivalents [point]}]}]}], a row a metric
-///   answers     [{group, scene, pick, tie, runner_up, simplest, flat, nearest (points or null), miss, pictures}]
-///   images      [data URI]
-///   heat_map    {stops [{e_xy, color}], marks [{description, color}]}
-///   runs        [{folder, info (run.json without the config), budgets, constraints, statuses}]
+///   settings    [{key, technique, name, params [[name, value]], features (how many)}]
+///   points      [{group, scene, setting, id, mark, time_ns [median, ci_low, ci_high], samples, coverage (of the
+///               interval, as text), timer, errors [a value or null a metric], memory_bytes, bake_ns, first_draw_ns,
+///               pictures ({frame, reference, error, taps}: index or null; absent where there is none)}]: ok ones
+///   effects     [{group, axis, from, to, pairs, coverage, time [median, ci_low, ci_high], errors [the same or null]}]
+///   fleet       as `choose` tells it, of at most kFleetSettings settings; {refusal} where it can't; null: one place
+///   heat_map    {stops [{value, color}], marks [{description, color}]}
+///   taps_map    the same
+///   runs        [{folder, info (run.json without the config), budgets, constraints, filter_notes, statuses}]
 ///   front_metric  id of the metric shown first
-/// make_report adds `stress`, as load_stress gives it, where it is asked for.
-/// throws: Error(nothing_measured): the runs have no records; Error(bad_input): a metric or budget that is unknown
-[[nodiscard]] nlohmann::json report_data(std::span<const Run> runs);
+/// A budget is {metric, limit, text}. make_report adds `stress`, as load_stress gives it, where it is asked for.
+struct ReportData {
+  nlohmann::json data;
+  std::vector<std::string> images;  ///< data URIs. Of a setting in a scene, those of the first device that has them
+};
+/// throws: Error(nothing_measured): the runs have no records; Error(bad_input): a metric, budget or setting that is
+///         unknown
+[[nodiscard]] ReportData report_data(std::span<const Run> runs);
+inline constexpr std::size_t kFleetSettings = 12;
 
-[[nodiscard]] nlohmann::json heat_map_json();  ///< `heat_map` above
+[[nodiscard]] ReportData empty_report_data();  ///< of no run: for pages that have something else to tell
 
 }  // namespace reliefbench

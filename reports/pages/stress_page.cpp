@@ -75,9 +75,9 @@ json load_stress(const fs::path& folder) {
 }
 
 void write_stress_page(const fs::path& folder, const fs::path& output) {
-  json data = load_stress(folder);
-  data["heat_map"] = heat_map_json();
-  write_output(output, fill_page(kStressPage, data));
+  json data = empty_report_data().data;
+  data["stress"] = load_stress(folder);
+  write_output(output, fill_page(kReportFile, data));
 }
 
 }  // namespace reliefbench

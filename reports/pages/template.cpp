@@ -38,9 +38,14 @@ std::string bundle(std::string_view name, std::set<std::string, std::less<>>& se
   return imported + own;
 }
 
-// The template names what goes where: {{data}}, or an asset by its file name. Of what is put in, only parts of pages
-// (.html) are templates themselves.
-std::string fill_template(std::string_view page, std::string_view data) {
+struct PageTexts {
+  std::string data;
+  std::string images;
+};
+
+// The template names what goes where: {{data}}, {{images}}, or an asset by its file name. Of what is put in, only parts
+// of pages (.html) are templates themselves.
+std::string fill_template(std::string_view page, const PageTexts& texts) {
   std::string html;
   for (;;) {
     const std::size_t open = page.find("{{");
@@ -50,9 +55,11 @@ std::string fill_template(std::string_view page, std::string_view data) {
     if (close == std::string_view::npos) fail_environment("a page has '{{{{' without '}}}}'");
     const std::string_view name = page.substr(open + 2, close - open - 2);
     if (name == "data") {
-      html += data;
+      html += texts.data;
+    } else if (name == "images") {
+      html += texts.images;
     } else if (name.ends_with(".html")) {
-      html += fill_template(embedded_text(embedded_assets(), name), data);
+      html += fill_template(embedded_text(embedded_assets(), name), texts);
     } else if (name.ends_with(".js")) {
       std::set<std::string, std::less<>> seen;
       html += bundle(name, seen);
@@ -78,8 +85,9 @@ std::string script_safe_json(const nlohmann::json& data) {
 
 }  // namespace
 
-std::string fill_page(std::string_view page, const nlohmann::json& data) {
-  return fill_template(embedded_text(embedded_assets(), page), script_safe_json(data));
+std::string fill_page(std::string_view page, const nlohmann::json& data, const nlohmann::json& images) {
+  return fill_template(embedded_text(embedded_assets(), page),
+                       {.data = script_safe_json(data), .images = script_safe_json(images)});
 }
 
 }  // namespace reliefbench

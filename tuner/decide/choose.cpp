@@ -12,11 +12,13 @@ Simplicity simplicity(const Settings& settings) {
           .technique = static_cast<std::size_t>(&settings.technique() - techniques().data())};
 }
 
-Simplicity simplicity(const Record& record) {
+Settings settings_of(const Record& record) {
   Settings settings(find_technique(record.technique));
   for (const auto& [id, text] : record.params) settings.set(id, text);
-  return simplicity(settings);
+  return settings;
 }
+
+Simplicity simplicity(const Record& record) { return simplicity(settings_of(record)); }
 
 Choice choose(std::span<const Contender> contenders) {
   const auto leader = std::ranges::min_element(contenders, {}, &Contender::high_ns);

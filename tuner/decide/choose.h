@@ -21,7 +21,8 @@ struct Simplicity {
 [[nodiscard]] Simplicity simplicity(const Settings& settings);
 /// Parameters that the record does not name, as those younger than it, have their default.
 /// throws: Error(bad_input): a technique, parameter or value that this registry does not know
-[[nodiscard]] Simplicity simplicity(const Record& record);
+[[nodiscard]] Settings settings_of(const Record& record);
+[[nodiscard]] Simplicity simplicity(const Record& record);  ///< of these settings
 
 /// One of several settings that all do.
 struct Contender {

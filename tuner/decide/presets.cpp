@@ -19,7 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kSeen = "flip";  // the metric that is linear in what is seen
 constexpr double kUnseen = 0.02;            // of the cheapest setting's error: what is less counts as none
 constexpr double kSlack = 1e-9;             // of a level's error, for rounding
 constexpr std::size_t kFewLevels = 3;
@@ -66,7 +65,7 @@ RunQuestion common_question(std::span<const Run> runs, const PresetQuery& query)
 bool has_seen_errors(std::span<const Run> runs) {
   return std::ranges::any_of(runs, [](const Run& run) {
     return std::ranges::any_of(run.records, [](const Record& record) {
-      return record.status == Status::ok && metric_value(record, kSeen).value_or(0) > 0;
+      return record.status == Status::ok && metric_value(record, kSeenMetric).value_or(0) > 0;
     });
   });
 }
@@ -270,7 +269,7 @@ Presets asked_presets(std::span<const Run> runs, const PresetQuery& query) {
   presets.error_metric = query.error_metric.value_or(common.error_metric);
   if (!find_metric(presets.error_metric).lower_is_better)
     fail_input("'{}' is no error: higher is better", presets.error_metric);
-  presets.level_metric = !query.error_metric && has_seen_errors(runs) ? std::string(kSeen) : presets.error_metric;
+  presets.level_metric = !query.error_metric && has_seen_errors(runs) ? std::string(kSeenMetric) : presets.error_metric;
   presets.constraints = query.constraints.value_or(common.constraints);
   if (!query.constraints)
     for (const Budget& budget : common.budgets) {

@@ -14,6 +14,8 @@
 
 namespace reliefbench {
 
+inline constexpr std::string_view kSeenMetric = "flip";  ///< the one that is linear in what is seen
+
 inline constexpr int kPresetStep = 10;  ///< levels are among 0, 10, ..., kBestPreset
 
 /// What presets are to be made by. Where nothing is said: as the runs have it, which must then agree.

@@ -81,6 +81,16 @@ double worst_miss(const Record& record, const Question& question) {
   return std::max(worst, relative_miss(excess_ms, *question.max_time_ms));
 }
 
+/// Of the records that are faster than the pick and miss what is asked, the one that misses least; null: none does.
+const Record* least_miss(std::span<const Record* const> records, const Record& pick, const Question& question) {
+  const Record* least = nullptr;
+  for (const Record* record : records) {
+    if (answers_question(*record, question) || judged_time_ns(*record) >= judged_time_ns(pick)) continue;
+    if (least == nullptr || worst_miss(*record, question) < worst_miss(*least, question)) least = record;
+  }
+  return least;
+}
+
 std::string miss_text(const Record& record, const Question& question) {
   std::string text = miss_of(question.budgets, *record.error).text;
   const double time_ms = judged_time_ns(record) / kNsPerMs;
@@ -121,6 +131,7 @@ Answer answer_of(const RecordGroup& group, const Question& question) {
     return answer;
   }
   set_picks(answer, meeting, question);
+  answer.just_fails = least_miss(all, *answer.pick, question);
   answer.simpler = static_cast<std::size_t>(std::ranges::count_if(
       all, [own = simplicity(*answer.pick)](const Record* record) { return simplicity(*record) < own; }));
   return answer;

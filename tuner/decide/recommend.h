@@ -36,7 +36,9 @@ struct Answer {
   std::size_t simpler = 0;            ///< measured settings that are simpler than the pick, whatever their error
   const Record* flat = nullptr;       ///< the floor of frame time, whatever its error
   const Record* nearest = nullptr;    ///< where pick is null: the one that comes nearest; null: nothing was measured
-  std::string miss{};                 ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
+  /// Where there is a pick: of the settings that are faster and miss a budget, the one that misses least.
+  const Record* just_fails = nullptr;
+  std::string miss{};  ///< where pick is null: "e_xy.p99 is 0.61 where 0.5 is asked"
 };
 
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns

@@ -29,12 +29,14 @@ struct PictureFiles {
   PictureFiles(const std::string& case_id, std::string_view scene, std::string_view backend)
       : frame(image_path(case_id, "frame")),
         error(image_path(case_id, "error")),
+        taps(image_path(case_id, "taps")),
         reference(image_path(reference_image_key(scene, backend, case_id), "frame")) {}
 
-  [[nodiscard]] std::array<fs::path, 3> all() const { return {frame, error, reference}; }
+  [[nodiscard]] std::array<fs::path, 4> all() const { return {frame, error, taps, reference}; }
 
   fs::path frame;
   fs::path error;
+  fs::path taps;
   fs::path reference;  ///< of all cases of the scene
 };
 
@@ -51,14 +53,15 @@ class PictureFolder {
   void add(const fs::path& file, const SceneSpec& scene, std::vector<std::uint8_t> rgba8) {
     if (has(file)) return;
     bytes_ += rgba8.size();
-    waiting_.push_back({.file = file, .scene = &scene.scene, .rgba8 = std::move(rgba8)});
+    waiting_.push_back(
+        {.file = file, .width = scene.scene.width_px, .height = scene.scene.height_px, .rgba8 = std::move(rgba8)});
     if (bytes_ >= kMostWaitingBytes) write();
   }
   void write() {
     work_.split.book(Part::pictures, [&] {
       parallel_for(static_cast<int>(waiting_.size()), 0, [&](int i) {
         const Picture& one = waiting_[static_cast<std::size_t>(i)];
-        write_png(work_.folder / one.file, one.scene->width_px, one.scene->height_px, one.rgba8);
+        write_png(work_.folder / one.file, one.width, one.height, one.rgba8);
       });
     });
     waiting_.clear();
@@ -68,7 +71,8 @@ class PictureFolder {
  private:
   struct Picture {
     fs::path file;
-    const Scene* scene;
+    int width;
+    int height;
     std::vector<std::uint8_t> rgba8;
   };
   const PictureWork& work_;
@@ -77,6 +81,16 @@ class PictureFolder {
 };
 
 }  // namespace
+
+SceneSpec pictured_scene(const SceneSpec& scene) {
+  constexpr int kMostTimes = 4;
+  SceneSpec pictured = scene;
+  const int least = std::min(scene.scene.width_px, scene.scene.height_px);
+  const int times = std::clamp((kPictureSide_px + least - 1) / least, 1, kMostTimes);
+  pictured.scene.width_px *= times;
+  pictured.scene.height_px *= times;
+  return pictured;
+}
 
 std::set<const Record*> pictured_records(std::span<const Record> records, const Config& config, Pictured which) {
   std::set<const Record*> pictured;
@@ -90,7 +104,7 @@ std::set<const Record*> pictured_records(std::span<const Record> records, const 
     for (const FrontPoint& point : front.points) pictured.insert(point.record);
   for (const Answer& answer : recommend(records, {.budgets = config.budgets, .error_metric = config.front_error}))
     for (const Record* record :
-         {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.flat, answer.nearest})
+         {answer.pick, answer.tie, answer.runner_up, answer.simplest, answer.flat, answer.nearest, answer.just_fails})
       if (record != nullptr) pictured.insert(record);
   return pictured;
 }
@@ -113,7 +127,7 @@ void write_pictures(const PictureWork& work, const std::set<const Record*>& pict
     if (c.backend != work.session.device().backend || !ids.contains(id)) continue;
     const PictureFiles files(id, c.scene_id, c.backend);
     if (std::ranges::all_of(files.all(), [&](const fs::path& file) { return folder.has(file); })) continue;
-    const SceneSpec& scene = *std::ranges::find(scenes, c.scene_id, &SceneSpec::id);
+    const SceneSpec scene = pictured_scene(*std::ranges::find(scenes, c.scene_id, &SceneSpec::id));
     Record drawn;
     CasePictures pictures;
     try {
@@ -130,6 +144,7 @@ void write_pictures(const PictureWork& work, const std::set<const Record*>& pict
     }
     folder.add(files.frame, scene, std::move(pictures.frame));
     folder.add(files.error, scene, std::move(pictures.error));
+    folder.add(files.taps, scene, std::move(pictures.taps));
     folder.add(files.reference, scene, std::move(pictures.reference));
   }
   folder.write();

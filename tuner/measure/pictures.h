@@ -11,6 +11,11 @@
 
 namespace reliefbench {
 
+/// Least side of a picture, for people to see something. A scene whose frames are smaller is drawn a whole number of
+/// times as large, at most four times: the same view in more pixels.
+inline constexpr int kPictureSide_px = 512;
+[[nodiscard]] SceneSpec pictured_scene(const SceneSpec& scene);
+
 /// Which cases of a run have pictures in its folder.
 enum class Pictured {
   shown,  ///< what a report shows: the fronts, what is recommended within the run's budgets, and what is held against

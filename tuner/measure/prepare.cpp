@@ -174,6 +174,7 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
     const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
     return CasePictures{.frame = shade_frame(session.backend(), frame.with(shade)),
                         .error = heat_map(scores, width_px, height_px),
+                        .taps = taps_map(pixels_, width_px, height_px),
                         .reference = reference.picture};
   });
 }

@@ -29,6 +29,7 @@ struct PreparedCase {
 struct CasePictures {
   std::vector<std::uint8_t> frame{};      ///< as it is timed
   std::vector<std::uint8_t> error{};      ///< heat_map()
+  std::vector<std::uint8_t> taps{};       ///< taps_map()
   std::vector<std::uint8_t> reference{};  ///< the exact hits, shaded
 };
 

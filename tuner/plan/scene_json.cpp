@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/error.h"
+#include "kernels/image/image.h"
 
 namespace reliefbench {
 namespace {
@@ -80,6 +81,12 @@ Wrap parse_wrap(const std::string& text) {
   return text == "clamp" ? Wrap::clamp : Wrap::repeat;
 }
 
+/// [width, height], each from 1 to `most`.
+bool is_pair_of(const json& sides, int most) {
+  const auto is_side = [&](const json& side) { return side.is_number_integer() && side > 0 && side <= most; };
+  return sides.is_array() && sides.size() == 2 && std::ranges::all_of(sides, is_side);
+}
+
 }  // namespace
 
 json heightmap_json(const HeightmapSpec& spec) {
@@ -101,15 +108,13 @@ json scene_json(const MeasuredScene& scene) {
             {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
             {"frame_px", {s.width_px, s.height_px}}};
   if (s.light != Light{}) j["light"] = light_json(s.light);
+  if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
   return j;
 }
 
 MeasuredScene parse_scene(const json& j) {
   const auto frame_px = member<json>(j, "frame_px");
-  const auto is_side = [](const json& side) {
-    return side.is_number_integer() && side > 0 && side <= kFrameSideMax_px;
-  };
-  if (!frame_px.is_array() || frame_px.size() != 2 || !std::ranges::all_of(frame_px, is_side))
+  if (!is_pair_of(frame_px, kFrameSideMax_px))
     fail_input("'frame_px' of a scene is {}, not [width, height]", frame_px.dump());
   MeasuredScene scene{.spec = {.id = member<std::string>(j, "id"),
                                .heightmap = parse_heightmap(member<json>(j, "heightmap")),
@@ -123,6 +128,12 @@ MeasuredScene parse_scene(const json& j) {
                                          .light = parse_light(j)}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
+  if (const auto sides = j.value("heights_texels", json::array()); !sides.empty()) {
+    if (!is_pair_of(sides, kMaxSide))
+      fail_input("'heights_texels' of a scene is {}, not [width, height]", sides.dump());
+    scene.map_width = sides[0].get<int>();
+    scene.map_height = sides[1].get<int>();
+  }
   if (const SceneKey own = scene_key(scene.heights_sha256, scene.spec.scene); own != scene.key)
     fail_input("scene '{}' has the key {}, but what it says makes {}", scene.spec.id, scene.key.short_text(),
                own.short_text());

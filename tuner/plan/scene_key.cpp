@@ -41,7 +41,11 @@ SceneKey parse_scene_key(std::string_view hex) {
 }
 
 MeasuredScene measured_scene(const SceneSpec& spec, const LoadedHeights& heights) {
-  return {.spec = spec, .heights_sha256 = heights.sha256, .key = scene_key(heights.sha256, spec.scene)};
+  return {.spec = spec,
+          .heights_sha256 = heights.sha256,
+          .key = scene_key(heights.sha256, spec.scene),
+          .map_width = heights.field.width,
+          .map_height = heights.field.height};
 }
 
 std::string heightmap_name(const HeightmapSpec& spec) {

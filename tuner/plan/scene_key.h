@@ -34,6 +34,8 @@ struct MeasuredScene {
   SceneSpec spec;
   std::string heights_sha256;
   SceneKey key;
+  int map_width = 0;  ///< of the heights in texels; 0: a run of before this was written
+  int map_height = 0;
 };
 [[nodiscard]] MeasuredScene measured_scene(const SceneSpec& spec, const LoadedHeights& heights);
 

@@ -185,10 +185,11 @@ class DeviceSource final : public TuneSource {
   /// Tries the pick on the held-out scenes.
   void try_holdout(TuneResult& result) {
     const std::vector<Budget>& budgets = options_.question.max_error.empty() ? config_.budgets : asked();
-    for (const auto& [scene, heights_hash, key] : run_.holdout()) {
+    for (const MeasuredScene& held_out : run_.holdout()) {
+      const SceneSpec& scene = held_out.spec;
       const Case c{.settings = parse_setting(result.pick->setting), .scene_id = scene.id, .backend = options_.backend};
       const std::string id = c.id();
-      HoldoutAnswer answer{.scene = scene.id, .scene_key = key};
+      HoldoutAnswer answer{.scene = scene.id, .scene_key = held_out.key};
       try {
         if (const Record* const record = run_.given_up(id)) throw CaseFailed(*record);
         const TuneRun::Wanted wanted{.spec = c, .scene = &scene};

@@ -1,0 +1,152 @@
+// What Chart.js has no element for: the band of exact zeros, budgets, intervals of the front, its numbers and name, and
+// rings round picks and pins.
+
+import {withAlpha} from './marks.js';
+import {byId, data} from './page.js';
+import {placeOfTime} from './plot_axes.js';
+
+const kFont = '11px system-ui, sans-serif';
+
+function drawLine(ctx, color, width, dash, x0, y0, x1, y1) {
+  ctx.strokeStyle = color;
+  ctx.lineWidth = width;
+  ctx.setLineDash(dash);
+  ctx.beginPath();
+  ctx.moveTo(x0, y0);
+  ctx.lineTo(x1, y1);
+  ctx.stroke();
+  ctx.setLineDash([]);
+}
+
+/** A text that is read over lines and dots, too. */
+function drawText(ctx, theme, text, x, y) {
+  ctx.strokeStyle = withAlpha(theme.paper, 0.8);
+  ctx.lineWidth = 3;
+  ctx.strokeText(text, x, y);
+  ctx.fillStyle = theme.ink;
+  ctx.fillText(text, x, y);
+}
+
+function drawBand({ctx, chartArea: area, scales}, {axis, theme}) {
+  if (!axis.band) return;
+  const top = scales.y.getPixelForValue(axis.band.top);
+  ctx.fillStyle = theme.band;
+  ctx.fillRect(area.left, top, area.width, area.bottom - top);
+  ctx.fillStyle = theme.muted;
+  ctx.textAlign = 'left';
+  ctx.textBaseline = 'bottom';
+  ctx.fillText(axis.band.label, area.left + 4, area.bottom - 2);
+}
+
+/** The sides that the budgets forbid are shaded. */
+function drawLimits(ctx, {chartArea: area, scales}, {budgets, theme}) {
+  const {error, time_ns} = budgets;
+  ctx.fillStyle = withAlpha(theme.muted, 0.1);
+  ctx.textBaseline = 'bottom';
+  if (error) {
+    const y = Math.max(area.top, Math.min(area.bottom, scales.y.getPixelForValue(error.place)));
+    ctx.fillRect(area.left, area.top, area.width, y - area.top);
+    drawLine(ctx, theme.accent, 1.5, [6, 4], area.left, y, area.right, y);
+    ctx.fillStyle = theme.accent;
+    ctx.textAlign = 'right';
+    ctx.fillText(error.text, area.right - 4, y - 3 < area.top + 12 ? y + 14 : y - 3);
+  }
+  if (time_ns === null) return;
+  const x = Math.max(area.left, Math.min(area.right, scales.x.getPixelForValue(placeOfTime(time_ns))));
+  ctx.fillStyle = withAlpha(theme.muted, 0.1);
+  ctx.fillRect(x, area.top, area.right - x, area.bottom - area.top);
+  drawLine(ctx, theme.accent, 1.5, [6, 4], x, area.top, x, area.bottom);
+}
+
+function placeOf({scales}, axis, index, metric) {
+  const point = data.points[index];
+  return {
+    x: scales.x.getPixelForValue(placeOfTime(point.time_ns[0])),
+    y: scales.y.getPixelForValue(axis.place(point.errors[metric])),
+    low: scales.x.getPixelForValue(placeOfTime(point.time_ns[1])),
+    high: scales.x.getPixelForValue(placeOfTime(point.time_ns[2])),
+  };
+}
+
+function drawInterval({ctx}, {low, high, y}, color) {
+  drawLine(ctx, color, 1, [], low, y, high, y);
+  for (const x of [low, high]) drawLine(ctx, color, 1, [], x, y - 3, x, y + 3);
+}
+
+function ring(ctx, {x, y}, radius, width, color) {
+  ctx.strokeStyle = color;
+  ctx.lineWidth = width;
+  ctx.beginPath();
+  ctx.arc(x, y, radius, 0, 2 * Math.PI);
+  ctx.stroke();
+}
+
+/** Where a front ends its name stands; its points are numbered as the strip of pictures numbers them. */
+function drawFrontNames(chart, {fronts, axis, metric, theme}) {
+  const {ctx, chartArea: area} = chart;
+  const taken = [];
+  for (const {indices, label, isNumbered} of fronts) {
+    if (indices.length === 0) continue;
+    indices.forEach((index, at) => {
+      const place = placeOf(chart, axis, index, metric);
+      drawInterval(chart, place, theme.ink);
+      if (!isNumbered || taken.some(([x, y]) => Math.hypot(x - place.x, y - place.y) < 14)) return;
+      taken.push([place.x, place.y]);
+      ctx.textAlign = 'right';
+      ctx.textBaseline = 'top';
+      drawText(ctx, theme, String(at + 1), place.x - 6, place.y + 4);
+    });
+    const first = placeOf(chart, axis, indices[0], metric);
+    ctx.textAlign = 'left';
+    ctx.textBaseline = 'bottom';
+    ctx.font = `600 ${kFont}`;
+    const width = ctx.measureText(label).width;
+    let y = Math.max(area.top + 12, first.y - 8);
+    while (taken.some(([tx, ty]) => Math.abs(ty - y) < 12 && tx === -1)) y += 13;
+    taken.push([-1, y]);
+    drawText(ctx, theme, label, Math.min(first.x + 8, area.right - width - 4), y);
+    ctx.font = kFont;
+  }
+}
+
+/** What moves with the budgets and pins, on a canvas of its own: thousands of dots need not be drawn anew for it. */
+export function drawOverlay(chart, options) {
+  const {axis, metric, theme} = options;
+  const overlay = /** @type {HTMLCanvasElement} */ (byId('plot-overlay'));
+  const {canvas} = chart;
+  [overlay.width, overlay.height] = [canvas.width, canvas.height];  // clears it, too
+  Object.assign(overlay.style, {width: canvas.style.width, height: canvas.style.height});
+  const ctx = overlay.getContext('2d');
+  ctx.scale(chart.currentDevicePixelRatio, chart.currentDevicePixelRatio);
+  ctx.font = kFont;
+  drawLimits(ctx, chart, options);
+  for (const index of options.picks) ring(ctx, placeOf(chart, axis, index, metric), 9, 2, theme.accent);
+  if (options.active !== null) ring(ctx, placeOf(chart, axis, options.active, metric), 7, 2.5, theme.ink);
+  options.pins.forEach((index, at) => {
+    const place = placeOf(chart, axis, index, metric);
+    ring(ctx, place, 11.5, 2, theme.ink);
+    ctx.textAlign = 'left';
+    ctx.textBaseline = 'middle';
+    drawText(ctx, theme, 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'[at % 26], place.x + 14, place.y);
+  });
+}
+
+/** options: {axis, metric, theme, fronts, budgets, picks, pins, active} */
+export const plotMarks = {
+  id: 'plotMarks',
+  beforeDatasetsDraw(chart, _args, {marks}) {
+    const {ctx} = chart;
+    ctx.save();
+    ctx.font = kFont;
+    drawBand(chart, marks());
+    ctx.restore();
+  },
+  afterDatasetsDraw(chart, _args, {marks}) {
+    const {ctx} = chart;
+    ctx.save();
+    ctx.font = kFont;
+    drawFrontNames(chart, marks());
+    ctx.restore();
+    drawOverlay(chart, marks());
+  },
+};
