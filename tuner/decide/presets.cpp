@@ -256,7 +256,7 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
 double level_limit(double loosest, double least, int quality, const Presets& presets) {
   const double share = static_cast<double>(quality) / kBestPreset;
   const double seen = std::max(least, kUnseen * loosest);
-  const bool is_linear = presets.level_metric == kSeen;
+  const bool is_linear = presets.level_metric == kSeenMetric;
   if (!is_linear && loosest <= 0) return 0;
   const double limit =
       is_linear ? std::lerp(loosest, seen, share) : std::exp(std::lerp(std::log(loosest), std::log(seen), share));
