@@ -7,19 +7,17 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kTapsOfTexel = 64;  // the ramp of 1/64 to 16 texels is one of 1 to 1024 taps
-
-/// A share of a whole number of texels as people write it: "1/64", "16".
+/// A power of two as people write it: "1/64", "16".
 std::string octave_text(double value) {
   return value < 1 ? fmt::format("1/{:.0f}", 1 / value) : fmt::format("{:.0f}", value);
 }
 
 std::vector<std::uint8_t> taps_picture(const OverlayPixels& pixels) {
-  std::vector<PixelScore> as_error(pixels.taps.size());
-  for (std::size_t i = 0; i < as_error.size(); ++i)
-    as_error[i] = {.e_xy = static_cast<float>(pixels.taps[i] / kTapsOfTexel),
-                   .verdict = pixels.taps[i] < 0 ? Verdict::no_ray : Verdict::good};
-  return heat_map(as_error, pixels.width_px, pixels.height_px);
+  std::vector<ScorePixel> found(pixels.taps.size());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    found[i] = {.status = static_cast<float>(pixels.taps[i] < 0 ? PixelStatus::no_ray : PixelStatus::hit),
+                .taps = pixels.taps[i]};
+  return taps_map(found, pixels.width_px, pixels.height_px);
 }
 
 bool is_mark_over_frame(Verdict verdict) { return verdict == Verdict::missed || verdict == Verdict::unconverged; }
@@ -41,21 +39,18 @@ std::vector<std::uint8_t> overlay_picture(Overlay overlay, const OverlayPixels& 
 }
 
 OverlayLegend overlay_legend(Overlay overlay) {
-  const HeatMapLegend colors = heat_map_legend();
   OverlayLegend legend;
   if (overlay == Overlay::none) return legend;
   const bool is_taps = overlay == Overlay::taps;
+  const HeatMapLegend colors = is_taps ? taps_map_legend() : heat_map_legend();
   legend.title = is_taps ? "texture taps a pixel" : "error of the hit, texels";
   if (overlay == Overlay::missed)
     legend.title = "hits that failed";
   else
     for (const HeatMapStop& stop : colors.stops)
-      legend.ramp.push_back({.color = stop.color, .text = octave_text(stop.e_xy * (is_taps ? kTapsOfTexel : 1))});
+      legend.ramp.push_back({.color = stop.color, .text = octave_text(stop.value)});
   for (const HeatMapMark& mark : colors.marks) {
-    const bool is_shown = is_taps                      ? mark.verdict == Verdict::no_ray
-                          : overlay == Overlay::missed ? is_mark_over_frame(mark.verdict)
-                                                       : true;
-    if (is_shown) legend.marks.push_back({.color = mark.color, .text = std::string(mark.description)});
+    if (overlay != Overlay::missed || is_mark_over_frame(mark.verdict)) legend.marks.push_back({.color = mark.color, .text = std::string(mark.description)});
   }
   return legend;
 }
