@@ -28,7 +28,7 @@ enum class Reason {
   control_drift,       ///< ... but the control case moved beyond the threshold, so the device was in another state
   different_driver,    ///< ... but the drivers differ, too
   too_few_samples,     ///< unclear: the interval is so wide that it would span the threshold round a ratio of 1
-  shift_between_runs,  ///< ... because cases shift from run to run: more runs would narrow it, more samples not
+  shift_between_runs,  ///< ... for the most part as cases shift from run to run: more runs would narrow it, not samples
   interval_spans_threshold,  ///< unclear: narrow enough, but the ratio is near the threshold
   chance_not_excluded,       ///< unclear: the interval excludes 1, but one of so many does so by chance
   remeasured,                ///< same, faster, slower: by a re-run in turns

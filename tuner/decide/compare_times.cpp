@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "tuner/decide/case_groups.h"
@@ -111,7 +112,8 @@ Reason reason_of(const TimeChange& change, const CompareOptions& options) {
   const double margin = std::log(change.ratio.high / change.ratio.low) / 2;
   if (change.ratio.low > 1 || change.ratio.high < 1) return Reason::chance_not_excluded;
   if (margin <= limit) return Reason::interval_spans_threshold;
-  return change.shift_margin > limit ? Reason::shift_between_runs : Reason::too_few_samples;
+  const bool is_shift = change.shift_margin > limit && change.shift_margin > margin / std::numbers::sqrt2;
+  return is_shift ? Reason::shift_between_runs : Reason::too_few_samples;
 }
 
 std::vector<CaseTraits> traits_of(std::span<const CaseMatch> matches) {
