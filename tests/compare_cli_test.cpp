@@ -25,7 +25,8 @@ using testing::Not;
 
 std::string config_text(int seed, int samples) {
   return fmt::format(R"({{"name": "power", "seed": {},
-    "scenes": [{{"heightmap": {{"source": "fbm", "width": 32, "height": 32}}, "views": "oblique", "frame_px": [32, 32]}}],
+    "scenes": [{{"heightmap": {{"source": "fbm", "width": 32, "height": 32}}, "views": "oblique",
+                 "frame_px": [32, 32]}}],
     "measure": {{"samples": {}, "batch_ms": 0.5, "warmup_batches_max": 2, "control_every": 4, "block_cases": 32}},
     "sweeps": [
       {{"technique": "flat"}},
@@ -122,7 +123,7 @@ TEST_F(CompareCliTest, builds_that_differ_need_both_binaries) {
   std::filesystem::copy(folder_ / "base", folder_ / "new", std::filesystem::copy_options::recursive);
   json info = json::parse(file_text(folder_ / "new/run.json"));
   info["git_sha"] = "another";
-  info["host"]["governor"] = "<hostile> & \"|`";
+  info["host"]["kernel"] = "<hostile> & \"|`";
   std::ofstream(folder_ / "new/run.json") << info.dump();
   CommandResult result = run({"compare", "base", "new", "--rerun"});
   EXPECT_EQ(result.exit_code, 2);
@@ -131,7 +132,7 @@ TEST_F(CompareCliTest, builds_that_differ_need_both_binaries) {
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.out, AllOf(HasSubstr("git sha"), HasSubstr("another")));
   result = run({"compare", "base", "new", "--markdown"});
-  EXPECT_THAT(result.out, AllOf(HasSubstr("| same | same\\_measurement |"), HasSubstr("\\<hostile\\>")));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("| same | same_measurement |"), HasSubstr("\\<hostile\\>")));
 }
 
 TEST_F(CompareCliTest, another_driver_is_named_where_that_is_asked) {

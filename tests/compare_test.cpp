@@ -174,6 +174,12 @@ TEST(Compare, a_verdict_has_its_reason) {
             kFewCases / 2);
   EXPECT_GT(reasons_of({.seed = 1, .noise = 0.045}, {.seed = 2, .noise = 0.045})[Reason::interval_spans_threshold], 3);
   EXPECT_EQ(reasons_of({.seed = 1}, {.seed = 2, .slow_cases = 5, .device_speed = 2})[Reason::control_drift], 5);
+  // No more than the control case's own move: that may be what these cases felt of it. Beyond it: a change.
+  const StoredRun base = synthetic_run({.seed = 1});
+  const StoredRun other_state = synthetic_run({.seed = 2, .slow_cases = 5, .device_speed = 2});
+  EXPECT_EQ(count(compare_runs(base, other_state, {}), Change::slower), 0);
+  const StoredRun far_slower = synthetic_run({.seed = 2, .slow_cases = 5, .slowdown = 1.5, .device_speed = 1.2});
+  EXPECT_EQ(count(compare_runs(base, far_slower, {}), Change::slower), 5);
 }
 
 TEST(Compare, a_run_and_itself_are_the_same_however_noisy) {

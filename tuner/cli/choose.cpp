@@ -10,9 +10,11 @@
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/loss_text.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/decide/fleet.h"
+#include "tuner/decide/hardware.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/run_question.h"
 
@@ -79,12 +81,7 @@ std::vector<FleetRun> runs_of(const ChooseArguments& arguments) {
 /// "3.1 % [2.2, 4.0]", or an excess of error, which is exact.
 std::string loss_text(const Loss& loss, const FleetOptions& options) {
   if (options.max_time_ms) return fmt::format("+{}", format_number(loss.value));
-  return fmt::format("{:.1f} % [{:.1f}, {:.1f}]", 100 * loss.value, 100 * loss.low, 100 * loss.high);
-}
-
-/// "A", "B", ...: what a place is called in the table of them all.
-std::string letter_of(std::size_t place) {
-  return place < 26 ? std::string(1, static_cast<char>('A' + place)) : std::to_string(place);
+  return time_loss_text(loss);
 }
 
 void print_places(const Fleet& fleet, const FleetOptions& options, const Names& names) {
@@ -92,19 +89,19 @@ void print_places(const Fleet& fleet, const FleetOptions& options, const Names& 
   std::vector<std::vector<std::string>> rows = {
       {"", "place", "the pick's time", options.max_time_ms ? options.error_metric : "slower by"}};
   for (std::size_t p = 0; p < fleet.places.size(); ++p)
-    rows.push_back({letter_of(p), place_text(fleet.places[p], fleet.places), format_time_ns(pick.losses[p].time_ns),
+    rows.push_back({column_letter(p), place_text(fleet.places[p], fleet.places), format_time_ns(pick.losses[p].time_ns),
                     loss_text(pick.losses[p], options)});
   put("\n{}\n", columns(rows, "  "));
   for (std::size_t p = 0; p < fleet.places.size(); ++p)
-    put("  {}'s own best: {}\n", letter_of(p),
+    put("  {}'s own best: {}\n", column_letter(p),
         fleet.own[p].settings == pick.settings ? "the pick" : names.setting(setting_id(fleet.own[p].settings)));
 }
 
 void print_transfer(const Fleet& fleet, const FleetOptions& options) {
   std::vector<std::vector<std::string>> rows = {{"best of"}};
-  for (std::size_t p = 0; p < fleet.places.size(); ++p) rows.front().push_back("on " + letter_of(p));
+  for (std::size_t p = 0; p < fleet.places.size(); ++p) rows.front().push_back("on " + column_letter(p));
   for (std::size_t p = 0; p < fleet.places.size(); ++p) {
-    rows.push_back({letter_of(p)});
+    rows.push_back({column_letter(p)});
     for (const std::optional<Loss>& loss : fleet.own[p].losses)
       rows.back().push_back(loss ? loss_text(*loss, options) : "not within, or not measured");
   }
@@ -118,11 +115,11 @@ void print_between_runs(const Fleet& fleet, const Paint& paint) {
   for (std::size_t p = 0; p < fleet.places.size(); ++p) {
     const FleetPlace& place = fleet.places[p];
     if (!place.between_runs)
-      unknown.push_back(letter_of(p));
+      unknown.push_back(column_letter(p));
     else
       put("{}\n", paint.dim(fmt::format("{}: {} runs; a case shifts by {:.2g} % from one to the next without a cause, "
                                         "which is in the intervals.",
-                                        letter_of(p), place.runs.size(), 100 * *place.between_runs)));
+                                        column_letter(p), place.runs.size(), 100 * *place.between_runs)));
   }
   if (!unknown.empty())
     put("{}\n", paint.dim(fmt::format("Of {} there is one run: what shifts a case from run to run is not known there, "

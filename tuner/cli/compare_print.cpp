@@ -60,7 +60,7 @@ void print_times(const Comparison& comparison, bool all, const Names& names, con
 
 void print_doubts(const Comparison& comparison, const std::string& settle, const Paint& paint) {
   for (const std::string& doubt : doubt_texts(comparison)) put("{}\n", "in doubt: " + doubt);
-  if (is_inconclusive(comparison))
+  if (verdict_id(comparison) == "inconclusive")
     put("{}\n", paint.bad("inconclusive: the intervals are too wide to exclude a change that matters"));
   if (settle.empty()) return;
   put("the doubtful cases measured again, in turns, would tell:\n");

@@ -52,7 +52,9 @@ json scene_config(const MeasuredScene& scene) {
   const std::string source = heightmap.at("source");
   std::error_code ignored;
   if (fs::exists(source, ignored)) heightmap["source"] = fs::absolute(source).string();
-  if (!heightmap.contains("seed")) heightmap["name"] = heightmap_part(scene.spec.id);
+  heightmap["name"] = heightmap_part(scene.spec.id);
+  if (heightmap.contains("seed"))  // a procedural one, which has no channels to choose from
+    for (const char* key : {"channel", "invert", "normalise"}) heightmap.erase(key);
   const json& view = written.at("view");
   const bool is_preset = std::ranges::find(view_presets(), scene.spec.scene.view.id, &View::id) != view_presets().end();
   json config = {{"heightmap", heightmap},

@@ -9,6 +9,7 @@
 #include "kernels/base/atomic_file.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/loss_text.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/decide/hardware.h"
@@ -64,8 +65,7 @@ void print_common(const Presets& presets, const Names& names, const Paint& paint
   for (const CommonLevel& level : common.levels) {
     std::vector<std::string>& row = rows.emplace_back();
     row = {fmt::format("{}", level.quality), format_number(level.level_error)};
-    for (const Loss& loss : level.losses)
-      row.push_back(fmt::format("{:.1f} % [{:.1f}, {:.1f}]", 100 * loss.value, 100 * loss.low, 100 * loss.high));
+    for (const Loss& loss : level.losses) row.push_back(time_loss_text(loss));
     row.push_back(names.setting(setting_id(level.losses.front().row->settings)));
   }
   put("{}", columns(rows, "  "));

@@ -27,6 +27,16 @@ std::string time_row(const std::string& what, std::size_t cases, const TimeChang
                      is_told ? "**" : "", change_id(change.change), is_told ? "**" : "", reason_id(change.reason));
 }
 
+/// A case by its setting's short name; by its id where this registry does not know it.
+std::string case_text(const std::string& case_id) {
+  try {
+    const Case spec = parse_case(case_id);
+    return fmt::format("{} in {}, {}", named(spec.settings), spec.scene_id, spec.backend);
+  } catch (const Error&) {
+    return case_id;
+  }
+}
+
 std::string environment_table(std::span<const EnvironmentDifference> differences,
                               std::span<const std::string> columns) {
   if (differences.empty()) return "";
@@ -95,14 +105,15 @@ std::string compare_markdown(const Comparison& comparison, std::string_view base
     std::size_t rows = 0;
     for (const CaseChange& one : comparison.cases) {
       if (one.change != Change::slower && one.change != Change::faster) continue;
-      if (++rows <= kMostMarkdownRows) text += time_row(one.case_id, 1, one);
+      if (++rows <= kMostMarkdownRows) text += time_row(case_text(one.case_id), 1, one);
     }
     if (rows > kMostMarkdownRows) text += fmt::format("\nand {} changed cases more\n", rows - kMostMarkdownRows);
   }
   std::size_t worse = 0;
   for (const ErrorChange& error : comparison.errors) {
     if (!error.worse || ++worse > kMostMarkdownRows) continue;
-    text += fmt::format("\n- **worse** {} of {}", markdown_escaped(error.metric), markdown_escaped(error.case_id));
+    text += fmt::format("\n- **worse** {} of {}", markdown_escaped(error.metric),
+                        markdown_escaped(case_text(error.case_id)));
   }
   if (worse > kMostMarkdownRows) text += fmt::format("\n- and {} worse errors more", worse - kMostMarkdownRows);
   for (const std::string& lost : comparison.lost) text += fmt::format("\n- **lost** {}", markdown_escaped(lost));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "tuner/decide/case_groups.h"
@@ -111,7 +112,8 @@ Reason reason_of(const TimeChange& change, const CompareOptions& options) {
   const double margin = std::log(change.ratio.high / change.ratio.low) / 2;
   if (change.ratio.low > 1 || change.ratio.high < 1) return Reason::chance_not_excluded;
   if (margin <= limit) return Reason::interval_spans_threshold;
-  return change.shift_margin > limit ? Reason::shift_between_runs : Reason::too_few_samples;
+  const bool is_shift = change.shift_margin > limit && change.shift_margin > margin / std::numbers::sqrt2;
+  return is_shift ? Reason::shift_between_runs : Reason::too_few_samples;
 }
 
 std::vector<CaseTraits> traits_of(std::span<const CaseMatch> matches) {
@@ -226,15 +228,27 @@ class TimeComparison {
     return std::abs(std::log(control_ratio)) > std::log(1 + options_.threshold);
   }
 
-  /// What a change rests on besides its own interval.
-  [[nodiscard]] Reason reason_with_doubts(const TimeChange& change) const {
-    const Reason reason = reason_of(change, options_);
-    if (reason != Reason::beyond_chance) return reason;
-    if (!comparison_.drivers.empty()) return Reason::different_driver;
-    const bool has_moved = std::ranges::any_of(comparison_.control_ratio, [&](const auto& control) {
-      return (change.backend.empty() || change.backend == control.first) && has_drifted(control.second);
-    });
-    return has_moved ? Reason::control_drift : reason;
+  /// How far the control case moved, as a log, where that is beyond the threshold; else 0.
+  [[nodiscard]] double control_drift(const TimeChange& change) const {
+    double drift = 0;
+    for (const auto& [backend, ratio] : comparison_.control_ratio)
+      if ((change.backend.empty() || change.backend == backend) && has_drifted(ratio))
+        drift = std::max(drift, std::abs(std::log(ratio)));
+    return drift;
+  }
+
+  /// Takes into account what a change rests on besides its own interval. Where the control case moved, a ratio to it
+  /// that is no larger than that move may be what the cases felt of it otherwise.
+  void add_doubts(TimeChange& change) const {
+    change.reason = reason_of(change, options_);
+    if (change.reason != Reason::beyond_chance) return;
+    if (const double drift = control_drift(change); drift > 0) {
+      change.reason = Reason::control_drift;
+      if (options_.metric == "frame_time" && std::abs(std::log(change.ratio.ratio)) <= drift)
+        change.change = Change::unclear;
+    } else if (!comparison_.drivers.empty()) {
+      change.reason = Reason::different_driver;
+    }
   }
 
   /// Holm's correction within one of three questions: whole, groups, cases. Each has a fixed share of the chance of a
@@ -247,7 +261,7 @@ class TimeComparison {
     for (std::size_t i = 0; i < changes.size(); ++i) {
       changes[i].p = std::min(1.0, corrected[i] / share);
       changes[i].change = judge(changes[i], options_);
-      changes[i].reason = reason_with_doubts(changes[i]);
+      add_doubts(changes[i]);
     }
   }
 

@@ -241,7 +241,8 @@ HardwareComparison compare_hardware(std::span<const FleetRun> runs, const Hardwa
   std::vector<Environment> environments;
   for (const DeviceColumn& column : comparison.columns) {
     environments.push_back(measured_environment(runs[column.runs.front()].info, column.device.backend));
-    if (environments.back().empty()) environments.back().emplace_back("device", column.device.device);
+    if (trait(environments.back(), "device").empty())
+      environments.back().emplace(environments.back().begin(), "device", column.device.device);
     environments.back().emplace(environments.back().begin(), "backend", column.device.backend);
   }
   comparison.environment = environment_differences(environments);
