@@ -19,8 +19,13 @@ struct Opening {
   int height_px = 900;
   bool is_dark = false;
   bool in_real_time = false;  ///< for figures of time; nothing is waited for then
-  bool with_webgpu = false;   ///< on SwiftShader, which is the browser's own
+  bool with_webgpu = false;   ///< on SwiftShader, which is the browser's own; in real time, too: see kHold
 };
+
+/// A script's lines that keep a page from being loaded, and so from being read, until it calls hold.close().
+inline constexpr const char* kHold =
+    "const hold = (() => { const frame = document.createElement('iframe'); document.body.append(frame); "
+    "return frame.contentDocument; })(); hold.open();";
 
 /// Opens pages in headless Chromium, as a reader does: from a file, without a network.
 class InBrowser : public testing::Test {
@@ -67,14 +72,14 @@ class InBrowser : public testing::Test {
   static constexpr int kLeastWidth_px = 500;  ///< of a window; a narrower page is looked at in a frame
 
   [[nodiscard]] std::string open_page(const std::string& purpose, const Opening& opening) const {
-    return output_of(
-        fmt::format("timeout 120 chromium --headless --no-sandbox {7} --disable-quic --disable-dev-shm-usage "
-                    "--no-first-run --disable-background-networking --disable-component-update --disable-sync "
-                    "--enable-logging=stderr --user-data-dir='{0}/profile' --window-size={1},{2} "
-                    "--blink-settings=preferredColorScheme={3} {4} {5} 'file://{0}/page.html#{6}' 2>'{0}/log.txt'",
-                    folder_.path().string(), opening.width_px, opening.height_px, opening.is_dark ? 0 : 1,
-                    opening.in_real_time ? "" : "--virtual-time-budget=10000", purpose, opening.fragment,
-                    opening.with_webgpu ? "--enable-unsafe-webgpu --use-webgpu-adapter=swiftshader" : "--disable-gpu"));
+    return output_of(fmt::format(
+        "timeout 120 chromium --headless --no-sandbox {7} --disable-quic --disable-dev-shm-usage "
+        "--no-first-run --disable-background-networking --disable-component-update --disable-sync "
+        "--enable-logging=stderr --user-data-dir='{0}/profile' --window-size={1},{2} "
+        "--blink-settings=preferredColorScheme={3} {4} {5} 'file://{0}/page.html#{6}' 2>'{0}/log.txt'",
+        folder_.path().string(), opening.width_px, opening.height_px, opening.is_dark ? 0 : 1,
+        opening.in_real_time || opening.with_webgpu ? "" : "--virtual-time-budget=10000", purpose, opening.fragment,
+        opening.with_webgpu ? "--enable-unsafe-webgpu --use-webgpu-adapter=swiftshader" : "--disable-gpu"));
   }
 };
 

@@ -299,6 +299,12 @@ TEST_F(CliTest, the_folder_of_a_tune_is_taken_for_what_it_is) {
   EXPECT_THAT(answer.out, HasSubstr("The fastest with e_xy.p99<=5"));  // what was asked of tune
   EXPECT_THAT(answer.out, HasSubstr("the settings that tune answers with"));
   EXPECT_EQ(answer.out.find("no technique simpler"), std::string::npos);
+  const CommandResult shipped = run({"export", "--tune", "tune", "--for", "unreal", "-o", "shipped", "--json"});
+  EXPECT_EQ(shipped.exit_code, 0) << shipped.err;
+  EXPECT_THAT(shipped.out,
+              ::testing::AllOf(::testing::HasSubstr("\"run\": \"tune\""), ::testing::HasSubstr("\"same_scene\": true"),
+                               ::testing::HasSubstr("unreal/Relief.usf")));
+  EXPECT_EQ(run({"export", "--tune", "nowhere", "-o", "shipped"}).exit_code, 2);
   const CommandResult presets = run({"presets", "tune", "-o", "p.json"});
   EXPECT_EQ(presets.exit_code, 0) << presets.err;
   const nlohmann::json levels = nlohmann::json::parse(file_text(folder_ / "p.json")).at("devices").at(0).at("levels");

@@ -233,7 +233,7 @@ TEST_F(ExportTest, nothing_is_half_written) {
   EXPECT_THROW(write_export(exported, folder_ / "out"), Error);
   EXPECT_EQ(names_in("out"), std::set<std::string>{"settings.json"});
   Export broken = exported;
-  broken.files[1].name = "no/such/folder";
+  broken.files[1].name = broken.files[0].name + "/x";  // a file is no folder
   EXPECT_THROW(write_export(broken, folder_ / "new"), Error);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "new"));
   write_atomically(folder_ / "file", "");

@@ -74,6 +74,16 @@ ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief
       reads_levels(settings) ? "  ray.footprint = pixel_footprint(uv);\n" : "", values);
 }
 
+/// What ships knows how many levels its textures have, which GLSL ES cannot ask for.
+std::string with_known_levels(std::string text, const std::vector<ShippedTexture>& textures) {
+  for (const ShippedTexture& texture : textures) {
+    const std::string call = fmt::format("textureQueryLevels({})", texture.sampler);
+    for (std::size_t at = text.find(call); at != std::string::npos; at = text.find(call))
+      text.replace(at, call.size(), fmt::format("{}", texture.image->levels));
+  }
+  return text;
+}
+
 /// A map's or the sampler's global name in the examples.
 std::string bound_name(std::string_view map) { return fmt::format("bound_{}", map); }
 
@@ -145,6 +155,7 @@ Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
   for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap, kShippedSampler))
     cut.constants[static_cast<int>(constant.id)] = constant.value;
   Pieces pieces = cut_glsl(cut);
+  for (Piece& piece : pieces) piece.text = with_known_levels(std::move(piece.text), shipped.textures);
   pass_maps(pieces, arguments);
   keep_needed(pieces, cut.roots);
   prefix_names(pieces);
