@@ -25,9 +25,9 @@ enum class Reason {
   interval_within_threshold,  ///< same
   same_measurement,           ///< same: both runs hold the very same samples
   beyond_chance,              ///< faster, slower: chance is no explanation for all that was looked at
-  control_drift,       ///< ... but the control case moved beyond the threshold; unclear where it moved as far
-  different_driver,    ///< ... but the drivers differ, too
-  too_few_samples,     ///< unclear: the interval is so wide that it would span the threshold round a ratio of 1
+  control_drift,              ///< ... but the control case moved beyond the threshold; unclear where it moved as far
+  different_driver,           ///< ... but the drivers differ, too
+  too_few_samples,            ///< unclear: the interval is so wide that it would span the threshold round a ratio of 1
   shift_between_runs,  ///< ... for the most part as cases shift from run to run: more runs would narrow it, not samples
   interval_spans_threshold,  ///< unclear: narrow enough, but the ratio is near the threshold
   chance_not_excluded,       ///< unclear: the interval excludes 1, but one of so many does so by chance
