@@ -59,7 +59,7 @@ std::string text_of_file(const fs::path& path) {
 }
 
 fs::path naga_folder() {
-  for (fs::path folder : naga_folders())
+  for (const fs::path& folder : naga_folders())
     if (std::error_code error; fs::is_regular_file(folder / "dist/node.js", error)) return fs::absolute(folder);
   fail_environment("WGSL is written by naga, which is not there: run ./dev setup");
 }

@@ -111,6 +111,7 @@ TextureImage as_floats(const TextureImage& image) {
   floats.texels.clear();
   for (int level = 0; level < image.levels; ++level) {
     std::vector<std::vector<float>> channels;
+    channels.reserve(static_cast<std::size_t>(image.layout.channels));
     for (int c = 0; c < image.layout.channels; ++c) channels.push_back(read_channel(image, c, level));
     std::vector<float> texels;
     for (std::size_t i = 0; i < channels.front().size(); ++i)

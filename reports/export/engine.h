@@ -25,12 +25,12 @@ struct Engine {
   std::string_view language;                 ///< of its files; "": those that are asked for
   std::vector<std::string_view> containers;  ///< of textures, the preferred first
   std::vector<EngineFile> files;
-  std::string_view asset_folder = "";  ///< of its textures and shaders, with `/`
-  std::string_view library_file = "";  ///< the shader library as a file of its own; "": none, or within another
-  std::string_view library_head = "";  ///< a line before it
-  bool v_runs_up = false;              ///< pictures are stored from the bottom
-  bool green_runs_against_v = false;   ///< of its normal maps
-  bool widens_unorm16 = false;         ///< has no 16-bit integer textures
+  std::string_view asset_folder{};    ///< of its textures and shaders, with `/`
+  std::string_view library_file{};    ///< the shader library as a file of its own; "": none, or within another
+  std::string_view library_head{};    ///< a line before it
+  bool v_runs_up = false;             ///< pictures are stored from the bottom
+  bool green_runs_against_v = false;  ///< of its normal maps
+  bool widens_unorm16 = false;        ///< has no 16-bit integer textures
   std::string (*compression)(const TexelLayout& layout) = nullptr;  ///< in its dialogs' words
   std::string (*adapt)(const std::string& library) = nullptr;       ///< to what its language lacks
 };

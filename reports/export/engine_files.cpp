@@ -51,7 +51,7 @@ class Folder {
   /// Stores an image as the engine has it; returns the file's name in the engine's assets.
   std::string store(const TextureImage& image, std::string_view file, const std::string& what) {
     const Container& container = container_for(image, file);
-    const std::string name = fmt::format("{}.{}", file, container.id);
+    std::string name = fmt::format("{}.{}", file, container.id);
     const bool is_turned = engine_.v_runs_up && container.is_top_down;
     files_.files.push_back({.name = fmt::format("{}{}{}", folder_, engine_.asset_folder, name),
                             .what = what,

@@ -189,10 +189,10 @@ std::string with_short_lines(const std::string& text) {
                                     ? std::string::npos
                                     : line.rfind(", ", std::min(code_of(line).size(), kLineEnd) - 2);
       if (comma == std::string::npos || comma <= indent.size()) break;
-      out += line.substr(0, comma + 1) + "\n";
-      line = indent + line.substr(comma + 2);
+      out.append(line, 0, comma + 1).append("\n");
+      line.replace(0, comma + 2, indent);
     }
-    out += line + "\n";
+    out.append(line).append("\n");
   }
   return out;
 }

@@ -131,8 +131,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
   command->add_flag("--json", arguments->json, "settings.json on standard output");
   command->footer(
       "Writes the map's textures, relief_trace() as shader text, settings.json and a README.md that says what to do "
-      "with "
-      "them; none needs reliefbench.\n"
+      "with\nthem; none needs reliefbench.\n"
       "Heightmap, wrap and relief depth are those that the setting was measured with; another heightmap is refused.\n"
       "Examples:\n"
       "  reliefbench export --presets presets.json --quality 50 --backend vulkan -o shipped\n"
