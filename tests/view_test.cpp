@@ -167,6 +167,8 @@ TEST_F(ViewCommandTest, a_run_that_is_no_help_is_refused_in_one_line) {
          "has no front of scene 'rocks/top' and backend '*'; it has fbm_32x32/oblique on null");
   of_run({"run", "--backend", "vulkan"}, 2, "has no front of scene '*' and backend 'vulkan'");
   of_run({"run", "--presets", "presets.json", "--quality", "50"}, 2, "run is a run's folder");
+  of_run({"cache"}, 2, "cache: is a folder, but no run's or tune's: it has no run.json");
+  of_run({}, 2, "view needs a HEIGHTMAP, the folder of a run, --presets");
   of_run({"run"}, 3, "--png FILE draws without one");  // it would be shown
 }
 

@@ -40,7 +40,7 @@ void set_style() {
   style.WindowPadding = {8, 6};
   style.FramePadding = {4, 2};
   style.ItemSpacing = {6, 3};
-  style.Colors[ImGuiCol_WindowBg].w = 1;
+  for (const ImGuiCol background : {ImGuiCol_WindowBg, ImGuiCol_PopupBg}) style.Colors[background].w = 1;
 }
 
 WindowSize window_size(const Scene& scene) {

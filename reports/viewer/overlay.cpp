@@ -50,7 +50,8 @@ OverlayLegend overlay_legend(Overlay overlay) {
     for (const HeatMapStop& stop : colors.stops)
       legend.ramp.push_back({.color = stop.color, .text = octave_text(stop.value)});
   for (const HeatMapMark& mark : colors.marks) {
-    if (overlay != Overlay::missed || is_mark_over_frame(mark.verdict)) legend.marks.push_back({.color = mark.color, .text = std::string(mark.description)});
+    if (overlay != Overlay::missed || is_mark_over_frame(mark.verdict))
+      legend.marks.push_back({.color = mark.color, .text = std::string(mark.description)});
   }
   return legend;
 }

@@ -91,10 +91,13 @@ ViewStart view_start(SettingArguments& arguments, bool is_still) {
     arguments.run = std::exchange(arguments.heightmap, "");
     return start_of_run(arguments);
   }
+  if (std::filesystem::is_directory(arguments.heightmap, ignored))
+    fail_input("{}: is a folder, but no run's or tune's: it has no {}", arguments.heightmap, kRunFile);
   if (!arguments.run.empty()) return start_of_run(arguments);
   const bool says_nothing = arguments.presets.empty() && arguments.case_id.empty();
-  if (says_nothing && !is_still && !arguments.heightmap.empty())
-    return {.chosen = {.settings = Settings(find_technique(kPlainTechnique))}};
+  if (says_nothing && arguments.heightmap.empty())
+    fail_input("view needs a HEIGHTMAP, the folder of a run, --presets with --quality, or --case");
+  if (says_nothing && !is_still) return {.chosen = {.settings = Settings(find_technique(kPlainTechnique))}};
   ViewStart start{.chosen = choose_setting(arguments, "view")};
   for (const LoadedPreset& level : start.chosen.levels)
     start.picks.levels.push_back({.settings = level.settings,
