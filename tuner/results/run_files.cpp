@@ -19,7 +19,7 @@ std::filesystem::path image_path(std::string_view key, std::string_view kind) {
 bool is_image_name(std::string_view file_name) {
   if (file_name.find_first_not_of("0123456789abcdef") != kImageDigits) return false;
   const std::string_view rest = file_name.substr(kImageDigits);
-  return rest == "-frame.png" || rest == "-error.png";
+  return rest == "-frame.png" || rest == "-error.png" || rest == "-taps.png";
 }
 
 std::string reference_image_key(std::string_view scene, std::string_view backend, std::string_view case_id) {
