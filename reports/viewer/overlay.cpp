@@ -15,7 +15,8 @@ std::string octave_text(double value) {
 std::vector<std::uint8_t> taps_picture(const OverlayPixels& pixels) {
   std::vector<ScorePixel> found(pixels.taps.size());
   for (std::size_t i = 0; i < found.size(); ++i)
-    found[i] = {.status = static_cast<float>(pixels.taps[i] < 0 ? PixelStatus::no_ray : PixelStatus::hit),
+    found[i] = {.ray = {},
+                .status = static_cast<float>(pixels.taps[i] < 0 ? PixelStatus::no_ray : PixelStatus::hit),
                 .taps = pixels.taps[i]};
   return taps_map(found, pixels.width_px, pixels.height_px);
 }
