@@ -1,2 +1,0 @@
-#define_import_path relief::trace
-@library@
