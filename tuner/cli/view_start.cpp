@@ -30,6 +30,7 @@ Front chosen_front(const Run& run, const RunQuestion& question, const SettingArg
         fmt::format("{}: has no front, nothing in it was measured within its constraints", run.folder.string()));
   const std::string scene = case_scene.empty() ? arguments.scene : case_scene;
   std::vector<std::string> known;
+  known.reserve(all.size());
   for (const Front& front : all) known.push_back(fmt::format("{} on {}", front.scene, front.backend));
   std::erase_if(all, [&](const Front& front) {
     return (!scene.empty() && front.scene != scene) ||
