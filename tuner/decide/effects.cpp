@@ -65,6 +65,7 @@ struct PairsKey {
   std::vector<int> to;
   std::string from_text;  // techniques may give a parameter other choices
   std::string to_text;
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 inside for a pointer
   auto operator<=>(const PairsKey&) const = default;
 };
 
@@ -118,10 +119,11 @@ void gather_group(const RecordGroup& group, std::map<PairsKey, Pairs>& all) {
   for (const std::vector<std::string_view>& axis : axes_of(cases)) {
     // Techniques may have a parameter of one name with different choices: lines are within a technique.
     std::map<const Technique*, Lines> lines;
-    for (const auto& [record, settings] : cases) {
+    for (const auto& measured : cases) {
+      const Settings& settings = measured.second;
       const auto is_active = [&](std::string_view id) { return settings.active(id) != nullptr; };
       if (!std::ranges::all_of(axis, is_active)) continue;
-      AxisCase one{.record = record, .values = {}};
+      AxisCase one{.record = measured.first, .values = {}};
       for (const std::string_view id : axis) one.values.push_back(settings.get(id));
       lines[&settings.technique()][rest_of(settings, axis)].push_back(std::move(one));
     }

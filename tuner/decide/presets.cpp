@@ -19,8 +19,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kUnseen = 0.02;            // of the cheapest setting's error: what is less counts as none
-constexpr double kSlack = 1e-9;             // of a level's error, for rounding
+constexpr double kUnseen = 0.02;  // of the cheapest setting's error: what is less counts as none
+constexpr double kSlack = 1e-9;   // of a level's error, for rounding
 constexpr std::size_t kFewLevels = 3;
 
 /// The newest measurement of each setting, by scene.
