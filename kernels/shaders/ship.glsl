@@ -19,9 +19,8 @@ float pixel_footprint(vec2 uv) {
 // The surface's unit normal in tangent space, from the heights a texel to either side.
 vec3 relief_normal(const vec2 uv, const float relief_depth) {
   vec2 texel = 1.0 / vec2(map_size());
-  vec2 rise = vec2(textureLod(relief_map, uv + vec2(texel.x, 0.0), 0.0).x -
-                       textureLod(relief_map, uv - vec2(texel.x, 0.0), 0.0).x,
-                   textureLod(relief_map, uv + vec2(0.0, texel.y), 0.0).x -
-                       textureLod(relief_map, uv - vec2(0.0, texel.y), 0.0).x);
+  vec2 rise = vec2(
+      textureLod(relief_map, uv + vec2(texel.x, 0.0), 0.0).x - textureLod(relief_map, uv - vec2(texel.x, 0.0), 0.0).x,
+      textureLod(relief_map, uv + vec2(0.0, texel.y), 0.0).x - textureLod(relief_map, uv - vec2(0.0, texel.y), 0.0).x);
   return normalize(vec3(-0.5 * relief_depth * rise / texel, 1.0));
 }

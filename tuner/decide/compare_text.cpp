@@ -88,6 +88,7 @@ std::vector<std::string> doubt_texts(const Comparison& comparison) {
     if (count > 0) order.emplace_back(-count, reason);
   std::ranges::sort(order);
   std::vector<std::string> texts;
+  texts.reserve(order.size());
   for (const auto& [count, reason] : order)
     texts.push_back(fmt::format("{} {}: {}", -count, reason_id(reason), reason_text(reason)));
   return texts;

@@ -129,6 +129,7 @@ void gather_group(const RecordGroup& group, std::map<PairsKey, Pairs>& all) {
     }
     for (const auto& [technique, own] : lines) {
       std::vector<const Param*> params;
+      params.reserve(axis.size());
       for (const std::string_view id : axis) params.push_back(technique->find(id));
       gather(own, params, all);
     }

@@ -34,9 +34,9 @@ std::string frames_text(const json& info) {
 }
 
 struct TraitRow {
-  const char* id;
-  const char* path;  ///< in run.json, or in its device
-  bool of_device;
+  const char* id = nullptr;
+  const char* path = nullptr;  ///< in run.json, or in its device
+  bool of_device = false;
   std::size_t digits = std::string::npos;  ///< of a hash: as many as people are shown
 };
 
