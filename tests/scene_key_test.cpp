@@ -12,6 +12,7 @@
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
 #include "tuner/measure/run_info.h"
+#include "tuner/plan/config_json.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/stages.h"
 
@@ -129,6 +130,33 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   refused("/key", "abc", "is no scene key");
   refused("/view", 1, "'id' is missing");
   EXPECT_THROW((void)parse_scene(nlohmann::json::array()), Error);
+}
+
+// As re-runs and the viewer write it: of any scene, with a preset's view or one of its own.
+TEST(SceneInConfig, is_read_back_as_the_same) {
+  View turned = view_presets()[1];
+  turned.id = "turned";
+  turned.azimuth_deg = 30;
+  for (const View& view : {view_presets()[2], turned}) {
+    const SceneSpec spec{
+        .id = "fbm_32x32/" + view.id,
+        .heightmap = {.source = "fbm", .invert = true, .normalise = true, .width = 32, .height = 32, .seed = 7},
+        .scene = {.view = view,
+                  .relief_depth = 0.2,
+                  .tiling = 3,
+                  .pan = 0.25,
+                  .wrap = Wrap::clamp,
+                  .width_px = 40,
+                  .height_px = 30,
+                  .light = {.elevation_deg = 20, .azimuth_deg = 5, .angular_radius_deg = 1}}};
+    const nlohmann::json config = {{"name", "again"},
+                                   {"scenes", {config_scene_json(spec)}},
+                                   {"sweeps", {config_sweep_json(Settings(find_technique("cone")))}}};
+    const Config read = parse_config(config.dump(), "again.json");
+    ASSERT_EQ(read.scenes.size(), 1U);
+    EXPECT_EQ(heightmap_json(read.scenes[0].heightmap), heightmap_json(spec.heightmap));
+    EXPECT_EQ(scene_key("", read.scenes[0].scene), scene_key("", spec.scene)) << config;
+  }
 }
 
 TEST(StageKeys, know_every_stage_and_every_input) {

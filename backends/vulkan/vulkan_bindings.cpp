@@ -47,13 +47,7 @@ void Bindings::make_pool(std::span<const Draw> frame) {
 VkDescriptorSet Bindings::make_set(const Draw& draw, std::size_t index) {
   const ShaderInterface& shader = shader_of(draw);
   if (shader.samplers.empty() && shader.uniform_blocks.empty()) return VK_NULL_HANDLE;
-  const VkDescriptorSetLayout layout = own<VulkanPipeline>(draw.pipeline, "pipeline").descriptors.get();
-  const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                         .descriptorPool = pool_.get(),
-                                         .descriptorSetCount = 1,
-                                         .pSetLayouts = &layout};
-  VkDescriptorSet set = VK_NULL_HANDLE;
-  vk_check(device_.calls().vkAllocateDescriptorSets(device_.handle(), &info, &set), "vkAllocateDescriptorSets");
+  VkDescriptorSet set = allocate_set(device_, pool_.get(), own<VulkanPipeline>(draw.pipeline, "pipeline"));
 
   const VkDescriptorBufferInfo uniforms{
       .buffer = uniforms_.buffer.get(), .offset = index * stride_, .range = sizeof(FrameUniforms)};

@@ -143,23 +143,31 @@ DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc&
   vk.vkGetImageMemoryRequirements(device.handle(), handle, &needs);
   image.memory = allocate(device, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0);
   vk_check(vk.vkBindImageMemory(device.handle(), handle, image.memory.get(), 0), "vkBindImageMemory");
-  const VkImageViewCreateInfo view_info{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-      .image = handle,
-      .viewType = VK_IMAGE_VIEW_TYPE_2D,
-      .format = desc.format,
-      .subresourceRange = {.aspectMask = desc.aspect, .levelCount = desc.levels, .layerCount = 1}};
-  VkImageView view = VK_NULL_HANDLE;
-  vk_check(vk.vkCreateImageView(device.handle(), &view_info, nullptr, &view), "vkCreateImageView");
-  image.view = {device.logical(), view};
+  image.view = make_view(device, ref_of(image), desc.format);
   return image;
+}
+
+ImageRef ref_of(const DeviceImage& image) {
+  return {.image = image.image.get(), .extent = image.extent, .aspect = image.aspect, .levels = image.levels};
+}
+
+ImageView make_view(const VulkanDevice& device, const ImageRef& image, VkFormat format) {
+  const VkImageViewCreateInfo info{
+      .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+      .image = image.image,
+      .viewType = VK_IMAGE_VIEW_TYPE_2D,
+      .format = format,
+      .subresourceRange = {.aspectMask = image.aspect, .levelCount = image.levels, .layerCount = 1}};
+  VkImageView view = VK_NULL_HANDLE;
+  vk_check(device.calls().vkCreateImageView(device.handle(), &info, nullptr, &view), "vkCreateImageView");
+  return {device.logical(), view};
 }
 
 const ImageUse& drawn_as(VkImageAspectFlags aspect) {
   return aspect == VK_IMAGE_ASPECT_DEPTH_BIT ? kDrawnDepth : kDrawn;
 }
 
-void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
+void transition(const VulkanDevice& device, VkCommandBuffer commands, const ImageRef& image, const ImageUse& from,
                 const ImageUse& to) {
   const VkImageMemoryBarrier barrier{
       .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER,
@@ -169,9 +177,29 @@ void transition(const VulkanDevice& device, VkCommandBuffer commands, const Devi
       .newLayout = to.layout,
       .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
       .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-      .image = image.image.get(),
+      .image = image.image,
       .subresourceRange = {.aspectMask = image.aspect, .levelCount = image.levels, .layerCount = 1}};
   device.calls().vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
+}
+
+void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
+                const ImageUse& to) {
+  transition(device, commands, ref_of(image), from, to);
+}
+
+void record_read(const VulkanDevice& device, VkCommandBuffer commands, const ImageRef& image, const ImageUse& before,
+                 const ImageUse& after, const HostBuffer& into) {
+  const VolkDeviceTable& vk = device.calls();
+  transition(device, commands, image, before, kCopyFrom);
+  const VkBufferImageCopy region = whole_image(image.extent, image.aspect);
+  vk.vkCmdCopyImageToBuffer(commands, image.image, kCopyFrom.layout, into.buffer.get(), 1, &region);
+  transition(device, commands, image, kCopyFrom, after);
+  // The fence alone does not make the copy visible to the host.
+  const VkMemoryBarrier to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
+                                .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
+                                .dstAccessMask = VK_ACCESS_HOST_READ_BIT};
+  vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &to_host, 0,
+                          nullptr, 0, nullptr);
 }
 
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels) {
@@ -191,19 +219,9 @@ std::span<const std::byte> read_texels(const VulkanDevice& device, const DeviceI
   const std::size_t size = std::size_t{image.extent.width} * image.extent.height * bytes_per_texel;
   if (staging.bytes.size() < size)
     staging = make_host_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
-  run_once(device, [&](VkCommandBuffer commands) {
-    const VolkDeviceTable& vk = device.calls();
-    transition(device, commands, image, drawn_as(image.aspect), kCopyFrom);
-    const VkBufferImageCopy region = whole_image(image.extent, image.aspect);
-    vk.vkCmdCopyImageToBuffer(commands, image.image.get(), kCopyFrom.layout, staging.buffer.get(), 1, &region);
-    transition(device, commands, image, kCopyFrom, drawn_as(image.aspect));
-    // The fence alone does not make the copy visible to the host.
-    const VkMemoryBarrier to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                  .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
-                                  .dstAccessMask = VK_ACCESS_HOST_READ_BIT};
-    vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &to_host, 0,
-                            nullptr, 0, nullptr);
-  });
+  const ImageUse& drawn = drawn_as(image.aspect);
+  run_once(device,
+           [&](VkCommandBuffer commands) { record_read(device, commands, ref_of(image), drawn, drawn, staging); });
   return staging.bytes.first(size);
 }
 

@@ -23,11 +23,13 @@ struct DeviceBuffer {
 };
 [[nodiscard]] DeviceBuffer make_device_buffer(const VulkanDevice& device, std::size_t size, VkBufferUsageFlags usage);
 
+using ImageView = Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView>;
+
 /// Device-local, optimal tiling.
 struct DeviceImage {
   Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
   Owned<VkImage, &VolkDeviceTable::vkDestroyImage> image;
-  Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView> view;
+  ImageView view;
   VkExtent2D extent{};
   std::uint32_t levels = 1;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
@@ -67,9 +69,26 @@ inline constexpr ImageUse kDrawnDepth{
     VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
 /// How an attachment with this aspect is drawn into.
 [[nodiscard]] const ImageUse& drawn_as(VkImageAspectFlags aspect);
+/// An image, whoever owns it.
+struct ImageRef {
+  VkImage image;
+  VkExtent2D extent;
+  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+  std::uint32_t levels = 1;
+};
+[[nodiscard]] ImageRef ref_of(const DeviceImage& image);
+[[nodiscard]] ImageView make_view(const VulkanDevice& device, const ImageRef& image, VkFormat format);
+
 /// Records the layout transition, with its barrier.
+void transition(const VulkanDevice& device, VkCommandBuffer commands, const ImageRef& image, const ImageUse& from,
+                const ImageUse& to);
+/// ... of all of it.
 void transition(const VulkanDevice& device, VkCommandBuffer commands, const DeviceImage& image, const ImageUse& from,
                 const ImageUse& to);
+/// Records the copy of the first level, tightly packed, to where the host reads it once the commands are done.
+/// before, after: what the image is used for
+void record_read(const VulkanDevice& device, VkCommandBuffer commands, const ImageRef& image, const ImageUse& before,
+                 const ImageUse& after, const HostBuffer& into);
 
 /// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels);

@@ -35,10 +35,17 @@ VkPipelineLayout make_layout(const VulkanDevice& device, VkDescriptorSetLayout s
   return layout;
 }
 
-VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass, const VulkanPipeline& pipeline,
-                                  std::span<const VkPipelineShaderStageCreateInfo> stages) {
-  const VkPipelineVertexInputStateCreateInfo no_vertices{.sType =
-                                                             VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass, VkPipelineLayout layout,
+                                  const PipelineState& state) {
+  const auto stage = [&state](VkShaderStageFlagBits bit, const ShaderModule& module) {
+    return VkPipelineShaderStageCreateInfo{.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                                           .stage = bit,
+                                           .module = module.get(),
+                                           .pName = "main",
+                                           .pSpecializationInfo = state.constants};
+  };
+  const std::array stages = {stage(VK_SHADER_STAGE_VERTEX_BIT, state.vertex),
+                             stage(VK_SHADER_STAGE_FRAGMENT_BIT, state.fragment)};
   const VkPipelineInputAssemblyStateCreateInfo triangles{
       .sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
       .topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST};
@@ -51,13 +58,9 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass,
       .lineWidth = 1};
   const VkPipelineMultisampleStateCreateInfo one_sample{
       .sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO, .rasterizationSamples = VK_SAMPLE_COUNT_1_BIT};
-  constexpr VkPipelineColorBlendAttachmentState kOverwrite{.colorWriteMask =
-                                                               VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT |
-                                                               VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT};
-  const std::vector overwrite(pipeline.target.attachments.size(), kOverwrite);
   const VkPipelineColorBlendStateCreateInfo blend{.sType = VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO,
-                                                  .attachmentCount = static_cast<std::uint32_t>(overwrite.size()),
-                                                  .pAttachments = overwrite.data()};
+                                                  .attachmentCount = static_cast<std::uint32_t>(state.blending.size()),
+                                                  .pAttachments = state.blending.data()};
   const VkPipelineDepthStencilStateCreateInfo nearest{
       .sType = VK_STRUCTURE_TYPE_PIPELINE_DEPTH_STENCIL_STATE_CREATE_INFO,
       .depthTestEnable = VK_TRUE,
@@ -70,15 +73,15 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass,
   const VkGraphicsPipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_GRAPHICS_PIPELINE_CREATE_INFO,
                                           .stageCount = static_cast<std::uint32_t>(stages.size()),
                                           .pStages = stages.data(),
-                                          .pVertexInputState = &no_vertices,
+                                          .pVertexInputState = &state.vertices,
                                           .pInputAssemblyState = &triangles,
                                           .pViewportState = &viewport,
                                           .pRasterizationState = &rasterization,
                                           .pMultisampleState = &one_sample,
-                                          .pDepthStencilState = pipeline.target.has_depth ? &nearest : nullptr,
+                                          .pDepthStencilState = state.has_depth ? &nearest : nullptr,
                                           .pColorBlendState = &blend,
                                           .pDynamicState = &dynamic,
-                                          .layout = pipeline.layout.get(),
+                                          .layout = layout,
                                           .renderPass = pass};
   VkPipeline handle = VK_NULL_HANDLE;
   // No pipeline cache: the time to compile is measured.
@@ -108,6 +111,26 @@ void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string
   vk_check(device.instance().set_object_name()(device.handle(), &info), "vkSetDebugUtilsObjectNameEXT");
 }
 
+PipelineHandles make_handles(const VulkanDevice& device, VkRenderPass pass, const ShaderInterface& shader,
+                             const PipelineState& state) {
+  PipelineHandles handles;
+  handles.descriptors = {device.logical(), make_descriptor_layout(device, shader)};
+  handles.layout = {device.logical(), make_layout(device, handles.descriptors.get())};
+  handles.handle = {device.logical(), make_graphics_pipeline(device, pass, handles.layout.get(), state)};
+  return handles;
+}
+
+VkDescriptorSet allocate_set(const VulkanDevice& device, VkDescriptorPool pool, const PipelineHandles& pipeline) {
+  const VkDescriptorSetLayout layout = pipeline.descriptors.get();
+  const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+                                         .descriptorPool = pool,
+                                         .descriptorSetCount = 1,
+                                         .pSetLayouts = &layout};
+  VkDescriptorSet set = VK_NULL_HANDLE;
+  vk_check(device.calls().vkAllocateDescriptorSets(device.handle(), &info, &set), "vkAllocateDescriptorSets");
+  return set;
+}
+
 std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRenderPass pass, const PipelineDesc& desc) {
   auto pipeline = std::make_unique<VulkanPipeline>();
   pipeline->target = desc.target;
@@ -125,17 +148,14 @@ std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRend
                                        .pMapEntries = entries.data(),
                                        .dataSize = desc.constants.size() * sizeof(SpecConstant),
                                        .pData = desc.constants.data()};
-  const auto stage = [&constants](VkShaderStageFlagBits bit, const ShaderModule& module) {
-    return VkPipelineShaderStageCreateInfo{.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                           .stage = bit,
-                                           .module = module.get(),
-                                           .pName = "main",
-                                           .pSpecializationInfo = &constants};
-  };
-  const std::array stages = {stage(VK_SHADER_STAGE_VERTEX_BIT, vertex), stage(VK_SHADER_STAGE_FRAGMENT_BIT, fragment)};
-  pipeline->descriptors = {device.logical(), make_descriptor_layout(device, pipeline->shader)};
-  pipeline->layout = {device.logical(), make_layout(device, pipeline->descriptors.get())};
-  pipeline->handle = {device.logical(), make_graphics_pipeline(device, pass, *pipeline, stages)};
+  constexpr VkPipelineColorBlendAttachmentState kOverwrite{.colorWriteMask = kAllComponents};
+  const std::vector overwrite(desc.target.attachments.size(), kOverwrite);
+  static_cast<PipelineHandles&>(*pipeline) = make_handles(device, pass, pipeline->shader,
+                                                          {.vertex = vertex,
+                                                           .fragment = fragment,
+                                                           .constants = &constants,
+                                                           .blending = overwrite,
+                                                           .has_depth = desc.target.has_depth});
   set_name(device, pipeline->handle.get(), desc.label);
   return pipeline;
 }

@@ -11,13 +11,36 @@ using ShaderModule = Owned<VkShaderModule, &VolkDeviceTable::vkDestroyShaderModu
 /// For debuggers; nothing without debug.
 void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string& label);
 
-/// A pipeline with what its shaders read.
-struct VulkanPipeline final : Pipeline {
-  Target target;
-  ShaderInterface shader;
+/// A pipeline's handles.
+struct PipelineHandles {
   Owned<VkDescriptorSetLayout, &VolkDeviceTable::vkDestroyDescriptorSetLayout> descriptors;
   Owned<VkPipelineLayout, &VolkDeviceTable::vkDestroyPipelineLayout> layout;
   Owned<VkPipeline, &VolkDeviceTable::vkDestroyPipeline> handle;
+};
+/// What pipelines differ in beside what their shaders read. All draw triangles, whole, whatever their winding; viewport
+/// and scissor are set by commands.
+struct PipelineState {
+  const ShaderModule& vertex;
+  const ShaderModule& fragment;
+  const VkSpecializationInfo* constants = nullptr;  ///< of both stages
+  VkPipelineVertexInputStateCreateInfo vertices{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
+  std::span<const VkPipelineColorBlendAttachmentState> blending{};  ///< an attachment each
+  bool has_depth = false;                                           ///< nearest wins
+};
+inline constexpr VkColorComponentFlags kAllComponents =
+    VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
+/// shader: of both stages together
+[[nodiscard]] PipelineHandles make_handles(const VulkanDevice& device, VkRenderPass pass, const ShaderInterface& shader,
+                                           const PipelineState& state);
+
+/// A set that a pipeline's shaders read from; nothing is in it yet.
+[[nodiscard]] VkDescriptorSet allocate_set(const VulkanDevice& device, VkDescriptorPool pool,
+                                           const PipelineHandles& pipeline);
+
+/// A pipeline with what its shaders read.
+struct VulkanPipeline final : Pipeline, PipelineHandles {
+  Target target;
+  ShaderInterface shader;
 };
 /// pass: of the target
 [[nodiscard]] std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRenderPass pass,

@@ -100,15 +100,10 @@ Swapchain::Semaphore Swapchain::make_semaphore() const {
 }
 
 Swapchain::Image Swapchain::make_image(VkImage handle) const {
-  const VkImageViewCreateInfo view_info{
-      .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
-      .image = handle,
-      .viewType = VK_IMAGE_VIEW_TYPE_2D,
-      .format = format_.format,
-      .subresourceRange = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1}};
-  VkImageView view = VK_NULL_HANDLE;
-  vk_check(device_.calls().vkCreateImageView(device_.handle(), &view_info, nullptr, &view), "vkCreateImageView");
-  Image image{.handle = handle, .view = {device_.logical(), view}, .drawn = make_semaphore()};
+  Image image{.handle = handle,
+              .view = make_view(device_, {.image = handle, .extent = extent_}, format_.format),
+              .drawn = make_semaphore()};
+  const VkImageView view = image.view.get();
   const VkFramebufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
                                      .renderPass = pass_.get(),
                                      .attachmentCount = 1,

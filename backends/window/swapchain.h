@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "backends/vulkan/vulkan_device.h"
+#include "backends/vulkan/vulkan_memory.h"
 #include "backends/window/window.h"
 
 namespace reliefbench {
@@ -34,7 +34,7 @@ class Swapchain {
   using Semaphore = Owned<VkSemaphore, &VolkDeviceTable::vkDestroySemaphore>;
   struct Image {
     VkImage handle;
-    Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView> view;
+    ImageView view;
     Owned<VkFramebuffer, &VolkDeviceTable::vkDestroyFramebuffer> framebuffer{};
     Semaphore drawn;  ///< before it is shown
   };

@@ -113,13 +113,7 @@ class VulkanScreen final : public Screen {
 
  private:
   VkDescriptorSet make_set(const VulkanTexture& texture) const {
-    const VkDescriptorSetLayout layout = pipeline_.descriptors.get();
-    const VkDescriptorSetAllocateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-                                           .descriptorPool = pool_.get(),
-                                           .descriptorSetCount = 1,
-                                           .pSetLayouts = &layout};
-    VkDescriptorSet set = VK_NULL_HANDLE;
-    vk_check(device_.calls().vkAllocateDescriptorSets(device_.handle(), &info, &set), "vkAllocateDescriptorSets");
+    VkDescriptorSet set = allocate_set(device_, pool_.get(), pipeline_);
     const VkDescriptorImageInfo image{
         .sampler = texture.sampler.get(), .imageView = texture.image.view.get(), .imageLayout = kSampled.layout};
     const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
@@ -173,34 +167,11 @@ class VulkanScreen final : public Screen {
 
   /// After record(): what the window is going to show.
   [[nodiscard]] HostBuffer record_copy(VkCommandBuffer commands, const Swapchain::Frame& frame) const {
-    const VolkDeviceTable& vk = device_.calls();
     HostBuffer copy = make_host_buffer(device_, std::size_t{frame.extent.width} * frame.extent.height * kTexelBytes,
                                        VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
-    const VkImageSubresourceRange all{.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .levelCount = 1, .layerCount = 1};
-    const auto turn = [&](const ImageUse& from, const ImageUse& to) {
-      const VkImageMemoryBarrier barrier{.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER,
-                                         .srcAccessMask = from.access,
-                                         .dstAccessMask = to.access,
-                                         .oldLayout = from.layout,
-                                         .newLayout = to.layout,
-                                         .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-                                         .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
-                                         .image = frame.image,
-                                         .subresourceRange = all};
-      vk.vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
-    };
-    const ImageUse shown{VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, kDrawn.stage, kDrawn.access};
-    turn(shown, kCopyFrom);
-    const VkBufferImageCopy whole{
-        .imageSubresource = {.aspectMask = VK_IMAGE_ASPECT_COLOR_BIT, .layerCount = 1},
-        .imageExtent = {.width = frame.extent.width, .height = frame.extent.height, .depth = 1}};
-    vk.vkCmdCopyImageToBuffer(commands, frame.image, kCopyFrom.layout, copy.buffer.get(), 1, &whole);
-    turn(kCopyFrom, {VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, 0});
-    const VkMemoryBarrier to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER,
-                                  .srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT,
-                                  .dstAccessMask = VK_ACCESS_HOST_READ_BIT};
-    vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &to_host, 0,
-                            nullptr, 0, nullptr);
+    constexpr ImageUse kToShow{VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, kDrawn.stage, kDrawn.access};
+    constexpr ImageUse kShown{VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, 0};
+    record_read(device_, commands, {.image = frame.image, .extent = frame.extent}, kToShow, kShown, copy);
     return copy;
   }
 
@@ -217,7 +188,7 @@ class VulkanScreen final : public Screen {
   Backend& backend_;
   const VulkanDevice& device_;
   Swapchain chain_;
-  PanelPipeline pipeline_;
+  PipelineHandles pipeline_;
   Owned<VkDescriptorPool, &VolkDeviceTable::vkDestroyDescriptorPool> pool_;
   HostBuffer vertices_{};
   HostBuffer indices_{};

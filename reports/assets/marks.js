@@ -21,6 +21,18 @@ export function readTheme() {
 export const seriesColor = (theme, series) => theme.series[series % kColors];
 export const withAlpha = (hex, alpha) => hex + Math.round(alpha * 255).toString(16).padStart(2, '0');
 
+/** On a canvas. dash: lengths of dashes and gaps, px */
+export function drawLine(ctx, x0, y0, x1, y1, color, width, dash = []) {
+  ctx.strokeStyle = color;
+  ctx.lineWidth = width;
+  ctx.setLineDash(dash);
+  ctx.beginPath();
+  ctx.moveTo(x0, y0);
+  ctx.lineTo(x1, y1);
+  ctx.stroke();
+  ctx.setLineDash([]);
+}
+
 const kSvg = 'http://www.w3.org/2000/svg';
 const kShapePaths = {
   circle: 'M8 3a5 5 0 1 0 .01 0z',

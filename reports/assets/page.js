@@ -54,6 +54,8 @@ export function formatNumber(value, digits = 3) {
 
 /** As short as it goes, without trailing zeros: for axes and sentences. */
 export const shortNumber = (value, digits = 3) => String(Number(value.toPrecision(digits)));
+/** What names the columns and pins of a comparison: A, B, ... */
+export const letterOf = (at) => (at < 26 ? String.fromCharCode(65 + at) : String(at));
 export const percent = (share, digits = 3) => `${shortNumber(100 * share, digits)} %`;
 
 // Milliseconds throughout, as frame budgets are; below a hundredth, microseconds.

@@ -3,10 +3,8 @@
 import {choice, choose, whenChanged} from './choice.js';
 import {copyButton} from './copy.js';
 import {pictureOf} from './images.js';
-import {byId, data, formatInterval, formatTime, make} from './page.js';
+import {byId, data, formatInterval, formatTime, letterOf, make} from './page.js';
 import {commandOf, errorAsSeen, formatBytes, sceneName, settingElement, settingOf, shortLabel} from './points.js';
-
-export const pinName = (at) => 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'[at % 26];
 
 const unpin = (index) => choose({pins: choice.pins.filter((pin) => pin !== index)});
 
@@ -16,10 +14,10 @@ function headOf(index, at) {
   return make(
       'th', {scope: 'col'},
       make(
-          'div', {class: 'pin-head'}, make('span', {class: 'pin-name'}, pinName(at)),
+          'div', {class: 'pin-head'}, make('span', {class: 'pin-name'}, letterOf(at)),
           make(
               'button',
-              {type: 'button', class: 'close', 'aria-label': `Unpin ${pinName(at)}`, onclick: () => unpin(index)},
+              {type: 'button', class: 'close', 'aria-label': `Unpin ${letterOf(at)}`, onclick: () => unpin(index)},
               '×')),
       uri ? make(
                 'button',
@@ -107,7 +105,7 @@ export function drawPins() {
                   make('tbody', {}, ...more.map(({name, cells, hint}) => row(name, cells, hint))))),
           ...points.map(
               (point, at) =>
-                  make('p', {class: 'case-id'}, make('strong', {}, `${pinName(at)} `), make('code', {}, point.id))),
+                  make('p', {class: 'case-id'}, make('strong', {}, `${letterOf(at)} `), make('code', {}, point.id))),
           ...points.map((point) => make('p', {class: 'command-line'}, make('code', {}, commandOf(point))))));
 }
 

@@ -1,22 +1,11 @@
 // What Chart.js has no element for: the band of exact zeros, budgets, intervals of the front, its numbers and name, and
 // rings round picks and pins.
 
-import {withAlpha} from './marks.js';
-import {byId, data} from './page.js';
+import {drawLine, withAlpha} from './marks.js';
+import {byId, data, letterOf} from './page.js';
 import {placeOfTime} from './plot_axes.js';
 
 const kFont = '11px system-ui, sans-serif';
-
-function drawLine(ctx, color, width, dash, x0, y0, x1, y1) {
-  ctx.strokeStyle = color;
-  ctx.lineWidth = width;
-  ctx.setLineDash(dash);
-  ctx.beginPath();
-  ctx.moveTo(x0, y0);
-  ctx.lineTo(x1, y1);
-  ctx.stroke();
-  ctx.setLineDash([]);
-}
 
 /** A text that is read over lines and dots, too. */
 function drawText(ctx, theme, text, x, y) {
@@ -46,7 +35,7 @@ function drawLimits(ctx, {chartArea: area, scales}, {budgets, theme}) {
   if (error) {
     const y = Math.max(area.top, Math.min(area.bottom, scales.y.getPixelForValue(error.place)));
     ctx.fillRect(area.left, area.top, area.width, y - area.top);
-    drawLine(ctx, theme.accent, 1.5, [6, 4], area.left, y, area.right, y);
+    drawLine(ctx, area.left, y, area.right, y, theme.accent, 1.5, [6, 4]);
     ctx.fillStyle = theme.accent;
     ctx.textAlign = 'right';
     ctx.fillText(error.text, area.right - 4, y - 3 < area.top + 12 ? y + 14 : y - 3);
@@ -55,7 +44,7 @@ function drawLimits(ctx, {chartArea: area, scales}, {budgets, theme}) {
   const x = Math.max(area.left, Math.min(area.right, scales.x.getPixelForValue(placeOfTime(time_ns))));
   ctx.fillStyle = withAlpha(theme.muted, 0.1);
   ctx.fillRect(x, area.top, area.right - x, area.bottom - area.top);
-  drawLine(ctx, theme.accent, 1.5, [6, 4], x, area.top, x, area.bottom);
+  drawLine(ctx, x, area.top, x, area.bottom, theme.accent, 1.5, [6, 4]);
 }
 
 function placeOf({scales}, axis, index, metric) {
@@ -69,8 +58,8 @@ function placeOf({scales}, axis, index, metric) {
 }
 
 function drawInterval({ctx}, {low, high, y}, color) {
-  drawLine(ctx, color, 1, [], low, y, high, y);
-  for (const x of [low, high]) drawLine(ctx, color, 1, [], x, y - 3, x, y + 3);
+  drawLine(ctx, low, y, high, y, color, 1);
+  for (const x of [low, high]) drawLine(ctx, x, y - 3, x, y + 3, color, 1);
 }
 
 function ring(ctx, {x, y}, radius, width, color) {
@@ -127,7 +116,7 @@ export function drawOverlay(chart, options) {
     ring(ctx, place, 11.5, 2, theme.ink);
     ctx.textAlign = 'left';
     ctx.textBaseline = 'middle';
-    drawText(ctx, theme, 'ABCDEFGHIJKLMNOPQRSTUVWXYZ'[at % 26], place.x + 14, place.y);
+    drawText(ctx, theme, letterOf(at), place.x + 14, place.y);
   });
 }
 

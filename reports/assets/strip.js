@@ -3,7 +3,7 @@
 import {choice, choose, whenChanged} from './choice.js';
 import {answerOf, chosenGroups} from './decide.js';
 import {hasPictures, pictureOf} from './images.js';
-import {byId, data, formatTime, make} from './page.js';
+import {byId, data, formatTime, letterOf, make} from './page.js';
 import {numberedFront} from './plot.js';
 import {errorOf, settingTitle} from './points.js';
 
@@ -19,16 +19,15 @@ export function stripEntries() {
   ];
   const shown = [...new Set(wanted)].filter((index) => index !== null && hasPictures(data.points[index]));
   shown.sort((a, b) => data.points[a].time_ns[0] - data.points[b].time_ns[0]);
-  return shown.map(
-      (index) => ({
-        index,
-        number: front.includes(index) ? front.indexOf(index) + 1 : null,
-        notes: [
-          index === answer.pick ? 'pick' : '', index === answer.justFails ? 'just fails' : '',
-          index === answer.baseline && index !== answer.pick ? 'compared with' : '',
-          choice.pins.includes(index) ? `pin ${'ABCDEFGHIJKLMNOPQRSTUVWXYZ'[choice.pins.indexOf(index) % 26]}` : ''
-        ].filter(Boolean)
-      }));
+  return shown.map((index) => ({
+                     index,
+                     number: front.includes(index) ? front.indexOf(index) + 1 : null,
+                     notes: [
+                       index === answer.pick ? 'pick' : '', index === answer.justFails ? 'just fails' : '',
+                       index === answer.baseline && index !== answer.pick ? 'compared with' : '',
+                       choice.pins.includes(index) ? `pin ${letterOf(choice.pins.indexOf(index))}` : ''
+                     ].filter(Boolean)
+                   }));
 }
 
 /** The point whose pictures are looked at: the chosen one, else the pick, else the first that there is; or null. */

@@ -1,7 +1,7 @@
 // What Chart.js has no element for: epochs, changes, levels, error bars, notes and changed errors, drawn round the
 // dots.
 
-import {withAlpha} from './marks.js';
+import {drawLine, withAlpha} from './marks.js';
 
 export const kStripHeight = 16;  // over the plot: names of epochs, and under them changes and notes
 const kFont = '11px system-ui, sans-serif';
@@ -23,23 +23,13 @@ function drawEpochs(chart, {epochs, hasStrips}, theme) {
       ctx.fillStyle = theme.band;
       ctx.fillRect(left, area.top, right - left, area.bottom - area.top);
     }
-    if (index > 0) line(ctx, left, area.top - (hasStrips ? 2 * kStripHeight : 0), left, area.bottom, theme.muted, 1);
+    if (index > 0)
+      drawLine(ctx, left, area.top - (hasStrips ? 2 * kStripHeight : 0), left, area.bottom, theme.muted, 1);
     if (!hasStrips) return;
     ctx.fillStyle = theme.muted;
     ctx.textAlign = 'left';
     ctx.fillText(fitted(ctx, epoch.label, right - left - 8), left + 4, area.top - 1.5 * kStripHeight);
   });
-}
-
-function line(ctx, x0, y0, x1, y1, color, width, dash = []) {
-  ctx.strokeStyle = color;
-  ctx.lineWidth = width;
-  ctx.setLineDash(dash);
-  ctx.beginPath();
-  ctx.moveTo(x0, y0);
-  ctx.lineTo(x1, y1);
-  ctx.stroke();
-  ctx.setLineDash([]);
 }
 
 function drawSteps(chart, {steps, hasStrips}) {
@@ -52,7 +42,7 @@ function drawSteps(chart, {steps, hasStrips}) {
     ctx.fillStyle = withAlpha(step.color, 0.18);
     ctx.fillRect(left, area.top, right - left, area.bottom - area.top);
     for (const edge of [left, right])
-      line(ctx, edge, area.top, edge, area.bottom, withAlpha(step.color, 0.7), 1, [3, 3]);
+      drawLine(ctx, edge, area.top, edge, area.bottom, withAlpha(step.color, 0.7), 1, [3, 3]);
     if (!hasStrips) continue;
     const {width} = ctx.measureText(step.label);
     const at = Math.max(free, Math.min(area.right - width, (left + right - width) / 2));
@@ -78,7 +68,7 @@ function drawErrorBars(chart, theme) {
     if (!dot.error || dot.kind !== 'night') continue;
     const place = x.getPixelForValue(dot.x);
     const end = (sign) => y.getPixelForValue(dot.y * Math.exp(sign * dot.error));
-    line(ctx, place, end(-1), place, end(1), withAlpha(theme.series[0], 0.55), 1);
+    drawLine(ctx, place, end(-1), place, end(1), withAlpha(theme.series[0], 0.55), 1);
   }
 }
 
@@ -90,7 +80,7 @@ function drawMarks(chart, {notes, scores}, theme) {
   };
   for (const place of notes) {
     const at = x.getPixelForValue(place);
-    line(ctx, at, area.top, at, area.bottom, withAlpha(theme.ink, 0.45), 1, [1, 3]);
+    drawLine(ctx, at, area.top, at, area.bottom, withAlpha(theme.ink, 0.45), 1, [1, 3]);
     filled(`M${at} ${area.top + 1}h9l-2.5 3.5 2.5 3.5h-9z`, theme.ink);
   }
   for (const place of scores) {
@@ -117,7 +107,7 @@ export const plotPlugin = (picture, theme) => ({
     const {ctx, scales: {x, y}} = chart;
     ctx.save();
     for (const {from, to, start, end} of picture.levels)
-      line(
+      drawLine(
           ctx, x.getPixelForValue(from - 0.5), y.getPixelForValue(start), x.getPixelForValue(to + 0.5),
           y.getPixelForValue(end), theme.ink, 2);
     drawMarks(chart, picture, theme);

@@ -15,7 +15,8 @@ struct EngineFile {
   std::string_view name;
   std::string_view from;  ///< reports/export/templates/<from>
   std::string (*argument)(std::string_view) =
-      nullptr;  ///< what its calls pass for relief_map, extra_map, relief_sampler
+      nullptr;                          ///< what its calls pass for relief_map, extra_map, relief_sampler
+  std::string_view light = "light_ts";  ///< ... and for the light's direction
 };
 
 /// Whom an export is for: an engine, or whoever has none.

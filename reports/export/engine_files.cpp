@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <list>
+#include <tuple>
 
 #include "kernels/base/error.h"
 #include "reports/export/engine.h"
@@ -121,7 +122,7 @@ class Folder {
   void describe() {
     const ShippedShader& shader = source_.shader;
     values_.words["setting"] = setting_id(shader.settings);
-    values_.words["heightmap"] = one_line(shader.heightmap);
+    values_.words["heightmap"] = on_one_line(shader.heightmap);
     values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
@@ -137,12 +138,6 @@ class Folder {
     set(shader.wrap == Wrap::repeat, "repeat");
     set(has_features, "shadow");
     set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
-  }
-
-  [[nodiscard]] static std::string one_line(std::string text) {
-    std::ranges::replace_if(
-        text, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; }, ' ');
-    return text;
   }
 
   void add_language(const Language& language) {
@@ -178,31 +173,21 @@ class Folder {
   void add_file(const EngineFile& file) {
     TemplateValues values = values_;
     if (file.argument != nullptr) {
-      for (const auto& [word, function] :
-           {std::pair("args", "relief_trace"), std::pair("normal_args", "relief_normal")}) {
-        std::string list;
-        for (const std::string& map : map_arguments(source_text_, function)) list += file.argument(map) + ", ";
-        values.words[word] = list;
+      for (const auto& [args, params, function] : {std::tuple("args", "node_params", "relief_trace"),
+                                                   std::tuple("normal_args", "normal_params", "relief_normal")}) {
+        std::string& passed = values.words[args];
+        std::string& declared = values.words[params];
+        for (const std::string& map : map_arguments(source_text_, function)) {
+          passed += file.argument(map) + ", ";
+          declared += fmt::format("{}: {}, ", map, map == kReliefSampler ? "sampler" : "texture_2d<f32>");
+        }
       }
-      for (const auto& [word, function] :
-           {std::pair("node_params", "relief_trace"), std::pair("normal_params", "relief_normal")}) {
-        std::string list;
-        for (const std::string& map : map_arguments(source_text_, function))
-          list += fmt::format("{}: {}, ", map, map == kReliefSampler ? "sampler" : "texture_2d<f32>");
-        values.words[word] = list;
-      }
-      values.words["light_arg"] = !values.flags.contains("shadow") ? "" : light_argument(file);
+      values.words["light_arg"] = values.flags.contains("shadow") ? fmt::format(", {}, 0.0", file.light) : "";
       values.words["map_hints"] = map_hints(file);
     }
     files_.files.push_back({.name = fmt::format("{}{}", folder_, file.name),
                             .what = file.name == "README.md" ? "what to do with the files" : std::string(engine_.name),
                             .bytes = filled_template(file.from, values)});
-  }
-
-  /// The light's arguments in a file's own names.
-  [[nodiscard]] static std::string light_argument(const EngineFile& file) {
-    const bool is_node = file.from == "unreal_node.txt" || file.from == "unity.hlsl";
-    return fmt::format(", {}, 0.0", is_node ? "LightTS" : "light_ts");
   }
 
   /// Godot's declarations of its textures.

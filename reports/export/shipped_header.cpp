@@ -92,14 +92,13 @@ std::string use_lines(const ShippedShader& shipped) {
   return text;
 }
 
-/// Text from outside as it may stand in a comment.
+}  // namespace
+
 std::string on_one_line(std::string text) {
   std::ranges::replace_if(
       text, [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
   return text;
 }
-
-}  // namespace
 
 std::string shipped_header(const ShippedShader& shipped, std::string_view language) {
   const Technique& technique = shipped.settings.technique();

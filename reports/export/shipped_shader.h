@@ -51,4 +51,7 @@ struct ShippedShader {
 /// language: its name
 [[nodiscard]] std::string shipped_header(const ShippedShader& shipped, std::string_view language);
 
+/// Text from outside as it may stand in a comment or a sheet: control characters are spaces.
+[[nodiscard]] std::string on_one_line(std::string text);
+
 }  // namespace reliefbench

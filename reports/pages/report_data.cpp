@@ -222,7 +222,7 @@ json fleet_of(std::span<const Run> runs) {
   try {
     const FleetOptions options{.budgets = question_of(runs.front()).budgets};
     std::vector<FleetRun> fleet_runs;
-    for (const Run& run : runs) fleet_runs.push_back({.name = run.folder.string(), .rows = case_table(run)});
+    for (const Run& run : runs) fleet_runs.push_back(fleet_run(run));
     const Fleet fleet = choose_for_fleet(fleet_runs, options);
     json told = fleet_json(fleet, fleet_runs, options);
     told["common_settings"] = fleet.settings.size();

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/error.h"
+#include "tuner/plan/config_json.h"
 #include "tuner/plan/preset_file.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
@@ -16,58 +16,27 @@ namespace {
 
 using nlohmann::json;
 
-bool is_preset(const View& view) { return std::ranges::find(view_presets(), view) != view_presets().end(); }
-
 Case case_of(const CopiedView& view) {
   return {.settings = view.choice->settings, .scene_id = viewed_scene_id(view.choice->spec), .backend = view.backend};
 }
 
-/// Only what differs from a config's defaults.
-json config_heightmap(const HeightmapSpec& spec) {
-  json heightmap = heightmap_json(spec);
-  if (heightmap.contains("width")) heightmap.erase("channel");  // a procedural one has none
-  return heightmap;
-}
-
-json config_view(const View& view) {
-  if (is_preset(view)) return view.id;
-  return {{"id", "view"},
-          {"elevation_deg", view.elevation_deg},
-          {"distance", view.distance},
-          {"fov_deg", view.fov_deg},
-          {"azimuth_deg", view.azimuth_deg}};
+/// What is seen, with its own names.
+SceneSpec viewed_spec(const ViewChoice& choice) {
+  SceneSpec spec = choice.spec;
+  spec.id = viewed_scene_id(spec);
+  if (!is_preset(spec.scene.view)) spec.scene.view.id = "view";
+  return spec;
 }
 
 json config_json(const ViewChoice& choice) {
-  const Scene& s = choice.spec.scene;
-  json scene = {{"heightmap", config_heightmap(choice.spec.heightmap)},
-                {"views", json::array({config_view(s.view)})},
-                {"relief_depth", s.relief_depth},
-                {"tiling", s.tiling},
-                {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
-                {"frame_px", {s.width_px, s.height_px}}};
-  if (s.pan != 0) scene["pan"] = s.pan;
-  if (s.light != Light{})
-    scene["light"] = {{"elevation_deg", s.light.elevation_deg},
-                      {"azimuth_deg", s.light.azimuth_deg},
-                      {"angular_radius_deg", s.light.angular_radius_deg}};
-  json axes = json::object();
-  for (const SettingValue& given : choice.settings.values()) {
-    if (given.param.choices.empty())
-      axes[std::string(given.param.id)] = json::array({given.value});
-    else
-      axes[std::string(given.param.id)] = json::array({given.text()});
-  }
-  json sweep = {{"technique", choice.settings.technique().id}};
-  if (!axes.empty()) sweep["axes"] = std::move(axes);
-  return {{"name", "view"}, {"scenes", json::array({std::move(scene)})}, {"sweeps", json::array({std::move(sweep)})}};
+  return {{"name", "view"},
+          {"scenes", json::array({config_scene_json(viewed_spec(choice))})},
+          {"sweeps", json::array({config_sweep_json(choice.settings)})}};
 }
 
 json preset_json(const CopiedView& view) {
   if (view.times_ns.empty()) fail_input("a preset needs frame times, and no frame of this setting was drawn yet");
-  SceneSpec spec = view.choice->spec;
-  spec.id = viewed_scene_id(spec);
-  if (!is_preset(spec.scene.view)) spec.scene.view.id = "view";
+  const SceneSpec spec = viewed_spec(*view.choice);
   const MeasuredScene scene{
       .spec = spec, .heights_sha256 = view.heights_sha256, .key = scene_key(view.heights_sha256, spec.scene)};
   const Summary time = summarise(view.times_ns);

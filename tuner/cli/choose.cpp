@@ -2,10 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
@@ -27,37 +27,29 @@ struct ChooseArguments {
   std::optional<double> max_time_ms{};
   std::string error;
   std::vector<double> weights;
-  std::string regret = "minimax";
+  std::string regret{regret_id(Regret::minimax)};
   std::string scene;
   Names names;
   bool json = false;
 };
 
-/// What a run was made to answer; of a table: what is usual.
-RunQuestion own_question(const std::string& run) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(run, ignored)) return question_of(load_run(run));
-  const Config usual;
-  return {.error_metric = usual.front_error, .constraints = usual.front_constraints, .budgets = usual.budgets};
-}
-
-FleetOptions options_of(const ChooseArguments& arguments) {
+FleetOptions options_of(const ChooseArguments& arguments, std::span<const FleetRun> runs) {
   FleetOptions options{.budgets = parse_budgets(arguments.max_error),
                        .max_time_ms = arguments.max_time_ms,
                        .error_metric = arguments.error,
-                       .regret = arguments.regret == "mean" ? Regret::mean : Regret::minimax};
+                       .regret = find_regret(arguments.regret)};
   if (options.max_time_ms && !(std::isfinite(*options.max_time_ms) && *options.max_time_ms > 0))
     fail_input("--max-time-ms {}: expected a number above 0", *options.max_time_ms);
   const bool needs_budgets = arguments.max_error.empty() && !options.max_time_ms;
   const bool needs_error = arguments.error.empty();
-  for (const std::string& run : arguments.runs) {
-    const RunQuestion own = own_question(run);
-    const bool is_first = &run == &arguments.runs.front();
+  for (const FleetRun& run : runs) {
+    const RunQuestion own = question_of(run.info);
+    const bool is_first = &run == runs.data();
     if (needs_error && options.max_time_ms && !is_first && own.error_metric != options.error_metric)
-      fail_input("{} and {} have other errors; say which is to be least by --error", arguments.runs.front(), run);
+      fail_input("{} and {} have other errors; say which is to be least by --error", runs.front().name, run.name);
     if (needs_error && is_first) options.error_metric = own.error_metric;
     if (needs_budgets && !is_first && budget_texts(own.budgets) != budget_texts(options.budgets))
-      fail_input("{} and {} have other budgets; say which hold by --max-error", arguments.runs.front(), run);
+      fail_input("{} and {} have other budgets; say which hold by --max-error", runs.front().name, run.name);
     if (needs_budgets && is_first) options.budgets = own.budgets;
   }
   return options;
@@ -153,8 +145,8 @@ void print_fleet(const Fleet& fleet, const FleetOptions& options, const Names& n
 }
 
 void choose_command(const ChooseArguments& arguments) {
-  const FleetOptions options = options_of(arguments);
   const std::vector<FleetRun> runs = runs_of(arguments);
+  const FleetOptions options = options_of(arguments, runs);
   const Fleet fleet = choose_for_fleet(runs, options);
   if (arguments.json)
     fmt::print("{}\n", fleet_json(fleet, runs, options).dump(2));
@@ -184,7 +176,7 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->type_name("W,...");
   command->add_option("--regret", arguments->regret, "minimax: the least worst loss | mean: the least weighted mean")
-      ->check(CLI::IsMember({"minimax", "mean"}))
+      ->check(CLI::IsMember(regret_ids()))
       ->type_name("RULE")
       ->capture_default_str();
   command->add_option("--scene", arguments->scene, "only this scene of each run");

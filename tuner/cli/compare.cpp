@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/console.h"
@@ -76,21 +78,20 @@ Exit compare_one_device(const Run& base, const Run& now, const CompareArguments&
   return exit_of(comparison);
 }
 
-Exit compare_devices(const CompareArguments& arguments) {
+Exit compare_devices(std::span<const FleetRun> runs, const CompareArguments& arguments) {
   if (arguments.rerun)
     fail_input("--rerun measures two runs of one device again; these are of several devices, drivers or backends");
   if (!arguments.junit.empty())
     fail_input("--junit is of two runs of one device: that another device is slower is no failure");
-  std::vector<FleetRun> runs;
   HardwareOptions options{.across_backends = arguments.across_backends, .confidence = arguments.options.confidence};
-  for (const std::string& path : arguments.runs) {
-    runs.push_back(load_fleet_run(path));
-    if (is_table(path) || !options.constraints.empty()) continue;
-    const RunQuestion question = question_of(load_run(path));
+  // The first run with constraints asks; a table asks what is usual.
+  for (const FleetRun& run : runs) {
+    if (run.info.is_null() || !options.constraints.empty()) continue;
+    const RunQuestion question = question_of(run.info);
     options.error_metric = question.error_metric;
     options.constraints = question.constraints;
   }
-  if (options.constraints.empty()) options.constraints = Config{}.front_constraints;
+  if (options.constraints.empty()) options.constraints = question_of(nlohmann::json()).constraints;
   if (!arguments.error.empty()) options.error_metric = arguments.error;
   const HardwareComparison comparison = compare_hardware(runs, options);
   print_warnings(comparison.warnings);
@@ -108,11 +109,15 @@ Exit compare_command(const CompareArguments& arguments) {
   if (!std::isfinite(threshold) || threshold <= 0)
     fail_input("--threshold {}: expected a share above 0, e.g. 0.05", threshold);
   if (arguments.runs.size() != 2 || arguments.across_backends || is_table(arguments.runs[0]) ||
-      is_table(arguments.runs[1]))
-    return compare_devices(arguments);
+      is_table(arguments.runs[1])) {
+    std::vector<FleetRun> runs;
+    for (const std::string& path : arguments.runs) runs.push_back(load_fleet_run(path));
+    return compare_devices(runs, arguments);
+  }
   const Run base = load_run(arguments.runs[0]);
   const Run now = load_run(arguments.runs[1]);
-  return are_of_one_device(base, now) ? compare_one_device(base, now, arguments) : compare_devices(arguments);
+  if (are_of_one_device(base, now)) return compare_one_device(base, now, arguments);
+  return compare_devices(std::array{fleet_run(base), fleet_run(now)}, arguments);
 }
 
 }  // namespace

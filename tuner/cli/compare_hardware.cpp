@@ -5,6 +5,7 @@
 #include "kernels/base/console.h"
 #include "tuner/cli/compare_print.h"
 #include "tuner/cli/format.h"
+#include "tuner/decide/compare_text.h"
 #include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
@@ -59,13 +60,6 @@ void print_pair(const DevicePair& pair, const HardwareComparison& comparison, co
     put("  order of the settings in {}: rank correlation {:.3f} [{:.3f}, {:.3f}] of {}\n", rank.scene, rank.rho,
         rank.low, rank.high, rank.cases);
   print_pair_cases(pair, detail);
-}
-
-/// "front", "3.1 % slower", "0.4 % slower (?)": no slower as far as can be told.
-std::string front_text(const FrontSetting& one, std::size_t column) {
-  if (one.on_front[column]) return "front";
-  if (!one.behind[column]) return "not within";
-  return fmt::format("{:.1f} % slower{}", 100 * *one.behind[column], one.may_be[column] ? " (?)" : "");
 }
 
 void print_fronts(const SceneFronts& scene, const CompareDetail& detail, const Paint& paint) {

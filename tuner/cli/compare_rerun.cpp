@@ -11,6 +11,7 @@
 #include "kernels/base/sha256.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/rerun.h"
+#include "tuner/plan/config_json.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
 #include "tuner/results/run_question.h"
@@ -45,39 +46,14 @@ std::vector<std::string> doubtful_cases(const Comparison& comparison) {
   return ids;
 }
 
-/// A scene as a config has it. Files keep their place, wherever the config lies.
-json scene_config(const MeasuredScene& scene) {
-  json written = scene_json(scene);
-  json heightmap = written.at("heightmap");
-  const std::string source = heightmap.at("source");
+/// Files keep their place, wherever the config lies.
+json scene_config(const SceneSpec& scene) {
+  json config = config_scene_json(scene);
+  json& heightmap = config["heightmap"];
   std::error_code ignored;
-  if (fs::exists(source, ignored)) heightmap["source"] = fs::absolute(source).string();
-  heightmap["name"] = heightmap_part(scene.spec.id);
-  if (heightmap.contains("seed"))  // a procedural one, which has no channels to choose from
-    for (const char* key : {"channel", "invert", "normalise"}) heightmap.erase(key);
-  const json& view = written.at("view");
-  const bool is_preset = std::ranges::find(view_presets(), scene.spec.scene.view.id, &View::id) != view_presets().end();
-  json config = {{"heightmap", heightmap},
-                 {"relief_depth", written.at("relief_depth")},
-                 {"tiling", written.at("tiling")},
-                 {"wrap", written.at("wrap")},
-                 {"frame_px", written.at("frame_px")}};
-  config["views"] = is_preset ? view.at("id")
-                              : json{{"id", view.at("id")},
-                                     {"elevation_deg", view.at("elevation_deg")},
-                                     {"distance", view.at("distance")},
-                                     {"fov_deg", view.at("fov_deg")}};
-  if (written.contains("light")) config["light"] = written.at("light");
+  if (fs::exists(scene.heightmap.source, ignored)) heightmap["source"] = fs::absolute(scene.heightmap.source).string();
+  heightmap["name"] = heightmap_part(scene.id);
   return config;
-}
-
-json sweep_of(const Record& record) {
-  const Settings settings = settings_of(record.technique, record.params);
-  json axes = json::object();
-  for (const SettingValue& given : settings.values())
-    axes[std::string(given.param.id)] =
-        given.param.choices.empty() ? json(settings.get(given.param.id)) : json(given.text());
-  return {{"technique", record.technique}, {"axes", axes}};
 }
 
 /// A config of just these cases' settings, in their scenes.
@@ -87,8 +63,11 @@ json config_of(const Run& run, std::span<const Record* const> records) {
   for (const Record* record : records) {
     const MeasuredScene* const scene = find_scene(run.scenes, record->scene_key);
     if (scene == nullptr) fail_input("{}: has no scene '{}'", run.folder.string(), record->scene);
-    if (const json one = scene_config(*scene); std::ranges::find(scenes, one) == scenes.end()) scenes.push_back(one);
-    if (const json one = sweep_of(*record); std::ranges::find(sweeps, one) == sweeps.end()) sweeps.push_back(one);
+    if (const json one = scene_config(scene->spec); std::ranges::find(scenes, one) == scenes.end())
+      scenes.push_back(one);
+    if (const json one = config_sweep_json(settings_of(record->technique, record->params));
+        std::ranges::find(sweeps, one) == sweeps.end())
+      sweeps.push_back(one);
   }
   const json& config = run.info.at("config");
   json made = {{"name", "rerun"}, {"scenes", scenes}, {"sweeps", sweeps}};

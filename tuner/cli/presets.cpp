@@ -77,8 +77,7 @@ void presets_command(const PresetsArguments& arguments) {
   for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
   std::vector<FleetRun> fleet;
   if (arguments.common)
-    for (const Run& run : runs)
-      fleet.push_back({.name = run.folder.string(), .rows = case_table(run), .info = run.info});
+    for (const Run& run : runs) fleet.push_back(fleet_run(run));
   const Presets presets = arguments.common ? make_common_presets(runs, fleet, arguments.query, arguments.regret)
                                            : make_presets(runs, arguments.query);
   const std::string text = presets_json(presets).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
@@ -121,7 +120,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       add_switch(*command, "--common", "one table for all devices of the runs, with its price on each");
   const CLI::Option* regret =
       command->add_option("--regret", "with --common: minimax (the least worst price) | mean; minimax")
-          ->check(CLI::IsMember({"minimax", "mean"}))
+          ->check(CLI::IsMember(regret_ids()))
           ->type_name("RULE")
           ->needs(common);
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
@@ -145,7 +144,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
                                .header = value_or(header, std::string()),
                                .query = {},
                                .common = is_set(common),
-                               .regret = value_or(regret, std::string()) == "mean" ? Regret::mean : Regret::minimax,
+                               .regret = find_regret(value_or(regret, std::string(regret_id(Regret::minimax)))),
                                .names = {.verbose = is_set(verbose)},
                                .json = is_set(json)};
     if (!error->empty()) arguments.query.error_metric = error->as<std::string>();

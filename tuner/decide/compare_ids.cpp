@@ -1,6 +1,37 @@
+#include <algorithm>
+#include <array>
+
 #include "tuner/decide/compare.h"
 
 namespace reliefbench {
+namespace {
+
+struct ReasonRow {
+  Reason reason;
+  std::string_view id;
+  std::string_view text;
+};
+constexpr std::array kReasons = {
+    ReasonRow{Reason::interval_within_threshold, "interval_within_threshold",
+              "the whole interval lies within the threshold"},
+    ReasonRow{Reason::same_measurement, "same_measurement", "both runs hold the very same samples"},
+    ReasonRow{Reason::beyond_chance, "beyond_chance", "chance is no explanation"},
+    ReasonRow{Reason::control_drift, "control_drift", "the control case moved, too: the device was in another state"},
+    ReasonRow{Reason::different_driver, "different_driver",
+              "the drivers differ, too: nothing here tells a driver's change from a build's"},
+    ReasonRow{Reason::too_few_samples, "too_few_samples", "the samples are too few or too noisy for any answer"},
+    ReasonRow{Reason::shift_between_runs, "shift_between_runs",
+              "cases shift from run to run: more runs would tell, more samples would not"},
+    ReasonRow{Reason::interval_spans_threshold, "interval_spans_threshold", "the ratio is near the threshold"},
+    ReasonRow{Reason::chance_not_excluded, "chance_not_excluded", "one of so many ratios is that large by chance"},
+    ReasonRow{Reason::remeasured, "remeasured", "measured again, in turns"},
+    ReasonRow{Reason::remeasured_too_little, "remeasured_too_little",
+              "measured again, in turns, but too seldom: more --rounds would tell"},
+};
+
+const ReasonRow& row_of(Reason reason) { return *std::ranges::find(kReasons, reason, &ReasonRow::reason); }
+
+}  // namespace
 
 std::string_view error_change_id(const ErrorChange& change) {
   if (change.counts_work) return change.now > change.base ? "more" : "fewer";
@@ -21,60 +52,8 @@ std::string_view change_id(Change change) {
   return "unclear";
 }
 
-std::string_view reason_id(Reason reason) {
-  switch (reason) {
-    case Reason::interval_within_threshold:
-      return "interval_within_threshold";
-    case Reason::same_measurement:
-      return "same_measurement";
-    case Reason::beyond_chance:
-      return "beyond_chance";
-    case Reason::control_drift:
-      return "control_drift";
-    case Reason::different_driver:
-      return "different_driver";
-    case Reason::too_few_samples:
-      return "too_few_samples";
-    case Reason::shift_between_runs:
-      return "shift_between_runs";
-    case Reason::interval_spans_threshold:
-      return "interval_spans_threshold";
-    case Reason::chance_not_excluded:
-      return "chance_not_excluded";
-    case Reason::remeasured:
-      return "remeasured";
-    case Reason::remeasured_too_little:
-      return "remeasured_too_little";
-  }
-  return "too_few_samples";
-}
+std::string_view reason_id(Reason reason) { return row_of(reason).id; }
 
-std::string_view reason_text(Reason reason) {
-  switch (reason) {
-    case Reason::interval_within_threshold:
-      return "the whole interval lies within the threshold";
-    case Reason::same_measurement:
-      return "both runs hold the very same samples";
-    case Reason::beyond_chance:
-      return "chance is no explanation";
-    case Reason::control_drift:
-      return "the control case moved, too: the device was in another state";
-    case Reason::different_driver:
-      return "the drivers differ, too: nothing here tells a driver's change from a build's";
-    case Reason::too_few_samples:
-      return "the samples are too few or too noisy for any answer";
-    case Reason::shift_between_runs:
-      return "cases shift from run to run: more runs would tell, more samples would not";
-    case Reason::interval_spans_threshold:
-      return "the ratio is near the threshold";
-    case Reason::chance_not_excluded:
-      return "one of so many ratios is that large by chance";
-    case Reason::remeasured:
-      return "measured again, in turns";
-    case Reason::remeasured_too_little:
-      return "measured again, in turns, but too seldom: more --rounds would tell";
-  }
-  return "";
-}
+std::string_view reason_text(Reason reason) { return row_of(reason).text; }
 
 }  // namespace reliefbench

@@ -94,6 +94,12 @@ std::vector<std::string> doubt_texts(const Comparison& comparison) {
   return texts;
 }
 
+std::string front_text(const FrontSetting& one, std::size_t column) {
+  if (one.on_front[column]) return "front";
+  if (!one.behind[column]) return "not within";
+  return fmt::format("{:.1f} % slower{}", 100 * *one.behind[column], one.may_be[column] ? " (?)" : "");
+}
+
 std::string compare_markdown(const Comparison& comparison, std::string_view base, std::string_view now) {
   std::string text =
       fmt::format("**reliefbench compare**: {}; {}, {} against {}\n", verdict_id(comparison),
@@ -155,11 +161,7 @@ std::string hardware_markdown(const HardwareComparison& comparison, std::span<co
     for (std::size_t i = 0; i < std::min(scene.on_some.size(), kMostMarkdownRows); ++i) {
       const FrontSetting& one = scene.on_some[i];
       text += fmt::format("| {} |", markdown_escaped(named(one.settings)));
-      for (std::size_t c = 0; c < one.behind.size(); ++c)
-        text += one.on_front[c] ? " front |"
-                : !one.behind[c]
-                    ? " not within |"
-                    : fmt::format(" {:.1f} % slower{} |", 100 * *one.behind[c], one.may_be[c] ? " (?)" : "");
+      for (std::size_t c = 0; c < one.behind.size(); ++c) text += fmt::format(" {} |", front_text(one, c));
       text += "\n";
     }
     if (scene.on_some.size() > kMostMarkdownRows)

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,6 +19,8 @@ namespace reliefbench {
 /// A comparison as a table for a pull request: whole and groups, the cases that changed, what the runs differ in.
 [[nodiscard]] std::string compare_markdown(const Comparison& comparison, std::string_view base, std::string_view now);
 [[nodiscard]] std::string hardware_markdown(const HardwareComparison& comparison, std::span<const FleetRun> runs);
+/// "front", "3.1 % slower", "0.4 % slower (?)": no slower as far as can be told. column: of its scene
+[[nodiscard]] std::string front_text(const FrontSetting& one, std::size_t column);
 
 /// JUnit XML: a test case a group, a case, a worse error and a lost case; slower, worse and lost ones fail, unclear
 /// ones are skipped with their reason.

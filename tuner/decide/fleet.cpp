@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 
@@ -16,6 +17,12 @@
 
 namespace reliefbench {
 namespace {
+
+struct RegretRow {
+  Regret regret;
+  std::string_view id;
+};
+constexpr std::array kRegrets = {RegretRow{Regret::minimax, "minimax"}, RegretRow{Regret::mean, "mean"}};
 
 /// A place's losses by setting, and which setting is its own best.
 struct PlaceLosses {
@@ -171,6 +178,20 @@ Loss combined_loss(std::span<const Loss> losses, std::span<const FleetPlace> pla
     combined.high += share * losses[i].high;
   }
   return combined;
+}
+
+std::string_view regret_id(Regret regret) { return std::ranges::find(kRegrets, regret, &RegretRow::regret)->id; }
+
+Regret find_regret(std::string_view id) {
+  const auto* const found = std::ranges::find(kRegrets, id, &RegretRow::id);
+  if (found == kRegrets.end()) fail_input("unknown regret '{}'; the choices are {}", id, fmt::join(regret_ids(), ", "));
+  return found->regret;
+}
+
+std::vector<std::string> regret_ids() {
+  std::vector<std::string> ids;
+  for (const RegretRow& row : kRegrets) ids.emplace_back(row.id);
+  return ids;
 }
 
 std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tuner/decide/fleet_run.h"
@@ -48,6 +49,10 @@ struct OwnBest {
 };
 
 enum class Regret { minimax, mean };
+[[nodiscard]] std::string_view regret_id(Regret regret);
+/// throws: Error(bad_input) listing the choices
+[[nodiscard]] Regret find_regret(std::string_view id);
+[[nodiscard]] std::vector<std::string> regret_ids();
 
 struct FleetOptions {
   std::vector<Budget> budgets;

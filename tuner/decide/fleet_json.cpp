@@ -46,7 +46,7 @@ nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs, co
          {"places", losses},
          {"memory_bytes", one.memory_bytes}});
   }
-  return {{"regret", options.regret == Regret::minimax ? "minimax" : "mean"},
+  return {{"regret", regret_id(options.regret)},
           {"budgets", budget_texts(options.budgets)},
           {"max_time_ms", options.max_time_ms ? nlohmann::json(*options.max_time_ms) : nlohmann::json()},
           {"loss", options.max_time_ms ? options.error_metric : std::string("time")},

@@ -22,11 +22,12 @@ MeasuredDevice device_of(const FleetRun& run, const TableRow& row) {
 
 }  // namespace
 
+FleetRun fleet_run(const Run& run) { return {.name = run.folder.string(), .rows = case_table(run), .info = run.info}; }
+
 FleetRun load_fleet_run(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(path, ignored)) return {.name = path.string(), .rows = load_case_table(path)};
-  Run run = load_run(path);
-  return {.name = path.string(), .rows = case_table(run), .info = std::move(run.info)};
+  return fleet_run(load_run(path));
 }
 
 std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all) {

@@ -18,6 +18,7 @@ struct FleetRun {    // NOLINT(bugprone-exception-escape): moving a json does no
   double weight = 1;
   nlohmann::json info{};  ///< run.json; null of a table, which knows no drivers
 };
+[[nodiscard]] FleetRun fleet_run(const Run& run);
 /// throws: Error(bad_input): neither a run's folder nor a table
 [[nodiscard]] FleetRun load_fleet_run(const std::filesystem::path& path);
 

@@ -89,9 +89,7 @@ json common_json(const CommonPresets& common) {
                       {"combined", priced(level.combined)},
                       {"places", std::move(prices)}});
   }
-  return {{"regret", common.regret == Regret::minimax ? "minimax" : "mean"},
-          {"places", std::move(places)},
-          {"levels", std::move(levels)}};
+  return {{"regret", regret_id(common.regret)}, {"places", std::move(places)}, {"levels", std::move(levels)}};
 }
 
 /// The scenes that evidence is of, each whole.

@@ -19,14 +19,6 @@ bool is_procedural(const HeightmapSpec& spec) {
   return std::ranges::find(rows, spec.source, &ProceduralRow::id) != rows.end();
 }
 
-json view_json(const View& view) {
-  return {{"id", view.id},
-          {"elevation_deg", view.elevation_deg},
-          {"distance", view.distance},
-          {"fov_deg", view.fov_deg},
-          {"azimuth_deg", view.azimuth_deg}};
-}
-
 /// A member of the right type. throws: Error(bad_input)
 template <typename T>
 T member(const json& object, const char* key) {
@@ -51,12 +43,6 @@ HeightmapSpec parse_heightmap(const json& j) {
   spec.height = member<int>(j, "height");
   spec.seed = member<std::uint32_t>(j, "seed");
   return spec;
-}
-
-json light_json(const Light& light) {
-  return {{"elevation_deg", light.elevation_deg},
-          {"azimuth_deg", light.azimuth_deg},
-          {"angular_radius_deg", light.angular_radius_deg}};
 }
 
 /// Absent where it is the usual one.
@@ -93,6 +79,20 @@ json heightmap_json(const HeightmapSpec& spec) {
   json j = {{"source", spec.source}, {"channel", spec.channel}, {"invert", spec.invert}, {"normalise", spec.normalise}};
   if (is_procedural(spec)) j.update({{"width", spec.width}, {"height", spec.height}, {"seed", spec.seed}});
   return j;
+}
+
+json view_json(const View& view) {
+  return {{"id", view.id},
+          {"elevation_deg", view.elevation_deg},
+          {"distance", view.distance},
+          {"fov_deg", view.fov_deg},
+          {"azimuth_deg", view.azimuth_deg}};
+}
+
+json light_json(const Light& light) {
+  return {{"elevation_deg", light.elevation_deg},
+          {"azimuth_deg", light.azimuth_deg},
+          {"angular_radius_deg", light.angular_radius_deg}};
 }
 
 json scene_json(const MeasuredScene& scene) {

@@ -16,6 +16,8 @@ namespace reliefbench {
 /// How a heightmap is read: {"source", "channel", "invert", "normalise"} and, of a procedural one, "width", "height",
 /// "seed".
 [[nodiscard]] nlohmann::json heightmap_json(const HeightmapSpec& spec);
+[[nodiscard]] nlohmann::json view_json(const View& view);
+[[nodiscard]] nlohmann::json light_json(const Light& light);
 
 /// throws: Error(bad_input): not such an object, or its key is not that of what it says
 [[nodiscard]] MeasuredScene parse_scene(const nlohmann::json& j);

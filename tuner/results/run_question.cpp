@@ -14,17 +14,20 @@ std::vector<Budget> budgets_at(const json& document, const char* pointer) {
 
 }  // namespace
 
-RunQuestion question_of(const Run& run) {
+RunQuestion question_of(const json& info) {
   const Config defaults;
-  RunQuestion question{.error_metric = run.info.value(json::json_pointer("/front/error"), defaults.front_error),
+  RunQuestion question{.error_metric = defaults.front_error,
                        .constraints = defaults.front_constraints,
-                       .budgets = budgets_at(run.info, "/identity/tune/max_error")};
-  if (run.info.contains(json::json_pointer("/front/constraints")))
-    question.constraints = budgets_at(run.info, "/front/constraints");
-  if (question.budgets.empty()) question.budgets = budgets_at(run.info, "/budgets");
+                       .budgets = budgets_at(info, "/identity/tune/max_error")};
+  if (info.is_object()) question.error_metric = info.value(json::json_pointer("/front/error"), question.error_metric);
+  if (info.contains(json::json_pointer("/front/constraints")))
+    question.constraints = budgets_at(info, "/front/constraints");
+  if (question.budgets.empty()) question.budgets = budgets_at(info, "/budgets");
   if (question.budgets.empty()) question.budgets = defaults.budgets;
   return question;
 }
+
+RunQuestion question_of(const Run& run) { return question_of(run.info); }
 
 bool is_of_tune(const Run& run) { return run.info.contains(json::json_pointer("/identity/tune")); }
 

@@ -13,7 +13,10 @@ struct RunQuestion {
   std::vector<Budget> constraints;  ///< on its front
   std::vector<Budget> budgets;      ///< a tune's --max-error, else the config's
 };
-/// Where the run does not say: a config's defaults. throws: Error(bad_input): a budget that is none
+/// Where the run does not say: a config's defaults.
+/// info: run.json; null of a table, which says nothing
+/// throws: Error(bad_input): a budget that is none
+[[nodiscard]] RunQuestion question_of(const nlohmann::json& info);
 [[nodiscard]] RunQuestion question_of(const Run& run);
 
 /// Whether `tune` made the folder: it then holds the settings that it answers with, not the space.
