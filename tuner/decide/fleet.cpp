@@ -190,12 +190,14 @@ Regret find_regret(std::string_view id) {
 
 std::vector<std::string> regret_ids() {
   std::vector<std::string> ids;
+  ids.reserve(kRegrets.size());
   for (const RegretRow& row : kRegrets) ids.emplace_back(row.id);
   return ids;
 }
 
 std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all) {
   std::vector<MeasuredDevice> devices;
+  devices.reserve(all.size());
   for (const FleetPlace& other : all) devices.push_back(other.device);
   return fmt::format("{} in {}", device_text(place.device, devices), place.scene);
 }
