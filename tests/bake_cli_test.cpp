@@ -62,6 +62,22 @@ TEST_F(BakeCommand, a_broken_guarantee_exits_1_and_names_the_factor) {
   EXPECT_THAT(result.out, HasSubstr("up to 1.41"));
 }
 
+// No correction is no excuse: what is found broken is never said to hold.
+TEST_F(BakeCommand, an_uncorrected_map_is_broken_between_its_texels) {
+  const std::vector<std::string> map = {"fbm", "--size", "32x32", "--map", "conservative", "--correction", "none"};
+  std::vector<std::string> verify = map;
+  verify.emplace_back("--verify");
+  const CommandResult text = bake(verify);
+  EXPECT_EQ(text.exit_code, 1) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("0 of 1024 too wide"));
+  EXPECT_THAT(text.out, ContainsRegex("[1-9][0-9]* broken, .*up to "));
+  EXPECT_THAT(text.out, ContainsRegex("guarantee +broken between texels\n"));
+  verify.emplace_back("--json");
+  const CommandResult json = bake(verify);
+  EXPECT_EQ(json.exit_code, 1);
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("verify").at("verdict"), "broken");
+}
+
 TEST_F(BakeCommand, the_published_quick_map_is_broken_by_default) {
   const CommandResult result = bake({"spikes", "--size", "128x128", "--map", "quick_published", "--verify"});
   EXPECT_EQ(result.exit_code, 1) << result.out << result.err;

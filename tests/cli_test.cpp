@@ -104,6 +104,7 @@ TEST_F(CliTest, settings_are_short_and_their_keys_are_taken) {
   const std::string id = whole.substr(pick, whole.find('\n', pick) - pick);
   EXPECT_NE(id.find('?'), std::string::npos) << whole;
   EXPECT_EQ(text.find('?', open), text.find("?*'"));  // of the command that measures it again
+  EXPECT_THAT(text, HasSubstr("out/again_" + key));   // a folder of its own: another pick's command is not refused
 
   const CommandResult plan = run({"sweep", "config.json", "--dry-run", "--backend", "null", "--case", key, "--json"});
   const nlohmann::json cases = nlohmann::json::parse(plan.out).at("cases");
@@ -165,6 +166,17 @@ TEST_F(CliTest, a_dry_run_prints_the_plan_and_writes_nothing) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run"));
   const CommandResult json = run({"sweep", kSmoke, "--backend", "null", "--dry-run", "--json"});
   EXPECT_EQ(nlohmann::json::parse(json.out).at("cases").size(), 9U);
+}
+
+// It takes some two and a half minutes on two cores, where half a minute was promised.
+TEST_F(CliTest, a_dry_run_promises_no_less_time_than_the_quickstart_takes) {
+  const CommandResult plan =
+      run({"sweep", (kSource / "configs/quickstart.json").string(), "--dry-run", "--json", "--backend", "all"});
+  ASSERT_EQ(plan.exit_code, 0) << plan.err;
+  const nlohmann::json json = nlohmann::json::parse(plan.out);
+  ASSERT_EQ(json.at("cases").size(), 378U);
+  EXPECT_GT(json.at("estimated_software_s"), 100);
+  EXPECT_LT(json.at("estimated_software_s"), 300);
 }
 
 std::set<std::string> case_ids(const std::filesystem::path& run) {
@@ -275,6 +287,26 @@ TEST_F(CliTest, recommend_says_what_its_intervals_cover) {
   EXPECT_THAT(text.out, HasSubstr(samples == 3 ? "; 75 %]" : "; 93.8 %]"));
   const CommandResult json = run({"recommend", "out", "--max-error", "e_xy.p99<=100", "--json"});
   EXPECT_LT(nlohmann::json::parse(json.out).at("answers").at(0).at("pick").at("frame_time_ns").at("coverage"), 0.95);
+}
+
+// No relief at all takes the least time, and was once offered as the simplest.
+TEST_F(CliTest, recommend_within_a_time_keeps_to_the_budgets_of_the_run) {
+  static_cast<void>(null_sweep(folder_));
+  const CommandResult within = run({"recommend", "run", "--max-time-ms", "100"});
+  EXPECT_EQ(within.exit_code, 0) << within.err;
+  EXPECT_THAT(within.out, HasSubstr("  simplest    relief "));
+  const CommandResult json = run({"recommend", "run", "--max-time-ms", "100", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("question").at("simplest_budgets"),
+            nlohmann::json({"e_xy.p99<=0.5", "missed_rate<=0.001"}));
+}
+
+TEST_F(CliTest, recommend_and_tune_say_what_ties_with_their_pick) {
+  static_cast<void>(null_sweep(folder_));
+  EXPECT_THAT(
+      run({"recommend", "run", "--max-error", "e_xy.p95<=2"}).out,
+      ::testing::AllOf(HasSubstr("\n  tie         relief "), HasSubstr("the pick is the simplest and smallest")));
+  EXPECT_THAT(run({"tune", "config.json", "--backend", "null", "--max-error", "e_xy.p95<=2", "-o", "t", "--quiet"}).out,
+              ::testing::AllOf(HasSubstr("\n  tie with relief "), HasSubstr("the pick is the simpler or smaller")));
 }
 
 TEST_F(CliTest, recommend_names_no_command_that_would_measure_something_else) {

@@ -136,7 +136,7 @@ TEST(MapVerify, ExactRelaxedConesHoldAtTexels) {
       const Heightfield heights = make(24, 20);
       const MapVerdict relaxed = bake_and_verify(heights, {"rg32f", "ratio"}, Correction::none, wrap, MapKind::relaxed);
       EXPECT_EQ(relaxed.texels_too_wide, 0);
-      EXPECT_FALSE(relaxed.broken);
+      EXPECT_EQ(relaxed.broken, relaxed.rays.crossing_twice > 0);
       const MapVerdict shape =
           bake_and_verify(heights, {"r32f+rgba32f", "ratio"}, Correction::min3x3, wrap, MapKind::safety_shape);
       EXPECT_EQ(shape.texels_too_wide, 0);
@@ -155,11 +155,12 @@ TEST(MapVerify, FindsThatTheMinimumOfNeighboursIsNotEnough) {
   EXPECT_TRUE(bake_and_verify(noise_map(16, 16), {"rg16", "sqrt"}, Correction::min3x3, Wrap::clamp).broken);
 }
 
-TEST(MapVerify, HoldsUncorrectedMapsToTexelCentresOnly) {
+// Shaders interpolate them all the same: "64931 broken" once stood above "guarantee holds".
+TEST(MapVerify, HoldsUncorrectedMapsToEveryPoint) {
   const MapVerdict verdict = bake_and_verify(noise_map(16, 16), {"rg16", "sqrt"}, Correction::none, Wrap::repeat);
   EXPECT_GT(verdict.cells.broken, 0);
   EXPECT_EQ(verdict.texels_too_wide, 0);
-  EXPECT_FALSE(verdict.broken || verdict.undecided);
+  EXPECT_TRUE(verdict.broken);
 }
 
 TEST(MapVerify, NamesTheTexelThatIsTooWideAndByHowMuch) {

@@ -63,6 +63,15 @@ TEST_F(Reading, export_ships_the_heights_that_were_asked_for) {
   EXPECT_NE(read_bytes(folder_ / "as_is/relief.ktx2"), read_bytes(folder_ / "inverted/relief.ktx2"));
 }
 
+TEST_F(Reading, tune_reads_its_hold_outs_as_what_it_tunes_on) {
+  write_masked();
+  std::filesystem::copy_file(folder_ / "rocks.png", folder_ / "held.png");
+  const CommandResult result = run({"tune", "./rocks.png", "--invert", "--holdout", "./held.png", "--frame-px", "32x32",
+                                    "--backend", "null", "--time-limit", "0.001s", "-o", "run"});
+  EXPECT_EQ(result.exit_code, 2);  // for it is the same: read as it was, it has the same heights
+  EXPECT_THAT(result.err, HasSubstr("--holdout ./held.png: is what the pick is tuned on"));
+}
+
 TEST_F(Reading, an_unknown_channel_is_refused) {
   write_masked();
   const CommandResult result = run({"bake", "./rocks.png", "--map", "height", "--channel", "depth"});

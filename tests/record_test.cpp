@@ -141,6 +141,7 @@ TEST(Record, StatusIdsRoundTrip) {
     EXPECT_EQ(parse_status(status_id(status)), status);
   EXPECT_EQ(status_id(Status::throttled), "throttled");
   EXPECT_THROW((void)parse_status("fine"), Error);
+  EXPECT_THROW((void)parse_status("skipped"), Error);  // which nothing ever produced
 }
 
 RC_GTEST_PROP(Sample, RoundTripsToTheBit, (std::string case_id, int round, int frames)) {

@@ -21,8 +21,11 @@ namespace reliefbench {
 namespace {
 
 using nlohmann::json;
+using testing::Contains;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 using ReportInBrowser = InBrowser;
 
@@ -175,6 +178,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
     drawTable();
     const rows = () => [...document.querySelectorAll('#table-rows tbody tr')].map((row) => row.textContent);
     const rising = rows();
+    result.columns = JSON.stringify([...document.querySelectorAll('#table-rows th button')].map((b) => b.textContent));
     result.rows = rising.length;
     [...document.querySelectorAll('#table-rows th button')].find((b) => b.textContent.startsWith('Time')).click();
     result.falling = String(rows()[0] !== rising[0] && document.querySelector('#table-rows th[aria-sort=descending]') !== null);
@@ -210,9 +214,16 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
   EXPECT_THAT(body, HasSubstr("data-fragment=\"#error="));
   EXPECT_THAT(body, HasSubstr(" time_ms="));
   EXPECT_THAT(body, has("pins", 2));
-  EXPECT_THAT(body, HasSubstr("data-command=\"reliefbench sweep 'configs/quick start.json' -o out/"));
+  // A folder of its own: another point's command is not refused.
+  EXPECT_THAT(body, ContainsRegex("data-command=\"reliefbench sweep 'configs/quick start.json' -o out/[0-9a-f]{8} "));
   EXPECT_THAT(body, HasSubstr("--filter '*@rocks/oblique?*' --backend"));
   EXPECT_THAT(body, has("rows", 40));
+  // Every column that a metric says it is, by its own id.
+  const auto columns = told(body, "columns").get<std::vector<std::string>>();
+  for (const MetricRow& metric : metrics())
+    if (metric.is_column()) {
+      EXPECT_THAT(columns, Contains(StartsWith(std::string(metric.id))));
+    }
   EXPECT_THAT(body, has("csv", "121 true"));
   EXPECT_THAT(body, has("axis", "psnr (dB), better downwards"));
   EXPECT_THAT(body, HasSubstr("data-scene=\"rocks/grazing #metric=psnr scene=1"));

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -11,9 +13,11 @@
 #include "kernels/base/error.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
+#include "tuner/measure/prepare.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/plan/config_json.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/stages.h"
 
 namespace reliefbench {
@@ -170,6 +174,48 @@ TEST(StageKeys, know_every_stage_and_every_input) {
                                       stage_key({"judge", "pack"}, {"a", "b"})};
   EXPECT_EQ(keys.size(), 5U);
   EXPECT_THROW((void)stage_key({"jugde"}, {}), Error);
+}
+
+// What an older build made is then not taken for what this one would make.
+TEST(StageKeys, change_with_the_version_of_each_of_their_stages) {
+  for (std::size_t i = 0; i < stage_versions().size(); ++i) {
+    std::vector<StageVersion> raised = stage_versions();
+    ++raised[i].version;
+    EXPECT_NE(stage_key({raised[i].id, "harness"}, {"a"}, raised), stage_key({raised[i].id, "harness"}, {"a"}));
+    const std::string other = raised[i].id == "judge" ? "pack" : "judge";
+    EXPECT_EQ(stage_key({other}, {"a"}, raised), stage_key({other}, {"a"}));
+  }
+}
+
+TEST(StageKeys, of_cases_name_the_stages_that_make_them) {
+  const TempFolder folder;
+  const Cache cache(folder / "cache");
+  WallSplit split;
+  Session session(find_backend("null"), 0, split);
+  MapLibrary library(cache, split);
+  Preparer preparer(
+      {.session = session, .library = library, .cache = cache, .split = split, .timeout_s = 60, .flicker_frames = 0});
+  const SceneSpec scene{.id = "fbm_16x16/oblique",
+                        .heightmap = {.source = "fbm", .width = 16, .height = 16},
+                        .scene = {.view = view_presets()[0], .width_px = 16, .height_px = 16}};
+  const Case cone{.settings = parse_setting("cone"), .scene_id = scene.id, .backend = "null"};
+  const DeviceInfo& device = session.device();
+  const auto inputs = [&](const Target& target) {
+    return std::array{scene_key(library.loaded(scene).sha256, scene.scene).hex, setting_id(cone.settings),
+                      session.fragment_sha256(cone.settings, target), session.sampler_key(cone.settings)};
+  };
+  const auto key = [&](std::initializer_list<std::string_view> stages, const Target& target) {
+    const auto [key_of_scene, setting, shader, sampler] = inputs(target);
+    return stage_key(stages, {key_of_scene, setting, shader, sampler, device.backend, device.name, device.driver});
+  };
+  (void)preparer.score(cone, scene);
+  EXPECT_TRUE(std::filesystem::exists(
+      cache.file(key({"bake.conservative", "encode", "pack", "trace", "reference", "judge"}, Target::score))));
+  const Record record = preparer.prepare(cone, scene).record;
+  ASSERT_EQ(record.status, Status::ok) << record.reason;
+  EXPECT_EQ(record.timing_key, key({"bake.conservative", "encode", "pack", "trace", "harness"}, Target::color));
+  EXPECT_TRUE(std::filesystem::exists(cache.file(record.bake_key)));
+  EXPECT_TRUE(std::filesystem::exists(cache.file(record.reference_key)));
 }
 
 // A run is not gone on with by a build that bakes, packs, judges, ... otherwise.

@@ -178,6 +178,13 @@ TEST(Schema, ErrorsAreTheRegistrysMetrics) {
       << error_schema().dump(2);
 }
 
+TEST(Schema, StatusesAreTheRecords) {
+  std::set<std::string> ids;
+  for (int status = 0; status <= static_cast<int>(Status::crashed); ++status)
+    ids.emplace(status_id(static_cast<Status>(status)));
+  EXPECT_EQ(load_schema("results")["properties"]["status"]["enum"].get<std::set<std::string>>(), ids);
+}
+
 TEST(Schema, RecordsAndSamplesAreValidLines) {
   const json whole = full_record();
   EXPECT_EQ(schema_errors(whole, "results"), "");

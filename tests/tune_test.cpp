@@ -381,6 +381,12 @@ TEST_F(TuneTest, the_command_says_no_and_names_the_nearest) {
   const CommandResult late =
       run_reliefbench({"tune", "--replay", kTable, "--time-limit", "0.001s", "--quiet"}, folder_.path());
   EXPECT_EQ(late.exit_code, 4) << late.out;
+  // On a device, before anything was scored.
+  const CommandResult none = run_reliefbench(
+      {"tune", "fbm", "--backend", "null", "--time-limit", "0.001s", "--quiet", "-o", "none"}, folder_.path());
+  EXPECT_EQ(none.exit_code, 4) << none.out;
+  EXPECT_THAT(none.out, ::testing::AllOf(HasSubstr("no pick yet"), HasSubstr("no statement about the whole space"),
+                                         ::testing::Not(HasSubstr("within")), ::testing::Not(HasSubstr("confidence"))));
 }
 
 }  // namespace

@@ -9,9 +9,6 @@
 namespace reliefbench {
 namespace {
 
-/// Whether every point between the texels is promised, not texel centres alone.
-bool promises_all_points(const VerifyRequest& request) { return request.correction != Correction::none; }
-
 StoredCones stored_cones(const VerifyRequest& request, int channel) {
   return {request.textures, request.format, request.encoding, request.wrap, request.correction == Correction::min4,
           channel};
@@ -61,10 +58,8 @@ MapVerdict verify_map(const VerifyRequest& request) {
   if (map.content != MapContent::ratios) fail_input("a {} map has no cones to verify", map.id);
   MapVerdict verdict = map.is_relaxed ? verify_relaxed(request) : verify_conservative(request);
   if (map.promise == MapPromise::none) return verdict;
-  const bool is_broken_inside = verdict.cells.broken > 0 || verdict.rays.crossing_twice > 0;
-  const bool all_points = promises_all_points(request);
-  verdict.broken = verdict.texels_too_wide > 0 || (all_points && is_broken_inside);
-  verdict.undecided = !verdict.broken && all_points && verdict.cells.undecided > 0;
+  verdict.broken = verdict.texels_too_wide > 0 || verdict.cells.broken > 0 || verdict.rays.crossing_twice > 0;
+  verdict.undecided = !verdict.broken && verdict.cells.undecided > 0;
   return verdict;
 }
 

@@ -47,8 +47,8 @@ struct MapVerdict {
   WorstCone worst_texel{};
   CellVerdict cells{};  ///< conservative cones
   RayVerdict rays{};    ///< relaxed cones
-  /// The kind's promise is shown not to hold. Correction none promises texel centres only, the others interpolated
-  /// positions too; a kind without a promise breaks none.
+  /// The kind's promise is shown not to hold: at a texel centre or, whatever the correction, at an interpolated
+  /// position, where shaders read cones, too. A kind without a promise breaks none.
   bool broken = false;
   bool undecided = false;  ///< the promise is neither shown to hold nor not to hold
 };

@@ -154,7 +154,7 @@ std::vector<std::vector<std::string>> proof_rows(const MapRow& map, const MapVer
 
 std::string verdict_text(const MapRow& map, const MapVerdict& verdict, const Paint& paint) {
   if (map.promise == MapPromise::none) return "none: the kind promises nothing";
-  if (verdict.broken) return paint.bad("broken");
+  if (verdict.broken) return paint.bad(verdict.texels_too_wide > 0 ? "broken" : "broken between texels");
   return verdict.undecided ? "undecided" : paint.good("holds");
 }
 

@@ -133,7 +133,9 @@ Config config_of(const TuneArguments& arguments) {
 std::vector<SceneSpec> holdout_of(const TuneArguments& arguments, const Config& config) {
   std::vector<SceneSpec> scenes;
   for (const std::string& heightmap : arguments.holdout) {
-    std::vector<SceneSpec> same_views = default_tune_config({.source = heightmap}, {}).scenes;
+    HeightmapSpec read_alike{.source = heightmap};
+    set_reading(read_alike, arguments.reading);
+    std::vector<SceneSpec> same_views = default_tune_config(read_alike, {}).scenes;
     for (const SceneSpec& scene : config.scenes) {
       SceneSpec held_out = same_views.front();
       held_out.scene = scene.scene;
@@ -243,7 +245,9 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--confidence", arguments->confidence, "of the certificate")->capture_default_str();
   command->add_option("--time-limit", arguments->time_limit, "90s, 10m, 1h: then the answer so far")->type_name("T");
-  command->add_option("--holdout", arguments->holdout, "heightmap on which the pick is only tried; may be repeated")
+  command
+      ->add_option("--holdout", arguments->holdout,
+                   "heightmap on which the pick is only tried, read as SUBJECT is; may be repeated")
       ->expected(1)
       ->take_all();
   command->add_option("--combine", arguments->combine, "several scenes: weighted sum of their times, or the worst")

@@ -12,8 +12,7 @@
 namespace reliefbench {
 namespace {
 
-const StageVersion& find_stage(std::string_view id) {
-  const std::vector<StageVersion>& all = stage_versions();
+const StageVersion& find_stage(std::string_view id, const std::vector<StageVersion>& all) {
   const auto found = std::ranges::find(all, id, &StageVersion::id);
   if (found == all.end()) fail_input("unknown stage '{}'", id);
   return *found;
@@ -36,9 +35,10 @@ const std::vector<StageVersion>& stage_versions() {
   return versions;
 }
 
-std::string stage_key(std::initializer_list<std::string_view> stages, std::initializer_list<std::string_view> inputs) {
+std::string stage_key(std::initializer_list<std::string_view> stages, std::initializer_list<std::string_view> inputs,
+                      const std::vector<StageVersion>& versions) {
   std::string text;
-  for (const std::string_view id : stages) text += fmt::format("{} {}\n", id, find_stage(id).version);
+  for (const std::string_view id : stages) text += fmt::format("{} {}\n", id, find_stage(id, versions).version);
   for (const std::string_view input : inputs) text += fmt::format("{}:{}\n", input.size(), input);
   return sha256(text);
 }

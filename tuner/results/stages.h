@@ -26,7 +26,8 @@ struct StageVersion {
 /// The key of what `stages` make of `inputs`, SHA-256 in hex. Every input is an item of its own: which text stands
 /// where counts. All cache keys and all keys of records are made here. stages: ids of stage_versions()
 [[nodiscard]] std::string stage_key(std::initializer_list<std::string_view> stages,
-                                    std::initializer_list<std::string_view> inputs);
+                                    std::initializer_list<std::string_view> inputs,
+                                    const std::vector<StageVersion>& versions = stage_versions());
 
 /// "bake.KIND"
 [[nodiscard]] std::string bake_stage(std::string_view map_id);
