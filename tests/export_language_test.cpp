@@ -25,7 +25,8 @@ std::vector<std::string> translated_settings() {
   std::vector<std::string> ids;
   for (const Technique& technique : techniques()) ids.emplace_back(technique.id);
   for (const char* id : {"cone?correction=min4&step=cell_max&format=r8+r8", "cone?lod=footprint&encoding=atan",
-                         "quad_cone?refinement=binary&filter=manual&shadow=linear", "cone?shadow=cone&format=rgba8"})
+                         "quad_cone?refinement=binary&filter=manual&shadow=linear", "cone?shadow=cone&format=rgba8",
+                         "cone?step=plain&over_relaxation=auto"})
     ids.emplace_back(id);
   return ids;
 }

@@ -49,6 +49,10 @@ std::vector<Promise> promises() {
   for (const std::string_view format : {"r8+rgba8", "r16+rgba16"})
     list.push_back({"quad_cone", exact, {{"format", format}}});
   list.push_back({"quad_cone", never_skips, {{"step", "plain"}}});
+  for (const std::string_view technique : {"cone", "quad_cone"})
+    list.push_back({technique, exact, {{"over_relaxation", "1_3"}}});
+  list.push_back({"cone", never_skips, {{"step", "plain"}, {"format", "rg32f"}, {"over_relaxation", "auto"}}});
+  list.push_back({"quad_cone", never_skips, {{"step", "plain"}, {"over_relaxation", "auto"}}});
   return list;
 }
 
@@ -177,6 +181,28 @@ TEST(KeptTest, the_gap_is_zero_at_the_exact_hit) {
       ASSERT_GT(gap_above(heights, wrap, ray, 0.5 * t), -1e-12) << i;
     }
   }
+}
+
+// What over-relaxed steps are for. Their hits lie as near to the surface.
+TEST_P(GuaranteeTest, adapted_steps_need_fewer_looks) {
+  on_every_device([](const Rig& rig) {
+    for (const std::string_view technique : {"cone", "quad_cone"}) {
+      const auto judged = [&](std::string_view over_relaxation) {
+        const Settings settings = settings_of(
+            technique,
+            {{"cone_steps", "1000"}, {"step", "plain"}, {"filter", "manual"}, {"over_relaxation", over_relaxation}});
+        const StoredMap map =
+            store_map(settings, load_heightmap({.source = "fbm", .width = 64, .height = 64}), Wrap::repeat);
+        const auto pixels = trace_frame(rig, settings, map, small_scene_of(view_presets()[2], Wrap::repeat));
+        return judge(pixels, exact_hits(ReferenceTracer(map.surface, Wrap::repeat), pixels), 64, 64).score;
+      };
+      const FrameScore plain = judged("none");
+      const FrameScore adapted = judged("auto");
+      EXPECT_LT(adapted.at("taps.mean"), 0.85 * plain.at("taps.mean")) << technique;
+      EXPECT_EQ(adapted.at("missed_rate"), 0) << technique;
+      EXPECT_NEAR(adapted.at("e_xy.max"), plain.at("e_xy.max"), 0.05) << technique;
+    }
+  });
 }
 
 // That a test of a guarantee can fail: linear steps do step over spikes.

@@ -1,5 +1,5 @@
 // Cone step mapping on a conservative cone map [DUM06], with the cell steps of [BVBV24] made exact (cell_quad).
-#include "cone_search.glsl"
+#include "stride.glsl"
 #include "refinement.glsl"
 
 // The level whose texels are at most as large as the pixel, constant along the ray. 2^16 texels a side end any chain.
@@ -12,7 +12,7 @@ Hit trace(Ray ray) {
   if (LOD == LOD_FOOTPRINT) ray.level = footprint_level(ray);
   Bracket bracket;
   Hit hit;
-  ConeSearch search = ConeSearch(CONE_STEPS, SHAPE_CONE, STEP != STEP_PLAIN, STEP == STEP_CELL_QUAD);
+  ConeSearch search = ConeSearch(CONE_STEPS, SHAPE_CONE, STEP != STEP_PLAIN, STEP == STEP_CELL_QUAD, chosen_stride());
   if (cone_search(ray, search, bracket, hit)) refine(ray, bracket, hit);
   return hit;
 }

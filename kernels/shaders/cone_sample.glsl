@@ -9,9 +9,10 @@ struct Relief {
   float height;
   float ratio;   // of the cone
   float radius;  // uv, whatever the height; 0 without a cylinder
+  float behind;  // as ratio, for rays the other way
 };
 
-// Which of the stored ratios is for rays of this slope.
+// Which of the stored ratios is for rays of this slope; that of rays the other way differs in the lowest bit.
 int ratio_channel(int shape, vec2 slope) {
   if (shape != SHAPE_QUAD) return 0;
   if (abs(slope.y) <= abs(slope.x)) return slope.x < 0.0 ? 1 : 0;
@@ -58,7 +59,14 @@ float sampler_error() { return float(SAMPLER_ERROR) * SAMPLER_UNIT; }
 // The surface as high and the cone as narrow as they may be then.
 Relief cautious(float height, float stored) {
   float narrowest = ENCODING == ENCODING_ATAN ? min(stored + sampler_error(), 1.0) : max(stored - sampler_error(), 0.0);
-  return Relief(height + sampler_error(), decoded_ratio(narrowest, height - sampler_error()), 0.0);
+  float ratio = decoded_ratio(narrowest, height - sampler_error());
+  return Relief(height + sampler_error(), ratio, 0.0, ratio);
+}
+
+Relief decoded_relief(float height, float stored) {
+  if (SAMPLER_ERROR != SAMPLER_ERROR_NONE) return cautious(height, stored);
+  float ratio = decoded_ratio(stored, height);
+  return Relief(height, ratio, 0.0, ratio);
 }
 
 // The map under the ray at t, as a technique with this shape reads it.
@@ -67,13 +75,13 @@ Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {
   if (CONE_FETCH == CONE_FETCH_MIN4) {
     vec2 cone = sample_min4(uv, ray.level, taps);
     if (SAMPLER_ERROR != SAMPLER_ERROR_NONE) cone.x += sampler_error();  // its ratios are gathered
-    return Relief(cone.x, cone.y, 0.0);
+    return Relief(cone.x, cone.y, 0.0, cone.y);
   }
   vec4 texel = sample_map(relief_map, uv, ray.level, taps);
   vec4 stored = texel.yyyy;
   if (LAYOUT == LAYOUT_SPLIT) stored = sample_map(extra_map, uv, ray.level, taps);
-  Relief relief = Relief(texel.x, decoded_ratio(stored[channel], texel.x), 0.0);
-  if (SAMPLER_ERROR != SAMPLER_ERROR_NONE) relief = cautious(texel.x, stored[channel]);
+  Relief relief = decoded_relief(texel.x, stored[channel]);
+  if (shape == SHAPE_QUAD) relief.behind = decoded_relief(texel.x, stored[channel ^ 1]).ratio;
   if (shape == SHAPE_SAFETY) relief.radius = decoded_ratio(stored.y, texel.x);
   return relief;
 }
@@ -83,9 +91,7 @@ float sampler_shift(int level) { return float(SAMPLER_SHIFT) * SAMPLER_UNIT * le
 
 // How much of `gap` is sure then: the cone that is shown stands up to `shift` away, and so holds one that stands here,
 // with a higher apex.
-float sure_gap(Relief relief, float gap, float shift) {
-  return relief.ratio > 0.0 ? max(gap - shift / relief.ratio, 0.0) : 0.0;
-}
+float sure_gap(float ratio, float gap, float shift) { return ratio > 0.0 ? max(gap - shift / ratio, 0.0) : 0.0; }
 
 // How far (in t) the ray may go from `gap` above the surface. A ray straight down meets its own texel, cone or not.
 float free_step(Relief relief, float gap, float ray_ratio, int shape) {

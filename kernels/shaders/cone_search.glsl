@@ -5,11 +5,14 @@
 #include "cone_sample.glsl"
 #include "refine.glsl"
 
+const float ADAPTED_STRIDE = 0.0;
+
 struct ConeSearch {
   int max_steps;
   int shape;            // SHAPE_*
   bool leaves_cell;     // every step reaches the border of the ray's cell at least [BVBV24]
   bool solves_surface;  // of the cells that the cone does not lead out of; false: they are left untested
+  float stride;         // of a free step that is gone at once: 1, or more, or ADAPTED_STRIDE
 };
 
 // Whether the ray has come to the surface. An exact solution needs no tolerance, which could stop a grazing ray short
@@ -18,6 +21,18 @@ bool has_arrived(ConeSearch search, float t, float gap) {
   if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == 1.0;
   return gap <= (search.solves_surface ? 0.0 : ARRIVED);
 }
+
+// How far (in t) the ray is free behind the point `gap` above the surface: it is in that point's cone, too.
+float free_behind(Relief relief, float gap, float ray_ratio, float shift) {
+  float sure = gap;
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief.behind, gap, shift);
+  if (sure <= 0.0) return 0.0;
+  return ray_ratio > relief.behind ? relief.behind * sure / (ray_ratio - relief.behind) : INFINITE_T;
+}
+
+// By how much of a free step the ray goes on when the free steps' slope along it is this. If it stays, the way back
+// from the next point just meets the way there.
+float adapted_stride(float slope) { return clamp(2.0 / (1.0 - slope), 1.0, 2.0); }
 
 // Where the next look is taken. A cell that holds the hit ends the search.
 float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_ratio, inout Hit hit) {
@@ -49,14 +64,23 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
   if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(ray.level);
   bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   bool pierced = false;
+  float reach = 0.0;   // the ray is free up to here
+  float slope = -1.0;  // of the free steps along the ray, averaged
+  float last_t = 0.0;
+  float last_free = 0.0;
   // One look more than there are steps: a hit exactly at the cap is a hit.
   for (int i = 0; i <= search.max_steps; ++i) {
     Relief relief = sample_relief(ray, hit.t, search.shape, channel, hit.taps);
     float gap = (1.0 - hit.t) - relief.height;
     float sure = gap;
-    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief, gap, shift);
+    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief.ratio, gap, shift);
     if (hit.status == STATUS_STEP_CAP) {
-      if (has_arrived(search, hit.t, sure)) {
+      bool is_reached = search.stride == 1.0 || hit.t == reach;
+      if (!is_reached && hit.t - free_behind(relief, gap, ray_ratio, shift) > reach) {
+        hit.steps += 1;
+        hit.t = reach;
+        slope = -1.0;
+      } else if (has_arrived(search, hit.t, sure)) {
         hit.status = STATUS_HIT;
         pierced = gap <= 0.0 && hit.t > bracket.lo;
         bracket.hi = hit.t;
@@ -65,7 +89,17 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         hit.steps += 1;
         bracket.lo = hit.t;
         bracket.gap_lo = gap;
+        float t = hit.t;
         hit.t = next_t(ray, search, relief, sure, ray_ratio, hit);
+        reach = hit.t;
+        if (search.stride != 1.0 && hit.status == STATUS_STEP_CAP) {
+          float free = free_step(relief, sure, ray_ratio, search.shape);
+          if (t > last_t) slope = mix(slope, (free - last_free) / (t - last_t), 0.5);
+          last_t = t;
+          last_free = free;
+          float stride = search.stride == ADAPTED_STRIDE ? adapted_stride(slope) : search.stride;
+          hit.t = min(max(hit.t, t + free * stride), 1.0);
+        }
       }
     }
     if (LOOP == LOOP_EARLY_EXIT && hit.status == STATUS_HIT) break;

@@ -8,7 +8,8 @@ Hit trace(Ray ray) {
   Hit hit;
   bool found = false;
   if (SEARCH == SEARCH_LINEAR) found = linear_search(ray, LINEAR_STEPS, bracket, hit);
-  if (SEARCH == SEARCH_CONE) found = cone_search(ray, ConeSearch(CONE_STEPS, SHAPE_CONE, false, false), bracket, hit);
+  if (SEARCH == SEARCH_CONE)
+    found = cone_search(ray, ConeSearch(CONE_STEPS, SHAPE_CONE, false, false, 1.0), bracket, hit);
   if (found && INTERVAL_STEPS == 0) hit.t = bracket.hi;
   if (found && INTERVAL_STEPS > 0) refine_secant(ray, bracket, INTERVAL_STEPS - 1, hit);
   return hit;

@@ -6,7 +6,7 @@
 Hit trace(Ray ray) {
   Bracket bracket;
   Hit hit;
-  ConeSearch search = ConeSearch(CONE_STEPS, SHAPE_SAFETY, STEP != STEP_PLAIN, STEP == STEP_CELL_QUAD);
+  ConeSearch search = ConeSearch(CONE_STEPS, SHAPE_SAFETY, STEP != STEP_PLAIN, STEP == STEP_CELL_QUAD, 1.0);
   if (cone_search(ray, search, bracket, hit)) refine(ray, bracket, hit);
   return hit;
 }

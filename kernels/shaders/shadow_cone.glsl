@@ -44,7 +44,7 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
     }
     if (gap < -ARRIVED) return 0.0;
     float sure = max(gap, 0.0);
-    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief, gap, shift);
+    if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief.ratio, gap, shift);
     float next = s;
     if (relief.ratio < ray_ratio) {
       next += relief.ratio * sure / (ray_ratio - relief.ratio);

@@ -20,6 +20,14 @@ Param step(std::string_view fallback) {
                       "surface solved (cell_quad)",
                       {"plain", "cell_max", "cell_quad"}, fallback);
 }
+Param over_relaxation() {
+  Param param = choice_param("over_relaxation",
+                             "steps beyond the cone, by a fixed factor or one that adapts; where the cone at the end "
+                             "does not reach back to where the first one ended, that is where the ray goes on",
+                             {"none", "1_3", "auto"}, "none");
+  param.is_spelt_out = false;
+  return param;
+}
 Param lod() {
   return choice_param("lod",
                       "level of the map that a ray reads: the base, or of a conservative mip chain the one whose "
@@ -138,14 +146,15 @@ std::vector<Technique> rows() {
       {.id = "cone",
        .description = "conservative cone stepping",
        .maps = cone_maps,
-       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {lod(), loop()}}),
+       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {lod(), over_relaxation(), loop()}}),
        .storage = StorageUse{.format = "rg16", .correction = "safe"},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe, certified or min4 on the heights as stored: exact with cell_quad, "
                          "never_skips with plain; cell_max skips the rest of a cell untested; quick_published and "
                          "quick_centre maps are not conservative. With lod=footprint a ray never passes the base "
                          "surface, but may stop before it, which unconverged_rate counts",
-       .source = "[DUM06]; cell steps [BVBV24]",
+       .source = "[DUM06]; cell steps [BVBV24]; over-relaxed ones after Keinert et al. 2014 and Ban and Valasek 2023, "
+                 "proved by the cone's way back (ours)",
        .guarantee_when = cone_guarantee},
       {.id = "relaxed_cone",
        .description = "relaxed cone stepping, then refinement",
@@ -160,7 +169,7 @@ std::vector<Technique> rows() {
       {.id = "quad_cone",
        .description = "conservative cone stepping with a cone for each quarter of the directions",
        .maps = {MapKind::quad},
-       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {loop()}}),
+       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {over_relaxation(), loop()}}),
        .storage = StorageUse{.format = "r16+rgba16", .correction = "safe", .has_max_ratio = false},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain",
