@@ -1,8 +1,11 @@
 #include "backends/cross_compiler.h"
 
+#include <fmt/format.h>
 #include <spirv_cross/spirv_cross_c.h>
 
+#include <cstdint>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "backends/spirv.h"
@@ -67,11 +70,24 @@ std::string translated(const Spirv& spirv, const CrossLanguage& language) {
   return text;
 }
 
+/// Without the overloads of mod that nothing calls: SPIRV-Cross writes those of all widths where it writes one.
+std::string without_unused_mod(std::string text, const std::set<std::uint32_t>& widths) {
+  for (std::uint32_t width = 1; width <= 4; ++width) {
+    const std::string type = width == 1 ? "float" : fmt::format("float{}", width);
+    const std::size_t begin = text.find(fmt::format("{0} mod({0} x, {0} y)\n{{\n", type));
+    const std::size_t end = begin == std::string::npos ? begin : text.find("\n}\n\n", begin);
+    if (end != std::string::npos && !widths.contains(width)) text.erase(begin, end + 4 - begin);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string cross_compile(const Spirv& spirv, TextLanguage language) {
   for (const CrossLanguage& row : cross_languages())
-    if (row.language == language) return translated(spirv, row);
+    if (row.language == language)
+      return language == TextLanguage::hlsl ? without_unused_mod(translated(spirv, row), remainder_widths(spirv))
+                                            : translated(spirv, row);
   return naga_wgsl(with_plain_names(spirv));
 }
 

@@ -15,6 +15,7 @@ constexpr std::uint32_t kMagic = 0x07230203;
 constexpr std::size_t kHeaderWords = 5;
 enum Opcode : std::uint32_t {
   kOpName = 5,
+  kOpTypeVector = 23,
   kOpTypePointer = 32,
   kOpFunction = 54,
   kOpFunctionEnd = 56,
@@ -24,6 +25,7 @@ enum Opcode : std::uint32_t {
   kOpAccessChain = 65,
   kOpInBoundsAccessChain = 66,
   kOpDecorate = 71,
+  kOpFMod = 141,
 };
 enum Decoration : std::uint32_t { kSpecId = 1, kBlock = 2, kLocation = 30, kBinding = 33, kDescriptorSet = 34 };
 enum StorageClass : std::uint32_t { kUniformConstant = 0, kUniform = 2, kOutput = 3 };
@@ -172,6 +174,22 @@ std::vector<std::uint32_t> with_plain_names(Words spirv) {
     }
   }
   return plain;
+}
+
+std::set<std::uint32_t> remainder_widths(Words spirv) {
+  std::map<std::uint32_t, std::uint32_t> vectors;  // components, by the type's id
+  std::set<std::uint32_t> widths;
+  for (std::size_t at = kHeaderWords; at < spirv.size();) {
+    const std::size_t count = std::clamp<std::size_t>(spirv[at] >> 16, 1, spirv.size() - at);
+    const Words words = spirv.subspan(at, count);
+    at += count;
+    const std::uint32_t opcode = words[0] & 0xffffU;
+    if (opcode == kOpTypeVector && count >= 4) vectors[words[1]] = words[3];
+    if (opcode != kOpFMod || count < 2) continue;
+    const auto vector = vectors.find(words[1]);
+    widths.insert(vector == vectors.end() ? 1 : vector->second);
+  }
+  return widths;
 }
 
 ShaderInterface joined(const ShaderInterface& vertex, const ShaderInterface& fragment) {

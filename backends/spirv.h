@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +36,9 @@ struct ShaderInterface {
 
 /// The same module with functions named as their source has them, without the types of their parameters.
 [[nodiscard]] std::vector<std::uint32_t> with_plain_names(std::span<const std::uint32_t> spirv);
+
+/// Of how many components the floored remainders are that the module computes (GLSL's mod): 1 to 4.
+[[nodiscard]] std::set<std::uint32_t> remainder_widths(std::span<const std::uint32_t> spirv);
 
 /// The interface of both stages of a pipeline: the resources of either, the fragment shader's outputs.
 /// throws: Error(environment): the stages put different things at one binding

@@ -1,17 +1,20 @@
 // Small programs that do what the README.md of an export says, with its files alone, and show the relief: OpenGL
-// through EGL, the suite's own Vulkan, and a WebGPU page. To be looked at: build/screenshots/export_*.png.
+// through EGL, Vulkan, and a WebGPU page; and the suite's own Vulkan. To be looked at: build/screenshots/export_*.png.
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "kernels/image/image.h"
 #include "kernels/image/ktx2.h"
 #include "tests/browser.h"
+#include "tests/raw_vulkan.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {
@@ -187,8 +190,8 @@ class ExportHosts : public InBrowser {
   }
   [[nodiscard]] std::string file(const std::string& name) const { return file_text(folder_ / "out" / name); }
 
-  [[nodiscard]] Picture on_vulkan(const Ktx2File& map) const {
-    const Rig rig(find_backend("vulkan"), 0);
+  /// Words of the plane's vertex shader and of the exported fragment shader.
+  [[nodiscard]] std::array<Spirv, 2> stages() const {
     const std::string vertex = (folder_ / "plane.vert").string();
     std::ofstream(vertex) << "#version 450\n#define INDEX gl_VertexIndex\n" << kPlaneVertex;
     EXPECT_EQ(std::system(fmt::format("glslangValidator -V '{0}' -o '{0}.spv' >/dev/null", vertex).c_str()), 0);
@@ -197,9 +200,22 @@ class ExportHosts : public InBrowser {
       std::memcpy(spirv.data(), bytes.data(), bytes.size());
       return spirv;
     };
-    const Spirv stages[] = {words(file_text(vertex + ".spv")), words(file("example.spv"))};
+    return {words(file_text(vertex + ".spv")), words(file("example.spv"))};
+  }
+
+  [[nodiscard]] Picture on_vulkan(const Ktx2File& map) const {
+    const auto [vertex, fragment] = stages();
+    return RawVulkan().draw({.width = static_cast<std::uint32_t>(map.image.width),
+                             .height = static_cast<std::uint32_t>(map.image.height),
+                             .texels = std::as_bytes(std::span(map.image.texels))},
+                            vertex, fragment, kWidth_px, kHeight_px);
+  }
+
+  [[nodiscard]] Picture on_suite(const Ktx2File& map) const {
+    const Rig rig(find_backend("vulkan"), 0);
+    const auto [vertex, fragment] = stages();
     const auto pipeline = rig.backend->compile(
-        {.label = "example", .vertex = stages[0], .fragment = stages[1], .constants = {}, .target = Target::color});
+        {.label = "example", .vertex = vertex, .fragment = fragment, .constants = {}, .target = Target::color});
     const auto texture = rig.backend->upload(texture_desc(map.image, Wrap::repeat));
     Scene scene = kScene;
     scene.width_px = kWidth_px;
@@ -247,6 +263,7 @@ TEST_F(ExportHosts, show_the_same_relief) {
   const Picture from_spirv = on_vulkan(map);
   leave(from_spirv, "export_vulkan.png");
   EXPECT_LT(difference(on_opengl, from_spirv), 0.01);
+  EXPECT_EQ(difference(on_suite(map), from_spirv), 0);  // one driver, one module
   if (output_of("command -v chromium").empty()) GTEST_SKIP() << "chromium is not installed";
   const Picture of_page = in_page(map);
   leave(of_page, "export_webgpu.png");

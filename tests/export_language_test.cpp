@@ -5,8 +5,10 @@
 
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
 
 #include "backends/cross_compiler.h"
 #include "reports/export/container.h"
@@ -81,6 +83,19 @@ class Compilers {
   TempFolder folder_;
 };
 
+/// No dead code: every function has one definition and is called, but for those that others call.
+void expect_all_called(const std::string& text, const std::set<std::string>& entries) {
+  std::map<std::string, int> words;
+  for (const std::string& word : words_of(text)) ++words[word];
+  std::set<std::string> defined;
+  for (const Piece& piece : pieces_of(text)) {
+    if (!piece.is_function) continue;
+    const std::string& name = piece.names.front();
+    EXPECT_TRUE(defined.insert(name).second) << name << " is overloaded";
+    EXPECT_TRUE(words[name] > 1 || entries.contains(name)) << name << " is not called";
+  }
+}
+
 TEST(ShippedLanguages, compile_with_their_own_compilers) {
   Compilers compilers;
   for (const std::string& id : translated_settings()) {
@@ -103,6 +118,10 @@ TEST(ShippedLanguages, compile_with_their_own_compilers) {
       for (const Piece& piece : pieces_of(text.library))
         for (const std::string& name : piece.names)
           EXPECT_TRUE(prefixed_name(name) == name || name == "metal" || name == "float" || name == "int") << name;
+      std::set<std::string> called = shipped_entries(shipped.shader());
+      expect_all_called(text.library, called);
+      called.insert({"main", "main0", "frag_main"});
+      expect_all_called(text.example, called);
     }
   }
 }

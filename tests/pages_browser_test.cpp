@@ -62,9 +62,15 @@ TEST_F(ExtremesInBrowser, TheReportHoldsTheSameWhereItIsAskedFor) {
 
 class TuneInBrowser : public InBrowser {
  protected:
-  /// Of the null sweep, replayed.
-  [[nodiscard]] TuneResult tuned(const std::vector<Budget>& max_error) const {
-    return replay_tune(null_sweep(folder_), "", {.question = {.max_error = max_error}, .quiet = true});
+  /// Of the null sweep, replayed; has_fleet: with the same times as of another device.
+  [[nodiscard]] TuneResult tuned(const std::vector<Budget>& max_error, bool has_fleet = false) const {
+    const std::filesystem::path run = null_sweep(folder_);
+    TuneOptions options{.question = {.max_error = max_error}, .quiet = true};
+    if (has_fleet) {
+      options.fleet.emplace(TuneFleet{.runs = {load_fleet_run(run)}});
+      for (TableRow& row : options.fleet->runs.front().rows) row.device = "Another GPU";
+    }
+    return replay_tune(run, "", options);
   }
   [[nodiscard]] std::string body_of(const TuneResult& result) const {
     write_tune_page(result, folder_.path());
@@ -85,6 +91,7 @@ class TuneInBrowser : public InBrowser {
       result.historydots = dots('history');
       result.history = String(Chart.getChart('history').data.datasets.every((set) => set.data.length > 0));
       result.pick = byId('tune-pick').querySelector('p').textContent.replaceAll('&', ' ');
+      result.fleet = `${byId('fleet').hidden} ${byId('fleet-rows').textContent}`;
       result.certified = document.querySelectorAll('#tune-pick .certified').length;
     )"));
   }
@@ -114,12 +121,15 @@ TEST_F(TuneInBrowser, DrawsThePickAndHowItWasFound) {
 }
 
 TEST_F(TuneInBrowser, DrawsHowTheOneAnswerOfABudgetCameToBe) {
-  const TuneResult result = tuned({{"missed_rate", 0.3}});
+  const TuneResult result = tuned({{"missed_rate", 0.3}}, true);
   ASSERT_TRUE(result.pick);
   ASSERT_EQ(result.search.answers.size(), 1U);
   const std::string body = body_of(result);
   expect_drawn(body);
   EXPECT_THAT(body, has("budgetgap", "none"));
+  EXPECT_THAT(body, HasSubstr("data-fleet=\"false "));
+  EXPECT_THAT(body, HasSubstr("slower than each place's own best"));
+  EXPECT_THAT(body, HasSubstr("Another GPU"));
   const std::vector<PathPoint>& path = result.search.path;
   EXPECT_GT(path.size(), 3U);
   const auto has_pick = [](const PathPoint& point) { return !point.picks.empty(); };

@@ -1,21 +1,12 @@
 // The report as a browser draws it: what it answers, and what it does with mouse, keyboard and links.
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
-#include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <regex>
 
-#include "kernels/image/image.h"
-#include "kernels/judge/heat_map.h"
-#include "reports/pages/report.h"
-#include "tests/browser.h"
+#include "tests/report_probe.h"
 #include "tests/synthetic_run.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
-#include "tuner/results/run_files.h"
 
 namespace reliefbench {
 namespace {
@@ -24,19 +15,9 @@ using nlohmann::json;
 using testing::Contains;
 using testing::ContainsRegex;
 using testing::HasSubstr;
-using testing::Not;
 using testing::StartsWith;
 
 using ReportInBrowser = InBrowser;
-
-std::string report_of(const Run& run) { return make_report(std::span(&run, 1)); }
-
-/// What a probe left as JSON in result.NAME.
-json told(const std::string& body, const std::string& name) {
-  std::smatch found;
-  if (!std::regex_search(body, found, std::regex("data-" + name + "=\"([^\"]*)\""))) return {};
-  return json::parse(std::regex_replace(found[1].str(), std::regex("&quot;"), "\""), nullptr, false);
-}
 
 /// The records behind the page's points, in their order.
 std::vector<const Record*> measured_of(const Run& run) {
@@ -199,6 +180,9 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
     result.unlabelled = [...document.querySelectorAll('button, input, select, img, canvas:not([aria-hidden])')].filter((e) => !(e.textContent.trim() ||
         e.getAttribute('aria-label') || e.getAttribute('alt') !== null || e.closest('label') || document.querySelector(`label[for="${e.id}"]`))).length;
     result.looks = new Set(usedTechniques.map((t) => seriesOf(t) % kColors + shapeOf(seriesOf(t)))).size === usedTechniques.length;
+    const theme = readTheme();
+    const many = [...data.techniques, ...'abcdef'].map((_, series) => `${theme.series[series % kColors]} ${shapeOf(series)}`);
+    result.pairs = String(new Set(many).size === many.length && new Set(theme.series).size === kColors);
     result.probed = 'yes';
   )";
   const std::string body = body_tag(document(report_of(run), probe));
@@ -209,7 +193,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
   EXPECT_THAT(body, has("missing", "reliefbench sweep 'my config.json' -o out"));
   for (const char* name :
        {"sentences", "moved", "limit", "within", "back", "filtered", "answersfiltered", "searched", "hidden",
-        "restored", "hovered", "unhovered", "active", "falling", "exact", "effects", "looks"})
+        "restored", "hovered", "unhovered", "active", "falling", "exact", "effects", "looks", "pairs"})
     EXPECT_THAT(body, has(name, "true")) << name;
   EXPECT_THAT(body, HasSubstr("data-fragment=\"#error="));
   EXPECT_THAT(body, HasSubstr(" time_ms="));
@@ -247,94 +231,6 @@ TEST_F(ReportInBrowser, AFragmentShowsTheSameAgain) {
   EXPECT_THAT(body, has("after", "2 0spikes/grazing"));
 }
 
-/// A picture in which every pixel says where it is.
-std::vector<std::uint8_t> marked_picture(int side, std::uint8_t blue) {
-  std::vector<std::uint8_t> rgba8;
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x)
-      for (const int code : {x / 2, y / 2, static_cast<int>(blue), 255})
-        rgba8.push_back(static_cast<std::uint8_t>(code));
-  return rgba8;
-}
-
-TEST_F(ReportInBrowser, PicturesSplitBlinkZoomAndTellTheirPixels) {
-  constexpr int kSide = 512;
-  reliefbench::Run run =
-      synthetic_run({.folder = folder_ / "run", .backends = {"vulkan"}, .scenes = {"rocks/oblique"}});
-  std::filesystem::create_directories(folder_ / "run" / "images");
-  const Answer answer =
-      recommend(run.records, {.budgets = {parse_budget("e_xy.p99<=0.5"), parse_budget("missed_rate<=0.001")}}).front();
-  ASSERT_TRUE(answer.pick && answer.just_fails);
-  std::vector<std::uint8_t> error(static_cast<std::size_t>(4 * kSide * kSide), 255);
-  std::vector<std::uint8_t> taps = error;
-  for (std::size_t i = 0; i < error.size(); i += 4) {
-    std::ranges::copy(heat_map_legend().stops[6].color, error.begin() + static_cast<std::ptrdiff_t>(i));
-    std::ranges::copy(taps_map_legend().stops[3].color, taps.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  for (const Record* record : {answer.pick, answer.just_fails}) {
-    write_png(run.folder / image_path(record->case_id, "frame"), kSide, kSide, marked_picture(kSide, 10));
-    write_png(run.folder / image_path(record->case_id, "error"), kSide, kSide, error);
-    write_png(run.folder / image_path(record->case_id, "taps"), kSide, kSide, taps);
-    write_png(run.folder / image_path(reference_image_key(record->scene, record->backend, record->case_id), "frame"),
-              kSide, kSide, marked_picture(kSide, 200));
-  }
-  const std::string probe = R"(
-    const press = (key, target = document.body) => target.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
-    const point = () => { const box = byId('stage').querySelector('.pane-picture').getBoundingClientRect();
-      byId('stage').querySelector('.pane-picture').dispatchEvent(new PointerEvent('pointermove', {bubbles: true,
-        clientX: box.left + box.width * 0.25, clientY: box.top + box.height * 0.75})); return byId('pixel').textContent; };
-    result.strip = [...document.querySelectorAll('.strip-card .note')].map((n) => n.textContent).join();
-    result.panes = document.querySelectorAll('#stage .pane img').length;
-    document.querySelector('#stage .divider').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
-    result.split = byId('stage').style.getPropertyValue('--split');
-    press('b');
-    result.blink = byId('stage').className;
-    press('b');
-    point();  // decodes
-    setTimeout(() => {
-      result.pixel = point();
-      press('+'); press('+');
-      result.zoom = byId('stage').dataset.zoom + ' ' + new Set([...document.querySelectorAll('#stage .pane img')].map((i) => i.style.transform)).size;
-      result.zoomed = point();
-      press('0');
-      press('2');
-      result.kind = document.querySelector('#stage figcaption').parentElement.parentElement.querySelector('.over figcaption').textContent;
-      result.legend = document.querySelectorAll('#heat-legend .ramp').length;
-      press('a');
-      result.all = document.querySelectorAll('#stage .pane img').length + ' ' + document.querySelectorAll('#heat-legend .ramp').length;
-      press('d');
-      const fails = [...document.querySelectorAll('.strip-card')].find((c) => c.textContent.includes('just fails'));
-      choose({other: stripEntries().find(({notes}) => notes.includes('just fails')).index});
-      result.side = [...document.querySelectorAll('#stage figcaption')].length + ' ' + new Set([...document.querySelectorAll('#stage img')].map((i) => i.alt)).size;
-      fails.click();
-      result.shown = String(shownPicture() === stripEntries().find(({notes}) => notes.includes('just fails')).index);
-      const pick = stripEntries().find(({notes}) => notes.includes('pick')).index;
-      showHover(pick, 10, 10, plotted.chart);
-      result.thumbnail = document.querySelectorAll('#hover img').length;
-      choose({pins: [pick, choice.picture]});
-      result.pinned = document.querySelectorAll('#pins .thumb img').length;
-    }, 300);
-  )";
-  const std::string body = body_tag(document(report_of(run), probe));
-  expect_drawn(body);
-  EXPECT_THAT(body, HasSubstr("just fails"));
-  EXPECT_THAT(body, HasSubstr("pick"));
-  EXPECT_THAT(body, has("panes", 2));
-  EXPECT_THAT(body, has("split", "52%"));
-  EXPECT_THAT(body, has("blink", "stage mode-split other"));
-  EXPECT_THAT(body, HasSubstr("pixel 128, 384 of 512 × 512: frame "));
-  EXPECT_THAT(body, HasSubstr("error 1.0 texels · taps 8.0 taps"));
-  EXPECT_THAT(body, has("zoom", "4.00 1"));  // and all pictures alike
-  EXPECT_THAT(body, HasSubstr("data-zoomed=\"pixel 224, 288 of"));
-  EXPECT_THAT(body, HasSubstr(": error map\""));
-  EXPECT_THAT(body, has("legend", 1));
-  EXPECT_THAT(body, has("all", "4 2"));
-  EXPECT_THAT(body, has("side", "2 2"));
-  EXPECT_THAT(body, has("thumbnail", 1));
-  EXPECT_THAT(body, has("pinned", 2));
-  EXPECT_THAT(body, has("shown", "true"));
-}
-
 TEST_F(ReportInBrowser, ComparesTheDevicesOfSeveralRuns) {
   const std::vector<reliefbench::Run> runs = {
       synthetic_run({.folder = "a", .device = "Slow GPU", .backends = {"vulkan"}, .cases = 60, .slowness = 4}),
@@ -356,120 +252,6 @@ TEST_F(ReportInBrowser, ComparesTheDevicesOfSeveralRuns) {
   EXPECT_THAT(body, has("merged", 2));
   EXPECT_THAT(body, has("one", "1 60"));
   EXPECT_THAT(body, HasSubstr("No setting for all: "));  // made-up runs have no samples
-}
-
-TEST_F(ReportInBrowser, DrawsRunsWithHolesInThem) {
-  reliefbench::Run run = synthetic_run({.backends = {"null"}, .scenes = {"flat/top"}, .cases = 1});
-  run.info = {{"budgets", {"e_xy.p99<=0"}}};  // as an early crash leaves it, and nothing meets the budget
-  std::string dom = document(report_of(run), "");
-  expect_drawn(body_tag(dom));
-  EXPECT_THAT(dom, HasSubstr("Nothing meets the budget"));
-
-  std::erase_if(run.records, [](const Record& record) { return record.status == Status::ok; });
-  dom = document(report_of(run), "byId('environment').open = true;");
-  expect_drawn(body_tag(dom));
-  EXPECT_THAT(dom, HasSubstr("Nothing was measured"));
-}
-
-// Whatever a folder from elsewhere calls its things: a page shows it, and runs none of it.
-TEST_F(ReportInBrowser, HostileNamesAreTexts) {
-  const std::string hostile =
-      std::string(kHostileText) + "<img src=x onerror=\"document.body.dataset.owned='yes'\">=HYPERLINK(1)";
-  reliefbench::Run run = synthetic_run({.folder = hostile, .device = hostile, .backends = {"vulkan"}, .cases = 12});
-  for (Record& record : run.records) {
-    record.case_id += hostile;
-    record.scene += hostile;
-    if (record.frame_time) record.frame_time->timer = hostile;
-  }
-  run.records.back().status = Status::ok;
-  run.records.back().frame_time = run.records.front().frame_time;
-  run.records.back().error = run.records.front().error;
-  run.records.back().technique = hostile;  // as of another version
-  run.records.back().params = {{hostile, hostile}};
-  for (const char* field : {"name", "version", "git_sha", "started", "config_path"}) run.info[field] = hostile;
-  run.info["argv"] = {hostile};
-  run.info["devices"][0]["name"] = hostile;
-  run.info["devices"][0]["audit"][0]["timer"] = hostile;
-  run.info["host"] = {{"cpu", hostile}, {"os", hostile}, {"cores", 2}, {"memory_bytes", 1}};
-  const std::string body = body_tag(document(report_of(run), R"(
-    choose({pins: [...data.points.keys()]});
-    byId('table').open = true;
-    drawTable();
-    byId('environment').open = true;
-    for (const index of data.points.keys()) showHover(index, 5, 5, plotted.chart);
-    result.formula = csvText().split('\n').filter((line) => /(?:^|,)["]?=/.test(line)).length;
-    result.elements = document.querySelectorAll('img[src=x], #pins script').length;
-    result.wide = document.documentElement.scrollWidth > innerWidth;
-  )"));
-  expect_drawn(body);
-  EXPECT_THAT(body, Not(HasSubstr("data-owned")));
-  EXPECT_THAT(body, has("elements", 0));
-  EXPECT_THAT(body, has("formula", 0));
-  EXPECT_THAT(body, has("wide", "false"));
-}
-
-// With the browser's clock: nothing is awaited here.
-TEST_F(ReportInBrowser, FiveThousandCasesAreQuick) {
-  const reliefbench::Run run = synthetic_run({.backends = {"vulkan"}, .scenes = {"rocks/oblique"}, .cases = 5000});
-  const std::string probe = R"(
-    const timed = (action) => { const start = performance.now(); action(); document.body.getBoundingClientRect();
-                                return Math.round(performance.now() - start); };
-    result.painted = Math.round(performance.getEntriesByType('paint').map(({startTime}) => startTime).concat(0)[0]);
-    result.drawn = Math.round(performance.now());
-    const set = (element, value, type) => { element.value = value; element.dispatchEvent(new Event(type, {bubbles: true})); };
-    const median = (list) => [...list].sort((a, b) => a - b)[list.length >> 1];
-    result.slider = median([100, 120, 140, 160, 180].map((v) => timed(() => set(byId('error-limit'), v, 'input'))));
-    result.filter = median(['rg8', 'rg16', '', 'r8', ''].map((v) => timed(() => set(document.querySelector('#filters select[name=format]'), v, 'change'))));
-    result.search = median(['c', 'co', 'con', 'cone', ''].map((v) => timed(() => set(byId('search'), v, 'input'))));
-    result.metric = timed(() => set(byId('metric'), 2, 'change'));
-    result.table = timed(() => { byId('table').open = true; drawTable(); });
-    result.elements = document.querySelectorAll('*').length;
-  )";
-  const std::string body = body_tag(document(report_of(run), probe, {.in_real_time = true}));
-  expect_drawn(body);
-  EXPECT_THAT(body, has("points", 5000));
-  const auto figure = [&](const std::string& name) {
-    return told(body, name).is_number() ? told(body, name).get<double>() : 1e9;
-  };
-  std::cout << fmt::format(
-      "5000 cases: first paint {} ms, drawn {} ms, a slider {} ms, a filter {} ms, a search {} ms, another "
-      "metric {} ms, the table {} ms; {} elements\n",
-      figure("painted"), figure("drawn"), figure("slider"), figure("filter"), figure("search"), figure("metric"),
-      figure("table"), figure("elements"));
-  for (const std::string timed : {"painted", "drawn", "slider", "filter", "search", "metric", "table"})
-    EXPECT_TRUE(told(body, timed).is_number()) << timed;  // times are printed: a busy machine has others
-  EXPECT_LT(figure("elements"), 4000) << "an element a case is slow anywhere";
-}
-
-// To be looked at: build/screenshots/report_*.png.
-TEST_F(ReportInBrowser, FitsItsScreensAndLeavesPictures) {
-  const std::filesystem::path folder = std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "build" / "screenshots";
-  std::filesystem::create_directories(folder);
-  const std::string html = report_of(synthetic_run({}));
-  for (const bool is_dark : {false, true})
-    for (const int width_px : {1280, 390}) {
-      const std::string probe = R"(
-        result.wide = document.documentElement.scrollWidth > document.documentElement.clientWidth;
-        result.height = document.documentElement.scrollHeight;
-        result.ink = getComputedStyle(document.body).color;
-      )";
-      const std::string body =
-          body_tag(document(html, probe, {.fragment = "pins=3,70", .width_px = width_px, .is_dark = is_dark}));
-      EXPECT_THAT(body, has("wide", "false")) << width_px;
-      EXPECT_THAT(body, has("ink", is_dark ? "rgb(232, 235, 239)" : "rgb(27, 31, 36)"));
-      if (width_px == 1280) {
-        EXPECT_LT(told(body, "height"), 4 * 900);
-      }
-      const std::filesystem::path picture =
-          folder / fmt::format("report_{}_{}.png", width_px, is_dark ? "dark" : "light");
-      std::filesystem::remove(picture);
-      screenshot(html, picture,
-                 {.fragment = "pins=3,70",
-                  .width_px = width_px,
-                  .height_px = width_px == 390 ? 5200 : 3000,
-                  .is_dark = is_dark});
-      EXPECT_TRUE(std::filesystem::exists(picture) && std::filesystem::file_size(picture) > 20000) << picture;
-    }
 }
 
 }  // namespace

@@ -67,6 +67,8 @@ class MadeSource final : public TuneSource {
     return {times_ns_.at(setting)[scene]};
   }
   std::pair<std::string, std::string> nearest() const override { return {"relief", "by much"}; }
+  TunePlace place() const override { return {}; }
+  FleetRun timed_run() override { return {}; }
   void take_failure(const CaseFailed& failed, bool is_left_out) override {
     failures.emplace_back(failed.record.case_id, is_left_out);
     if (is_left_out) left_out_ = failed.record.case_id;

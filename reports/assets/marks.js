@@ -1,5 +1,5 @@
 // Colours and shapes of the marks. A series is told by both, so that neither colour vision nor a
-// colour printer is needed.
+// colour printer is needed. Seven shapes and eight colours have no common factor: 56 series are told apart.
 
 const kShapes = ['circle', 'triangle', 'rect', 'rectRot', 'star', 'crossRot', 'rectRounded'];
 export const kColors = 8;  // --series-0 to --series-7 of page.css

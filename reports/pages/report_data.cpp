@@ -20,6 +20,7 @@
 #include "tuner/decide/fleet.h"
 #include "tuner/decide/presets.h"
 #include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/coarse_filter.h"
@@ -224,16 +225,7 @@ json fleet_of(std::span<const Run> runs) {
     std::vector<FleetRun> fleet_runs;
     for (const Run& run : runs) fleet_runs.push_back(fleet_run(run));
     const Fleet fleet = choose_for_fleet(fleet_runs, options);
-    json told = fleet_json(fleet, fleet_runs, options);
-    told["common_settings"] = fleet.settings.size();
-    json& settings = told["settings"];
-    if (settings.size() > kFleetSettings) settings.erase(settings.begin() + kFleetSettings, settings.end());
-    for (std::size_t i = 0; i < settings.size(); ++i) settings[i]["name"] = short_name(fleet.settings[i].settings);
-    for (std::size_t i = 0; i < fleet.own.size(); ++i) {
-      told["places"][i]["name"] = short_name(fleet.own[i].settings);
-      told["places"][i]["key"] = setting_key(fleet.own[i].settings);
-    }
-    return told;
+    return fleet_page_data(fleet_json(fleet, fleet_runs, options));
   } catch (const Error& error) {
     return {{"refusal", error.what()}};
   }
@@ -387,6 +379,20 @@ class DataBuilder {
 };
 
 }  // namespace
+
+json fleet_page_data(json told) {
+  if (!told.contains("settings")) return told;
+  json& settings = told["settings"];
+  told["common_settings"] = settings.size();
+  if (settings.size() > kFleetSettings) settings.erase(settings.begin() + kFleetSettings, settings.end());
+  for (json& one : settings) one["name"] = short_name(parse_setting(one["setting"].get<std::string>()));
+  for (json& place : told["places"]) {
+    const Settings best = parse_setting(place["best"].get<std::string>());
+    place["name"] = short_name(best);
+    place["key"] = setting_key(best);
+  }
+  return told;
+}
 
 ReportData empty_report_data() { return DataBuilder().build({}); }
 

@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
 #include "kernels/judge/score.h"
 #include "reports/pages/report_data.h"
 #include "reports/pages/template.h"
@@ -19,47 +21,49 @@ namespace {
 using nlohmann::json;
 
 /// A setting that was timed, as a sweep would have recorded it; of its errors only the one that is searched by.
-Record record_of(const TuneResult& result, std::size_t candidate, const std::string& scene) {
-  const Candidate& setting = result.space.candidates[candidate];
-  const CandidateState& state = result.search.states[candidate];
-  const Case c{.settings = parse_setting(setting.id), .scene_id = scene, .backend = result.backend};
+/// state: one of tune.json's settings
+Record record_of(const json& tune, const json& state, const std::string& scene) {
+  const double time_ns = state.at("time_ns");
+  const Case c{.settings = parse_setting(state.at("setting").get<std::string>()),
+               .scene_id = scene,
+               .backend = tune.at("backend")};
   Record record;
   record.case_id = c.id();
   record.technique = c.settings.technique().id;
   for (const SettingValue& given : c.settings.written()) record.params.emplace_back(given.param.id, given.text());
   record.map = map_of(c.settings).id;
   record.scene = scene;
-  if (result.scene_keys.size() == 1) record.scene_key = result.scene_keys.front();
-  record.backend = result.backend;
-  record.device = result.device;
-  record.frame_time = FrameTime{.summary = {.median = *state.time_ns,
-                                            .ci_low = state.low_ns.value_or(*state.time_ns),
-                                            .ci_high = state.high_ns.value_or(*state.time_ns),
-                                            .n = state.samples},
-                                .raw_median = *state.time_ns,
-                                .timer = "the search's estimate"};
+  if (const json& keys = tune.at("scene_keys"); keys.size() == 1)
+    record.scene_key = SceneKey{keys.front().get<std::string>()};
+  record.backend = tune.at("backend");
+  record.device = tune.at("device");
+  const auto bound = [&](const char* key) { return state.at(key).is_null() ? time_ns : state.at(key).get<double>(); };
+  record.frame_time = FrameTime{
+      .summary = {.median = time_ns, .ci_low = bound("low_ns"), .ci_high = bound("high_ns"), .n = state.at("samples")},
+      .raw_median = time_ns,
+      .timer = "the search's estimate"};
   record.error = FrameScore{};
-  record.error->values.at(find_metric(result.error_metric).place) = setting.error;
+  record.error->values.at(find_metric(tune.at("error_metric").get<std::string>()).place) =
+      state.at("error").get<double>();
   return record;
 }
 
 /// What was timed and is within all budgets but that on the searched error, as a run.
-Run run_of(const TuneResult& result, const std::filesystem::path& folder) {
+Run run_of(const json& tune, const std::filesystem::path& folder) {
   Run run;
   run.folder = folder;
-  const std::string scene = fmt::format("{}", fmt::join(result.scenes, ", "));
+  const std::string scene = fmt::format("{}", fmt::join(tune.at("scenes").get<std::vector<std::string>>(), ", "));
+  const std::string metric = tune.at("error_metric");
   json budgets = json::array();
-  for (const Budget& budget : result.question.max_error)
-    if (budget.metric == result.error_metric) budgets.push_back(budget.text());
+  for (const json& text : tune.at("question").at("max_error"))
+    if (parse_budget(text.get<std::string>()).metric == metric) budgets.push_back(text);
   run.info = {{"name", fmt::format("What to ship in {}", scene)},
               {"finished", true},
-              {"front", {{"error", result.error_metric}, {"constraints", json::array()}}},
+              {"front", {{"error", metric}, {"constraints", json::array()}}},
               {"budgets", budgets}};
-  for (std::size_t i = 0; i < result.search.states.size(); ++i) {
-    const CandidateState& state = result.search.states[i];
-    if (result.space.candidates[i].is_feasible && state.evidence == Evidence::measured && state.time_ns)
-      run.records.push_back(record_of(result, i, scene));
-  }
+  for (const json& state : tune.at("settings"))
+    if (state.at("feasible") == true && state.value("evidence", "") == "measured" && !state.at("time_ns").is_null())
+      run.records.push_back(record_of(tune, state, scene));
   return run;
 }
 
@@ -83,24 +87,41 @@ json point_of(const Run& run, const std::string& setting) {
 
 }  // namespace
 
-ReportData tune_page_data(const TuneResult& result, const std::filesystem::path& folder) {
-  const Run run = run_of(result, folder);
+ReportData tune_page_data(const json& tune, const std::filesystem::path& folder) {
+  const Run run = run_of(tune, folder);
   ReportData made = run.records.empty() ? empty_report_data() : report_data({&run, 1});
   if (!run.records.empty()) {
-    keep_metric(made.data, result.error_metric);
-    const std::string coverage = fmt::format("{:.3g} %", 100 * result.question.confidence);
+    keep_metric(made.data, tune.at("error_metric"));
+    const std::string coverage = fmt::format("{:.3g} %", 100 * tune.at("question").at("confidence").get<double>());
     for (json& point : made.data["points"]) point["coverage"] = coverage;
   }
-  json& tune = made.data["tune"] = tune_json(result);
-  tune["pick_point"] = result.pick ? point_of(run, result.pick->setting) : json();
-  tune["answer_points"] = json::array();
-  for (const BudgetAnswer& answer : result.search.answers)
-    tune["answer_points"].push_back(point_of(run, result.space.candidates[answer.pick].id));
+  if (tune.contains("fleet")) made.data["fleet"] = fleet_page_data(tune.at("fleet"));
+  json& told = made.data["tune"] = tune;
+  told.erase("fleet");  // it stands with the page's other data
+  const json& pick = tune.at("pick");
+  told["pick_point"] = pick.is_null() ? json() : point_of(run, pick.at("setting").get<std::string>());
+  told["answer_points"] = json::array();
+  for (const json& answer : tune.at("answers"))
+    told["answer_points"].push_back(point_of(run, answer.at("setting").get<std::string>()));
   return made;
 }
 
+bool is_tune_folder(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(folder / kTuneFile, ignored);
+}
+
+json load_tune(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kTuneFile;
+  try {
+    return json::parse(read_file(path));
+  } catch (const json::exception& error) {
+    fail_input("{}: {}", path.string(), error.what());
+  }
+}
+
 void write_tune_page(const TuneResult& result, const std::filesystem::path& folder) {
-  const ReportData made = tune_page_data(result, folder);
+  const ReportData made = tune_page_data(tune_json(result), folder);
   write_atomically(folder / kTunePage, fill_page(kReportFile, made.data, made.images));
 }
 

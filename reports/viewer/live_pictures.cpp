@@ -40,12 +40,11 @@ std::string overlay_key(const Pane& pane, Overlay overlay) {
 }  // namespace
 
 LivePictures::LivePictures(const Window& window, LivePicturesOptions options)
-    : session_(*options.row, options.device, split_, true, opener_of(window, options.debug)),
+    : session_(*options.row, options.device, split_, false, opener_of(window, options.debug)),
       screen_(make_screen(window, session_.backend())),
       library_(cache_, background_split_, std::move(options.heightmaps)),
       heights_(library_.loaded(options.spec)),
       tracer_(heights_.field, options.spec.scene.wrap),
-      timer_(choose_timer(session_.audit())),
       left_(*screen_, options.spec.scene.width_px, options.spec.scene.height_px),
       right_(*screen_, options.spec.scene.width_px, options.spec.scene.height_px),
       reference_(screen_->make_picture(options.spec.scene.width_px, options.spec.scene.height_px)) {}
@@ -54,10 +53,20 @@ const TimerAudit& LivePictures::audit() const {
   return *std::ranges::find(session_.audit(), timer_, &TimerAudit::timer);
 }
 
+void LivePictures::audit_timers() {
+  session_.audit_now();
+  timer_ = choose_timer(session_.audit());
+  times_ns_.clear();  // they may be another timer's
+  static_cast<void>(time_again(1));
+}
+
 void LivePictures::update(const ViewChoice& choice) {
   background_.finish();
   bring(left_, choice.settings, choice.spec);
-  if (choice.other) bring(right_, *choice.other, choice.spec);
+  if (choice.other)
+    bring(right_, *choice.other, choice.spec);
+  else
+    right_.compiles_next = false;
   const bool is_moving = std::exchange(last_key_, left_.picture_key) != left_.picture_key;
   if (!is_moving || Clock::now() >= judge_after_) judge_next(choice);
   lay_over(left_, choice.overlay);
@@ -73,7 +82,7 @@ void LivePictures::judge_next(const ViewChoice& choice) {
 }
 
 bool LivePictures::is_settled(const ViewChoice& choice) const {
-  if (background_.is_busy()) return false;
+  if (background_.is_busy() || !is_audited()) return false;
   const auto is_there = [&](const Pane& pane, const Settings& settings) {
     if (!pane.failure.empty()) return true;
     if (pane.picture_key != picture_key(settings, choice.spec) || !pane.is_judged()) return false;
@@ -87,10 +96,15 @@ void LivePictures::bring(Pane& pane, const Settings& settings, const SceneSpec& 
   const std::string wanted = picture_key(settings, spec);
   if (pane.failed_key == wanted) return;
   pane.failed_key.clear();
+  const bool was_told = std::exchange(pane.compiles_next, false);
   pane.failure = conflict(settings);
   if (!pane.failure.empty() || pane.picture_key == wanted) return;
   if (std::string key = map_key(settings, spec); pane.map_key != key) {
     if (!background_.is_busy()) fetch_map(pane, settings, spec, std::move(key));
+    return;
+  }
+  if (!was_told && !session_.is_compiled(settings, Target::color, spec.scene.wrap)) {
+    pane.compiles_next = true;
     return;
   }
   try {

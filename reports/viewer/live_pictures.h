@@ -24,7 +24,8 @@ struct LivePicturesOptions {
 };
 
 /// The pictures of a choice, in a window. The device draws and shows them; maps and errors are made in the background,
-/// so that update() takes no longer than a frame, a pipeline's compilation aside.
+/// so that update() takes no longer than a frame, a pipeline's compilation aside: that waits for one update, so that
+/// the panel can say so first.
 class LivePictures {
  public:
   /// throws: Error(bad_input): unreadable heightmap; Error(environment): no display, no such device
@@ -37,7 +38,13 @@ class LivePictures {
   void update(const ViewChoice& choice);
   /// Whether everything of the choice is there, or known not to be possible.
   [[nodiscard]] bool is_settled(const ViewChoice& choice) const;
-  [[nodiscard]] bool is_busy() const { return background_.is_busy(); }
+  [[nodiscard]] bool is_busy() const { return background_.is_busy() || is_compiling(); }
+  /// Whether the next update() compiles, which takes a while.
+  [[nodiscard]] bool is_compiling() const { return left_.compiles_next || right_.compiles_next; }
+  /// Audits the timers: seconds, in which nothing else is drawn. Until then times are the fenced wall clock's, and
+  /// nothing is settled. throws: Error(environment): the device was lost
+  void audit_timers();
+  [[nodiscard]] bool is_audited() const { return !session_.audit().empty(); }
 
   [[nodiscard]] Screen& screen() { return *screen_; }
   [[nodiscard]] const Pane& left() const { return left_; }
@@ -51,7 +58,7 @@ class LivePictures {
   [[nodiscard]] const std::vector<double>& times_ns() const { return times_ns_; }
   static constexpr std::size_t kMostTimes = 120;
   [[nodiscard]] Timer timer() const { return timer_; }
-  [[nodiscard]] const TimerAudit& audit() const;
+  [[nodiscard]] const TimerAudit& audit() const;  ///< of the timer; after audit_timers()
   [[nodiscard]] const DeviceInfo& device() const { return session_.device(); }
   [[nodiscard]] const LoadedHeights& heights() const { return heights_; }
   /// What the API's debug output said so far.
@@ -80,7 +87,7 @@ class LivePictures {
   MapLibrary library_;  // the background's alone, from the constructor on
   const LoadedHeights& heights_;
   ReferenceTracer tracer_;
-  Timer timer_;
+  Timer timer_ = Timer::fenced_wall;
   Pane left_;
   Pane right_;
   std::unique_ptr<ScreenPicture> reference_;

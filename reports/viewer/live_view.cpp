@@ -88,7 +88,7 @@ class LiveView {
   /// How long to wait for something to happen.
   [[nodiscard]] double wait_s() {
     if (script_ || state_.times_always || choice_.blinks || still_ > 0) return 0;
-    return pictures_.is_busy() ? kBusy_s : kIdle_s;
+    return pictures_.is_busy() || !pictures_.is_audited() ? kBusy_s : kIdle_s;
   }
 
   [[nodiscard]] bool is_minimised() const { return window_.size().width_px == 0 || window_.size().height_px == 0; }
@@ -96,7 +96,7 @@ class LiveView {
   /// returns: whether to go on
   bool frame(const ScriptRun::Wishes& scripted) {
     pictures_.update(choice_);
-    if (state_.times_always) static_cast<void>(pictures_.time_again(1));
+    if (state_.times_always && pictures_.is_audited()) static_cast<void>(pictures_.time_again(1));
     ImGui::NewFrame();
     const PanelWishes wishes = draw_view({.choice = choice_, .picks = picks_, .pictures = pictures_, .state = state_});
     ImGui::Render();
@@ -107,6 +107,8 @@ class LiveView {
     std::vector<std::uint8_t> seen;
     pictures_.screen().present(*ImGui::GetDrawData(), is_kept ? &seen : nullptr);
     window_.set_title(fmt::format("{} - {} - reliefbench", short_name(choice_.settings), pictures_.device().backend));
+    const bool has_answer = pictures_.left().is_drawn() || !pictures_.left().failure.empty();
+    if (!pictures_.is_audited() && has_answer && still_ == 0) pictures_.audit_timers();
     if (!scripted.screenshot.empty()) save(scripted.screenshot, seen);
     if (!scripted.copied.empty()) write_output(scripted.file, copied(scripted.copied));
     if (wishes.screenshot) tell([&] { save(free_name(), seen); });

@@ -24,6 +24,8 @@ struct Pane {
   std::string failure{};     ///< why what is wanted is not drawn; "": it is, or is on its way
   std::string failed_key{};  ///< picture_key() of what is not tried again; "": nothing
 
+  bool compiles_next = false;  ///< what is wanted waits for its pipeline, which the next update compiles
+
   std::unique_ptr<ScreenPicture> picture;
   std::string picture_key{};  ///< of what the picture shows; "": nothing
 

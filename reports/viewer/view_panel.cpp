@@ -34,6 +34,7 @@ void draw_setting(const PanelContext& context) {
   draw_settings(context.choice.settings, context.state.edited, "setting");
   const Pane& pane = context.pictures.left();
   if (!pane.failure.empty()) return wrapped(kBad, pane.failure);
+  if (context.pictures.is_compiling()) return wrapped(kDim, "compiling...");
   wrapped(kDim, fmt::format("guarantees: {}", guarantee_id(guarantee_of(context.choice.settings))));
 }
 
@@ -115,6 +116,7 @@ void draw_times(const PanelContext& context) {
     ImGui::PlotLines("##times", times_ms.data(), static_cast<int>(times_ms.size()), 0, words.c_str(), 0, high,
                      {ImGui::GetContentRegionAvail().x, 64});
   }
+  if (!pictures.is_audited()) return wrapped(kDim, "auditing timers...");
   const TimerAudit& audit = pictures.audit();
   wrapped(audit.valid ? kGood : kBad,
           audit.valid ? fmt::format("{}: audited, {:.2f} of the wall clock, {:.2f} for twice the work",

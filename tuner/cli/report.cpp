@@ -11,6 +11,7 @@
 
 #include "kernels/base/error.h"
 #include "reports/pages/stress_page.h"
+#include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/results/run_files.h"
@@ -33,7 +34,8 @@ void report_command(const ReportArguments& arguments) {
     fail_input("report: {} holds {} and no run; beside runs it goes after --stress", extremes->string(), kStressFile);
   if (output.empty() && folders.size() > 1) fail_input("report: several runs need --output FILE");
   const bool is_run = extremes == folders.end();
-  const fs::path page = output.empty() ? folders.front() / (is_run ? kReportFile : kStressPage) : output;
+  const std::string_view own = !is_run ? kStressPage : is_tune_folder(folders.front()) ? kTunePage : kReportFile;
+  const fs::path page = output.empty() ? folders.front() / own : output;
   if (is_run)
     write_report(folders, page, stress);
   else
@@ -48,12 +50,12 @@ void add_report_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<ReportArguments>();
   command
       ->add_option("runs", arguments->folders,
-                   "run folders; several are compared by device. Or one folder of `stress`: its page again")
+                   "run folders; several are compared by device. Or one folder of `tune` or `stress`: its page again")
       ->expected(1, -1)
       ->required();
   command->add_option("--stress", arguments->stress, "folder of `stress`: its matrix as a section of the report");
   command->add_option("-o,--output", arguments->output,
-                      "HTML file; default: report.html (stress.html) in the folder where there is one");
+                      "HTML file; default: report.html (tune.html, stress.html) in the folder where there is one");
   command->footer(
       "Examples:\n  reliefbench report out/quickstart\n"
       "  reliefbench report out/quickstart --stress out/stress -o out/report.html\n"

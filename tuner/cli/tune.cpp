@@ -39,6 +39,8 @@ struct TuneArguments {
   std::string time_limit;
   std::uint64_t seed = 1;
   std::string replay;
+  std::vector<std::string> fleet;
+  std::string regret{regret_id(Regret::minimax)};
   ReadingArguments reading;
   bool retry_failed = false;
   std::optional<double> relief_depth;
@@ -166,6 +168,12 @@ TuneOptions options_of(const TuneArguments& arguments) {
   options.weights = parse_weights(arguments.weights);
   options.combine = arguments.combine == "worst" ? Combine::worst : Combine::weighted;
   options.is_interrupted = [] { return interrupted().load(); };
+  if (arguments.fleet.empty()) return options;
+  if (question.max_time_ms)
+    fail_input("--fleet chooses the fastest within bounds on error; --max-time-ms is no such bound");
+  options.fleet.emplace(TuneFleet{.regret = find_regret(arguments.regret)});
+  for (const std::string& run : arguments.fleet) options.fleet->runs.push_back(load_fleet_run(run));
+  if (question.max_error.empty()) question.max_error = common_budgets(options.fleet->runs);
   return options;
 }
 
@@ -182,6 +190,7 @@ std::filesystem::path default_folder(const TuneArguments& arguments, const Confi
   for (const std::string& bound : arguments.max_error) question += bound + "\n";
   question += fmt::format("{} {} {} {} {}", arguments.max_time_ms, arguments.epsilon, arguments.confidence,
                           arguments.seed, options.device);
+  if (options.fleet) question += fleet_sha256(*options.fleet);
   std::string scene = config.scenes.front().id;
   std::ranges::replace(scene, '/', '_');
   return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, sha256(question).substr(0, 8));
@@ -205,6 +214,8 @@ void tune_command(const TuneArguments& arguments, int& exit_code) {
     options.backend = chosen_backend(arguments.backend);
     const Config config = config_of(arguments);
     if (options.output.empty()) options.output = default_folder(arguments, config, options);
+    if (options.fleet && config.scenes.size() > 1)
+      fail_input("--fleet is for one scene, {} has {}: choose it by --scene", arguments.subject, config.scenes.size());
     if (!options.weights.empty() && options.weights.size() != config.scenes.size())
       fail_input("--weights: {} given for {} scenes", options.weights.size(), config.scenes.size());
     options.holdout = holdout_of(arguments, config);
@@ -259,6 +270,18 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--seed", arguments->seed, "of the audits, and of replay's noise")->capture_default_str();
   command->add_option("--replay", arguments->replay, "a recorded sweep (run folder or table.csv) instead of a device")
       ->type_name("RUN");
+  command
+      ->add_option(
+          "--fleet", arguments->fleet,
+          "runs of other devices in the same scene (run folders or table.csv): the setting for all of them and "
+          "this device, too")
+      ->type_name("RUN ...");
+  command
+      ->add_option("--regret", arguments->regret,
+                   "of the fleet; minimax: the least worst loss | mean: the least mean of the losses")
+      ->check(CLI::IsMember(regret_ids()))
+      ->type_name("RULE")
+      ->capture_default_str();
   add_channel_options(*command, arguments->reading);
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what it died of twice");
@@ -278,9 +301,13 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Exit code 1 where nothing meets the bounds, 4 where the precision was not reached. Ctrl-C and SIGTERM end the\n"
       "search with the answer so far.\n"
-      "Example:\n"
+      "With --fleet the search ends with what `choose` says of these runs and this one. It times where that is "
+      "decided:\n"
+      "this device's best setting, and those that lose little on the others.\n"
+      "Examples:\n"
       "  reliefbench tune rocks --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001' --time-limit 3m -o "
-      "out/tune");
+      "out/tune\n"
+      "  reliefbench tune rocks --scene grazing --fleet out/h200 out/phone -o out/tune");
   command->callback([arguments, &exit_code] { tune_command(*arguments, exit_code); });
 }
 

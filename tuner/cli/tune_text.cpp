@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "reports/pages/tune_page.h"
+#include "tuner/cli/fleet_text.h"
 #include "tuner/cli/format.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
@@ -103,6 +104,16 @@ void print_scenes(const TuneResult& result, const Paint& paint, const Names& nam
   }
 }
 
+void print_common(const TuneResult& result, const Paint& paint, const Names& names) {
+  if (!result.fleet_refusal.empty()) put("\n{}: {}\n", paint.bad("no setting for all devices"), result.fleet_refusal);
+  if (!result.fleet) return;
+  put("\n");
+  print_fleet(result.fleet->fleet, result.fleet->options, names);
+  put("{}\n",
+      paint.dim(fmt::format("Of all that were scored, timed or not: none loses less than {}, this one at most {}.",
+                            percent(result.fleet->low), percent(result.fleet->high))));
+}
+
 }  // namespace
 
 void print_tune_result(const TuneResult& result, const Names& names) {
@@ -127,6 +138,7 @@ void print_tune_result(const TuneResult& result, const Names& names) {
   print_rungs(result, names);
   print_answers(result, paint, names);
   print_scenes(result, paint, names);
+  print_common(result, paint, names);
   if (!result.filter.note().empty()) put("\n{}\n", paint.dim(result.filter.note()));
 }
 

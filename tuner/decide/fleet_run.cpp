@@ -7,20 +7,9 @@
 
 #include "kernels/base/error.h"
 #include "tuner/decide/environment.h"
+#include "tuner/results/run_question.h"
 
 namespace reliefbench {
-namespace {
-
-MeasuredDevice device_of(const FleetRun& run, const TableRow& row) {
-  const Environment environment = measured_environment(run.info, row.backend);
-  const bool is_software = trait(environment, "software") == "true";
-  return {.backend = row.backend,
-          .device = row.device,
-          .driver = std::string(trait(environment, "driver")),
-          .machine = is_software ? std::string(trait(environment, "CPU")) : std::string()};
-}
-
-}  // namespace
 
 FleetRun fleet_run(const Run& run) { return {.name = run.folder.string(), .rows = case_table(run), .info = run.info}; }
 
@@ -28,6 +17,27 @@ FleetRun load_fleet_run(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(path, ignored)) return {.name = path.string(), .rows = load_case_table(path)};
   return fleet_run(load_run(path));
+}
+
+std::vector<Budget> common_budgets(std::span<const FleetRun> runs) {
+  std::vector<Budget> budgets;
+  for (const FleetRun& run : runs) {
+    std::vector<Budget> own = question_of(run.info).budgets;
+    if (&run == runs.data())
+      budgets = std::move(own);
+    else if (budget_texts(own) != budget_texts(budgets))
+      fail_input("{} and {} have other budgets; say which hold by --max-error", runs.front().name, run.name);
+  }
+  return budgets;
+}
+
+MeasuredDevice measured_device(const nlohmann::json& info, const std::string& backend, const std::string& device) {
+  const Environment environment = measured_environment(info, backend);
+  const bool is_software = trait(environment, "software") == "true";
+  return {.backend = backend,
+          .device = device,
+          .driver = std::string(trait(environment, "driver")),
+          .machine = is_software ? std::string(trait(environment, "CPU")) : std::string()};
 }
 
 std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all) {
@@ -56,7 +66,7 @@ std::vector<MeasuredPlace> places_of(std::span<const FleetRun> runs) {
                            before->scene == row.scene && before->scene_key == row.scene_key;
       before = &row;
       if (!goes_on) {
-        const MeasuredDevice device = device_of(runs[i], row);
+        const MeasuredDevice device = measured_device(runs[i].info, row.backend, row.device);
         const auto is_it = [&](const MeasuredPlace& place) {
           return place.device == device && place.scene_key == row.scene_key && place.scene == row.scene;
         };

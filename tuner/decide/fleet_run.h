@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tuner/plan/config.h"
 #include "tuner/results/case_table.h"
 
 namespace reliefbench {
@@ -22,6 +23,10 @@ struct FleetRun {    // NOLINT(bugprone-exception-escape): moving a json does no
 /// throws: Error(bad_input): neither a run's folder nor a table
 [[nodiscard]] FleetRun load_fleet_run(const std::filesystem::path& path);
 
+/// The budgets that all of the runs were made to meet.
+/// throws: Error(bad_input): theirs differ
+[[nodiscard]] std::vector<Budget> common_budgets(std::span<const FleetRun> runs);
+
 /// What a time is of, beside the setting and the scene.
 struct MeasuredDevice {
   std::string backend;
@@ -30,6 +35,9 @@ struct MeasuredDevice {
   std::string machine;  ///< the processor's name where the device is software; else ""
   friend bool operator==(const MeasuredDevice&, const MeasuredDevice&) = default;
 };
+/// info: of the run that measured on it
+[[nodiscard]] MeasuredDevice measured_device(const nlohmann::json& info, const std::string& backend,
+                                             const std::string& device);
 /// "vulkan NVIDIA H200"; with the driver and the machine where another of `all` has the same name.
 [[nodiscard]] std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all);
 

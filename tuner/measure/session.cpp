@@ -49,9 +49,13 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
       dialect_(row.dialect),
       split_(split),
       backend_(open_(row, device_index)) {
-  if (is_timed) split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
+  if (is_timed) audit_now();
   simulate_filter({});
   vertex_ = compile_vertex(dialect_);
+}
+
+void Session::audit_now() {
+  split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
 }
 
 void Session::simulate_filter(const SimulatedFilter& simulated) {

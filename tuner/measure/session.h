@@ -38,6 +38,9 @@ class Session {
   Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true,
           OpenDevice open = open_device);
 
+  /// Audits the timers, where the constructor was told that nothing will be timed.
+  void audit_now();
+
   /// Opens the device again after it was lost, and draws the control case on it. Whatever was made on the lost one must
   /// be gone before; pipelines are compiled anew when they are asked for. Calibration and audit stay.
   /// throws: Error(environment): it cannot be opened, or does not draw
@@ -73,6 +76,10 @@ class Session {
   /// The pipeline of a technique for a target, from the run-time settings. Target::score: with what the settings'
   /// features of the scene put there, too. throws: Error(environment): compiler's words
   [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, Wrap wrap);
+  /// Whether pipeline() has it already.
+  [[nodiscard]] bool is_compiled(const Settings& settings, const Target& target, Wrap wrap) const {
+    return pipelines_.contains(source_of(settings, target, wrap).key);
+  }
   /// What shades the exact hits, with the exact values of these features.
   [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, Wrap wrap);
   /// What pipeline() is going to be asked for.

@@ -49,8 +49,8 @@ class Search {
         observed_(space.candidates.size()),
         scales_(space.candidates.size()),
         chains_(space),
-        gaps_(space),
-        known_(space),
+        gaps_(space, options.regret),
+        known_(space, options.regret),
         rounds_(space, chains_, gaps_, known_, observed_, options.epsilon),
         noise_(gaps_.by_error().size(), options.confidence),
         random_(options.seed) {
@@ -184,7 +184,7 @@ class Search {
     const std::vector<std::size_t> first = first_settings();
     for (std::size_t begin = 0; begin < first.size(); begin += kFirstRound)
       if (!measure(std::span(first).subspan(begin, std::min(kFirstRound, first.size() - begin)))) return false;
-    Explorer explorer(space_);
+    Explorer explorer(space_, options_.regret);
     for (;;) {
       refit();
       const std::vector<std::size_t> batch = explorer.propose(observed_, scales_);
@@ -311,6 +311,7 @@ class Search {
         state.low_ns = std::exp(gaps_.lower(i));
       }
     }
+    if (options_.regret) result_.least_regret = gaps_.least_regret();
     for (const Gaps::Answer& answer : gaps_.answers()) {
       const double upper = gaps_.upper(answer.pick);
       result_.answers.push_back({.max_error = space_.candidates[answer.pick].error,

@@ -7,7 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "tuner/search/gaps.h"
 #include "tuner/search/observations.h"
+#include "tuner/search/regret.h"
 #include "tuner/search/space.h"
 
 namespace reliefbench {
@@ -20,12 +22,14 @@ struct SearchProgress {
 };
 
 struct SearchOptions {
-  double epsilon = 0.02;             ///< certify picks that are at most this much slower than the best, as a ratio - 1
-  double confidence = 0.95;          ///< that all answers hold at once, whenever the search ends
-  std::uint64_t seed = 1;            ///< of the audits
-  std::vector<std::size_t> first{};  ///< measured before all else: the default setting of each technique
-  std::int64_t max_samples = 0;      ///< frames; 0: no limit
-  int max_measured = 0;              ///< settings; the search ends where it would time one more. 0: no limit
+  double epsilon = 0.02;     ///< certify picks that are at most this much slower than the best, as a ratio - 1
+  double confidence = 0.95;  ///< that all answers hold at once, whenever the search ends
+  std::uint64_t seed = 1;    ///< of the audits
+  /// Asks for the fastest setting of all and for the one of least regret, instead of the whole front.
+  std::optional<RegretRule> regret{};
+  std::vector<std::size_t> first{};     ///< measured before all else: the default setting of each technique
+  std::int64_t max_samples = 0;         ///< frames; 0: no limit
+  int max_measured = 0;                 ///< settings; the search ends where it would time one more. 0: no limit
   std::function<bool()> should_stop{};  ///< asked before every round; true ends the search with what it has
   std::function<void(const SearchProgress&)> on_progress{};  ///< told after every round
 };
@@ -67,8 +71,9 @@ struct PathPoint {
 };
 
 struct SearchResult {
-  std::vector<BudgetAnswer> answers;   ///< by falling error, so rising time; empty if nothing feasible was timed
-  std::vector<CandidateState> states;  ///< one a candidate; infeasible ones are never timed
+  std::vector<BudgetAnswer> answers;  ///< by falling error, so rising time; empty if nothing feasible was timed
+  std::optional<Gaps::LeastRegret> least_regret{};             ///< where it was asked for
+  std::vector<CandidateState> states;                          ///< one a candidate; infeasible ones are never timed
   double worst_gap = std::numeric_limits<double>::infinity();  ///< over all error budgets, see BudgetAnswer::gap
   bool is_certified = false;                                   ///< worst_gap <= epsilon and the audits were passed
   bool is_feasible = true;                                     ///< whether any candidate meets the constraints

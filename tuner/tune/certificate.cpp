@@ -27,8 +27,11 @@ std::string TuneResult::claim() const {
     part = fmt::format("{} of the {} settings were not scored: no statement about the whole space", counts.unscored,
                        counts.settings);
   if (search.answers.empty()) return "not certified: " + (part.empty() ? "there is no answer" : part);
-  const std::string within = fmt::format("every answer is within {} of the best, with {:.4g} % confidence",
-                                         percent(search.worst_gap), 100 * question.confidence);
+  std::string within = fmt::format("every answer is within {} of the best", percent(search.worst_gap));
+  if (fleet)
+    within += fmt::format(", the fleet's setting loses at most {} where none loses less than {}", percent(fleet->high),
+                          percent(fleet->low));
+  within += fmt::format(", with {:.4g} % confidence", 100 * question.confidence);
   if (!part.empty()) return fmt::format("not certified: {}. Of the {} that were, {}", part, counts.scored, within);
   if (is_certified()) return "certified: " + within;
   return fmt::format("not certified to {}: {}", percent(question.epsilon), within);

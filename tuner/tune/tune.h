@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "tuner/results/coarse_filter.h"
 #include "tuner/search/search.h"
 #include "tuner/tune/error_pass.h"
+#include "tuner/tune/tune_fleet.h"
 
 namespace reliefbench {
 
@@ -40,6 +42,9 @@ struct TuneOptions {
   /// Scenes on which the pick is only tried. Where one has the name of another scene it is told apart by its heights'
   /// hash: "rocks.4cc2dca1/grazing".
   std::vector<SceneSpec> holdout{};
+  /// One setting for these devices and this one is asked for, too: the question then has bounds on error and none on
+  /// time, and there is one scene.
+  std::optional<TuneFleet> fleet{};
   std::optional<double> time_limit_s{};
   std::function<bool()> is_interrupted = [] { return false; };
   bool retry_failed = false;  ///< draw again what failed in an earlier start
@@ -118,9 +123,11 @@ struct TuneResult {
   std::vector<TuneRung> rungs{};
   std::vector<SceneAnswer> scene_answers{};  ///< where there are several scenes
   std::vector<HoldoutAnswer> holdout{};
-  std::string nearest{};    ///< where nothing does: the setting that misses least
-  std::string miss{};       ///< and by how much
-  bool is_stopped = false;  ///< by the time limit or the user
+  std::unique_ptr<FleetAnswer> fleet{};  ///< where a fleet was given, and some setting will do for all
+  std::string fleet_refusal{};           ///< where none does: why
+  std::string nearest{};                 ///< where nothing does: the setting that misses least
+  std::string miss{};                    ///< and by how much
+  bool is_stopped = false;               ///< by the time limit or the user
   double wall_s = 0;
 
   /// Whether every answer is certified within epsilon of the best of the whole space.
@@ -134,7 +141,8 @@ struct TuneResult {
 
 /// Tunes on a device: scores, then times what the search asks for, into a run folder that also holds the records and
 /// samples of what was measured. Goes on where an earlier start of the same question was killed.
-/// throws: Error: bad config or input, another run's folder, no such device; a hold-out that is tuned on
+/// throws: Error: bad config or input, another run's folder, no such device; a hold-out that is tuned on; a fleet's run
+///         of another scene, a fleet that has no setting itself
 [[nodiscard]] TuneResult run_tune(const Config& config, const TuneOptions& options);
 
 /// The same against a recorded sweep, whose samples are the noise. output may be empty: then nothing is kept.

@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "tuner/decide/pareto.h"
@@ -175,6 +176,40 @@ class DeviceSource final : public TuneSource {
     return nearest;
   }
 
+  TunePlace place() const override {
+    const MeasuredScene& scene = run_.tuned().front();
+    return {.device = measured_device(info(), options_.backend, run_.device().name),
+            .scene = scene.spec.id,
+            .scene_key = scene.key};
+  }
+
+  FleetRun timed_run() override {
+    const TunePlace here = place();
+    FleetRun run{.name = options_.output.string(), .rows = {}, .info = info()};
+    for (std::size_t candidate = 0; candidate < candidates_.size(); ++candidate) {
+      const std::size_t setting = candidates_[candidate];
+      const Case c = case_of(0, setting);
+      const std::vector<double>& times = run_.book().times(c.id());
+      if (times.size() < kLeastTold) continue;
+      TableRow row{.case_id = c.id(),
+                   .settings = c.settings,
+                   .map = std::string(map_of(c.settings).id),
+                   .backend = options_.backend,
+                   .device = here.device.device,
+                   .scene = here.scene,
+                   .scene_key = here.scene_key,
+                   .reason = {},
+                   .errors = std::vector<std::optional<double>>(metrics().size()),
+                   .memory_bytes = memory_bytes(0, candidate),
+                   .frame_time = {},
+                   .samples_ns = times};
+      std::ranges::transform(metrics(), row.errors.begin(),
+                             [&](const MetricRow& metric) { return metric.value(scores_[setting].scores.front()); });
+      run.rows.push_back(std::move(row));
+    }
+    return run;
+  }
+
   void take_failure(const CaseFailed& failed, bool is_left_out) override {
     run_.take_failure(failed);
     if (!is_left_out) return;
@@ -226,6 +261,7 @@ class DeviceSource final : public TuneSource {
   }
 
  private:
+  [[nodiscard]] nlohmann::json info() const { return nlohmann::json::parse(read_file(options_.output / kRunFile)); }
   [[nodiscard]] Case case_of(std::size_t scene, std::size_t setting) const {
     return {.settings = settings_[setting], .scene_id = config_.scenes[scene].id, .backend = options_.backend};
   }
@@ -254,6 +290,7 @@ class DeviceSource final : public TuneSource {
       if (answer.own) ids.insert(answer.own->setting);
     if (result.pick) ids.insert(result.pick->setting);
     if (result.pick && !result.pick->tie.empty()) ids.insert(result.pick->tie);
+    if (result.fleet) ids.insert(setting_id(result.fleet->fleet.settings.front().settings));
     return ids;
   }
 
@@ -272,8 +309,9 @@ class DeviceSource final : public TuneSource {
 TuneResult run_tune(const Config& config, const TuneOptions& options) {
   TuneClock clock(options);
   DeviceSource device(config, options, clock);
+  std::optional<MatchedFleet> fleet = match_fleet(device, options);
   device.score_settings();
-  TuneResult result = tune(device, options, clock);
+  TuneResult result = tune(device, options, clock, std::move(fleet));
   if (result.pick) device.try_holdout(result);
   device.finish(result);
   return result;

@@ -110,6 +110,14 @@ json holdout_json(const TuneResult& result) {
   return list;
 }
 
+json fleet_answer_json(const TuneResult& result) {
+  if (!result.fleet_refusal.empty()) return {{"refusal", result.fleet_refusal}};
+  if (!result.fleet) return {};
+  json told = fleet_json(result.fleet->fleet, result.fleet->runs, result.fleet->options);
+  told["bounds"] = {finite(result.fleet->low), finite(result.fleet->high)};
+  return told;
+}
+
 }  // namespace
 
 json tune_json(const TuneResult& result) {
@@ -167,6 +175,7 @@ json tune_json(const TuneResult& result) {
           {"answers", answers_json(result)},
           {"scene_answers", scenes_json(result)},
           {"holdout", holdout_json(result)},
+          {"fleet", fleet_answer_json(result)},
           {"settings", states_json(result)},
           {"path", path_json(result)}};
 }

@@ -13,17 +13,20 @@
 namespace reliefbench {
 namespace {
 
-nlohmann::json identity_of(const RecordedTable& table, const TuneQuestion& question) {
+nlohmann::json identity_of(const RecordedTable& table, const TuneOptions& options) {
+  const TuneQuestion& question = options.question;
   std::string text;
   for (std::size_t i = 0; i < table.samples.size(); ++i)
     text += table.space.candidates[i].id + sha256(std::as_bytes(std::span(table.samples[i])));
-  return {{"schema", kSchemaVersion},
-          {"replay", sha256(text)},
-          {"tune",
-           {{"constraints", table.constraints},
-            {"epsilon", question.epsilon},
-            {"confidence", question.confidence},
-            {"seed", question.seed}}}};
+  nlohmann::json identity = {{"schema", kSchemaVersion},
+                             {"replay", sha256(text)},
+                             {"tune",
+                              {{"constraints", table.constraints},
+                               {"epsilon", question.epsilon},
+                               {"confidence", question.confidence},
+                               {"seed", question.seed}}}};
+  if (options.fleet) identity["tune"]["fleet"] = fleet_sha256(*options.fleet);
+  return identity;
 }
 
 RecordedQuery query_of(const std::string& scene, const TuneOptions& options) {
@@ -48,7 +51,7 @@ class RecordedSource final : public TuneSource {
   RecordedSource(const std::filesystem::path& recorded, const std::string& scene, const TuneOptions& options)
       : name_(recorded.string()), options_(options), table_(load_recorded(recorded, query_of(scene, options))) {
     if (options.output.empty()) return;
-    store_.emplace(options.output, identity_of(table_, options.question));
+    store_.emplace(options.output, identity_of(table_, options));
     book_ = SampleBook(*store_, std::nullopt);
   }
 
@@ -88,6 +91,20 @@ class RecordedSource final : public TuneSource {
     if (table_.nearest.empty()) return {};
     return {setting_id(parse_setting(table_.nearest)), table_.miss};
   }
+  TunePlace place() const override {
+    return {.device = measured_device(load_fleet_run(name_).info, table_.backend, table_.device),
+            .scene = table_.scene,
+            .scene_key = SceneKey{table_.scene_key}};
+  }
+  FleetRun timed_run() override {
+    FleetRun run = load_fleet_run(name_);
+    std::erase_if(run.rows, [&](const TableRow& row) {
+      return row.backend != table_.backend || row.device != table_.device || row.scene != table_.scene;
+    });
+    for (TableRow& row : run.rows) row.samples_ns = book_.times(row.case_id);
+    std::erase_if(run.rows, [](const TableRow& row) { return row.samples_ns.size() < kLeastTold; });
+    return run;
+  }
   void take_failure(const CaseFailed& failed, bool /*is_left_out*/) override { throw failed; }  // nothing is drawn
 
  private:
@@ -115,7 +132,7 @@ class RecordedSource final : public TuneSource {
 TuneResult replay_tune(const std::filesystem::path& recorded, const std::string& scene, const TuneOptions& options) {
   TuneClock clock(options);
   RecordedSource source(recorded, scene, options);
-  TuneResult result = tune(source, options, clock);
+  TuneResult result = tune(source, options, clock, match_fleet(source, options));
   result.wall_s = clock.elapsed_s();
   if (!options.output.empty()) write_atomically(options.output / kTuneFile, tune_json(result).dump(1) + "\n");
   return result;

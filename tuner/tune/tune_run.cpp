@@ -20,18 +20,20 @@ nlohmann::json identity_of(const Config& config, const TuneOptions& options, con
   const TuneQuestion& question = options.question;
   nlohmann::json scenes = nlohmann::json::array();  // of a config some may be left out
   for (const SceneSpec& scene : config.scenes) scenes.push_back(scene.id);
-  return {{"schema", kSchemaVersion},
-          {"config_sha256", config_sha256(config)},
-          {"kernels_sha256", kernels_sha256()},
-          {"tune",
-           {{"max_error", budget_texts(question.max_error)},
-            {"scenes", scenes},
-            {"epsilon", question.epsilon},
-            {"confidence", question.confidence},
-            {"seed", question.seed},
-            {"combine", options.combine == Combine::worst ? "worst" : "weighted"},
-            {"weights", options.weights}}},
-          {"devices", nlohmann::json::array({device_identity(session.device())})}};
+  nlohmann::json identity = {{"schema", kSchemaVersion},
+                             {"config_sha256", config_sha256(config)},
+                             {"kernels_sha256", kernels_sha256()},
+                             {"tune",
+                              {{"max_error", budget_texts(question.max_error)},
+                               {"scenes", scenes},
+                               {"epsilon", question.epsilon},
+                               {"confidence", question.confidence},
+                               {"seed", question.seed},
+                               {"combine", options.combine == Combine::worst ? "worst" : "weighted"},
+                               {"weights", options.weights}}},
+                             {"devices", nlohmann::json::array({device_identity(session.device())})}};
+  if (options.fleet) identity["tune"]["fleet"] = fleet_sha256(*options.fleet);
+  return identity;
 }
 
 }  // namespace

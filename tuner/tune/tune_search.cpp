@@ -82,10 +82,10 @@ double combined(Combine combine, double so_far, double weight, double value) {
   return combine == Combine::worst ? std::max(so_far, value) : so_far + weight * value;
 }
 
-SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question) {
+SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question, const FleetLosses* fleet) {
   SearchSpace asked = space;
   if (!question.max_error.empty())
-    for (Candidate& candidate : asked.candidates) candidate.error = 0;
+    for (Candidate& candidate : asked.candidates) candidate.error = fleet != nullptr ? fleet->loss(candidate.id) : 0;
   return asked;
 }
 
@@ -174,12 +174,13 @@ void show(Progress& progress, const SearchProgress& now, const TuneQuestion& que
 
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
-                 const MemoryOf& memory_of) {
+                 const MemoryOf& memory_of, const FleetLosses* fleet) {
   const TuneQuestion& question = result.question;
-  result.search = search(asked_space(result.space, question), times,
+  result.search = search(asked_space(result.space, question, fleet), times,
                          {.epsilon = question.epsilon,
                           .confidence = question.confidence,
                           .seed = question.seed,
+                          .regret = fleet != nullptr ? std::optional(fleet->rule) : std::nullopt,
                           .first = first_settings(result.space),
                           .should_stop = should_stop,
                           .on_progress = on_progress});

@@ -43,8 +43,9 @@ class BookSource final : public TimeSource {
 [[nodiscard]] double combined(Combine combine, double so_far, double weight, double value);
 
 /// With fixed budgets every setting that meets them is as good as another: errors become 0, so that the search has one
-/// budget to answer.
-[[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question);
+/// budget to answer. Where a fleet asks, the error is what its other devices lose.
+[[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question,
+                                      const FleetLosses* fleet = nullptr);
 
 /// Timed first: of every technique its default if it is feasible, and its setting with the fewest features and steps.
 [[nodiscard]] std::vector<std::size_t> first_settings(const SearchSpace& space);
@@ -53,10 +54,11 @@ class BookSource final : public TimeSource {
 using MemoryOf = std::function<std::int64_t(std::size_t candidate)>;
 
 /// Fills in search, pick and rungs of a result whose space and question are set.
+/// fleet: null where none asks
 /// budget: of the front's metric, for the pick where the question has no budgets of its own; none: the most accurate
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
-                 const MemoryOf& memory_of);
+                 const MemoryOf& memory_of, const FleetLosses* fleet = nullptr);
 
 /// How far a search is: by its gap, or by its time if that is further.
 /// time: share of the time limit that is over

@@ -1,9 +1,14 @@
 #include "tuner/tune/tuner.h"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
+#include "kernels/base/error.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/statistics.h"
 #include "tuner/tune/tune_search.h"
 
@@ -12,8 +17,13 @@ namespace {
 
 class Tuner {
  public:
-  Tuner(TuneSource& source, const TuneOptions& options, TuneClock& clock)
-      : source_(source), options_(options), clock_(clock), result_(source.blank()), all_scenes_(result_.scenes.size()) {
+  Tuner(TuneSource& source, const TuneOptions& options, TuneClock& clock, std::optional<MatchedFleet> fleet)
+      : source_(source),
+        options_(options),
+        clock_(clock),
+        fleet_(std::move(fleet)),
+        result_(source.blank()),
+        all_scenes_(result_.scenes.size()) {
     result_.question = options.question;
     std::iota(all_scenes_.begin(), all_scenes_.end(), std::size_t{0});
   }
@@ -22,6 +32,7 @@ class Tuner {
     const bool has_scenes = all_scenes_.size() > 1;
     race(has_scenes ? 0.5 : 1.0);
     if (has_scenes && result_.pick) answer_scenes();
+    if (fleet_ && result_.pick) answer_fleet();
     if (!result_.search.is_feasible) std::tie(result_.nearest, result_.miss) = source_.nearest();
     result_.is_stopped = clock_.is_stopped();
     return std::move(result_);
@@ -38,7 +49,8 @@ class Tuner {
     const std::unique_ptr<TimeSource> times = source_.times(scenes);
     search_into(
         result, *times, [&] { return clock_.is_over(until_s); }, on_progress, source_.asked_error(),
-        [&](std::size_t candidate) { return source_.memory_bytes(scenes.front(), candidate); });
+        [&](std::size_t candidate) { return source_.memory_bytes(scenes.front(), candidate); },
+        fleet_ ? &fleet_->losses : nullptr);
   }
 
   void race(double share) {
@@ -59,6 +71,39 @@ class Tuner {
         ++result_.counts.failed;
       }
     }
+  }
+
+  /// By the rule of `choose`, of what was timed here and the fleet's runs.
+  void answer_fleet() {
+    std::vector<FleetRun> runs;
+    runs.push_back(source_.timed_run());
+    std::ranges::move(fleet_->runs, std::back_inserter(runs));
+    try {
+      Fleet fleet = choose_for_fleet(runs, fleet_->options);
+      const double high = most_regret(setting_id(fleet.settings.front().settings));
+      result_.fleet = std::make_unique<FleetAnswer>(FleetAnswer{.runs = std::move(runs),
+                                                                .options = fleet_->options,
+                                                                .fleet = std::move(fleet),
+                                                                .low = result_.search.least_regret->low,
+                                                                .high = high});
+    } catch (const Error& error) {
+      if (error.code() != Exit::answer_is_no) throw;
+      result_.fleet_refusal = error.what();
+    }
+  }
+
+  /// Of a setting, by the search's bounds.
+  [[nodiscard]] double most_regret(const std::string& setting) const {
+    const double unbounded = std::numeric_limits<double>::infinity();
+    double fastest_ns = unbounded;
+    double high_ns = unbounded;
+    for (std::size_t i = 0; i < result_.space.candidates.size(); ++i) {
+      if (!result_.space.candidates[i].is_feasible) continue;
+      const CandidateState& state = result_.search.states[i];
+      fastest_ns = std::min(fastest_ns, state.low_ns.value_or(0));
+      if (result_.space.candidates[i].id == setting) high_ns = state.high_ns.value_or(unbounded);
+    }
+    return fleet_->losses.rule.regret(fleet_->losses.loss(setting), high_ns / fastest_ns);
   }
 
   void answer_scenes() {
@@ -100,6 +145,7 @@ class Tuner {
   TuneSource& source_;
   const TuneOptions& options_;
   TuneClock& clock_;
+  std::optional<MatchedFleet> fleet_;
   TuneResult result_;
   std::vector<std::size_t> all_scenes_;
 };
@@ -116,8 +162,20 @@ bool TuneClock::is_over(double until_s) {
   return over;
 }
 
-TuneResult tune(TuneSource& source, const TuneOptions& options, TuneClock& clock) {
-  return Tuner(source, options, clock).run();
+std::optional<MatchedFleet> match_fleet(const TuneSource& source, const TuneOptions& options) {
+  if (!options.fleet) return std::nullopt;
+  const TunePlace place = source.place();
+  MatchedFleet matched{.runs = runs_in_scene(options.fleet->runs, place),
+                       .options = {.budgets = options.question.max_error,
+                                   .regret = options.fleet->regret,
+                                   .confidence = options.question.confidence},
+                       .losses = {}};
+  matched.losses = losses_of_others(matched.runs, place, matched.options);
+  return matched;
+}
+
+TuneResult tune(TuneSource& source, const TuneOptions& options, TuneClock& clock, std::optional<MatchedFleet> fleet) {
+  return Tuner(source, options, clock, std::move(fleet)).run();
 }
 
 }  // namespace reliefbench

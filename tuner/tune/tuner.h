@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tuner/measure/timing.h"
+#include "tuner/search/observations.h"
 #include "tuner/tune/tune.h"
 
 namespace reliefbench {
@@ -51,11 +52,28 @@ class TuneSource {
   [[nodiscard]] virtual std::vector<double> times_ns(std::size_t scene, const std::string& setting) const = 0;
   /// Of settings that all miss what is asked, the one that does so least, and by how much.
   [[nodiscard]] virtual std::pair<std::string, std::string> nearest() const = 0;
+  /// The device with the first scene, and what was timed there so far, as a run that a fleet takes.
+  [[nodiscard]] virtual TunePlace place() const = 0;
+  [[nodiscard]] virtual FleetRun timed_run() = 0;
   /// Enters a failure. is_left_out: from here on its setting is no candidate
   virtual void take_failure(const CaseFailed& failed, bool is_left_out) = 0;
 };
 
+/// Samples of a setting from which a fleet's choice takes it: a block of the search.
+inline constexpr std::size_t kLeastTold = kBlock;
+
+/// A fleet that is matched with the place that is tuned on.
+struct MatchedFleet {
+  std::vector<FleetRun> runs;
+  FleetOptions options;
+  FleetLosses losses;
+};
+/// None where the options have none. throws: Error(bad_input): a run of another scene; as choose_for_fleet()
+[[nodiscard]] std::optional<MatchedFleet> match_fleet(const TuneSource& source, const TuneOptions& options);
+
 /// The tuner's engine: races for what the question asks in all scenes, then in each by itself.
-[[nodiscard]] TuneResult tune(TuneSource& source, const TuneOptions& options, TuneClock& clock);
+/// fleet: of match_fleet(); taken over by the result
+[[nodiscard]] TuneResult tune(TuneSource& source, const TuneOptions& options, TuneClock& clock,
+                              std::optional<MatchedFleet> fleet = std::nullopt);
 
 }  // namespace reliefbench
