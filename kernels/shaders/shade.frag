@@ -37,7 +37,8 @@ void main() {
 #endif
   vec2 uv = ray.uv + ray.slope * hit.t;
   vec3 normal = normal_at(uv, gl_FragCoord.xy);
-  // Four waves a tile show where the texture was looked up, and a hit's depth darkens it.
+  // Four waves a tile show where the texture was looked up, and a hit's depth darkens it: less so where the relief is
+  // shallower than a tenth of a tile, so that one without depth looks like plain normal mapping.
   vec2 wave = sin(uv * (4.0 * 6.283185307));
   vec3 albedo = vec3(0.62, 0.55, 0.48) + 0.12 * wave.x * wave.y;
   float diffuse = max(dot(normal, frame.light.xyz), 0.0);
@@ -46,5 +47,5 @@ void main() {
   shade(values_of(ray, hit), shading);
   diffuse = shading.direct;
 #endif
-  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t), 1.0);
+  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t * min(10.0 * frame.position.w, 1.0)), 1.0);
 }
