@@ -80,8 +80,9 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
 Target score_target(std::span<const PixelFeature> features) {
   Target target = Target::score;
   for (const PixelFeature& one : features)
-    target.attachments.push_back(
-        {.name = one.feature->value->output, .layout = {.type = TexelType::float32, .channels = 1}});
+    if (one.feature->value)
+      target.attachments.push_back(
+          {.name = one.feature->value->output, .layout = {.type = TexelType::float32, .channels = 1}});
   return target;
 }
 

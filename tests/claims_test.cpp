@@ -47,7 +47,7 @@ TEST(Claims, TheBuiltInOnesAreRead) {
     EXPECT_FALSE(claim.checks.empty()) << claim.id;
   }
   EXPECT_THAT(
-      ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "gems3_18_1", "vb22_generation", "vb22_render"));
+      ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "gems3_18_1", "rtm_shadow", "vb22_generation", "vb22_render"));
 }
 
 TEST(Claims, RefusalsNameTheLineAndTheKey) {

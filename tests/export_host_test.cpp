@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kWidth_px = 320;
 constexpr int kHeight_px = 240;
-using Picture = std::vector<std::uint8_t>;  // RGBA8, rows from the bottom
+using Rgba8 = std::vector<std::uint8_t>;  // RGBA8, rows from the bottom
 
 /// A plane that fills the frame, seen by an eye over it: one triangle is enough.
 constexpr std::string_view kPlaneVertex = R"(
@@ -58,7 +58,7 @@ class RawOpenGl {
   RawOpenGl(const RawOpenGl&) = delete;
   RawOpenGl& operator=(const RawOpenGl&) = delete;
 
-  static Picture draw(const Ktx2File& map, const std::string& fragment) {
+  static Rgba8 draw(const Ktx2File& map, const std::string& fragment) {
     // 1. Upload the texture as it is. 2. Its sampler.
     GLuint texture = 0;
     glCreateTextures(GL_TEXTURE_2D, 1, &texture);
@@ -90,7 +90,7 @@ class RawOpenGl {
     glViewport(0, 0, kWidth_px, kHeight_px);
     glClear(GL_COLOR_BUFFER_BIT);
     glDrawArrays(GL_TRIANGLES, 0, 3);
-    Picture picture(std::size_t{kWidth_px} * kHeight_px * 4);
+    Rgba8 picture(std::size_t{kWidth_px} * kHeight_px * 4);
     glReadPixels(0, 0, kWidth_px, kHeight_px, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
     EXPECT_EQ(glGetError(), GLenum{GL_NO_ERROR});
     return picture;
@@ -160,16 +160,16 @@ struct Out { @builtin(position) p: vec4f, @location(0) uv: vec2f, @location(1) v
 </body>)";
 
 /// How large a part of two pictures' red differs by more than 4 of 255.
-double difference(const Picture& a, const Picture& b) {
+double difference(const Rgba8& a, const Rgba8& b) {
   std::size_t differing = 0;
   for (std::size_t i = 0; i < a.size(); i += 4) differing += std::abs(int{a[i]} - int{b[i]}) > 4 ? 1 : 0;
   return static_cast<double>(differing) / (static_cast<double>(a.size()) / 4);
 }
 
-void leave(const Picture& picture, const std::string& name) {
+void leave(const Rgba8& picture, const std::string& name) {
   const std::filesystem::path folder = std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "build" / "screenshots";
   std::filesystem::create_directories(folder);
-  Picture rows;
+  Rgba8 rows;
   for (std::size_t y = kHeight_px; y-- > 0;) {
     const auto row = picture.begin() + static_cast<std::ptrdiff_t>(y * kWidth_px * 4);
     rows.insert(rows.end(), row, row + std::ptrdiff_t{kWidth_px} * 4);
@@ -203,7 +203,7 @@ class ExportHosts : public InBrowser {
     return {words(file_text(vertex + ".spv")), words(file("example.spv"))};
   }
 
-  [[nodiscard]] Picture on_vulkan(const Ktx2File& map) const {
+  [[nodiscard]] Rgba8 on_vulkan(const Ktx2File& map) const {
     const auto [vertex, fragment] = stages();
     return RawVulkan().draw({.width = static_cast<std::uint32_t>(map.image.width),
                              .height = static_cast<std::uint32_t>(map.image.height),
@@ -211,7 +211,7 @@ class ExportHosts : public InBrowser {
                             vertex, fragment, kWidth_px, kHeight_px);
   }
 
-  [[nodiscard]] Picture on_suite(const Ktx2File& map) const {
+  [[nodiscard]] Rgba8 on_suite(const Ktx2File& map) const {
     const Rig rig(find_backend("vulkan"), 0);
     const auto [vertex, fragment] = stages();
     const auto pipeline = rig.backend->compile(
@@ -228,7 +228,7 @@ class ExportHosts : public InBrowser {
     return rig.backend->read_color();
   }
 
-  [[nodiscard]] Picture in_page(const Ktx2File& map) const {
+  [[nodiscard]] Rgba8 in_page(const Ktx2File& map) const {
     const std::string texels(reinterpret_cast<const char*>(map.image.texels.data()), map.image.texels.size());
     std::ofstream(folder_ / "texels", std::ios::binary) << texels;
     const nlohmann::json files = {{"width", map.image.width},
@@ -240,7 +240,7 @@ class ExportHosts : public InBrowser {
     const std::string body = body_tag(document(page, "", {.with_webgpu = true}));
     const std::size_t begin = body.find("data-red=\"");
     EXPECT_NE(begin, std::string::npos) << body.substr(0, 300);
-    Picture picture(std::size_t{kWidth_px} * kHeight_px * 4);
+    Rgba8 picture(std::size_t{kWidth_px} * kHeight_px * 4);
     for (std::size_t y = 0; begin != std::string::npos && y < kHeight_px; ++y)  // rows from the top there
       for (std::size_t x = 0; x < kWidth_px; ++x)
         picture[(y * kWidth_px + x) * 4] = picture[(y * kWidth_px + x) * 4 + 1] = picture[(y * kWidth_px + x) * 4 + 2] =
@@ -253,19 +253,19 @@ class ExportHosts : public InBrowser {
 
 TEST_F(ExportHosts, show_the_same_relief) {
   const Ktx2File map = read_ktx2(folder_ / "out/relief.ktx2");
-  const Picture on_opengl = RawOpenGl().draw(map, file("example.frag"));
+  const Rgba8 on_opengl = RawOpenGl().draw(map, file("example.frag"));
   leave(on_opengl, "export_opengl.png");
   std::size_t lit = 0;
   for (std::size_t i = 0; i < on_opengl.size(); i += 4) lit += on_opengl[i] > 60 ? 1 : 0;
   const std::size_t pixels = on_opengl.size() / 4;
   EXPECT_GT(lit, pixels / 4);  // there is light, and there is shadow
   EXPECT_LT(lit, pixels * 9 / 10);
-  const Picture from_spirv = on_vulkan(map);
+  const Rgba8 from_spirv = on_vulkan(map);
   leave(from_spirv, "export_vulkan.png");
   EXPECT_LT(difference(on_opengl, from_spirv), 0.01);
   EXPECT_EQ(difference(on_suite(map), from_spirv), 0);  // one driver, one module
   if (output_of("command -v chromium").empty()) GTEST_SKIP() << "chromium is not installed";
-  const Picture of_page = in_page(map);
+  const Rgba8 of_page = in_page(map);
   leave(of_page, "export_webgpu.png");
   EXPECT_LT(difference(on_opengl, of_page), 0.05);  // SwiftShader's filter is not llvmpipe's
 }

@@ -25,6 +25,8 @@ inline std::vector<std::string> shipped_settings() {
                          "cone?correction=min4&step=cell_max&format=r8+r8",
                          "cone?correction=min4&filter=manual&encoding=h_tan",
                          "cone?lod=footprint&encoding=atan",
+                         "relief?lod=mean&fade=footprint&shadow=linear",
+                         "flat?normals=footprint",
                          "relaxed_cone?refinement=secant&format=r8+r8&encoding=ratio",
                          "quad_cone?refinement=binary&filter=manual",
                          "safety_shape?loop=fixed&format=r8+rgba8",
@@ -81,7 +83,7 @@ layout(location = 1) out vec4 out_hit;
   text += fmt::format(R"(
 void main() {{
   out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-  ReliefRay ray = ReliefRay(out_ray.xy, out_ray.zw, 1.0, 1.0, 0);
+  ReliefRay ray = ReliefRay(out_ray.xy, out_ray.zw, 1.0, 0);
   ReliefHit hit = relief_first_hit({}ray);
 )",
                       called_with(source, "relief_first_hit"));

@@ -66,7 +66,7 @@ TEST(ShippedShader, says_on_top_what_it_is_and_how_it_is_called) {
         "Guarantee: never_skips, on a sampler that is off by no more than its steps make up for", "discard",
         "takes derivatives of uv", "- view_ts: from the eye"})
     EXPECT_THAT(shader.substr(0, shader.find("\n\n")), HasSubstr(words));
-  EXPECT_THAT(shader, HasSubstr("ray.footprint = relief_pixel_footprint(relief_map, uv);"));
+  EXPECT_THAT(shader, HasSubstr("ReliefWay(ray, relief_pixel_of(relief_map, uv, length(view_ts)), 1.0);"));
   EXPECT_THAT(shader, Not(HasSubstr("shadow")));
 }
 
@@ -77,6 +77,16 @@ TEST(ShippedShader, has_the_shadow_that_its_setting_has) {
                                   "float shadow;  // share", "const int RELIEF_SHADOW_STEPS = 24;"})
     EXPECT_THAT(shader, HasSubstr(words));
   EXPECT_THAT(shader, Not(HasSubstr("shade_shadow")));
+  for (const char* absent : {"Way", "Pixel", "lod", "fade", "normal_texel"}) EXPECT_THAT(shader, Not(HasSubstr(absent)));
+}
+
+TEST(ShippedShader, has_the_levels_and_the_fading_that_its_setting_has) {
+  const std::string shader =
+      find_language("glsl").write(ShippedCase("relief?lod=mean&fade=distance&fade_distance=12").shader()).library;
+  for (const std::string words : {"relief_begin_lod(", "relief_begin_fade(way)", "const int RELIEF_FADE_DISTANCE = 12;",
+                                  "in sides of a tile; z < 0"})
+    EXPECT_THAT(shader, HasSubstr(words));
+  EXPECT_THAT(shader, Not(HasSubstr("shadow")));
 }
 
 TEST(ShippedShader, long_lines_are_broken) {

@@ -99,9 +99,12 @@ RC_GTEST_PROP(MipChain, PackedConesAreWithinTheBakedOnes, ()) {
   const Format& format = find_format(*rc::gen::element("rg8", "rg16", "rg16f", "rg32f", "r8+r8"));
   const Encoding& encoding = *rc::gen::elementOf(encodings());
   const Heightfield heights = quantise_heights(raw, format.type);
-  const MapTextures textures = pack_map(
-      {.map = find_map(MapKind::conservative), .heights = heights, .values = ratios, .wrap = wrap, .mips = true},
-      format, encoding);
+  const MapTextures textures = pack_map({.map = find_map(MapKind::conservative),
+                                         .heights = heights,
+                                         .values = ratios,
+                                         .wrap = wrap,
+                                         .mips = Mips::conservative},
+                                        format, encoding);
   const TextureImage& ratio_image = textures.extra ? *textures.extra : textures.relief;
   RC_ASSERT(ratio_image.levels == textures.relief.levels);
   for (int level = 1; level < textures.relief.levels; ++level) {

@@ -52,7 +52,7 @@ TEST(Rows, give_techniques_the_parameters_that_ids_always_had) {
     const auto found = known.find(technique.id);
     if (found == known.end()) continue;  // a later one
     // Features of the scene came later; they stand behind all others.
-    EXPECT_EQ(ids.substr(0, ids.find(" shadow")), found->second) << technique.id;
+    EXPECT_EQ(technique.reads_map() ? ids.substr(0, ids.find(" shadow")) : "", found->second) << technique.id;
     EXPECT_EQ(technique.find("shadow") != nullptr, technique.reads_map()) << technique.id;
   }
 }
@@ -116,11 +116,11 @@ TEST(Features, bring_their_rows_parameters) {
   const Settings settings = settings_of("relief", {{"refinement", "secant"}, {"filter", "manual"}});
   std::vector<std::string_view> rows;
   for (const FeatureRow* row : rows_of(settings)) rows.push_back(row->id);
-  EXPECT_THAT(rows, ElementsAre("secant", "manual", "none"));
-  EXPECT_THAT(rows_of(settings_of("flat")), IsEmpty());
-  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 1U);
-  EXPECT_EQ(rows_of(settings_of("distance")).size(), 1U);  // cells are fetched, until step=published
-  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 3U);
+  EXPECT_THAT(rows, ElementsAre("secant", "manual", "none", "base", "none", "base"));
+  EXPECT_EQ(rows_of(settings_of("flat")).size(), 1U);  // normals
+  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 4U);
+  EXPECT_EQ(rows_of(settings_of("distance")).size(), 3U);  // cells are fetched, until step=published; no levels
+  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 5U);
 
   for (const Technique& technique : techniques())
     for (const Feature& feature : all_features()) {
@@ -156,7 +156,7 @@ TEST(Features, have_their_shaders_in_every_technique_that_has_them) {
   for (const Technique& technique : techniques())
     for (const Feature& feature : all_features())
       for (const FeatureRow& row : feature.rows) {
-        if (technique.find(feature.id) == nullptr || row.shader.empty() || feature.value) continue;
+        if (technique.find(feature.id) == nullptr || row.shader.empty() || feature.is_of_scene) continue;
         EXPECT_TRUE(includes(fmt::format("{}.glsl", technique.id), row.shader)) << technique.id << " " << row.id;
       }
 }

@@ -40,7 +40,8 @@ TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
                                                             [](Scene& s) { s.view.azimuth_deg = 1; },
                                                             [](Scene& s) { s.light.elevation_deg = 20; },
                                                             [](Scene& s) { s.light.azimuth_deg = 20; },
-                                                            [](Scene& s) { s.light.angular_radius_deg = 1; }};
+                                                            [](Scene& s) { s.light.angular_radius_deg = 1; },
+                                                            [](Scene& s) { s.reference = Picture::supersampled; }};
   std::set<SceneKey> keys = {scene_key("aa", plain), scene_key("bb", plain)};
   for (const auto& change : changes) {
     Scene scene = plain;

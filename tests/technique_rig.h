@@ -34,7 +34,7 @@ inline StoredMap store_map(const Settings& settings, const Heightfield& heights,
 /// A technique's score pipeline; serves every map of any format and every view of one wrap.
 inline std::unique_ptr<Pipeline> score_pipeline(const Rig& rig, const Settings& settings, Wrap wrap,
                                                 const MapSampler& sampler = {}) {
-  const std::vector<PixelFeature> features = pixel_features(settings);
+  const std::vector<PixelFeature> features = frame_features(settings);
   const Target target = score_target(features);
   return rig.pipeline(compile_fragment(settings.technique().id, target, rig.row.dialect, features), target,
                       constants_of(&settings, wrap, sampler), std::string(settings.technique().id));

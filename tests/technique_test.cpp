@@ -77,7 +77,7 @@ void activate(Settings& settings, const Param& param) {
 
 /// Every feature of the scene is in its own modules only.
 Spirv module_of(const Settings& settings) {
-  const std::vector<PixelFeature> features = pixel_features(settings);
+  const std::vector<PixelFeature> features = frame_features(settings);
   return compile_fragment(settings.technique().id, score_target(features), Dialect::vulkan, features);
 }
 

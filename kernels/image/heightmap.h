@@ -58,5 +58,8 @@ struct KnownHeightmapRow {
 /// Tangent-space normals of a heightfield for a relief that is `relief_depth` tiles deep, width x height RGBA8
 /// (xyz*0.5+0.5, alpha 255), from central differences of the texels. Shading only; never part of a trace.
 [[nodiscard]] std::vector<std::uint8_t> normal_map(const Heightfield& heights, Wrap wrap, double relief_depth);
+/// Appends the mip levels of an RGBA8 texture down to 1 x 1, each texel the mean of what it covers.
+/// returns: how many levels there are then
+int append_levels(std::vector<std::uint8_t>& rgba8, int width, int height);
 
 }  // namespace reliefbench

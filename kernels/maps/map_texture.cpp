@@ -104,7 +104,7 @@ void write_ratios(MapTextures& textures, const Heightfield& heights, std::span<c
 /// The coarse levels of a map of heights and ratios. Normals are looked up in the base alone.
 void write_mips(MapTextures& textures, const MapSource& source, const RatioLayout& layout) {
   std::size_t first = source.heights.texels.size();
-  for (const MipLevel& level : mip_chain(source.heights, source.values, layout.ratios, source.wrap)) {
+  for (const MipLevel& level : mip_chain(source.heights, source.values, layout.ratios, source.wrap, source.mips)) {
     write_heights(textures.relief, level.heights, first);
     write_ratios(textures, level.heights, level.ratios, layout, first);
     first += level.heights.texels.size();
@@ -142,7 +142,9 @@ MapTextures pack_heights(const Heightfield& heights, const Format& format) {
 
 MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
   const auto [map, heights, values, wrap, depth, mips] = source;
-  const int levels = mips ? chain_length(heights) : 1;
+  const bool has_levels =
+      mips != Mips::none && (map.content == MapContent::heights || map.content == MapContent::ratios);
+  const int levels = has_levels ? chain_length(heights) : 1;
   MapTextures textures{.relief = blank(heights.width, heights.height, format.relief(), levels)};
   write_heights(textures.relief, heights);
   if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra(), levels);
@@ -162,7 +164,7 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
       textures.extra = packed_volume(source, format.relief());
       break;
   }
-  if (mips) write_mips(textures, source, layout);
+  if (has_levels) write_mips(textures, source, layout);
   return textures;
 }
 

@@ -6,6 +6,7 @@
 
 #include "kernels/image/texture_image.h"
 #include "kernels/maps/map_kind.h"
+#include "kernels/maps/mip_chain.h"
 #include "kernels/maps/texel.h"
 
 namespace reliefbench {
@@ -24,7 +25,7 @@ struct MapSource {
   std::span<const float> values;
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;  ///< of the scene, for a format with normals
-  bool mips = false;          ///< with the levels of mip_chain(), for heights and ratios
+  Mips mips = Mips::none;     ///< levels of mip_chain(), for heights and ratios; pyramids have their own
 };
 
 /// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down. Where a format has more ratio channels

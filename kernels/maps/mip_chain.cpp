@@ -59,6 +59,27 @@ Plane transposed(const Plane& plane) {
   return result;
 }
 
+/// The plane with its rows shortened to half: each value the mean of what it covers, parts of texels in proportion.
+Plane mean_rows(const Plane& fine) {
+  Plane coarse{.width = level_side(fine.width, 1), .height = fine.height, .channels = fine.channels, .values = {}};
+  coarse.values.reserve(coarse.index(0, coarse.height, 0));
+  const double share = 1.0 * fine.width / coarse.width;  // of texels that a coarse one covers
+  for (int y = 0; y < coarse.height; ++y)
+    for (int x = 0; x < coarse.width; ++x)
+      for (int channel = 0; channel < coarse.channels; ++channel) {
+        const double begin = x * share;
+        const double end = std::min(begin + share, 1.0 * fine.width);
+        double sum = 0;
+        for (int j = static_cast<int>(begin); j < end; ++j)
+          sum += (std::min(end, j + 1.0) - std::max(begin, 1.0 * j)) *
+                 static_cast<double>(fine.values[fine.index(j, y, channel)]);
+        coarse.values.push_back(static_cast<float>(sum / share));
+      }
+  return coarse;
+}
+
+Plane mean_halved(const Plane& fine) { return transposed(mean_rows(transposed(mean_rows(fine)))); }
+
 /// The support of a texel is a rectangle: along the rows, then along the columns.
 template <typename Before>
 Plane halved(const Plane& fine, Wrap wrap, const Before& before) {
@@ -68,7 +89,7 @@ Plane halved(const Plane& fine, Wrap wrap, const Before& before) {
 }  // namespace
 
 std::vector<MipLevel> mip_chain(const Heightfield& heights, std::span<const float> ratios, int ratios_per_texel,
-                                Wrap wrap) {
+                                Wrap wrap, Mips mips) {
   Plane height_plane{.width = heights.width, .height = heights.height, .channels = 1, .values = heights.texels};
   Plane ratio_plane{.width = heights.width,
                     .height = heights.height,
@@ -76,7 +97,7 @@ std::vector<MipLevel> mip_chain(const Heightfield& heights, std::span<const floa
                     .values = {ratios.begin(), ratios.end()}};
   std::vector<MipLevel> levels;
   while (height_plane.width > 1 || height_plane.height > 1) {
-    height_plane = halved(height_plane, wrap, std::greater<>());
+    height_plane = mips == Mips::mean ? mean_halved(height_plane) : halved(height_plane, wrap, std::greater<>());
     ratio_plane = halved(ratio_plane, wrap, std::less<>());
     levels.push_back(
         {.heights = {.width = height_plane.width, .height = height_plane.height, .texels = height_plane.values},

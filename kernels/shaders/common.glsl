@@ -11,10 +11,15 @@ const float ARRIVED = 6.103515625e-5;
 // The ray in texture space: p(t) = (uv + slope t, 1 - t), t in [0, 1].
 struct Ray {
   vec2 uv;
-  vec2 slope;       // uv per unit of height
-  float cosine;     // of the angle between the view and the plane's normal, > 0
-  float footprint;  // longer side of the pixel's image on the plane, in texels
-  int level;        // of the map's mip chain that is read: 0, unless the technique sets another
+  vec2 slope;    // uv per unit of height
+  float cosine;  // of the angle between the view and the plane's normal, > 0
+  int level;     // of the map's mip chain that is read
+};
+
+// A pixel's image on the plane.
+struct Pixel {
+  vec2 sides;      // lengths in texels, the shorter one first
+  float distance;  // from the eye, in sides of a tile
 };
 
 struct Hit {
@@ -86,5 +91,3 @@ vec4 sample_map(sampler2D map, vec2 uv, int level, inout int taps) {
   if (SIMULATED_BITS != SIMULATED_BITS_NONE) return simulated_sample(map, uv, level);
   return textureLod(map, uv, float(level));
 }
-
-float sample_height(vec2 uv, inout int taps) { return sample_map(relief_map, uv, 0, taps).x; }

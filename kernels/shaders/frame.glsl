@@ -16,16 +16,6 @@ layout(BINDING(0), std140) uniform Frame {
 
 ivec2 map_size() { return frame.sizes.zw; }
 
-// Longer side of the pixel's image on the plane, in texels: GL's scale factor of an isotropic sampler, from the exact
-// derivative of the plane's point. Where the direction moves by s, that moves by
-// distance * (s.xy + per_height * s.z).
-float pixel_footprint(vec2 per_height, float distance) {
-  vec2 texels = 2.0 * distance * frame.right.w * vec2(map_size());
-  vec2 across = (frame.right.xy + per_height * frame.right.z) * texels / float(frame.sizes.x);
-  vec2 down = (frame.up.xy + per_height * frame.up.z) * texels / float(frame.sizes.y);
-  return max(length(across), length(down));
-}
-
 // The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
 // technique's frame has the same rays to the bit, so that one reference serves them all.
 bool make_ray(vec2 pixel, out Ray ray) {
@@ -41,7 +31,19 @@ bool make_ray(vec2 pixel, out Ray ray) {
   precise vec2 slope = per_height * frame.position.w;
   ray.slope = slope;
   ray.cosine = -direction.z * inversesqrt(dot(direction, direction));
-  ray.footprint = pixel_footprint(per_height, frame.position.z / -direction.z);
   ray.level = 0;
   return true;
+}
+
+// The image of a pixel that has a ray, from the exact derivatives of the plane's point: its longer side is GL's scale
+// factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).
+Pixel pixel_at(vec2 pixel) {
+  vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
+  vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
+  vec2 per_height = direction.xy / -direction.z;
+  float t = frame.position.z / -direction.z;
+  vec2 texels = 2.0 * t * frame.right.w * vec2(map_size());
+  float across = length((frame.right.xy + per_height * frame.right.z) * texels) / float(frame.sizes.x);
+  float down = length((frame.up.xy + per_height * frame.up.z) * texels) / float(frame.sizes.y);
+  return Pixel(vec2(min(across, down), max(across, down)), t * length(direction) * frame.right.w);
 }

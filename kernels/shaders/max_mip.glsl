@@ -7,7 +7,7 @@ Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   vec2 size = vec2(map_size());
   Line line = Line(ray.uv * size - 0.5, ray.slope * size);
-  int top = first_level(line);
+  int top = max(first_level(line), ray.level);
   int level = top;
   while (hit.status != STATUS_HIT && hit.steps < NODE_STEPS) {
     hit.steps += 1;
@@ -18,6 +18,10 @@ Hit trace(Ray ray) {
       float highest = node_height(node, level, hit);
       if (1.0 - t_exit <= highest) {
         hit.t = max(hit.t, 1.0 - highest);
+        if (level == ray.level) {  // its node is a block
+          hit.status = STATUS_HIT;
+          break;
+        }
         level -= 1;
         continue;
       }

@@ -27,7 +27,7 @@ Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   vec2 size = vec2(map_size());
   Line line = Line(ray.uv * size, ray.slope * size);
-  int top = first_level(line);
+  int top = max(first_level(line), ray.level);
   int level = top;
   for (int i = 0; i < NODE_STEPS && hit.status != STATUS_HIT; ++i) {
     hit.steps += 1;
@@ -36,11 +36,11 @@ Hit trace(Ray ray) {
     float highest = node_height(node, level, hit);
     if (1.0 - t_exit <= highest) {
       hit.t = max(hit.t, 1.0 - highest);
-      if (level > 0) {
+      if (level > ray.level) {
         level -= 1;
         continue;
       }
-      if (REFINEMENT == REFINEMENT_NONE || surface_hit(ray, line, hit.t, t_exit, hit)) {
+      if (REFINEMENT == REFINEMENT_NONE || level > 0 || surface_hit(ray, line, hit.t, t_exit, hit)) {
         hit.status = STATUS_HIT;
         break;
       }

@@ -21,7 +21,11 @@ void main() {
 #endif
     return;
   }
+#ifdef HAS_WAY
+  Hit hit = trace_way(ray);
+#else
   Hit hit = trace(ray);
+#endif
 #ifdef HAS_FEATURES
   put(values_of(ray, hit));
 #endif

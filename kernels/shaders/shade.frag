@@ -11,12 +11,17 @@ layout(location = 0) out vec4 out_color;
 const vec3 SKY = vec3(0.55, 0.65, 0.80);
 
 // [PO07] keeps normals apart from depths; the other layout is there to measure that.
-vec3 normal_at(vec2 uv) {
+vec3 normal_at(vec2 uv, vec2 pixel) {
   if (LAYOUT == LAYOUT_WITH_NORMAL) {
     vec2 xy = textureLod(relief_map, uv, 0.0).zw * 2.0 - 1.0;
     return vec3(xy, sqrt(max(1.0 - dot(xy, xy), 0.0)));
   }
-  return normalize(textureLod(normal_map, uv, 0.0).xyz * 2.0 - 1.0);
+#ifdef HAS_NORMALS
+  vec4 texel = normal_texel(uv, pixel_at(pixel));
+#else
+  vec4 texel = textureLod(normal_map, uv, 0.0);
+#endif
+  return normalize(texel.xyz * 2.0 - 1.0);
 }
 
 void main() {
@@ -25,10 +30,15 @@ void main() {
     out_color = vec4(SKY, 1.0);
     return;
   }
+#ifdef HAS_WAY
+  Hit hit = trace_way(ray);
+#else
   Hit hit = trace(ray);
+#endif
   vec2 uv = ray.uv + ray.slope * hit.t;
-  vec3 normal = normal_at(uv);
-  // Four waves a tile show where the texture was looked up, and a hit's depth darkens it.
+  vec3 normal = normal_at(uv, gl_FragCoord.xy);
+  // Four waves a tile show where the texture was looked up, and a hit's depth darkens it: less so where the relief is
+  // shallower than a tenth of a tile, so that one without depth looks like plain normal mapping.
   vec2 wave = sin(uv * (4.0 * 6.283185307));
   vec3 albedo = vec3(0.62, 0.55, 0.48) + 0.12 * wave.x * wave.y;
   float diffuse = max(dot(normal, frame.light.xyz), 0.0);
@@ -37,5 +47,5 @@ void main() {
   shade(values_of(ray, hit), shading);
   diffuse = shading.direct;
 #endif
-  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t), 1.0);
+  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t * min(10.0 * frame.position.w, 1.0)), 1.0);
 }

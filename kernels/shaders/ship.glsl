@@ -7,13 +7,16 @@ ivec2 map_size() { return textureSize(relief_map, 0); }
 // view: from the eye to there, in tangent space, of any length; z < 0
 // relief_depth: in sides of a tile
 Ray view_ray(vec2 uv, vec3 view, float relief_depth) {
-  return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 1.0, 0);
+  return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 0);
 }
 
-// Ray.footprint of a fragment at uv.
-float pixel_footprint(vec2 uv) {
+// The image of a fragment at uv.
+// eye_distance: from the eye to there, in sides of a tile
+Pixel pixel_of(vec2 uv, float eye_distance) {
   vec2 size = vec2(map_size());
-  return max(length(dFdx(uv) * size), length(dFdy(uv) * size));
+  float across = length(dFdx(uv) * size);
+  float down = length(dFdy(uv) * size);
+  return Pixel(vec2(min(across, down), max(across, down)), eye_distance);
 }
 
 // The surface's unit normal in tangent space, from the heights a texel to either side.

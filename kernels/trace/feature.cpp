@@ -45,6 +45,13 @@ std::int64_t broken_shadows(const ReferenceTracer& tracer, const FrameUniforms& 
   return falsely_lit(tracer, light_of(frame), frame.sizes[2], frame.sizes[3], pixels, found);
 }
 
+std::string lacks_normals(const Settings& settings) {
+  if (settings.technique().reads_map() && storage_of(settings).format.with_normal)
+    return fmt::format("normals={} needs normals apart from the map, which format={} has in it",
+                       settings.choice("normals"), settings.choice("format"));
+  return "";
+}
+
 /// Upwards a cone must be free of all of the surface: relaxed ones are right only from the top plate.
 Guarantee cone_shadow_guarantee(const Settings& settings) {
   return has_free_cones(settings) && settings.is("shadow_bias", "none") ? Guarantee::never_skips : Guarantee::none;
@@ -107,16 +114,19 @@ std::vector<Feature> feature_table() {
                                 "the hit. Whatever the light's size",
                  .source = "as engines ship it; the formula is ours",
                  .params = {shadow_steps(), shadow_bias()},
-                 .shader = "shadow_soft_taps.glsl"},
+                 .shader = "shadow_soft_taps.glsl",
+                 .also = "penumbra"},
                 {.id = "soft_cone",
                  .description = "sharp where a shadow touches what casts it, wider with the distance, by the light's "
                                 "size: of all looks the one that clears the relief least for its distance",
                  .source = "contact hardening as engines ship it; with cones ours",
                  .params = {shadow_steps(), shadow_bias()},
                  .shader = "shadow_soft_cone.glsl",
+                 .also = "penumbra",
                  .lacks = lacks_cones}},
        .is_spelt_out = false,
        .is_of_all = true,
+       .is_of_scene = true,
        .value = PixelValue{.shader = "shadow.glsl",
                            .meaning = "share of the light that arrives at the hit, 0 to 1",
                            .output = "out_shadow",
@@ -124,6 +134,70 @@ std::vector<Feature> feature_table() {
                            .version = kLightVersion,
                            .exact = exact_shadow,
                            .broken = broken_shadows}},
+      {.id = "lod",
+       .description =
+           "level of the map that a ray reads, by the pixel's image on the plane; of techniques that promise "
+           "never to skip the chain is conservative, so that hits lie on or before the base's, of others "
+           "heights are means",
+       .rows = {{.id = "base", .description = "the map itself"},
+                {.id = "footprint",
+                 .description = "texels up to as large as the longer side of the pixel's image",
+                 .source = "GL's scale factor of an isotropic sampler",
+                 .shader = "lod_footprint.glsl",
+                 .caveat = "on the level that is read, whose surface lies over the base's"},
+                {.id = "minimum",
+                 .description = "texels up to as large as its shorter side",
+                 .source = "as engines bound anisotropy",
+                 .shader = "lod_minimum.glsl",
+                 .caveat = "on the level that is read, whose surface lies over the base's"},
+                {.id = "mean",
+                 .description = "texels up to as large as the mean of its sides",
+                 .source = "as engines ship it",
+                 .shader = "lod_mean.glsl",
+                 .caveat = "on the level that is read, whose surface lies over the base's"}},
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .is_of_scene = true,
+       .hook = Hook::way},
+      {.id = "fade",
+       .description = "where the relief goes over into plain normal mapping, whose hits are free",
+       .rows = {{.id = "none", .description = "nowhere"},
+                {.id = "distance",
+                 .description = "its depth shrinks in the second half of a distance from the eye",
+                 .source = "as engines ship it",
+                 .params = {range_param("fade_distance", "sides of a tile from the eye to where nothing is left", 1,
+                                        4096, 8)},
+                 .shader = "fade_distance.glsl",
+                 .keeps_guarantee = false},
+                {.id = "footprint",
+                 .description = "its depth shrinks as a pixel comes to cover more texels",
+                 .source = "ours",
+                 .params = {range_param("fade_texels", "longer side of a pixel's image where nothing is left, texels",
+                                        1, 4096, 8)},
+                 .shader = "fade_footprint.glsl",
+                 .keeps_guarantee = false}},
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .is_of_scene = true,
+       .hook = Hook::way},
+      {.id = "normals",
+       .description = "level of the normal map that is read at the found uv",
+       .rows = {{.id = "base", .description = "the map itself, which trembles far away"},
+                {.id = "footprint",
+                 .description = "by the longer side of the pixel's image on the plane",
+                 .source = "gradients of the plane's uv, as [PO07] advises",
+                 .shader = "normals_footprint.glsl",
+                 .lacks = lacks_normals},
+                {.id = "gradient",
+                 .description = "by the derivatives of the found uv, which are large where a hit lies behind another",
+                 .source = "as engines get it without care",
+                 .shader = "normals_gradient.glsl",
+                 .lacks = lacks_normals}},
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .is_of_scene = true,
+       .needs_map = false,
+       .hook = Hook::normal},
   };
 }
 
@@ -133,7 +207,7 @@ std::vector<Feature> with_constants(std::vector<Feature> features) {
   for (Feature& feature : features)
     for (FeatureRow& row : feature.rows)
       for (Param& param : row.params) {
-        if (!feature.value) continue;
+        if (!feature.is_of_scene) continue;
         const auto place = std::ranges::find(ids, param.id) - ids.begin();
         if (place == std::ssize(ids)) ids.push_back(param.id);
         param.constant_id = static_cast<int>(kFirstFeatureConstant + place);
@@ -157,7 +231,7 @@ std::vector<Param> params_of(const FeatureUse& use) {
       choice_param(feature->id, feature->description, ids, use.fallback.empty() ? ids.front() : use.fallback);
   choice.active_if = use.active_if;
   choice.constant_id = feature->constant_id;
-  choice.is_spelt_out = feature->is_spelt_out;
+  choice.is_spelt_out = feature->is_spelt_out || use.is_spelt_out;
   assert(choice.is_spelt_out || choice.fallback == 0);
   std::vector<Param> params{std::move(choice)};
   for (std::size_t i = feature->rows.size(); i-- > 0;)
@@ -183,12 +257,25 @@ std::vector<const FeatureRow*> rows_of(const Settings& settings) {
   return rows;
 }
 
-std::vector<PixelFeature> pixel_features(const Settings& settings) {
+std::vector<PixelFeature> frame_features(const Settings& settings) {
   std::vector<PixelFeature> features;
   for (const Feature& feature : all_features())
-    if (feature.value && settings.active(feature.id) != nullptr && settings.get(feature.id) != 0)
+    if (feature.is_of_scene && settings.active(feature.id) != nullptr && settings.get(feature.id) != 0)
       features.push_back(
           {.feature = &feature, .row = &feature.rows.at(static_cast<std::size_t>(settings.get(feature.id)))});
+  return features;
+}
+
+std::vector<PixelFeature> pixel_features(const Settings& settings) {
+  std::vector<PixelFeature> features = frame_features(settings);
+  std::erase_if(features, [](const PixelFeature& one) { return !one.feature->value; });
+  return features;
+}
+
+std::vector<PixelFeature> exact_features() {
+  std::vector<PixelFeature> features;
+  for (const Feature& feature : all_features())
+    if (feature.value) features.push_back({.feature = &feature, .row = nullptr});
   return features;
 }
 

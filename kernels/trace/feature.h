@@ -40,7 +40,10 @@ struct FeatureRow {
   /// kernels/shaders/<shader>; "": common.glsl has it. Of a feature with a PixelValue it defines
   /// `float relief_<feature>(Ray ray, Scene scene, inout Hit hit)`.
   std::string_view shader{};
-  std::string_view caveat{};  ///< what it takes off a technique's guarantee, in words; "": nothing
+  std::string_view caveat{};    ///< what it takes off a technique's guarantee, in words; "": nothing
+  bool keeps_guarantee = true;  ///< of primary rays; false: nothing is left of it
+  /// What people see with it beside the feature itself: a scene may require the one without the other. "": nothing
+  std::string_view also{};
   /// What it needs of the other rows and these settings do not have, in words; "" if nothing. Null: it needs nothing.
   std::string (*lacks)(const Settings& settings) = nullptr;
   /// What it guarantees with these settings of rays that are traced for PixelValue::query; null: nothing.
@@ -64,6 +67,13 @@ struct PixelValue {
                          std::span<const float> found);
 };
 
+/// Where a feature of the scene without a PixelValue comes in.
+enum class Hook {
+  none,
+  way,     ///< before the ray is traced: rows define `void begin_<feature>(inout Way way)`, see way.glsl
+  normal,  ///< where the normal is read: rows define `vec4 normal_texel(vec2 uv, Pixel pixel)`
+};
+
 /// What a setting chooses beside its technique and the storage of its map: one row of each feature that the technique
 /// has. The parameter of the feature's id names the row; the rows' own parameters follow it, the last row's first. One
 /// that several rows have is the same to all of them.
@@ -74,6 +84,11 @@ struct Feature {
   int constant_id = -1;          ///< specialization constant that all techniques share; -1: one of each technique's own
   bool is_spelt_out = true;      ///< ids have the plainest row too, as those of the first two features do
   bool is_of_all = false;        ///< every technique that reads a map has it, after all its other parameters
+  /// It is something of what is seen, not of how a hit is found: its parameters stand behind all others, frames have
+  /// the text of the row that is chosen and of no other, and a scene may require it (tuner/decide/require.h).
+  bool is_of_scene = false;
+  bool needs_map = true;  ///< false: `flat` has it, too
+  Hook hook = Hook::none;
   std::optional<PixelValue> value{};  ///< of a feature of the scene; its rows' constants are all techniques' own
 };
 [[nodiscard]] const std::vector<Feature>& all_features();
@@ -85,6 +100,7 @@ struct FeatureUse {
   std::string_view active_if{};                               ///< as in Param
   std::vector<std::pair<std::string_view, int>> fallbacks{};  ///< of rows' own parameters, where it has others
   bool is_absent = false;                                     ///< the technique has nothing to do with it
+  bool is_spelt_out = false;                                  ///< ids have the plainest row, too
 };
 [[nodiscard]] std::vector<Param> params_of(const FeatureUse& use);
 
@@ -99,6 +115,10 @@ struct PixelFeature {
 using FeatureValues = std::vector<std::vector<float>>;
 /// Those that are on in these settings.
 [[nodiscard]] std::vector<PixelFeature> pixel_features(const Settings& settings);
+/// All features of the scene that are on: what a frame's text is made of.
+[[nodiscard]] std::vector<PixelFeature> frame_features(const Settings& settings);
+/// Everything that a scene may show beside the hits, exact.
+[[nodiscard]] std::vector<PixelFeature> exact_features();
 /// "shadow=cone&..."; "" where there is none
 [[nodiscard]] std::string text_of(std::span<const PixelFeature> features);
 /// The features whatever their rows: PixelFeature::row is null.

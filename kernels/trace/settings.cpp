@@ -112,7 +112,12 @@ MapStorage storage_of(const Settings& settings) {
           .max_ratio = settings.is("max_ratio", "unbounded") ? kUnboundedRatio : 1};
 }
 
-bool reads_levels(const Settings& settings) { return settings.is("lod", "footprint"); }
+bool reads_levels(const Settings& settings) { return settings.active("lod") != nullptr && settings.get("lod") != 0; }
+
+Mips mips_of(const Settings& settings) {
+  if (!reads_levels(settings)) return Mips::none;
+  return settings.technique().guarantee == Guarantee::none ? Mips::mean : Mips::conservative;
+}
 
 int step_cap(const Settings& settings) {
   int cap = 0;
@@ -122,8 +127,10 @@ int step_cap(const Settings& settings) {
 
 Guarantee guarantee_of(const Settings& settings, Query query) {
   auto guarantee = query == Query::primary ? settings.technique().guarantee_when : nullptr;
-  for (const auto& [feature, row] : pixel_features(settings))
-    if (feature->value->query == query) guarantee = row->guarantee_when;
+  for (const auto& [feature, row] : frame_features(settings)) {
+    if (feature->value && feature->value->query == query) guarantee = row->guarantee_when;
+    if (!row->keeps_guarantee && query == Query::primary) return Guarantee::none;
+  }
   return guarantee == nullptr ? Guarantee::none : guarantee(settings);
 }
 

@@ -181,14 +181,41 @@ std::string feature_parameters(std::span<const PixelFeature> features) {
   return text;
 }
 
+namespace {
+
+/// GLSL of what features do before the trace, and of where normals are read: `Hit trace_way(Ray ray)` over all of the
+/// former, under HAS_WAY; `normal_texel`, under HAS_NORMALS.
+std::string hooks(std::span<const PixelFeature> features) {
+  std::string files;
+  std::string begins;
+  for (const auto& [feature, row] : features) {
+    if (feature->hook == Hook::none) continue;
+    files += fmt::format("#include \"{}\"\n", row->shader);
+    if (feature->hook == Hook::way) begins += fmt::format("  begin_{}(way);\n", feature->id);
+    if (feature->hook == Hook::normal) files = "#define HAS_NORMALS\n" + files;
+  }
+  if (begins.empty()) return files;
+  return "#define HAS_WAY\n" + files +
+         fmt::format(
+             "Hit trace_way(Ray ray) {{\n  Way way = Way(ray, pixel_at(gl_FragCoord.xy), 1.0);\n{}"
+             "  return traced(way);\n}}\n",
+             begins);
+}
+
+}  // namespace
+
 std::string features_contract(std::span<const PixelFeature> features) {
   if (features.empty()) return "";
-  std::string head = "#define HAS_FEATURES\n" + feature_parameters(features) + "#include \"feature.glsl\"\n";
+  std::string head = feature_parameters(features) + hooks(features);
+  if (std::ranges::none_of(features, [](const PixelFeature& one) { return one.feature->value.has_value(); }))
+    return head;
+  head += "#define HAS_FEATURES\n#include \"feature.glsl\"\n";
   std::string values;
   std::string calls;
   std::string shades;
   int channel = 0;
   for (const auto& [feature, row] : features) {
+    if (!feature->value) continue;
     const std::string signature = fmt::format("float relief_{}(Ray ray, Scene scene, inout Hit hit)", feature->id);
     head += fmt::format("#include \"{}\"\n", feature->value->shader);
     ++channel;
@@ -212,12 +239,13 @@ std::string features_contract(std::span<const PixelFeature> features) {
 }
 
 std::string feature_outputs(std::span<const PixelFeature> features) {
-  if (features.empty()) return "";
+  if (std::ranges::none_of(features, [](const PixelFeature& one) { return one.feature->value.has_value(); })) return "";
   std::string outputs;
   std::string puts;
   std::string zeros;
   int location = 2;  // behind the ray and the hit
   for (const PixelFeature& one : features) {
+    if (!one.feature->value) continue;
     outputs += fmt::format("layout(location = {}) out float {};\n", location++, one.feature->value->output);
     puts += fmt::format("  {} = values.{};\n", one.feature->value->output, one.feature->id);
     zeros += fmt::format("  {} = 0.0;\n", one.feature->value->output);

@@ -28,12 +28,6 @@ Param over_relaxation() {
   param.is_spelt_out = false;
   return param;
 }
-Param lod() {
-  return choice_param("lod",
-                      "level of the map that a ray reads: the base, or of a conservative mip chain the one whose "
-                      "texels are up to a pixel large; the hit then lies on or before the base's",
-                      {"base", "footprint"}, "base");
-}
 Param loop() {
   Param param =
       choice_param("loop", "run all steps, or leave when the ray has arrived", {"fixed", "early_exit"}, "early_exit");
@@ -54,6 +48,14 @@ std::vector<Param> refinement(std::string_view fallback, int binary_steps = 6, i
                     .fallbacks = {{"binary_steps", binary_steps}, {"secant_steps", secant_steps}}});
 }
 
+/// `lod` among a technique's own, where ids have always spelt it out.
+std::vector<Param> lod() { return params_of({.feature = "lod", .is_spelt_out = true}); }
+
+bool is_feature_of_scene(std::string_view param_id) {
+  return std::ranges::any_of(all_features(),
+                             [&](const Feature& feature) { return feature.is_of_scene && feature.id == param_id; });
+}
+
 std::vector<Param> joined(std::initializer_list<std::vector<Param>> lists) {
   std::vector<Param> all;
   for (const std::vector<Param>& list : lists) all.insert(all.end(), list.begin(), list.end());
@@ -69,7 +71,8 @@ Technique assembled(Technique technique) {
   }
   const auto append_features = [&](bool of_scene) {
     for (const Feature& feature : all_features()) {
-      if (!feature.is_of_all || !technique.reads_map() || feature.value.has_value() != of_scene) continue;
+      if (!feature.is_of_all || feature.is_of_scene != of_scene) continue;
+      if ((!technique.reads_map() && feature.needs_map) || technique.find(feature.id) != nullptr) continue;
       const auto own = std::ranges::find(technique.features, feature.id, &FeatureUse::feature);
       const FeatureUse use = own == technique.features.end() ? FeatureUse{.feature = feature.id} : *own;
       if (use.is_absent) continue;
@@ -80,7 +83,8 @@ Technique assembled(Technique technique) {
   append_features(false);
   auto next = static_cast<int>(kFirstOwnConstant);
   for (Param& param : technique.params)
-    if (param.stage == Stage::run && param.constant_id < 0) param.constant_id = next++;
+    if (param.stage == Stage::run && param.constant_id < 0 && !is_feature_of_scene(param.id))
+      param.constant_id = next++;
   append_features(true);
   return technique;
 }
@@ -146,12 +150,12 @@ std::vector<Technique> rows() {
       {.id = "cone",
        .description = "conservative cone stepping",
        .maps = cone_maps,
-       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {lod(), over_relaxation(), loop()}}),
+       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), lod(), {over_relaxation(), loop()}}),
        .storage = StorageUse{.format = "rg16", .correction = "safe"},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe, certified or min4 on the heights as stored: exact with cell_quad, "
                          "never_skips with plain; cell_max skips the rest of a cell untested; quick_published and "
-                         "quick_centre maps are not conservative. With lod=footprint a ray never passes the base "
+                         "quick_centre maps are not conservative. On coarser levels a ray never passes the base "
                          "surface, but may stop before it, which unconverged_rate counts",
        .source = "[DUM06]; cell steps [BVBV24]; over-relaxed ones after Keinert et al. 2014 and Ban and Valasek 2023, "
                  "proved by the cone's way back (ours)",
@@ -194,7 +198,8 @@ std::vector<Technique> rows() {
        .guarantee = Guarantee::exact,
        .guarantee_note = "on the heights as stored, wherever node_steps are enough",
        .source = "[TIS08]",
-       .guarantee_when = [](const Settings&) { return Guarantee::exact; }},
+       .guarantee_when =
+           [](const Settings& settings) { return reads_levels(settings) ? Guarantee::never_skips : Guarantee::exact; }},
       {.id = "qdm",
        .description = "down a quadtree of the texels' maxima, then refinement",
        .maps = {MapKind::quadtree},
@@ -213,7 +218,7 @@ std::vector<Technique> rows() {
                                        {"published", "cell_quad"}, "cell_quad")},
                          refinement("binary", 6, 1, "step=published")}),
        .storage = StorageUse{.format = "r16"},
-       .features = {{.feature = "filter", .active_if = "step=published"}},
+       .features = {{.feature = "filter", .active_if = "step=published"}, {.feature = "lod", .is_absent = true}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with step=cell_quad, on the heights as stored, wherever sphere_steps are enough; published "
                          "steps can pass features thinner than a voxel",

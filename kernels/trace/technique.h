@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kernels/maps/map_storage.h"
+#include "kernels/maps/mip_chain.h"
 #include "kernels/trace/feature.h"
 #include "kernels/trace/param.h"
 
@@ -104,6 +105,8 @@ class Settings {
 [[nodiscard]] MapStorage storage_of(const Settings& settings);
 /// Whether a ray may read coarser levels of the map than its base.
 [[nodiscard]] bool reads_levels(const Settings& settings);
+/// Those levels: conservative where the technique promises something, else means.
+[[nodiscard]] Mips mips_of(const Settings& settings);
 /// The most steps that a ray may take: the sum of all counts of steps.
 [[nodiscard]] int step_cap(const Settings& settings);
 /// What they guarantee of a ray that is traced for this: the technique of primary rays, a feature's row of others.

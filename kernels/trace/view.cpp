@@ -62,6 +62,19 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
           .sizes = {scene.width_px, scene.height_px, map_width, map_height}};
 }
 
+std::string_view picture_id(Picture picture) { return kPictures.at(static_cast<std::size_t>(picture)).id; }
+
+FrameUniforms shifted(const FrameUniforms& frame, double x_px, double y_px) {
+  FrameUniforms moved = frame;
+  const double across = 2 * x_px / frame.sizes[0];
+  const double down = 2 * y_px / frame.sizes[1];
+  for (std::size_t i = 0; i < 3; ++i)
+    moved.forward.at(i) =
+        static_cast<float>(static_cast<double>(frame.forward.at(i)) + across * static_cast<double>(frame.right.at(i)) -
+                           down * static_cast<double>(frame.up.at(i)));
+  return moved;
+}
+
 double texel_px(const Scene& scene, int map_width, int map_height) {
   const double degree = std::numbers::pi / 180;
   const double visible_sides = 2 * std::tan(scene.view.fov_deg * degree / 2) * scene.view.distance;

@@ -46,6 +46,19 @@ inline constexpr std::array kFrameSizes{
 };
 [[nodiscard]] const FrameSize* find_frame_size(std::string_view id);  ///< null: no such name
 
+/// What pictures are compared with.
+enum class Picture {
+  point,         ///< the exact hits of the rays that frames have, one through each pixel's middle
+  supersampled,  ///< of 16 rays a pixel, each shaded: what no pixel is too coarse for, so that aliasing is an error
+};
+struct PictureRow {
+  Picture kind;
+  std::string_view id;
+};
+inline constexpr std::array kPictures{PictureRow{Picture::point, "point"},
+                                      PictureRow{Picture::supersampled, "supersampled"}};
+[[nodiscard]] std::string_view picture_id(Picture picture);
+
 /// How the relief lies in the picture.
 struct Scene {
   View view;
@@ -56,6 +69,7 @@ struct Scene {
   int width_px = 256;
   int height_px = 256;
   Light light{};
+  Picture reference = Picture::point;
 };
 
 /// The uniform block `Frame` of frame.glsl, std140.
@@ -71,6 +85,10 @@ struct FrameUniforms {
 };
 static_assert(sizeof(FrameUniforms) == 96);
 [[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);
+
+/// The same camera with every ray through another point of its pixel. x, y: from the middle, px; rows from the top
+[[nodiscard]] FrameUniforms shifted(const FrameUniforms& frame, double x_px, double y_px);
+inline constexpr int kSubpixels = 4;  ///< a side, of Picture::supersampled
 
 /// How many pixels of the frame a texel of the map's smaller side covers in the middle of the picture, along the way
 /// that rays travel: what a hit that is off by a texel is off by as people see it.

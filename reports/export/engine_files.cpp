@@ -121,6 +121,11 @@ class Folder {
   /// What all templates may say.
   void describe() {
     const ShippedShader& shader = source_.shader;
+    if (shader.settings.is("fade", "distance"))
+      fail_input(
+          "{}: fade=distance needs the eye's distance in tiles, which its materials do not tell; fade=footprint "
+          "needs nothing",
+          engine_.name);
     values_.words["setting"] = setting_id(shader.settings);
     values_.words["heightmap"] = on_one_line(shader.heightmap);
     values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);

@@ -69,7 +69,8 @@ std::string use_lines(const ShippedShader& shipped) {
     add("maps", "the textures above, with their samplers where the language has those apart");
   add("uv", "where the view meets the plane, in tiles");
   add("view_ts",
-      "from the eye to there, in tangent space (x along u, y along v, z out of the plane), of any length; z < 0");
+      fmt::format("from the eye to there, in tangent space (x along u, y along v, z out of the plane), {}; z < 0",
+                  shipped.settings.is("fade", "distance") ? "in sides of a tile" : "of any length"));
   add("relief_depth",
       fmt::format("from the plane to the bottom, in sides of a tile; measured with {:#}", shipped.relief_depth));
   const std::vector<PixelFeature> features = pixel_features(shipped.settings);
@@ -86,8 +87,15 @@ std::string use_lines(const ShippedShader& shipped) {
   if (!shipped.textures.empty())
     text +=
         comment("relief_normal gives the unit normal at the hit's uv from the heights, for whom has no normal map.");
-  if (reads_levels(shipped.settings))
+  if (takes_derivatives(shipped.settings))
     text += comment("relief_trace takes derivatives of uv: call it in uniform control flow.");
+  if (const Param* normals = shipped.settings.active("normals");
+      normals != nullptr && shipped.settings.get("normals") != 0)
+    text += comment(
+        fmt::format("Normals were read {}: give the normal map mip levels, and its look-up at the hit's uv {}.",
+                    shipped.settings.is("normals", "footprint") ? "by the pixel's size on the plane"
+                                                                : "by the derivatives of the hit's uv",
+                    shipped.settings.is("normals", "footprint") ? "the gradients of the plane's uv" : "no gradients"));
   if (shipped.wrap == Wrap::clamp) text += comment("The relief ends where uv leaves 0 to 1: discard such fragments.");
   return text;
 }

@@ -35,6 +35,15 @@ std::string extra_channels(const MapStorage& storage) {
   }
 }
 
+/// What features make of a ray before it is traced, and the trace.
+std::string way_lines(const Settings& settings) {
+  if (!takes_derivatives(settings)) return "  Hit hit = trace(ray);\n";
+  std::string begins;
+  for (const PixelFeature& one : frame_features(settings))
+    if (one.feature->hook == Hook::way) begins += fmt::format("  begin_{}(way);\n", one.feature->id);
+  return fmt::format("  Way way = Way(ray, pixel_of(uv, length(view_ts)), 1.0);\n{}  Hit hit = traced(way);\n", begins);
+}
+
 /// `ReliefSurface relief_trace(...)`: what a pixel is shaded with. Its arguments are constants, so that languages take
 /// them by value.
 std::string entry(const Settings& settings) {
@@ -60,8 +69,7 @@ struct ReliefSurface {{
 // The surface that a fragment shows. The file's head says what the arguments are.
 ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}) {{
   Ray ray = view_ray(uv, view_ts, relief_depth);
-{}  Hit hit = trace(ray);
-  ReliefSurface surface;
+{}  ReliefSurface surface;
   surface.uv = ray.uv + ray.slope * hit.t;
   surface.height = 1.0 - hit.t;
   surface.hit = hit.status == STATUS_HIT;
@@ -70,8 +78,7 @@ ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief
   return surface;
 }}
 )",
-      members, features.empty() ? "" : ", const vec3 light_ts, const float light_radius",
-      reads_levels(settings) ? "  ray.footprint = pixel_footprint(uv);\n" : "", values);
+      members, features.empty() ? "" : ", const vec3 light_ts, const float light_radius", way_lines(settings), values);
 }
 
 /// What ships knows how many levels its textures have, which GLSL ES cannot ask for.
@@ -95,6 +102,11 @@ std::string maps_of(const Pieces& source, std::string_view function) {
 }
 
 }  // namespace
+
+bool takes_derivatives(const Settings& settings) {
+  return std::ranges::any_of(frame_features(settings),
+                             [](const PixelFeature& one) { return one.feature->hook == Hook::way; });
+}
 
 std::string format_name(const TexelLayout& layout) {
   const bool is_unorm = layout.type == TexelType::unorm8 || layout.type == TexelType::unorm16;
@@ -147,7 +159,7 @@ Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
               .roots = shipped_entries(shipped),
               .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
   cut.files.emplace_back("feature_parameters.glsl");
-  cut.generated.emplace("feature_parameters.glsl", feature_parameters(pixel_features(shipped.settings)));
+  cut.generated.emplace("feature_parameters.glsl", feature_parameters(frame_features(shipped.settings)));
   for (const FeatureRow* row : rows_of(shipped.settings))
     if (!row->shader.empty()) cut.files.emplace_back(row->shader);
   cut.files.insert(cut.files.end(), {"ship.glsl", "entry.glsl"});

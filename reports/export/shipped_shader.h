@@ -36,6 +36,9 @@ struct ShippedShader {
   std::vector<ShippedTexture> textures{};  ///< empty where the technique reads no map
 };
 
+/// Whether relief_trace looks at the size of a pixel on the plane.
+[[nodiscard]] bool takes_derivatives(const Settings& settings);
+
 /// Functions that others call, in every language.
 [[nodiscard]] std::set<std::string> shipped_entries(const ShippedShader& shipped);
 

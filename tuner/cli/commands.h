@@ -24,6 +24,7 @@ void add_view_command(CLI::App& app, int& exit_code);
 void add_tuners_command(CLI::App& app, int& exit_code);
 void add_bake_command(CLI::App& app, int& exit_code);
 void add_tune_command(CLI::App& app, int& exit_code);
+void add_require_command(CLI::App& app, int& exit_code);
 void add_track_command(CLI::App& app, int& exit_code);
 
 }  // namespace reliefbench

@@ -54,6 +54,7 @@ int run(int argc, char** argv) {
   add_sweep_command(app, exit_code);
   add_recommend_command(app, exit_code);
   add_tune_command(app, exit_code);
+  add_require_command(app, exit_code);
   add_report_command(app, exit_code);
   add_compare_command(app, exit_code);
   add_choose_command(app, exit_code);

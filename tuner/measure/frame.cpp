@@ -19,14 +19,16 @@ std::optional<MapTextures> pack(const Settings& settings, const BakedMap& map, c
                    .values = map.values,
                    .wrap = scene.wrap,
                    .relief_depth = scene.relief_depth,
-                   .mips = reads_levels(settings)},
+                   .mips = mips_of(settings)},
                   storage.format, storage.encoding);
 }
 
 UploadedScene upload(Backend& backend, const Scene& scene, const Heightfield& heights) {
-  const std::vector<std::uint8_t> normals = normal_map(heights, scene.wrap, scene.relief_depth);
+  std::vector<std::uint8_t> normals = normal_map(heights, scene.wrap, scene.relief_depth);
+  const int levels = append_levels(normals, heights.width, heights.height);
   return {.normals = backend.upload({.width = heights.width,
                                      .height = heights.height,
+                                     .levels = levels,
                                      .texels = std::as_bytes(std::span(normals)),
                                      .wrap = scene.wrap}),
           .wrap = scene.wrap,

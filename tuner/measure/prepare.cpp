@@ -114,14 +114,15 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   const Draw draw = score_draw(prepared.spec->settings, prepared.frame, scene);
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
   trace(draw, features);
-  const Reference& reference = reference_of_traced(scene, state, features);
+  const Reference& reference = reference_of_traced(draw, scene, state, features);
+  const Reference& seen = seen_reference(reference, draw, scene, state);
   JudgedFrame judged = split.book(Part::judge, [&] {
     JudgedFrame frame = judge_traced(reference, features, state.uploaded.frame);
-    judge_pictures({.reference = reference.picture,
+    judge_pictures({.reference = seen.picture,
                     .test = picture_,
                     .width = scene.scene.width_px,
                     .height = scene.scene.height_px,
-                    .reference_features = &reference.seen},
+                    .reference_features = &seen.seen},
                    frame.pixels, frame.score);
     return frame;
   });
@@ -153,8 +154,9 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
     const std::vector<PixelFeature> features = pixel_features(c.settings);
-    trace(score_draw(c.settings, frame, scene), features);
-    const Reference& reference = reference_of_traced(scene, state, features);
+    const Draw draw = score_draw(c.settings, frame, scene);
+    trace(draw, features);
+    const Reference& reference = reference_of_traced(draw, scene, state, features);
     return context_.split.book(Part::judge,
                                [&] { return judge_traced(reference, features, state.uploaded.frame).score; });
   };
@@ -167,15 +169,17 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
   const Pipeline& shade = *session.pipeline(c.settings, Target::color, scene.scene.wrap).pipeline;
   const std::vector<PixelFeature> features = pixel_features(c.settings);
-  trace(score_draw(c.settings, frame, scene), features);
-  const Reference& reference = reference_of_traced(scene, state, features);
+  const Draw draw = score_draw(c.settings, frame, scene);
+  trace(draw, features);
+  const Reference& reference = reference_of_traced(draw, scene, state, features);
+  const Reference& seen = seen_reference(reference, draw, scene, state);
   return context_.split.book(Part::pictures, [&] {
     const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
     const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
     return CasePictures{.frame = shade_frame(session.backend(), frame.with(shade)),
                         .error = heat_map(scores, width_px, height_px),
                         .taps = taps_map(pixels_, width_px, height_px),
-                        .reference = reference.picture};
+                        .reference = seen.picture};
   });
 }
 
@@ -188,7 +192,12 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
        context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
-const Preparer::Reference& Preparer::reference_of_traced(const SceneSpec& scene, SceneState& state,
+const Preparer::Reference& Preparer::seen_reference(const Reference& own, const Draw& draw, const SceneSpec& scene,
+                                                    SceneState& state) {
+  return context_.seen_features ? reference_of_traced(draw, scene, state, *context_.seen_features) : own;
+}
+
+const Preparer::Reference& Preparer::reference_of_traced(const Draw& draw, const SceneSpec& scene, SceneState& state,
                                                          std::span<const PixelFeature> features) {
   WallSplit& split = context_.split;
   Reference made;
@@ -205,8 +214,10 @@ const Preparer::Reference& Preparer::reference_of_traced(const SceneSpec& scene,
   });
   made.hits = hits_of_traced(scene, made.key);
   made.values = values_of_traced(scene, made.key, made.hits, features, state.uploaded.frame);
-  made.picture = shade_reference({.hits = made.hits, .features = features, .values = made.values}, scene, state,
-                                 state.uploaded.frame);
+  if (context_.seen_features && made.features != text_of(*context_.seen_features))  // nothing is compared with it
+    return state.references.emplace_back(std::move(made));
+  made.picture =
+      reference_picture({.hits = made.hits, .features = features, .values = made.values}, draw, scene, state);
   split.book(Part::reference,
              [&] { made.seen = flip_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
   return state.references.emplace_back(std::move(made));
@@ -254,19 +265,20 @@ Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSp
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw draw = score_draw;
   draw.frame = moved.frame;
-  trace(draw, features);
+  context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draw, pixels_); });
   const std::string key =
       context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });
   const std::vector<ReferenceHit> hits = hits_of_traced(scene, key);
   moved.mask = judge_pixels(pixels_, hits, map_width, map_height);
   const FeatureValues values = values_of_traced(scene, key, hits, features, moved.frame);
-  moved.reference = shade_reference({.hits = hits, .features = features, .values = values}, scene, state, moved.frame);
+  moved.reference = reference_picture({.hits = hits, .features = features, .values = values}, draw, scene, state);
   return moved;
 }
 
 MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
                                    SceneState& state) {
-  const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
+  // Values that the case does not have itself are the exact ones alone.
+  const std::vector<PixelFeature> features = context_.seen_features.value_or(pixel_features(prepared.spec->settings));
   std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
   for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
     frames.push_back(moved_frame(score_draw, scene, state, features, i));
@@ -285,6 +297,36 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
     });
   }
   return motion;
+}
+
+std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, const Draw& score_draw,
+                                                      const SceneSpec& scene, const SceneState& state) {
+  if (scene.scene.reference == Picture::point) return shade_reference(exact, scene, state, score_draw.frame);
+  constexpr double kSide = kSubpixels;
+  const Heightfield& heights = context_.library.heights(scene);
+  const ReferenceTracer tracer(heights, scene.scene.wrap);
+  std::vector<int> sums(4 * exact.hits.size());
+  std::vector<ScorePixel> pixels;
+  for (int part = 0; part < kSubpixels * kSubpixels; ++part) {
+    Draw draw = score_draw;
+    draw.frame = shifted(score_draw.frame, (part % kSubpixels + 0.5) / kSide - 0.5,
+                         (part / kSubpixels + 0.5) / kSide - 0.5);  // NOLINT(bugprone-integer-division): a row
+    context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draw, pixels); });
+    std::vector<ReferenceHit> hits;
+    FeatureValues values;
+    context_.split.book(Part::reference, [&] {
+      hits = exact_hits(tracer, pixels);
+      values = exact_values(exact.features, tracer, draw.frame, rays_of(pixels), hits);
+    });
+    const std::vector<std::uint8_t> picture =
+        shade_reference({.hits = hits, .features = exact.features, .values = values}, scene, state, draw.frame);
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += picture[i];
+  }
+  std::vector<std::uint8_t> mean(sums.size());
+  std::ranges::transform(sums, mean.begin(), [](int sum) {
+    return static_cast<std::uint8_t>((sum + kSubpixels * kSubpixels / 2) / (kSubpixels * kSubpixels));
+  });
+  return mean;
 }
 
 std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,

@@ -2,6 +2,7 @@
 #include <functional>
 #include <list>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,8 @@ class Preparer {
     WallSplit& split;
     double timeout_s;
     int flicker_frames;
+    /// Whose exact values reference pictures have; none: those that a case has itself.
+    std::optional<std::vector<PixelFeature>> seen_features{};
   };
   explicit Preparer(const Context& context) : context_(context) {}
 
@@ -104,8 +107,12 @@ class Preparer {
                                          const FrameUniforms& frame) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
-  [[nodiscard]] const Reference& reference_of_traced(const SceneSpec& scene, SceneState& state,
+  /// draw: that traced them
+  [[nodiscard]] const Reference& reference_of_traced(const Draw& draw, const SceneSpec& scene, SceneState& state,
                                                      std::span<const PixelFeature> features);
+  /// The one whose picture a case's is compared with. own: of the case's features
+  [[nodiscard]] const Reference& seen_reference(const Reference& own, const Draw& draw, const SceneSpec& scene,
+                                                SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key);
   /// reference_key: of the hits, which are of pixels_
   [[nodiscard]] FeatureValues values_of_traced(const SceneSpec& scene, const std::string& reference_key,
@@ -118,6 +125,9 @@ class Preparer {
     std::span<const PixelFeature> features;
     const FeatureValues& values;
   };
+  /// That picture as the scene wants it: of the pixels' own rays, which `exact` is of, or supersampled.
+  [[nodiscard]] std::vector<std::uint8_t> reference_picture(const Exact& exact, const Draw& score_draw,
+                                                            const SceneSpec& scene, const SceneState& state);
   [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Exact& exact, const SceneSpec& scene,
                                                           const SceneState& state, const FrameUniforms& frame);
   [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,

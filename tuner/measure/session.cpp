@@ -114,7 +114,7 @@ Session::Source Session::source_of(const Settings& settings, const Target& targe
   Source source{.key = {},
                 .fragment_key = {},
                 .shader = settings.technique().id,
-                .features = pixel_features(settings),
+                .features = frame_features(settings),
                 .target = target,
                 .constants = constants_of(&settings, wrap, sampler_of(settings))};
   if (is_score(target)) source.target = score_target(source.features);

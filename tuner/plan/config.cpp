@@ -15,25 +15,6 @@
 namespace reliefbench {
 namespace {
 
-MeasureSpec read_measure(const ConfigReader& reader, const JsonNode& node) {
-  reader.check_object(node, "measure");
-  MeasureSpec spec;
-  const auto count = [&](std::string_view key, int& value, int low, int high) {
-    if (const JsonNode* child = node.find(key)) value = static_cast<int>(reader.integer(*child, low, high));
-  };
-  const auto positive = [&](std::string_view key, double& value) {
-    if (const JsonNode* child = node.find(key)) value = reader.number(*child, {.low = 0, .above_low = true});
-  };
-  count("samples", spec.samples, 1, 10000);
-  positive("batch_ms", spec.batch_ms);
-  count("warmup_batches_max", spec.warmup_batches_max, 0, 10000);
-  count("control_every", spec.control_every, 1, 10000);
-  count("block_cases", spec.block_cases, 1, 100000);
-  count("flicker_frames", spec.flicker_frames, 0, 64);
-  positive("timeout_s", spec.timeout_s);
-  return spec;
-}
-
 std::vector<Budget> read_budgets(const ConfigReader& reader, const JsonNode& node) {
   std::vector<Budget> budgets;
   // Unlike elsewhere an empty list has a meaning: no constraint.
@@ -85,23 +66,45 @@ void check_ids(const ConfigReader& reader, const JsonNode& node, const std::vect
     }
 }
 
-void read_scenes(const ConfigReader& reader, const JsonNode& node, Config& config) {
-  for (const JsonNode& item : reader.items(node)) {
-    const std::vector<SceneSpec> added = read_scene(reader, item, config.path.parent_path());
-    for (auto scene = added.begin(); scene != added.end(); ++scene)
-      if (std::ranges::find(added.begin(), scene, scene->id, &SceneSpec::id) != scene)
-        reader.fail(item, fmt::format("view '{}' stands twice", scene->scene.view.id));
-    check_ids(reader, item, config.scenes, added);
-    config.scenes.insert(config.scenes.end(), added.begin(), added.end());
-  }
-}
-
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
   return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
 }  // namespace
+
+MeasureSpec read_measure(const ConfigReader& reader, const JsonNode& node) {
+  reader.check_object(node, "measure");
+  MeasureSpec spec;
+  const auto count = [&](std::string_view key, int& value, int low, int high) {
+    if (const JsonNode* child = node.find(key)) value = static_cast<int>(reader.integer(*child, low, high));
+  };
+  const auto positive = [&](std::string_view key, double& value) {
+    if (const JsonNode* child = node.find(key)) value = reader.number(*child, {.low = 0, .above_low = true});
+  };
+  count("samples", spec.samples, 1, 10000);
+  positive("batch_ms", spec.batch_ms);
+  count("warmup_batches_max", spec.warmup_batches_max, 0, 10000);
+  count("control_every", spec.control_every, 1, 10000);
+  count("block_cases", spec.block_cases, 1, 100000);
+  count("flicker_frames", spec.flicker_frames, 0, 64);
+  positive("timeout_s", spec.timeout_s);
+  return spec;
+}
+
+std::vector<SceneSpec> read_scenes(const ConfigReader& reader, const JsonNode& node,
+                                   const std::filesystem::path& folder) {
+  std::vector<SceneSpec> scenes;
+  for (const JsonNode& item : reader.items(node)) {
+    const std::vector<SceneSpec> added = read_scene(reader, item, folder);
+    for (auto scene = added.begin(); scene != added.end(); ++scene)
+      if (std::ranges::find(added.begin(), scene, scene->id, &SceneSpec::id) != scene)
+        reader.fail(item, fmt::format("view '{}' stands twice", scene->scene.view.id));
+    check_ids(reader, item, scenes, added);
+    scenes.insert(scenes.end(), added.begin(), added.end());
+  }
+  return scenes;
+}
 
 std::string Budget::text() const {
   return fmt::format("{}{}{}", metric, find_metric(metric).lower_is_better ? "<=" : ">=", limit);
@@ -153,7 +156,7 @@ Config parse_config(std::string text, const std::filesystem::path& path) {
   if (const JsonNode* name = root.find("name")) config.name = reader.text(*name);
   if (const JsonNode* seed = root.find("seed"))
     config.seed = static_cast<std::uint64_t>(reader.integer(*seed, 0, std::numeric_limits<std::int64_t>::max()));
-  read_scenes(reader, reader.required(root, "scenes"), config);
+  config.scenes = read_scenes(reader, reader.required(root, "scenes"), config.path.parent_path());
   if (const JsonNode* measure = root.find("measure")) config.measure = read_measure(reader, *measure);
   if (const JsonNode* front = root.find("front")) read_front(reader, *front, config);
   if (const JsonNode* budgets = root.find("budgets")) config.budgets = read_budgets(reader, *budgets);

@@ -10,8 +10,9 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 8> kSceneKeys{"heightmap", "views", "relief_depth", "tiling",
-                                                     "pan",       "wrap",  "frame_px",     "light"};
+constexpr std::array<std::string_view, 9> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",   "pan",
+                                                     "wrap",      "frame_px", "light",        "reference"};
+constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};
 constexpr std::array<std::string_view, 5> kViewKeys{"id", "elevation_deg", "distance", "fov_deg", "azimuth_deg"};
@@ -24,10 +25,11 @@ constexpr std::array<std::string_view, 3> kPresetsSweepKeys{"presets", "quality"
 constexpr std::array<std::string_view, 2> kRuleKeys{"if", "then"};
 constexpr std::array<std::string_view, 4> kRangeKeys{"from", "to", "times", "step"};
 
-constexpr std::array<ConfigKeys, 11> kObjects{{{.object = "config", .keys = kConfigKeys},
+constexpr std::array<ConfigKeys, 12> kObjects{{{.object = "config", .keys = kConfigKeys},
                                                {.object = "scene", .keys = kSceneKeys},
                                                {.object = "heightmap", .keys = kHeightmapKeys},
                                                {.object = "view", .keys = kViewKeys},
+                                               {.object = "path", .keys = kPathKeys},
                                                {.object = "light", .keys = kLightKeys},
                                                {.object = "measure", .keys = kMeasureKeys},
                                                {.object = "front", .keys = kFrontKeys},

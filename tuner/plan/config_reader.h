@@ -15,7 +15,7 @@ namespace reliefbench {
 
 /// The keys of one kind of object in a config. `object` is its name in configs/schema/config.schema.json too.
 struct ConfigKeys {
-  /// config | scene | heightmap | view | light | measure | front | sweep | presets_sweep | rule | range
+  /// config | scene | heightmap | view | path | light | measure | front | sweep | presets_sweep | rule | range
   std::string_view object;
   std::span<const std::string_view> keys;
 };
@@ -62,6 +62,11 @@ class ConfigReader {
 /// All views of one entry of "scenes". folder: what relative paths start from
 [[nodiscard]] std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& node,
                                                 const std::filesystem::path& folder);
+
+/// All entries of "scenes", each id once.
+[[nodiscard]] std::vector<SceneSpec> read_scenes(const ConfigReader& reader, const JsonNode& node,
+                                                 const std::filesystem::path& folder);
+[[nodiscard]] MeasureSpec read_measure(const ConfigReader& reader, const JsonNode& node);
 
 [[nodiscard]] SweepSpec read_sweep(const ConfigReader& reader, const JsonNode& node);
 

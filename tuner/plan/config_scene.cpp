@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -124,6 +125,28 @@ View read_view(const ConfigReader& reader, const JsonNode& node) {
   return view;
 }
 
+/// {"id", "from", "to", "frames"}: a camera's way, at equal steps: views "id_1", "id_2", ...
+std::vector<View> read_path(const ConfigReader& reader, const JsonNode& node) {
+  constexpr int kFramesMost = 1000;
+  reader.check_object(node, "path");
+  const std::string id = read_name(reader, reader.required(node, "id"));
+  const View from = read_view(reader, reader.required(node, "from"));
+  const View to = read_view(reader, reader.required(node, "to"));
+  const auto frames = static_cast<int>(reader.integer(reader.required(node, "frames"), 2, kFramesMost));
+  std::vector<View> views;
+  for (int i = 0; i < frames; ++i) {
+    const auto between = [&](double View::*number) {
+      return std::lerp(from.*number, to.*number, 1.0 * i / (frames - 1));
+    };
+    views.push_back({.id = fmt::format("{}_{}", id, i + 1),
+                     .elevation_deg = between(&View::elevation_deg),
+                     .distance = between(&View::distance),
+                     .fov_deg = between(&View::fov_deg),
+                     .azimuth_deg = between(&View::azimuth_deg)});
+  }
+  return views;
+}
+
 Light read_light(const ConfigReader& reader, const JsonNode& node) {
   reader.check_object(node, "light");
   Light light;
@@ -134,6 +157,13 @@ Light read_light(const ConfigReader& reader, const JsonNode& node) {
   if (const JsonNode* radius = node.find("angular_radius_deg"))
     light.angular_radius_deg = reader.number(*radius, {.low = 0, .high = 45});
   return light;
+}
+
+Picture read_picture(const ConfigReader& reader, const JsonNode& node) {
+  const std::string text = reader.text(node);
+  const auto* const found = std::ranges::find(kPictures, text, &PictureRow::id);
+  if (found == kPictures.end()) reader.fail(node, fmt::format("'{}' is {}", text, unknown_text(text, ids(kPictures))));
+  return found->kind;
 }
 
 Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
@@ -170,13 +200,20 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* pan = node.find("pan")) scene.pan = reader.number(*pan, {.low = -kPanMost, .high = kPanMost});
   if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
   if (const JsonNode* light = node.find("light")) scene.light = read_light(reader, *light);
+  if (const JsonNode* reference = node.find("reference")) scene.reference = read_picture(reader, *reference);
   if (const JsonNode* frame = node.find("frame_px"))
     std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   std::vector<SceneSpec> scenes;
-  for (const JsonNode& view : reader.items(reader.required(node, "views"))) {
-    scene.view = read_view(reader, view);
+  const auto add = [&](View view) {
+    scene.view = std::move(view);
     scenes.push_back(
         {.id = fmt::format("{}/{}", heightmap.id, scene.view.id), .heightmap = heightmap.spec, .scene = scene});
+  };
+  for (const JsonNode& item : reader.items(reader.required(node, "views"))) {
+    if (item.value.is_object() && item.find("from") != nullptr)
+      for (View& view : read_path(reader, item)) add(std::move(view));
+    else
+      add(read_view(reader, item));
   }
   return scenes;
 }

@@ -62,6 +62,13 @@ View parse_view(const json& j) {
           .azimuth_deg = member<double>(j, "azimuth_deg")};
 }
 
+/// Absent where it is the usual one.
+Picture parse_picture(const std::string& text) {
+  const auto* const found = std::ranges::find(kPictures, text, &PictureRow::id);
+  if (found == kPictures.end()) fail_input("'reference' of a scene is '{}', neither point nor supersampled", text);
+  return found->kind;
+}
+
 Wrap parse_wrap(const std::string& text) {
   if (text != "repeat" && text != "clamp") fail_input("'wrap' of a scene is '{}', neither repeat nor clamp", text);
   return text == "clamp" ? Wrap::clamp : Wrap::repeat;
@@ -108,6 +115,7 @@ json scene_json(const MeasuredScene& scene) {
             {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
             {"frame_px", {s.width_px, s.height_px}}};
   if (s.light != Light{}) j["light"] = light_json(s.light);
+  if (s.reference != Picture::point) j["reference"] = picture_id(s.reference);
   if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
   return j;
 }
@@ -125,7 +133,8 @@ MeasuredScene parse_scene(const json& j) {
                                          .wrap = parse_wrap(member<std::string>(j, "wrap")),
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
-                                         .light = parse_light(j)}},
+                                         .light = parse_light(j),
+                                         .reference = parse_picture(j.value("reference", "point"))}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
   if (const auto sides = j.value("heights_texels", json::array()); !sides.empty()) {
@@ -170,7 +179,8 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
         fmt::format("pan {}", s.pan),
         fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
         fmt::format("frame {}x{}", s.width_px, s.height_px),
-        fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg)};
+        fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
+        fmt::format("reference {}", picture_id(s.reference))};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);

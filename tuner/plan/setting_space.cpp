@@ -49,7 +49,7 @@ Candidate candidate_of(const Settings& settings, std::string id) {
 void drop_unused_features(SearchSpace& space) {
   std::vector<std::string_view> ids;  // of the features and their rows' parameters
   for (const Feature& feature : all_features()) {
-    if (!feature.value) continue;
+    if (!feature.is_of_scene) continue;
     ids.push_back(feature.id);
     for (const FeatureRow& row : feature.rows)
       for (const Param& param : row.params) ids.push_back(param.id);

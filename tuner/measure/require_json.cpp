@@ -1,0 +1,66 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tuner/measure/require_run.h"
+#include "tuner/plan/scene_json.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+
+json time_json(const Summary& time) {
+  return {
+      {"median", time.median}, {"mad", time.mad}, {"ci_low", time.ci_low}, {"ci_high", time.ci_high}, {"n", time.n}};
+}
+
+json set_json(const RequireReport& report, FeatureSet set) {
+  const SeenSet& seen = report.at(set);
+  return {{"features", report.names(set)},
+          {"setting", setting_id(seen.settings)},
+          {"value", seen.value},
+          {"worst_view", report.file->scenes[seen.view].id}};
+}
+
+}  // namespace
+
+json require_json(const RequireReport& report) {
+  json rows = json::array();
+  for (const TriedRow& row : report.rows)
+    rows.push_back(
+        {{"feature", row.feature}, {"choice", row.choice}, {"value", row.value}, {"is_chosen", row.is_chosen}});
+  json sets = json::array();
+  for (const SeenSet& seen : report.seen) sets.push_back(set_json(report, seen.set));
+  json ties = json::array();
+  for (const FeatureSet set : report.ties) ties.push_back(report.names(set));
+  json features = json::array();
+  for (const FeatureWorth& worth : report.worth)
+    features.push_back({{"feature", worth.name},
+                        {"choice", worth.choice},
+                        {"is_needed", worth.is_needed},
+                        {"without", set_json(report, worth.without)},
+                        {"with", set_json(report, worth.with)},
+                        {"price_ns", time_json(worth.price_ns)}});
+  json answer = set_json(report, report.answer);
+  answer["frame_time_ns"] = time_json(report.frame_time_ns);
+  return {{"schema", kRequireSchema},
+          {"scene", report.file->name},
+          {"about", report.file->about},
+          {"visible", report.file->visible.text()},
+          {"is_met", report.is_met},
+          {"answer", std::move(answer)},
+          {"ties", std::move(ties)},
+          {"features", std::move(features)},
+          {"rows", std::move(rows)},
+          {"search", {{"is_exhaustive", report.is_exhaustive}, {"sets", report.sets}, {"drawn", report.seen.size()}}},
+          {"sets", std::move(sets)},
+          {"views", scenes_json(report.views)},
+          {"device",
+           {{"backend", report.backend},
+            {"name", report.device},
+            {"software", report.is_software},
+            {"timer", report.timer}}}};
+}
+
+}  // namespace reliefbench

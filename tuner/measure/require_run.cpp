@@ -1,0 +1,217 @@
+#include "tuner/measure/require_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <random>
+
+#include "kernels/base/error.h"
+#include "tuner/measure/prepare.h"
+#include "tuner/measure/progress.h"
+#include "tuner/measure/require_space.h"
+#include "tuner/measure/timing.h"
+
+namespace reliefbench {
+namespace {
+
+/// Draws and times settings of one scene on one device.
+class SceneStudy {
+ public:
+  SceneStudy(const SceneFile& file, const RequireOptions& options)
+      : file_(file),
+        options_(options),
+        cache_(Cache::open()),
+        library_(cache_, split_),
+        metric_(find_metric(file.visible.metric)),
+        progress_(options.quiet),
+        session_(find_backend(options.backend), options.device, split_, true, options.open),
+        preparer_({.session = session_,
+                   .library = library_,
+                   .cache = cache_,
+                   .split = split_,
+                   .timeout_s = file.measure.timeout_s,
+                   .flicker_frames = file.measure.flicker_frames,
+                   .seen_features = exact_features()}) {
+    session_.set_timeout(file.measure.timeout_s);
+    session_.calibrate(file.measure.batch_ms, nullptr);
+  }
+
+  RequireReport run() {
+    RequireReport report{.file = &file_,
+                         .views = library_.measured(file_.scenes),
+                         .backend = session_.device().backend,
+                         .device = session_.device().name,
+                         .is_software = session_.device().software,
+                         .timer = std::string(timer_id(session_.calibration().timer))};
+    const auto error_of = [&](const Settings& settings) { return worst_of(settings).first; };
+    const SettingSpace made = setting_space(file_, error_of, report.rows);
+    for (TriedRow& row : report.rows) row.value = value_of(row.value);
+    report.features = made.space.features;
+    report.sets = made.space.sets.size();
+    const SetError error = [&](FeatureSet set) {
+      const auto [worst, view] = worst_of(made.at(set));
+      report.seen.push_back({.set = set, .settings = made.at(set), .value = value_of(worst), .view = view});
+      progress_.update(0.8 * static_cast<double>(report.seen.size()) / static_cast<double>(report.sets),
+                       fmt::format("sets of features on {}", report.device));
+      return worst;
+    };
+    answer(made, error, report);
+    for (std::size_t i = 0; i < report.features.size(); ++i) add_worth(made, error, i, report);
+    std::vector<FeatureSet> timed = {report.answer};
+    for (const FeatureWorth& one : report.worth)
+      for (const FeatureSet set : {one.with, one.without})
+        if (std::ranges::find(timed, set) == timed.end()) timed.push_back(set);
+    const Times times = time_sets(made, timed);
+    report.frame_time_ns = summarise(times.at(report.answer));
+    for (FeatureWorth& one : report.worth) one.price_ns = difference(times, one.with, one.without);
+    if (options_.has_pictures)
+      for (FeatureWorth& one : report.worth) draw(made, report, one);
+    progress_.finish();
+    return report;
+  }
+
+ private:
+  using Times = std::map<FeatureSet, std::vector<double>>;  ///< ns a frame, the mean over the views, a value a round
+
+  /// Errors rise where values get worse.
+  [[nodiscard]] double error_of(double value) const { return metric_.lower_is_better ? value : -value; }
+  [[nodiscard]] double value_of(double error) const { return error_of(error); }
+
+  Case case_of(const Settings& settings, const SceneSpec& scene) const {
+    return {.settings = settings, .scene_id = scene.id, .backend = options_.backend};
+  }
+
+  /// The error of a setting's picture, and the view where it is that.
+  std::pair<double, std::size_t> worst_of(const Settings& settings) {
+    const auto known = known_.find(settings.text() + std::string(settings.technique().id));
+    if (known != known_.end()) return known->second;
+    std::pair<double, std::size_t> worst{-std::numeric_limits<double>::infinity(), 0};
+    for (std::size_t view = 0; view < file_.scenes.size(); ++view) {
+      const Case c = case_of(settings, file_.scenes[view]);
+      const PreparedCase prepared = preparer_.prepare(c, file_.scenes[view]);
+      check(prepared);
+      const std::optional<double> value = metric_.value(*prepared.record.error);
+      if (!value)
+        fail_input("{}: {} has no value in {} (flicker needs measure.flicker_frames, every metric a ray)",
+                   file_.path.string(), metric_.id, c.scene_id);
+      if (error_of(*value) > worst.first) worst = {error_of(*value), view};
+    }
+    return known_[settings.text() + std::string(settings.technique().id)] = worst;
+  }
+
+  static void check(const PreparedCase& prepared) {
+    if (prepared.record.status != Status::ok)
+      fail_environment("{}: {}: {}", prepared.record.case_id, status_id(prepared.record.status),
+                       prepared.record.reason);
+  }
+
+  void answer(const SettingSpace& made, const SetError& error, RequireReport& report) {
+    report.is_exhaustive = options_.search == RequireSearch::exhaustive ||
+                           (options_.search == RequireSearch::automatic && report.sets <= kMostEnumerated);
+    const double limit = error_of(file_.visible.limit);
+    const Required required = report.is_exhaustive ? require_by_enumeration(made.space, error, limit)
+                                                   : require_greedily(made.space, error, limit);
+    report.ties = required.smallest;
+    report.is_met = !report.ties.empty();
+    if (!report.is_met) {
+      report.answer = std::ranges::min_element(required.judged, {}, &JudgedSet::error)->set;
+    } else if (report.ties.size() == 1) {
+      report.answer = report.ties.front();
+    } else {
+      const Times times = time_sets(made, report.ties);
+      report.answer = *std::ranges::min_element(report.ties, {}, [&](FeatureSet set) { return median(times.at(set)); });
+    }
+  }
+
+  /// The sets that tell what a feature is worth; no worth of one that no set has beside the answer.
+  void add_worth(const SettingSpace& made, const SetError& error, std::size_t feature, RequireReport& report) {
+    FeatureWorth worth{.name = report.features[feature],
+                       .choice = made.choices[feature],
+                       .is_needed = report.is_met && has(report.answer, feature),
+                       .without = report.answer,
+                       .with = report.answer};
+    const bool is_in = has(report.answer, feature);
+    const std::optional<FeatureSet> other =
+        is_in ? largest_without(made.space, report.answer, feature) : smallest_with(made.space, report.answer, feature);
+    if (!other) return;
+    (is_in ? worth.without : worth.with) = *other;
+    if (std::ranges::find(report.seen, *other, &SeenSet::set) == report.seen.end()) static_cast<void>(error(*other));
+    report.worth.push_back(std::move(worth));
+  }
+
+  /// Frame times of sets in turns, in rounds of all of them in all views.
+  Times time_sets(const SettingSpace& made, const std::vector<FeatureSet>& sets) {
+    std::vector<Case> cases;
+    for (const FeatureSet set : sets)
+      for (const SceneSpec& scene : file_.scenes) cases.push_back(case_of(made.at(set), scene));
+    std::vector<PreparedCase> prepared;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      prepared.push_back(preparer_.prepare_to_time(cases[i], file_.scenes[i % file_.scenes.size()]));
+      check(prepared.back());
+    }
+    SampleBook book(SampleBook::Control{.id = control_case_id(session_.device().backend),
+                                        .reference_ns = session_.calibration().reference_ns});
+    const Timing timing{.session = session_, .book = book, .measure = file_.measure, .split = split_};
+    std::vector<TimedCase> order;
+    for (const PreparedCase& one : prepared) order.push_back(warm_up(timing, one.record, one.frame.draw));
+    std::mt19937_64 random(1);
+    for (int round = 0; round < file_.measure.samples; ++round) {
+      std::shuffle(order.begin(), order.end(), random);
+      time(timing, order);
+      progress_.update(0.8 + 0.2 * (round + 1.0) / file_.measure.samples, "frame times");
+    }
+    Times times;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      const std::vector<double>& own = book.times(prepared[i].record.case_id);
+      std::vector<double>& all = times[sets[i / file_.scenes.size()]];
+      all.resize(own.size());
+      for (std::size_t round = 0; round < own.size(); ++round)
+        all[round] += own[round] / static_cast<double>(file_.scenes.size());
+    }
+    return times;
+  }
+
+  static Summary difference(const Times& times, FeatureSet with, FeatureSet without) {
+    std::vector<double> differences = times.at(with);
+    for (std::size_t i = 0; i < differences.size(); ++i) differences[i] -= times.at(without)[i];
+    return summarise(differences);
+  }
+
+  void draw(const SettingSpace& made, const RequireReport& report, FeatureWorth& worth) {
+    const SceneSpec& scene = file_.scenes[report.at(worth.without).view];
+    CasePictures without = preparer_.pictures(case_of(made.at(worth.without), scene), scene);
+    CasePictures with = preparer_.pictures(case_of(made.at(worth.with), scene), scene);
+    worth.pictures = {
+        .without = std::move(without.frame), .with = std::move(with.frame), .reference = std::move(with.reference)};
+  }
+
+  const SceneFile& file_;
+  const RequireOptions& options_;
+  WallSplit split_;
+  Cache cache_;
+  MapLibrary library_;
+  const MetricRow& metric_;
+  Progress progress_;
+  Session session_;
+  Preparer preparer_;
+  std::map<std::string, std::pair<double, std::size_t>> known_;
+};
+
+}  // namespace
+
+const SeenSet& RequireReport::at(FeatureSet set) const { return *std::ranges::find(seen, set, &SeenSet::set); }
+
+std::vector<std::string> RequireReport::names(FeatureSet set) const {
+  std::vector<std::string> list;
+  for (std::size_t i = 0; i < features.size(); ++i)
+    if (has(set, i)) list.push_back(features[i]);
+  return list;
+}
+
+RequireReport run_require(const SceneFile& file, const RequireOptions& options) {
+  return SceneStudy(file, options).run();
+}
+
+}  // namespace reliefbench
