@@ -127,9 +127,10 @@ void LivePictures::fetch_map(Pane& pane, const Settings& settings, const SceneSp
 void LivePictures::draw(Pane& pane, const Settings& settings, const SceneSpec& spec) {
   Backend& backend = session_.backend();
   pane.frame.draw.frame = frame_uniforms(spec.scene, heights_.field.width, heights_.field.height);
-  const Draw shade = pane.frame.with(*session_.pipeline(settings, Target::color, spec.scene.wrap).pipeline);
+  const std::vector<Draw> shade = session_.shaded(settings, spec.scene, pane.frame.draw);
   if (!pane.settings || !(*pane.settings == settings)) backend.render(shade, 1, Timer::fenced_wall);  // it compiles
   pane.settings = settings;
+  pane.scene = spec.scene;
   const BatchTime time = backend.render(shade, 1, timer_);
   screen_->keep(*pane.picture);
   pane.picture_key = picture_key(settings, spec);
@@ -139,7 +140,7 @@ void LivePictures::draw(Pane& pane, const Settings& settings, const SceneSpec& s
 std::vector<double> LivePictures::time_again(int frames) {
   std::vector<double> times_ns;
   if (!left_.settings) return times_ns;
-  const Draw shade = left_.frame.with(*session_.pipeline(*left_.settings, Target::color, left_.uploaded.wrap).pipeline);
+  const std::vector<Draw> shade = session_.shaded(*left_.settings, left_.scene, left_.frame.draw);
   for (int i = 0; i < frames; ++i) {
     const BatchTime time = session_.backend().render(shade, 1, timer_);
     times_ns.push_back(time.device_ns.value_or(time.wall_ns));
@@ -182,12 +183,11 @@ void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
 void LivePictures::draw_reference(const std::vector<ReferenceHit>& hits, const std::vector<PixelFeature>& features,
                                   const FeatureValues& values, const FrameUniforms& frame) {
   const std::unique_ptr<Texture> exact = upload_exact(session_.backend(), hits, values, frame);
-  const Draw shade{.pipeline = session_.reference_pipeline(features, left_.uploaded.wrap).pipeline.get(),
-                   .textures = {{kReliefMap, left_.uploaded.normals.get()},
-                                {kNormalMap, left_.uploaded.normals.get()},
-                                {kReferenceMap, exact.get()}},
-                   .frame = frame};
-  session_.backend().render(shade, 1, Timer::fenced_wall);
+  const Draw relief{.textures = {{kReliefMap, left_.uploaded.normals.get()},
+                                 {kNormalMap, left_.uploaded.normals.get()},
+                                 {kReferenceMap, exact.get()}},
+                    .frame = frame};
+  session_.backend().render(session_.shaded_reference(features, left_.scene, relief), 1, Timer::fenced_wall);
   screen_->keep(*reference_);
 }
 

@@ -45,7 +45,8 @@ void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& h
 }
 
 /// Median frame times, corrected for drift, of draws that are timed in turn.
-void measure_times(Session& session, WallSplit& split, const std::vector<Draw>& draws, std::vector<Figures>& measured) {
+void measure_times(Session& session, WallSplit& split, const std::vector<std::vector<Draw>>& draws,
+                   std::vector<Figures>& measured) {
   const MeasureSpec measure{.samples = kRounds, .batch_ms = kBatch_ms};
   SampleBook book(SampleBook::Control{.id = control_case_id(session.device().backend),
                                       .reference_ns = session.calibration().reference_ns});
@@ -76,13 +77,13 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
   const ReferenceTracer tracer(heights, scene.wrap);
   const UploadedScene uploaded = upload(backend, scene, heights);
   std::vector<Frame> frames;
-  std::vector<Draw> draws;
+  std::vector<std::vector<Draw>> draws;
   for (const ClaimRow& row : claim.rows) {
     BakeSpec spec = bake_spec(row.settings, scene.wrap);
     spec.threads = 1;  // its time is one thread's
     const BakedMap map = bake(spec, heights);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
-    draws.push_back(frame.with(*session.pipeline(row.settings, Target::color, scene.wrap).pipeline));
+    draws.push_back(session.shaded(row.settings, scene, frame.draw));
     const Draw score_draw = frame.with(*session.pipeline(row.settings, Target::score, scene.wrap).pipeline);
     const std::vector<ScorePixel> pixels = trace_frame(backend, score_draw);
     const std::vector<ReferenceHit> exact = exact_hits(tracer, pixels);

@@ -80,14 +80,14 @@ std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw) {
   return pixels;
 }
 
-void shade_frame(Backend& backend, const Draw& draw, std::vector<std::uint8_t>& into) {
-  backend.render(draw, 1, Timer::fenced_wall);
+void shade_frame(Backend& backend, std::span<const Draw> frame, std::vector<std::uint8_t>& into) {
+  backend.render(frame, 1, Timer::fenced_wall);
   backend.read_color(into);
 }
 
-std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw) {
+std::vector<std::uint8_t> shade_frame(Backend& backend, std::span<const Draw> frame) {
   std::vector<std::uint8_t> rgba8;
-  shade_frame(backend, draw, rgba8);
+  shade_frame(backend, frame, rgba8);
   return rgba8;
 }
 

@@ -44,8 +44,8 @@ struct Frame {
 /// it goes, its memory is used again
 void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into);
 [[nodiscard]] std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw);
-/// The picture of the same trace, RGBA8. draw: with a pipeline of Target::color
-void shade_frame(Backend& backend, const Draw& draw, std::vector<std::uint8_t>& into);
-[[nodiscard]] std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw);
+/// The picture of the same trace, RGBA8. frame: its draws, with pipelines of color_target()
+void shade_frame(Backend& backend, std::span<const Draw> frame, std::vector<std::uint8_t>& into);
+[[nodiscard]] std::vector<std::uint8_t> shade_frame(Backend& backend, std::span<const Draw> frame);
 
 }  // namespace reliefbench

@@ -90,11 +90,12 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   }
 
   on_failure = Status::compile_error;
-  Session::Compiled& shade = session.pipeline(settings, Target::color, scene.scene.wrap);
-  prepared.frame.draw.pipeline = shade.pipeline.get();
+  Session::Compiled& shade =
+      session.pipeline(settings, color_target(pixel_features(settings), scene.scene.occluded > 0), scene.scene.wrap);
+  prepared.draws = session.shaded(settings, scene.scene, prepared.frame.draw);
   // Drivers compile as late as the first draw, once more for each texture format.
   const double draw_ns = context_.split.book(
-      Part::compile, [&] { return session.backend().render(prepared.frame.draw, 1, Timer::fenced_wall).wall_ns; });
+      Part::compile, [&] { return session.backend().render(prepared.draws, 1, Timer::fenced_wall).wall_ns; });
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
   record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
@@ -165,14 +166,13 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   Session& session = context_.session;
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
-  const Pipeline& shade = *session.pipeline(c.settings, Target::color, scene.scene.wrap).pipeline;
   const std::vector<PixelFeature> features = pixel_features(c.settings);
   trace(score_draw(c.settings, frame, scene), features);
   const Reference& reference = reference_of_traced(scene, state, features);
   return context_.split.book(Part::pictures, [&] {
     const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
     const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
-    return CasePictures{.frame = shade_frame(session.backend(), frame.with(shade)),
+    return CasePictures{.frame = shade_frame(session.backend(), session.shaded(c.settings, scene.scene, frame.draw)),
                         .error = heat_map(scores, width_px, height_px),
                         .taps = taps_map(pixels_, width_px, height_px),
                         .reference = reference.picture};
@@ -272,10 +272,11 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
     frames.push_back(moved_frame(score_draw, scene, state, features, i));
   MotionJudge motion;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    Draw draw = prepared.frame.draw;
-    draw.frame = frames[i].frame;
+    Draw relief = prepared.frame.draw;
+    relief.frame = frames[i].frame;
+    const std::vector<Draw> draws = context_.session.shaded(prepared.spec->settings, scene.scene, relief);
     std::swap(picture_, picture_before_);
-    context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draw, picture_); });
+    context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draws, picture_); });
     if (i == 0) continue;
     context_.split.book(Part::judge, [&] {
       const MovedFrame& last = frames[i - 1];
@@ -290,15 +291,13 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
 std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,
                                                     const FrameUniforms& frame) {
   Session& session = context_.session;
-  const Pipeline* pipeline = session.reference_pipeline(exact.features, scene.scene.wrap).pipeline.get();
   return context_.split.book(Part::draw, [&] {
     const std::unique_ptr<Texture> texture = upload_exact(session.backend(), exact.hits, exact.values, frame);
-    const Draw draw{.pipeline = pipeline,
-                    .textures = {{kReliefMap, state.uploaded.normals.get()},
+    const Draw draw{.textures = {{kReliefMap, state.uploaded.normals.get()},
                                  {kNormalMap, state.uploaded.normals.get()},
                                  {kReferenceMap, texture.get()}},
                     .frame = frame};
-    return shade_frame(session.backend(), draw);
+    return shade_frame(session.backend(), session.shaded_reference(exact.features, scene.scene, draw));
   });
 }
 

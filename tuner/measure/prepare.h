@@ -16,10 +16,14 @@ namespace reliefbench {
 struct PreparedCase {
   const Case* spec = nullptr;
   Record record{};
-  Frame frame{};  ///< with the pipeline of the timed frame
+  Frame frame{};
+  std::vector<Draw> draws{};  ///< of the timed frame, with their pipelines; they read the frame's textures
 
   /// Frees what it has on the device; it can't be drawn then.
-  void release() { frame = {}; }
+  void release() {
+    draws.clear();
+    frame = {};
+  }
 };
 
 /// A case's record before anything is known of it.

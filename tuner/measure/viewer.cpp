@@ -19,8 +19,8 @@ void Viewer::choose(const Settings& settings) {
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
-  const Pipeline& shade = *session_.pipeline(settings, Target::color, scene_.scene.wrap).pipeline;
-  static_cast<void>(shade_frame(session_.backend(), frame_.with(shade)));  // the first draw compiles
+  static_cast<void>(shade_frame(session_.backend(),
+                                session_.shaded(settings, scene_.scene, frame_.draw)));  // the first draw compiles
 }
 
 ViewedFrame Viewer::draw(const View& view) {
@@ -28,7 +28,7 @@ ViewedFrame Viewer::draw(const View& view) {
   frame_.draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
   Backend& backend = session_.backend();
   const Wrap wrap = scene_.scene.wrap;
-  const Draw shade = frame_.with(*session_.pipeline(*settings_, Target::color, wrap).pipeline);
+  const std::vector<Draw> shade = session_.shaded(*settings_, scene_.scene, frame_.draw);
   const Draw score = frame_.with(*session_.pipeline(*settings_, Target::score, wrap).pipeline);
   ViewedFrame frame;
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;

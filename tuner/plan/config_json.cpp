@@ -30,6 +30,7 @@ json config_scene_json(const SceneSpec& scene) {
                   {"frame_px", {s.width_px, s.height_px}}};
   if (s.pan != 0) written["pan"] = s.pan;
   if (s.light != Light{}) written["light"] = light_json(s.light);
+  if (s.occluded != 0) written["occluded"] = s.occluded;
   return written;
 }
 

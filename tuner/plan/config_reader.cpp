@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 8> kSceneKeys{"heightmap", "views", "relief_depth", "tiling",
-                                                     "pan",       "wrap",  "frame_px",     "light"};
+constexpr std::array<std::string_view, 9> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",  "pan",
+                                                     "wrap",      "frame_px", "light",        "occluded"};
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};
 constexpr std::array<std::string_view, 5> kViewKeys{"id", "elevation_deg", "distance", "fov_deg", "azimuth_deg"};

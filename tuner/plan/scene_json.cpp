@@ -108,6 +108,7 @@ json scene_json(const MeasuredScene& scene) {
             {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
             {"frame_px", {s.width_px, s.height_px}}};
   if (s.light != Light{}) j["light"] = light_json(s.light);
+  if (s.occluded != 0) j["occluded"] = s.occluded;
   if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
   return j;
 }
@@ -125,7 +126,8 @@ MeasuredScene parse_scene(const json& j) {
                                          .wrap = parse_wrap(member<std::string>(j, "wrap")),
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
-                                         .light = parse_light(j)}},
+                                         .light = parse_light(j),
+                                         .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
   if (const auto sides = j.value("heights_texels", json::array()); !sides.empty()) {
@@ -170,7 +172,8 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
         fmt::format("pan {}", s.pan),
         fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
         fmt::format("frame {}x{}", s.width_px, s.height_px),
-        fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg)};
+        fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
+        fmt::format("occluded {}", s.occluded)};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);
