@@ -268,6 +268,23 @@ TEST_P(DepthTest, conservative_frames_are_the_same) {
   });
 }
 
+// Whole frames of passes are those of the loop, whatever the depth test has to do with it.
+TEST_P(DepthTest, passes_are_the_loop_in_every_frame) {
+  on_every_session(row(), [](DepthRig& rig) {
+    for (const std::string_view depth : {"none", "write", "conservative"})
+      for (const double occluded : {0.0, 0.5}) {
+        Scene scene = depth_scene(view_presets()[1]);
+        scene.occluded = occluded;
+        const DepthRig::Drawn loop = rig.draw(
+            settings_of("depth_slices", {{"slices", "24"}, {"loop", "fixed"}, {"depth", depth}}), small_fbm(), scene);
+        const DepthRig::Drawn passes =
+            rig.draw(settings_of("depth_passes", {{"passes", "24"}, {"depth", depth}}), small_fbm(), scene);
+        EXPECT_EQ(passes.rgba8, loop.rgba8) << depth << " " << occluded;
+        EXPECT_EQ(passes.depths, loop.depths) << depth << " " << occluded;
+      }
+  });
+}
+
 TEST_P(DepthTest, a_part_of_the_frame_is_hidden) {
   on_every_session(row(), [](DepthRig& rig) {
     Scene scene = depth_scene(view_presets()[1]);

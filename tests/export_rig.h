@@ -15,7 +15,8 @@ namespace reliefbench {
 /// Every technique, and what changes which code or textures it needs.
 inline std::vector<std::string> shipped_settings() {
   std::vector<std::string> ids;
-  for (const Technique& technique : techniques()) ids.emplace_back(technique.id);
+  for (const Technique& technique : techniques())
+    if (technique.passes.empty()) ids.emplace_back(technique.id);
   for (const char* id : {"parallax?variant=plain&filter=manual",
                          "relief?refinement=none&loop=fixed&filter=manual",
                          "relief?refinement=secant&format=r32f",

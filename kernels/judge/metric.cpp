@@ -105,7 +105,8 @@ std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const
     // Alpha says what is seen (SeenObject): 255 is the relief, or a frame that holds nothing else.
     const std::uint8_t exact = pictures.reference[4 * i + 3];
     const std::uint8_t found = pictures.test[4 * i + 3];
-    has_objects = has_objects || exact != 255 || found != 255;
+    const auto is_object = [](std::uint8_t alpha) { return alpha == 254 || alpha == 253; };
+    has_objects = has_objects || is_object(exact) || is_object(found);
     if (!is_judged(mask[i])) continue;
     ++pixels;
     wrong += exact == found ? 0 : 1;

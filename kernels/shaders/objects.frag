@@ -6,9 +6,8 @@
 
 // What stands beside the relief in frames with depth: a tilted square and a ball that cut through it, and the sky
 // behind all. C++ twin: depth.cpp. alpha: what is seen there (SeenObject in depth.h).
-layout(constant_id = 16) const int OBJECT = 0;
-const int SQUARE = 0;
-const int BALL = 1;  // anything else is the sky
+const int SQUARE = 0;  // in frame.forward.w
+const int BALL = 1;    // anything else is the sky
 
 layout(location = 0) out vec4 out_color;
 
@@ -35,7 +34,8 @@ float ball_depth(vec3 direction, vec3 middle, float relief) {
 
 void main() {
   vec2 planes = near_and_far();
-  if (OBJECT != SQUARE && OBJECT != BALL) {
+  int object = int(frame.forward.w);
+  if (object != SQUARE && object != BALL) {
     out_color = vec4(0.55, 0.65, 0.80, 1.0);
     gl_FragDepth = FARTHEST;
     return;
@@ -43,10 +43,10 @@ void main() {
   vec3 direction = eye_direction(gl_FragCoord.xy);
   float relief = frame.position.w / frame.right.w;
   vec3 middle = frame.position.xyz + frame.forward.xyz * (planes.x / NEAR_PLANE);
-  float depth = OBJECT == SQUARE ? square_depth(direction, middle, relief) : ball_depth(direction, middle, relief);
+  float depth = object == SQUARE ? square_depth(direction, middle, relief) : ball_depth(direction, middle, relief);
   if (!(depth >= planes.x)) discard;
   gl_FragDepth = window_depth(depth, planes);
   float shade = 0.8 + 0.2 * sin(40.0 * (frame.position.x + direction.x * depth));
   out_color =
-      OBJECT == SQUARE ? vec4(0.75 * shade, 0.25, 0.20, 254.0 / 255.0) : vec4(0.20, 0.35, 0.75 * shade, 253.0 / 255.0);
+      object == SQUARE ? vec4(0.75 * shade, 0.25, 0.20, 254.0 / 255.0) : vec4(0.20, 0.35, 0.75 * shade, 253.0 / 255.0);
 }

@@ -68,7 +68,8 @@ struct FrameUniforms {
   std::array<float, 4> light;         ///< xyz, towards the light; w = tangent of its angular radius
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
 
-  /// What one draw is told beside: the occluder its share of the frame.
+  /// What one draw is told beside: the occluder its share of the frame, objects.frag
+  /// which one it is, a pass of several its place.
   [[nodiscard]] float& argument() { return forward[3]; }
   bool operator==(const FrameUniforms&) const = default;
 };

@@ -157,12 +157,13 @@ void LivePictures::keep_time(double ns) {
 void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
   const Clock::time_point start = Clock::now();
   const Settings& settings = *pane.settings;
-  const Draw score = pane.frame.with(*session_.pipeline(settings, Target::score, spec.scene.wrap).pipeline);
+  const std::vector<Draw> score = session_.scored(settings, spec.scene.wrap, pane.frame.draw);
   std::vector<PixelFeature> features = pixel_features(settings);
   std::vector<ScorePixel> pixels = trace_frame(session_.backend(), score);
   FeatureValues values = session_.backend().read_values(features);
-  background_.start([this, &pane, start, key = pane.picture_key, frame = score.frame, features = std::move(features),
-                     pixels = std::move(pixels), values = std::move(values)]() -> Background::Finish {
+  background_.start([this, &pane, start, key = pane.picture_key, frame = pane.frame.draw.frame,
+                     features = std::move(features), pixels = std::move(pixels),
+                     values = std::move(values)]() -> Background::Finish {
     auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, pixels));
     auto judged = std::make_shared<JudgedFrame>(judge(pixels, *exact, frame.sizes[2], frame.sizes[3]));
     const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);

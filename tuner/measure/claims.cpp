@@ -84,13 +84,12 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     const BakedMap map = bake(spec, heights);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
-    const Draw score_draw = frame.with(*session.pipeline(row.settings, Target::score, scene.wrap).pipeline);
-    const std::vector<ScorePixel> pixels = trace_frame(backend, score_draw);
+    const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene.wrap, frame.draw));
     const std::vector<ReferenceHit> exact = exact_hits(tracer, pixels);
     JudgedFrame judged = judge(pixels, exact, heights.width, heights.height);
     const std::vector<PixelFeature> features = pixel_features(row.settings);
     judge_features(features, backend.read_values(features),
-                   exact_values(features, tracer, score_draw.frame, rays_of(pixels), exact), judged.pixels,
+                   exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,
                    judged.score);
     Figures& figures = result.measured.emplace_back();
     measure_map(spec, map, heights, figures);

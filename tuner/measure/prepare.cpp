@@ -112,9 +112,8 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
 void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   WallSplit& split = context_.split;
   split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
-  const Draw draw = score_draw(prepared.spec->settings, prepared.frame, scene);
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
-  trace(draw, features);
+  trace(score_draws(prepared.spec->settings, prepared.frame.draw, scene), features);
   const Reference& reference = reference_of_traced(scene, state, features);
   JudgedFrame judged = split.book(Part::judge, [&] {
     JudgedFrame frame = judge_traced(reference, features, state.uploaded.frame);
@@ -126,18 +125,18 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
                    frame.pixels, frame.score);
     return frame;
   });
-  judge_motion(prepared, draw, scene, state).fill_in(judged.score);
+  judge_motion(prepared, scene, state).fill_in(judged.score);
   prepared.record.error = judged.score;
   prepared.record.reference_key = reference.key;
 }
 
-Draw Preparer::score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene) {
-  return frame.with(*context_.session.pipeline(settings, Target::score, scene.scene.wrap).pipeline);
+std::vector<Draw> Preparer::score_draws(const Settings& settings, const Draw& relief, const SceneSpec& scene) {
+  return context_.session.scored(settings, scene.scene.wrap, relief);
 }
 
-void Preparer::trace(const Draw& score_draw, std::span<const PixelFeature> features) {
+void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features) {
   context_.split.book(Part::draw, [&] {
-    trace_frame(context_.session.backend(), score_draw, pixels_);
+    trace_frame(context_.session.backend(), score_frame, pixels_);
     values_ = context_.session.backend().read_values(features);
   });
 }
@@ -154,7 +153,7 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
     const std::vector<PixelFeature> features = pixel_features(c.settings);
-    trace(score_draw(c.settings, frame, scene), features);
+    trace(score_draws(c.settings, frame.draw, scene), features);
     const Reference& reference = reference_of_traced(scene, state, features);
     return context_.split.book(Part::judge,
                                [&] { return judge_traced(reference, features, state.uploaded.frame).score; });
@@ -167,7 +166,7 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
   const std::vector<PixelFeature> features = pixel_features(c.settings);
-  trace(score_draw(c.settings, frame, scene), features);
+  trace(score_draws(c.settings, frame.draw, scene), features);
   const Reference& reference = reference_of_traced(scene, state, features);
   return context_.split.book(Part::pictures, [&] {
     const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
@@ -246,15 +245,15 @@ std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpe
                                    scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
 }
 
-Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
-                                           std::span<const PixelFeature> features, int index) {
+Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const SceneSpec& scene,
+                                           const SceneState& state, std::span<const PixelFeature> features, int index) {
   const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
   Scene moved_scene = scene.scene;
   moved_scene.pan = kPanTexels * index / (map_width * moved_scene.tiling);
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
-  Draw draw = score_draw;
-  draw.frame = moved.frame;
-  trace(draw, features);
+  Draw relief = prepared.frame.draw;
+  relief.frame = moved.frame;
+  trace(score_draws(prepared.spec->settings, relief, scene), features);
   const std::string key =
       context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });
   const std::vector<ReferenceHit> hits = hits_of_traced(scene, key);
@@ -264,12 +263,11 @@ Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSp
   return moved;
 }
 
-MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
-                                   SceneState& state) {
+MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
   std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
   for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
-    frames.push_back(moved_frame(score_draw, scene, state, features, i));
+    frames.push_back(moved_frame(prepared, scene, state, features, i));
   MotionJudge motion;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     Draw relief = prepared.frame.draw;

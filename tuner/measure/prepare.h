@@ -100,9 +100,9 @@ class Preparer {
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
   /// Traces, judges and compares the pictures of a case that was drawn.
   void judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
-  [[nodiscard]] Draw score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene);
+  [[nodiscard]] std::vector<Draw> score_draws(const Settings& settings, const Draw& relief, const SceneSpec& scene);
   /// Traces into pixels_ and values_.
-  void trace(const Draw& score_draw, std::span<const PixelFeature> features);
+  void trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features);
   /// What was traced there. reference: of the same rays and features
   [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
                                          const FrameUniforms& frame) const;
@@ -124,11 +124,10 @@ class Preparer {
   };
   [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Exact& exact, const SceneSpec& scene,
                                                           const SceneState& state, const FrameUniforms& frame);
-  [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
+  [[nodiscard]] MovedFrame moved_frame(const PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
                                        std::span<const PixelFeature> features, int index);
-  /// Over the frames of the moving camera. score_draw: the case's score frame
-  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
-                                         SceneState& state);
+  /// Over the frames of the moving camera.
+  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;
   std::map<SceneKey, SceneState> scenes_;

@@ -156,7 +156,7 @@ Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> fea
   return pipeline(std::move(source));
 }
 
-Draw Session::beside(std::string_view shader, std::string_view vertex, int object, const Draw& relief) {
+Draw Session::beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief) {
   Source source{.key = {},
                 .fragment_key = fmt::format("{}/beside", shader),
                 .shader = shader,
@@ -164,37 +164,43 @@ Draw Session::beside(std::string_view shader, std::string_view vertex, int objec
                 .is_beside = true,
                 .features = {},
                 .target = color_target({}, true),
-                .constants = {{.id = kFirstOwnConstant, .value = object}}};
+                .constants = {}};
   set_vertex(source);
-  return {.pipeline = pipeline(std::move(source)).pipeline.get(), .frame = relief.frame};
+  Draw draw{.pipeline = pipeline(std::move(source)).pipeline.get(), .frame = relief.frame};
+  draw.frame.argument() = argument;
+  return draw;
 }
 
 std::vector<Draw> Session::with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
-                                               const Draw& relief) {
-  if (!color_target(features, scene.occluded > 0).has_depth) return {relief};
+                                               std::vector<Draw> relief) {
+  if (!color_target(features, scene.occluded > 0).has_depth) return relief;
+  const Draw any = relief.front();
   std::vector<Draw> frame;
-  if (scene.occluded > 0) {
-    Draw& occluder = frame.emplace_back(beside("occluder", "occluder", 0, relief));
-    occluder.vertices = 6;
-    occluder.frame.argument() = static_cast<float>(scene.occluded);
-  }
-  frame.push_back(relief);
+  if (scene.occluded > 0)
+    frame.emplace_back(beside("occluder", "occluder", static_cast<float>(scene.occluded), any)).vertices = 6;
+  frame.insert(frame.end(), relief.begin(), relief.end());
   // In the numbers of objects.frag; the sky last, where nothing else is.
   const bool has_objects = color_target(features, false).has_depth;
   for (const int object : {0, 1, 2})
-    if (has_objects || object == 2) frame.push_back(beside("objects", "fullscreen", object, relief));
+    if (has_objects || object == 2) frame.push_back(beside("objects", "fullscreen", static_cast<float>(object), any));
   return frame;
 }
 
 std::vector<Draw> Session::shaded(const Settings& settings, const Scene& scene, Draw relief) {
   const std::vector<PixelFeature> features = pixel_features(settings);
-  relief.pipeline = pipeline(settings, color_target(features, scene.occluded > 0), scene.wrap).pipeline.get();
-  return with_what_is_beside(features, scene, relief);
+  const Target target = color_target(features, scene.occluded > 0);
+  relief.pipeline = pipeline(settings, target, scene.wrap).pipeline.get();
+  return with_what_is_beside(features, scene, passes_of(settings, relief, target));
+}
+
+std::vector<Draw> Session::scored(const Settings& settings, Wrap wrap, Draw relief) {
+  relief.pipeline = pipeline(settings, Target::score, wrap).pipeline.get();
+  return passes_of(settings, relief, Target::score);
 }
 
 std::vector<Draw> Session::shaded_reference(std::span<const PixelFeature> features, const Scene& scene, Draw relief) {
   relief.pipeline = reference_pipeline(features, scene).pipeline.get();
-  return with_what_is_beside(features, scene, relief);
+  return with_what_is_beside(features, scene, {relief});
 }
 
 Session::Compiled& Session::pipeline(Source source) {

@@ -79,7 +79,9 @@ class Session {
   /// The shaded frame of a setting, in the order of its draws: what hides it, the relief, objects beside it, the sky.
   /// Only the relief's where the frame has no depth. relief: its textures and uniforms, without a pipeline
   [[nodiscard]] std::vector<Draw> shaded(const Settings& settings, const Scene& scene, Draw relief);
-  /// That of exact hits.
+  /// The score frame of a setting, likewise.
+  [[nodiscard]] std::vector<Draw> scored(const Settings& settings, Wrap wrap, Draw relief);
+  /// The shaded frame of exact hits.
   [[nodiscard]] std::vector<Draw> shaded_reference(std::span<const PixelFeature> features, const Scene& scene,
                                                    Draw relief);
   /// What pipeline() is going to be asked for.
@@ -125,9 +127,10 @@ class Session {
   /// fragment: of the source's shader and target
   [[nodiscard]] Compiled compile(const Source& source, const Spirv& fragment) const;
   void make_control();
-  [[nodiscard]] Draw beside(std::string_view shader, std::string_view vertex, int object, const Draw& relief);
+  /// argument: FrameUniforms::argument()
+  [[nodiscard]] Draw beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief);
   [[nodiscard]] std::vector<Draw> with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
-                                                      const Draw& relief);
+                                                      std::vector<Draw> relief);
 
   const BackendRow& row_;
   int device_index_;
