@@ -77,6 +77,14 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
           .wrap = wrap};
 }
 
+Target color_target(std::span<const PixelFeature> features, bool is_occluded) {
+  Target target = Target::color;
+  target.has_depth = is_occluded || std::ranges::any_of(features, [](const PixelFeature& one) {
+                       return one.feature->value->has_objects;
+                     });
+  return target;
+}
+
 Target score_target(std::span<const PixelFeature> features) {
   Target target = Target::score;
   for (const PixelFeature& one : features)

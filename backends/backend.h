@@ -67,6 +67,8 @@ struct Target {
 inline const Target Target::color{.attachments = {{"out_color", {.type = TexelType::unorm8, .channels = 4}}}};
 inline const Target Target::score{.attachments = {{"out_ray", {.type = TexelType::float32, .channels = 4}},
                                                   {"out_hit", {.type = TexelType::float32, .channels = 4}}}};
+/// Target::color, with depth where a feature of the scene has objects beside the relief, or something hides it.
+[[nodiscard]] Target color_target(std::span<const PixelFeature> features, bool is_occluded);
 /// Target::score, with an attachment of one float for each feature of the scene that the frame has.
 [[nodiscard]] Target score_target(std::span<const PixelFeature> features);
 /// Whether it is Target::score, with or without features.

@@ -185,7 +185,9 @@ class NullBackend final : public Backend {
  private:
   void draw_score(const Draw& draw, double steps) {
     const auto& relief = static_cast<const NullTexture&>(texture_of(draw, kReliefMap));
-    if (!exact_ || !exact_->is_of(draw.frame, relief)) exact_ = exact_frame(draw.frame, relief);
+    FrameUniforms frame = draw.frame;
+    frame.argument() = 0;  // all passes have the same rays
+    if (!exact_ || !exact_->is_of(frame, relief)) exact_ = exact_frame(frame, relief);
     make_up_score(*exact_, steps, score_);
   }
 

@@ -151,7 +151,13 @@ Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect) {
   return compile({.file = shader.name, .text = shader.text, .stage = EShLangFragment, .dialect = dialect});
 }
 
-Spirv compile_vertex(Dialect dialect) { return compile_stage("fullscreen.vert", EShLangVertex, dialect); }
+Spirv compile_vertex(Dialect dialect, std::string_view name) {
+  return compile_stage(fmt::format("{}.vert", name), EShLangVertex, dialect, {shared_constants()});
+}
+
+Spirv compile_beside(std::string_view name, Dialect dialect) {
+  return compile_stage(fmt::format("{}.frag", name), EShLangFragment, dialect, {shared_constants()});
+}
 
 Spirv compile_panel(PanelStage stage, Dialect dialect) {
   return stage == PanelStage::vertex ? compile_stage("panel.vert", EShLangVertex, dialect)

@@ -30,8 +30,13 @@ struct ShaderText {
 /// A whole fragment shader that is not one of the binary's own; it may include those.
 [[nodiscard]] Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect);
 
-/// The full-screen triangle, at depth 0.
-[[nodiscard]] Spirv compile_vertex(Dialect dialect);
+/// A vertex shader of the binary's own: the full-screen triangle at depth 0 ("fullscreen") or at the top plate's depth
+/// ("plate"), or a rectangle before the eye ("occluder").
+[[nodiscard]] Spirv compile_vertex(Dialect dialect, std::string_view name = "fullscreen");
+
+/// A fragment shader of the binary's own that is no trace's: what frames hold beside the relief.
+/// name: a shader file's name without `.frag`
+[[nodiscard]] Spirv compile_beside(std::string_view name, Dialect dialect);
 
 /// Dear ImGui's triangles in a window: `panel.vert` and `panel.frag`.
 enum class PanelStage { vertex, fragment };

@@ -195,7 +195,7 @@ TEST(ShippedEngines, their_shaders_compile_within_what_the_engines_give_them) {
     const ShippedCase shipped(id, wrap);
     const bool has_extra = shipped.map.textures.extra.has_value();
     const bool has_map = shipped.settings.technique().reads_map();
-    const bool has_shadow = !pixel_features(shipped.settings).empty();
+    const bool has_shadow = has_value_of(shipped.settings, Query::shadow);
 
     // Unreal puts a node's text into a function whose arguments are the node's inputs.
     auto unreal = files_of("unreal", shipped);

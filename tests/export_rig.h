@@ -15,7 +15,8 @@ namespace reliefbench {
 /// Every technique, and what changes which code or textures it needs.
 inline std::vector<std::string> shipped_settings() {
   std::vector<std::string> ids;
-  for (const Technique& technique : techniques()) ids.emplace_back(technique.id);
+  for (const Technique& technique : techniques())
+    if (technique.passes.empty()) ids.emplace_back(technique.id);
   for (const char* id : {"parallax?variant=plain&filter=manual",
                          "relief?refinement=none&loop=fixed&filter=manual",
                          "relief?refinement=secant&format=r32f",
@@ -66,7 +67,7 @@ inline std::string called_with(const Pieces& source, const std::string& function
 /// A whole fragment shader: the shipped trace on rays that a texture holds, into a score frame.
 inline std::string rays_shader(const ShippedCase& shipped, const FrameUniforms& frame) {
   const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
-  const bool has_shadow = !pixel_features(shipped.settings).empty();
+  const bool has_shadow = has_value_of(shipped.settings, Query::shadow);
   std::string text = "#version 450\n" + with_short_lines(text_of(source)) + R"(
 #ifdef VULKAN
 #define PLACE(n) set = 0, binding = n
@@ -89,7 +90,8 @@ void main() {{
                       called_with(source, "relief_first_hit"));
   if (has_shadow)
     text += fmt::format(
-        "  out_shadow = relief_shadow({}ray, ReliefScene(vec3({:#.9}, {:#.9}, {:#.9}), {:#.9}, 0.1), hit);\n",
+        "  out_shadow = relief_shadow({}ray, ReliefScene(vec3({:#.9}, {:#.9}, {:#.9}), {:#.9}, 0.1, vec2(0.0), "
+        "vec2(0.0)), hit);\n",
         called_with(source, "relief_shadow"), frame.light[0], frame.light[1], frame.light[2], frame.light[3]);
   return text + "  out_hit = vec4(hit.t, float(hit.status), float(hit.taps), float(hit.steps));\n}\n";
 }

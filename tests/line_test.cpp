@@ -142,7 +142,7 @@ class TimedLine : public ::testing::Test {
   }
   [[nodiscard]] Timing timing() { return {.session = *session_, .book = *book_, .measure = measure_, .split = split_}; }
   [[nodiscard]] std::vector<TimedCase> warm() {
-    return {warm_up(timing(), records_[0], draw_), warm_up(timing(), records_[1], draw_)};
+    return {warm_up(timing(), records_[0], std::span(&draw_, 1)), warm_up(timing(), records_[1], std::span(&draw_, 1))};
   }
 
   FaultyDevices devices_;

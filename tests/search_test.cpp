@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <set>
 
 #include "kernels/image/heightmap.h"
+#include "kernels/trace/depth.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {
@@ -63,6 +65,40 @@ TEST_P(SearchOnDevices, depth_slices_take_the_highest_plane_under_the_surface) {
         }
       }
     }
+  });
+}
+
+// Passes and the loop are the same planes, to the bit; later ones overwrite, or, where there is depth, nearer ones win.
+TEST_P(SearchOnDevices, passes_are_the_loop_of_slices) {
+  on_every_device([](const Rig& rig) {
+    for (const std::string_view filter : {"hardware", "manual"})
+      for (const std::string_view count : {"1", "2", "20", "256"}) {
+        const Settings loop = settings_of("depth_slices", {{"slices", count}, {"loop", "fixed"}, {"filter", filter}});
+        const Settings passes = settings_of("depth_passes", {{"passes", count}, {"filter", filter}});
+        const StoredMap map = store_map(loop, small_fbm(), kTiled.wrap);
+        const auto expected = trace_frame(rig, loop, map, kTiled);
+        const auto found = trace_frame(rig, passes, map, kTiled);
+        EXPECT_EQ(std::memcmp(found.data(), expected.data(), found.size() * sizeof(ScorePixel)), 0) << count;
+      }
+  });
+}
+
+// On a constant surface the planes across the view are at most one of them too deep, but for rays that run out of them.
+TEST_P(SearchOnDevices, passes_that_face_the_camera_err_by_one_plane) {
+  on_every_device([](const Rig& rig) {
+    const Heightfield map = {.width = 8, .height = 8, .texels = std::vector<float>(64, 0.5F)};
+    const Scene scene{.view = view_presets()[1], .width_px = 32, .height_px = 32};
+    const Settings settings = settings_of("depth_passes", {{"passes", "64"}, {"facing", "camera"}, {"format", "r32f"}});
+    const auto pixels = trace_frame(rig, settings, store_map(settings, map, scene.wrap), scene);
+    for (int y = 16; y < 32; ++y)  // below the middle, where rays are shorter than there
+      for (int x = 0; x < 32; ++x) {
+        const ScorePixel& pixel = pixels[static_cast<std::size_t>(32 * y + x)];
+        const PixelDepths depths = pixel_depths(frame_uniforms(scene, 8, 8), x, y);
+        const double spacing = depths.fall / 0.5 / 64;  // of t; the middle ray falls by sin(30 degrees)
+        EXPECT_GE(pixel.t, 0.5 - 1e-4);
+        EXPECT_LE(pixel.t, 0.5 + spacing + 1e-4) << x << " " << y;
+        EXPECT_EQ(pixel.taps, 64);
+      }
   });
 }
 

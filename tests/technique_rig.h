@@ -40,20 +40,21 @@ inline std::unique_ptr<Pipeline> score_pipeline(const Rig& rig, const Settings& 
                       constants_of(&settings, wrap, sampler), std::string(settings.technique().id));
 }
 
+/// settings: null where its technique has one pass
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipeline, const StoredMap& map,
-                                           const Scene& scene) {
+                                           const Scene& scene, const Settings* settings = nullptr) {
   const auto relief = rig.backend->upload(texture_desc(map.textures.relief, scene.wrap));
   const auto extra = map.textures.extra ? rig.backend->upload(texture_desc(*map.textures.extra, scene.wrap)) : nullptr;
   const Draw draw{.pipeline = &pipeline,
                   .textures = rig.textures(relief.get(), extra.get()),
                   .frame = frame_uniforms(scene, map.surface.width, map.surface.height)};
-  return trace_frame(*rig.backend, draw);
+  return trace_frame(*rig.backend, settings == nullptr ? std::vector{draw} : passes_of(*settings, draw, Target::score));
 }
 
 /// The score frame of a technique over a stored map.
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
                                            const Scene& scene, const MapSampler& sampler = {}) {
-  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler), map, scene);
+  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler), map, scene, &settings);
 }
 
 /// Settings of a technique with some values other than the defaults.

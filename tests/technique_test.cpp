@@ -286,7 +286,10 @@ TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
         if (technique.find("binary_steps") != nullptr) settings.set("binary_steps", 16);
         if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 500);
         if (technique.id == "depth_slices") settings.set("slices", 4096);
-        const double tolerance = technique.id == "depth_slices" ? 1.0 / 4096 : 1e-4;
+        if (technique.id == "depth_passes") settings.set("passes", 512);
+        const double tolerance = technique.id == "depth_slices"   ? 1.0 / 4096
+                                 : technique.id == "depth_passes" ? 1.0 / 512
+                                                                  : 1e-4;
         for (const View& view : view_presets()) {
           const Scene scene{.view = view, .width_px = 16, .height_px = 16};
           for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, map, scene.wrap), scene)) {

@@ -266,9 +266,11 @@ std::span<const std::uint8_t> OpenglBackend::read(std::string_view attachment) {
 }
 
 std::optional<GLuint> OpenglBackend::texture_in_window() const {
-  const auto drawn = std::ranges::find(targets_, Target::color, &GlTarget::target);
-  if (!is_in_window_ || drawn == targets_.end() || drawn->width == 0) return std::nullopt;
-  return drawn->textures.front();
+  if (!is_in_window_) return std::nullopt;
+  for (std::size_t i = targets_.size(); i-- > 0;)  // the latest first
+    if (targets_[i].target.attachments == Target::color.attachments && targets_[i].width > 0)
+      return targets_[i].textures.front();
+  return std::nullopt;
 }
 
 /// The displays on which a context can be made, numbered as --device takes them.

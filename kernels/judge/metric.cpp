@@ -6,6 +6,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
+#include "kernels/judge/depth_range.h"
 
 namespace reliefbench {
 namespace {
@@ -89,6 +90,30 @@ void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
 float false_lit(float found, float exact) { return found >= kHalfLit && exact < kHalfLit ? 1.0F : 0.0F; }
 float false_dark(float found, float exact) { return found < kHalfLit && exact >= kHalfLit ? 1.0F : 0.0F; }
 float penumbra_error(float found, float exact) { return std::abs(found - exact); }
+
+float depth_error(float found, float exact) {
+  // near / distance, of what a depth buffer holds
+  const auto closeness = [](float depth) { return 1 - static_cast<double>(depth) * (kDepthRange - 1) / kDepthRange; };
+  return static_cast<float>(std::abs(closeness(exact) / closeness(found) - 1));
+}
+
+std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const PixelScore> mask) {
+  std::int64_t pixels = 0;
+  std::int64_t wrong = 0;
+  bool has_objects = false;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    // Alpha says what is seen (SeenObject): 255 is the relief, or a frame that holds nothing else.
+    const std::uint8_t exact = pictures.reference[4 * i + 3];
+    const std::uint8_t found = pictures.test[4 * i + 3];
+    const auto is_object = [](std::uint8_t alpha) { return alpha == 254 || alpha == 253; };
+    has_objects = has_objects || is_object(exact) || is_object(found);
+    if (!is_judged(mask[i])) continue;
+    ++pixels;
+    wrong += exact == found ? 0 : 1;
+  }
+  if (!has_objects || pixels == 0) return std::nullopt;
+  return static_cast<double>(wrong) / static_cast<double>(pixels);
+}
 
 std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask) {
   const std::span<const std::uint8_t> reference = pictures.reference;

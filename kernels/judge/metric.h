@@ -68,6 +68,8 @@ void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
 [[nodiscard]] float false_lit(float found, float exact);
 [[nodiscard]] float false_dark(float found, float exact);
 [[nodiscard]] float penumbra_error(float found, float exact);
+[[nodiscard]] float depth_error(float found, float exact);
+[[nodiscard]] std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const PixelScore> mask);
 [[nodiscard]] std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask);
 [[nodiscard]] std::optional<double> mean_flip(const PicturePair& pictures, std::span<const PixelScore> mask);
 [[nodiscard]] std::optional<double> mean_ssim(const PicturePair& pictures, std::span<const PixelScore> mask);
@@ -158,6 +160,20 @@ inline constexpr std::array kMetrics{
            .no_value = NoValue::unmeasured,
            .feature = "shadow",
            .function = penumbra_error},
+    Metric{.id = "e_depth",
+           .unit = "share",
+           .low = 0,
+           .description = "error of the depth that was written, as a share of the exact distance along the view's axis",
+           .no_value = NoValue::unmeasured,
+           .feature = "depth",
+           .function = depth_error},
+    Metric{.id = "wrong_visible_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels that show the relief in place of another object, or the other way round",
+           .no_value = NoValue::unmeasured,
+           .function = wrong_visible},
     Metric{.id = "taps",
            .unit = "taps",
            .low = 0,

@@ -6,6 +6,8 @@ struct Scene {
   vec3 light;          // unit, towards the light's middle, in tangent space; z <= 0: under the horizon
   float light_radius;  // tangent of its angular radius; 0: a point
   float relief_depth;  // in sides of a tile
+  vec2 planes;         // near and far, along the view's axis
+  vec2 eye_depth;      // of the ray along that axis: where it enters, and what is added as far as the bottom plate
 };
 
 // A pixel's shading before it is put together.

@@ -1,18 +1,7 @@
 #include "common.glsl"
 
 // A frame of the benchmark: its camera, and the rays of its pixels.
-// The C++ twin of the block: FrameUniforms (view.h).
-
-// clang-format off
-layout(BINDING(0), std140) uniform Frame {
-  vec4 position;  // camera, xyz; w = relief depth in sides of one tile
-  vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
-  vec4 up;        // xyz scaled by tan(fov/2)
-  vec4 forward;   // xyz
-  vec4 light;     // xyz, unit, towards the light; w = tangent of its angular radius
-  ivec4 sizes;    // frame width, height in pixels; map width, height in texels
-} frame;
-// clang-format on
+#include "frame_block.glsl"
 
 ivec2 map_size() { return frame.sizes.zw; }
 

@@ -1,5 +1,6 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#define IS_SHADED  // not the score frame
 #include "frame.glsl"
 #include "parameters.glsl"
 #include "technique.glsl"
@@ -27,6 +28,9 @@ vec3 normal_at(vec2 uv, vec2 pixel) {
 void main() {
   Ray ray;
   if (!make_ray(gl_FragCoord.xy, ray)) {
+#ifdef HAS_OBJECTS
+    discard;  // what stands behind is seen
+#endif
     out_color = vec4(SKY, 1.0);
     return;
   }

@@ -7,6 +7,7 @@
 
 #include "kernels/judge/light.h"
 #include "kernels/judge/score.h"
+#include "kernels/trace/depth.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 
@@ -56,6 +57,17 @@ std::string lacks_normals(const Settings& settings) {
 Guarantee cone_shadow_guarantee(const Settings& settings) {
   return has_free_cones(settings) && settings.is("shadow_bias", "none") ? Guarantee::never_skips : Guarantee::none;
 }
+
+std::vector<float> exact_depths(const ReferenceTracer& /*tracer*/, const FrameUniforms& frame,
+                                std::span<const TextureRay> /*rays*/, std::span<const ReferenceHit> hits) {
+  return exact_depth(frame, hits);
+}
+std::int64_t broken_depths(const ReferenceTracer& /*tracer*/, const FrameUniforms& frame,
+                           std::span<const ScorePixel> pixels, std::span<const float> found) {
+  return wrong_depths(frame, pixels, found);
+}
+/// Of the hit that was found, whatever finds it.
+Guarantee depth_guarantee(const Settings& /*settings*/) { return Guarantee::exact; }
 
 std::vector<Feature> feature_table() {
   return {
@@ -128,6 +140,7 @@ std::vector<Feature> feature_table() {
        .is_of_all = true,
        .is_of_scene = true,
        .value = PixelValue{.shader = "shadow.glsl",
+                           .function = "relief_shadow",
                            .meaning = "share of the light that arrives at the hit, 0 to 1",
                            .output = "out_shadow",
                            .query = Query::shadow,
@@ -198,6 +211,38 @@ std::vector<Feature> feature_table() {
        .is_of_scene = true,
        .needs_map = false,
        .hook = Hook::normal},
+      {.id = "depth",
+       .description = "what the depth buffer gets, where other objects cut through the relief",
+       .rows = {{.id = "none", .description = "the top plate's depth: nothing in the shader"},
+                {.id = "write",
+                 .description =
+                     "the hit's own, within 4 ulps of 1 and the rounding of the ray; no fragment is rejected "
+                     "before it has run",
+                 .source = "[RTM] 5.4, by a formula without cancellation",
+                 .shader = "depth_write.glsl",
+                 .guarantee_when = depth_guarantee},
+                {.id = "conservative",
+                 .description = "the same, declared never to be nearer than the top plate: fragments behind what was "
+                                "drawn before may be rejected by that",
+                 .source = "ARB_conservative_depth",
+                 .shader = "depth_write.glsl",
+                 .guarantee_when = depth_guarantee},
+                {.id = "rtm",
+                 .description = "the hit's own by the paper's formula, which cancels at the near plane",
+                 .source = "[RTM] listing 5.4",
+                 .shader = "depth_rtm.glsl"}},
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .is_of_scene = true,
+       .value = PixelValue{.shader = "depth_frame.glsl",
+                           .function = "relief_window_depth",
+                           .meaning = "what the depth buffer holds of the hit, 0 on the near plane, 1 on the far one",
+                           .output = "out_depth",
+                           .query = Query::depth,
+                           .version = kDepthVersion,
+                           .exact = exact_depths,
+                           .broken = broken_depths,
+                           .has_objects = true}},
   };
 }
 
@@ -272,11 +317,18 @@ std::vector<PixelFeature> pixel_features(const Settings& settings) {
   return features;
 }
 
+bool shows_in_objects(const Feature& feature) { return feature.value && feature.value->has_objects; }
+
 std::vector<PixelFeature> exact_features() {
   std::vector<PixelFeature> features;
   for (const Feature& feature : all_features())
-    if (feature.value) features.push_back({.feature = &feature, .row = nullptr});
+    if (feature.value && !shows_in_objects(feature)) features.push_back({.feature = &feature, .row = nullptr});
   return features;
+}
+
+bool has_value_of(const Settings& settings, Query query) {
+  return std::ranges::any_of(pixel_features(settings),
+                             [&](const PixelFeature& one) { return one.feature->value->query == query; });
 }
 
 std::string text_of(std::span<const PixelFeature> features) {

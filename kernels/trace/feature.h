@@ -21,7 +21,7 @@ class ReferenceTracer;
 class Settings;
 
 /// What a ray is traced for.
-enum class Query { primary, shadow };
+enum class Query { primary, shadow, depth };
 
 /// A claim that the tests and the stability suite hold a technique or a feature's row to.
 enum class Guarantee {
@@ -38,7 +38,7 @@ struct FeatureRow {
   std::string_view source{};
   std::vector<Param> params{};  ///< of its own: they mean something only where this row is chosen
   /// kernels/shaders/<shader>; "": common.glsl has it. Of a feature with a PixelValue it defines
-  /// `float relief_<feature>(Ray ray, Scene scene, inout Hit hit)`.
+  /// `float <PixelValue::function>(Ray ray, Scene scene, inout Hit hit)`.
   std::string_view shader{};
   std::string_view caveat{};    ///< what it takes off a technique's guarantee, in words; "": nothing
   bool keeps_guarantee = true;  ///< of primary rays; false: nothing is left of it
@@ -55,8 +55,9 @@ struct FeatureRow {
 struct PixelValue {
   /// kernels/shaders/<shader>: how it shades a pixel, `void shade_<feature>(float value, inout Shading shading)`
   std::string_view shader;
-  std::string_view meaning;  ///< of the number
-  std::string_view output;   ///< where score frames have it, one float a pixel
+  std::string_view function;  ///< of the rows' shaders, whose result it is
+  std::string_view meaning;   ///< of the number
+  std::string_view output;    ///< where score frames have it, one float a pixel
   Query query;
   int version;  ///< of `exact`: raised when a value changes
   /// The exact value of each pixel. rays, hits: exact ones of the frame's pixels
@@ -65,6 +66,7 @@ struct PixelValue {
   /// How many pixels of a frame break a guarantee, whichever it is. tracer: of the heights as they are stored
   std::int64_t (*broken)(const ReferenceTracer& tracer, const FrameUniforms& frame, std::span<const ScorePixel> pixels,
                          std::span<const float> found);
+  bool has_objects = false;  ///< the shaded frame has depth, and other objects beside the relief (objects.frag)
 };
 
 /// Where a feature of the scene without a PixelValue comes in.
@@ -117,8 +119,12 @@ using FeatureValues = std::vector<std::vector<float>>;
 [[nodiscard]] std::vector<PixelFeature> pixel_features(const Settings& settings);
 /// All features of the scene that are on: what a frame's text is made of.
 [[nodiscard]] std::vector<PixelFeature> frame_features(const Settings& settings);
-/// Everything that a scene may show beside the hits, exact.
+/// Whether a feature shows in objects beside the relief, which `require` does not judge by.
+[[nodiscard]] bool shows_in_objects(const Feature& feature);
+/// Everything that the relief itself may show beside the hits, exact.
 [[nodiscard]] std::vector<PixelFeature> exact_features();
+/// Whether one of those is traced for this.
+[[nodiscard]] bool has_value_of(const Settings& settings, Query query);
 /// "shadow=cone&..."; "" where there is none
 [[nodiscard]] std::string text_of(std::span<const PixelFeature> features);
 /// The features whatever their rows: PixelFeature::row is null.

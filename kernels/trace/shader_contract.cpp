@@ -9,8 +9,10 @@
 #include <span>
 
 #include "kernels/base/error.h"
+#include "kernels/judge/depth_range.h"
 #include "kernels/judge/score_pixel.h"
 #include "kernels/maps/distance_map.h"
+#include "kernels/trace/depth.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {
@@ -163,6 +165,11 @@ std::string shared_contract() {
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
+  text += float_line("NEAR_PLANE", static_cast<float>(kNearPlane), "of the distance to the point that is looked at");
+  text += float_line("DEPTH_RANGE", static_cast<float>(kDepthRange), "far plane over near plane");
+  text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");
+  text += float_line("SQUARE_SIDE", static_cast<float>(kSquareSide));
+  text += float_line("BALL_RADIUS", static_cast<float>(kBallRadius));
   return text;
 }
 
@@ -209,14 +216,16 @@ std::string features_contract(std::span<const PixelFeature> features) {
   std::string head = feature_parameters(features) + hooks(features);
   if (std::ranges::none_of(features, [](const PixelFeature& one) { return one.feature->value.has_value(); }))
     return head;
-  head += "#define HAS_FEATURES\n#include \"feature.glsl\"\n";
+  head += "#define HAS_FEATURES\n#include \"feature.glsl\"\n#include \"eye.glsl\"\n";
   std::string values;
   std::string calls;
   std::string shades;
   int channel = 0;
   for (const auto& [feature, row] : features) {
     if (!feature->value) continue;
-    const std::string signature = fmt::format("float relief_{}(Ray ray, Scene scene, inout Hit hit)", feature->id);
+    const std::string signature =
+        fmt::format("float {}(Ray ray, Scene scene, inout Hit hit)", feature->value->function);
+    if (row != nullptr) head += fmt::format("#define {}_{}\n", upper(feature->id), upper(row->id));
     head += fmt::format("#include \"{}\"\n", feature->value->shader);
     ++channel;
     if (row != nullptr) {
@@ -226,13 +235,14 @@ std::string features_contract(std::span<const PixelFeature> features) {
                           channel);
     }
     values += fmt::format("  float {};\n", feature->id);
-    calls += fmt::format("  values.{} = relief_{}(ray, scene, hit);\n", feature->id, feature->id);
+    calls += fmt::format("  values.{} = {}(ray, scene, hit);\n", feature->id, feature->value->function);
     shades += fmt::format("  shade_{}(values.{}, shading);\n", feature->id, feature->id);
   }
   return head + fmt::format(
                     "struct PixelValues {{\n{}}};\n"
                     "PixelValues values_of(Ray ray, inout Hit hit) {{\n"
-                    "  Scene scene = Scene(frame.light.xyz, frame.light.w, frame.position.w);\n"
+                    "  Scene scene = Scene(frame.light.xyz, frame.light.w, frame.position.w, near_and_far(), "
+                    "eye_depth(gl_FragCoord.xy));\n"
                     "  PixelValues values;\n{}  return values;\n}}\n"
                     "void shade(PixelValues values, inout Shading shading) {{\n{}}}\n",
                     values, calls, shades);

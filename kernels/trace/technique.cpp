@@ -227,6 +227,19 @@ std::vector<Technique> rows() {
            [](const Settings& settings) {
              return settings.is("step", "cell_quad") ? Guarantee::exact : Guarantee::none;
            }},
+      {.id = "depth_passes",
+       .description = "planes of equal distance, each a draw over the last one, the bottom one first",
+       .maps = {MapKind::height},
+       .params = {range_param("passes", "draws, one a plane; the lowest is the bottom plate", 1, 1024, 16),
+                  choice_param("facing", "planes parallel to the plate, or across the view's axis", {"plate", "camera"},
+                               "plate")},
+       .storage = StorageUse{.format = "r8"},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "with facing=plate the hits of depth_slices with as many slices, to the bit; with "
+                         "facing=camera rays that are longer than the middle one run out of planes",
+       .source = "[RTM] listing 5.2; across the view: [RTM] 5.2, their places ours",
+       .disagreement = 0.05,
+       .passes = "passes"},
   };
 }
 

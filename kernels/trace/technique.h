@@ -53,6 +53,7 @@ struct Technique {
   Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
   /// Share of pixels in which two devices may differ by more than rounding: where an ulp decides what a ray meets.
   double disagreement = 0.01;
+  std::string_view passes{};  ///< the parameter that says how many draws its frame has (passes_of); "": one
 
   [[nodiscard]] const Param* find(std::string_view param_id) const;
   [[nodiscard]] bool reads_map() const { return storage.has_value(); }

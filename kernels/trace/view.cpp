@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/judge/depth_range.h"
+
 namespace reliefbench {
 
 std::span<const View> view_presets() {
@@ -56,7 +58,7 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
   return {.position = {f(0.5 + scene.pan + position_x), f(0.5 + position_y), f(scene.view.distance * s),
                        f(scene.relief_depth)},
           .right = {f(right_x), f(right_y), 0, f(scene.tiling)},
-          .up = {f(up_x), f(up_y), f(c * half), 0},
+          .up = {f(up_x), f(up_y), f(c * half), f(kNearPlane * scene.view.distance)},
           .forward = {f(forward_x), f(forward_y), f(-s), 0},
           .light = {f(light_x), f(light_y), f(light_z), f(light_radius)},
           .sizes = {scene.width_px, scene.height_px, map_width, map_height}};

@@ -70,17 +70,21 @@ struct Scene {
   int height_px = 256;
   Light light{};
   Picture reference = Picture::point;
+  double occluded = 0;  ///< share of the frame, from its left, that something right before the eye hides; drawn first
 };
 
 /// The uniform block `Frame` of frame.glsl, std140.
 struct FrameUniforms {
   std::array<float, 4> position;      ///< xyz, w = relief depth
   std::array<float, 4> right;         ///< xyz scaled by aspect * tan(fov/2), w = tiling
-  std::array<float, 4> up;            ///< xyz scaled by tan(fov/2)
-  std::array<float, 4> forward;       ///< xyz
+  std::array<float, 4> up;            ///< xyz scaled by tan(fov/2), w = near plane, in sides of the unit square
+  std::array<float, 4> forward;       ///< xyz, unit; w = argument()
   std::array<float, 4> light;         ///< xyz, towards the light; w = tangent of its angular radius
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
 
+  /// What one draw is told beside: the occluder its share of the frame, objects.frag
+  /// which one it is, a pass of several its place.
+  [[nodiscard]] float& argument() { return forward[3]; }
   bool operator==(const FrameUniforms&) const = default;
 };
 static_assert(sizeof(FrameUniforms) == 96);

@@ -132,7 +132,9 @@ class Folder {
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
     values_.words["header"] = shipped_header(shader, engine_.name);
-    const bool has_features = !pixel_features(shader.settings).empty();
+    if (has_value_of(shader.settings, Query::depth))
+      fail_input("no engine's recipe passes what depth={} needs; export it without --for",
+                 shader.settings.choice("depth"));
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
       if (is_set) values_.flags.insert(flag);
@@ -141,7 +143,7 @@ class Folder {
     set(shader.textures.size() > 1, "extra");
     set(shader.wrap == Wrap::clamp, "clamp");
     set(shader.wrap == Wrap::repeat, "repeat");
-    set(has_features, "shadow");
+    set(has_value_of(shader.settings, Query::shadow), "shadow");
     set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
   }
 

@@ -132,6 +132,9 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
 
 Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   if (const std::string reason = conflict(job.settings); !reason.empty()) fail_input("{}", reason);
+  if (!job.settings.technique().passes.empty())
+    fail_input("{} is several draws a frame, not a function to ship; depth_slices finds the same hits in one",
+               job.settings.technique().id);
   const Baked baked = bake_shipped(job, std::move(heightmaps));
   ShippedShader shader{
       .settings = job.settings, .heightmap = job.heightmap.source, .wrap = job.wrap, .relief_depth = job.relief_depth};

@@ -74,9 +74,15 @@ std::string use_lines(const ShippedShader& shipped) {
   add("relief_depth",
       fmt::format("from the plane to the bottom, in sides of a tile; measured with {:#}", shipped.relief_depth));
   const std::vector<PixelFeature> features = pixel_features(shipped.settings);
-  if (!features.empty()) {
+  if (has_value_of(shipped.settings, Query::shadow)) {
     add("light_ts", "towards the light's middle, in tangent space, of length 1");
     add("light_radius", "tangent of the light's angular radius; 0: a point");
+  }
+  if (has_value_of(shipped.settings, Query::depth)) {
+    add("planes", "near and far plane, along the camera's axis");
+    add("eye_depth",
+        "along that axis: of the fragment, 1 / gl_FragCoord.w, and what is added as far as the bottom of the relief: "
+        "the former times the relief's depth over the eye's height over the plane");
   }
   text += comment(
       "Of the surface: uv of the hit for other maps, best read with the gradients of the plane's uv; height, 1 "

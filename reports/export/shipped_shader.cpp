@@ -48,12 +48,15 @@ std::string way_lines(const Settings& settings) {
 /// them by value.
 std::string entry(const Settings& settings) {
   const std::vector<PixelFeature> features = pixel_features(settings);
+  const bool is_lit = has_value_of(settings, Query::shadow);
+  const bool has_depth = has_value_of(settings, Query::depth);
   std::string members;
   std::string values;
   for (const PixelFeature& one : features) {
     members += fmt::format("  float {};  // {}\n", one.feature->id, one.feature->value->meaning);
-    values += fmt::format("  surface.{0} = relief_{0}(ray, Scene(light_ts, light_radius, relief_depth), hit);\n",
-                          one.feature->id);
+    values += fmt::format("  surface.{} = {}(ray, Scene({}, relief_depth, {}), hit);\n", one.feature->id,
+                          one.feature->value->function, is_lit ? "light_ts, light_radius" : "vec3(0.0), 0.0",
+                          has_depth ? "planes, eye_depth" : "vec2(0.0), vec2(0.0)");
   }
   return fmt::format(
       R"(
@@ -67,7 +70,7 @@ struct ReliefSurface {{
 {}}};
 
 // The surface that a fragment shows. The file's head says what the arguments are.
-ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}) {{
+ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}{}) {{
   Ray ray = view_ray(uv, view_ts, relief_depth);
 {}  ReliefSurface surface;
   surface.uv = ray.uv + ray.slope * hit.t;
@@ -78,7 +81,8 @@ ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief
   return surface;
 }}
 )",
-      members, features.empty() ? "" : ", const vec3 light_ts, const float light_radius", way_lines(settings), values);
+      members, is_lit ? ", const vec3 light_ts, const float light_radius" : "",
+      has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", way_lines(settings), values);
 }
 
 /// What ships knows how many levels its textures have, which GLSL ES cannot ask for.
@@ -198,7 +202,10 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
   values.words = {{"maps", maps_of(source, "relief_trace")},
                   {"normal_maps", maps_of(source, "relief_normal")},
                   {"depth", fmt::format("{:#}", shipped.relief_depth)}};
-  if (!pixel_features(settings).empty()) values.flags.insert("shadow");
+  if (has_value_of(settings, Query::shadow)) values.flags.insert("shadow");
+  if (has_value_of(settings, Query::depth)) values.flags.insert("fragdepth");
+  values.words["lights"] = has_value_of(settings, Query::shadow) ? ", light, 0.0" : "";
+  values.words["depths"] = has_value_of(settings, Query::depth) ? ", vec2(0.1, 100.0), eye_depths" : "";
   if (settings.technique().reads_map()) values.flags.insert("map");
   if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");
   return text + filled_template("example.glsl", values);

@@ -141,9 +141,10 @@ void LivePictures::fetch_map(Pane& pane, const Settings& settings, const SceneSp
 void LivePictures::draw(Pane& pane, const Settings& settings, const SceneSpec& spec) {
   Backend& backend = session_.backend();
   pane.frame.draw.frame = frame_uniforms(spec.scene, heights_.field.width, heights_.field.height);
-  const Draw shade = pane.frame.with(*session_.pipeline(settings, Target::color, spec.scene.wrap).pipeline);
+  const std::vector<Draw> shade = session_.shaded(settings, spec.scene, pane.frame.draw);
   if (!pane.settings || !(*pane.settings == settings)) backend.render(shade, 1, Timer::fenced_wall);  // it compiles
   pane.settings = settings;
+  pane.scene = spec.scene;
   const BatchTime time = backend.render(shade, 1, timer_);
   screen_->keep(*pane.picture);
   pane.picture_key = picture_key(settings, spec);
@@ -153,7 +154,7 @@ void LivePictures::draw(Pane& pane, const Settings& settings, const SceneSpec& s
 std::vector<double> LivePictures::time_again(int frames) {
   std::vector<double> times_ns;
   if (!left_.settings) return times_ns;
-  const Draw shade = left_.frame.with(*session_.pipeline(*left_.settings, Target::color, left_.uploaded.wrap).pipeline);
+  const std::vector<Draw> shade = session_.shaded(*left_.settings, left_.scene, left_.frame.draw);
   for (int i = 0; i < frames; ++i) {
     const BatchTime time = session_.backend().render(shade, 1, timer_);
     times_ns.push_back(time.device_ns.value_or(time.wall_ns));
@@ -170,12 +171,13 @@ void LivePictures::keep_time(double ns) {
 void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
   const Clock::time_point start = Clock::now();
   const Settings& settings = *pane.settings;
-  const Draw score = pane.frame.with(*session_.pipeline(settings, Target::score, spec.scene.wrap).pipeline);
+  const std::vector<Draw> score = session_.scored(settings, spec.scene.wrap, pane.frame.draw);
   std::vector<PixelFeature> features = pixel_features(settings);
   std::vector<ScorePixel> pixels = trace_frame(session_.backend(), score);
   FeatureValues values = session_.backend().read_values(features);
-  background_.start([this, &pane, start, key = pane.picture_key, frame = score.frame, features = std::move(features),
-                     pixels = std::move(pixels), values = std::move(values)]() -> Background::Finish {
+  background_.start([this, &pane, start, key = pane.picture_key, frame = pane.frame.draw.frame,
+                     features = std::move(features), pixels = std::move(pixels),
+                     values = std::move(values)]() -> Background::Finish {
     auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, pixels));
     auto judged = std::make_shared<JudgedFrame>(judge(pixels, *exact, frame.sizes[2], frame.sizes[3]));
     const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
@@ -196,12 +198,11 @@ void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
 void LivePictures::draw_reference(const std::vector<ReferenceHit>& hits, const std::vector<PixelFeature>& features,
                                   const FeatureValues& values, const FrameUniforms& frame) {
   const std::unique_ptr<Texture> exact = upload_exact(session_.backend(), hits, values, frame);
-  const Draw shade{.pipeline = session_.reference_pipeline(features, left_.uploaded.wrap).pipeline.get(),
-                   .textures = {{kReliefMap, left_.uploaded.normals.get()},
-                                {kNormalMap, left_.uploaded.normals.get()},
-                                {kReferenceMap, exact.get()}},
-                   .frame = frame};
-  session_.backend().render(shade, 1, Timer::fenced_wall);
+  const Draw relief{.textures = {{kReliefMap, left_.uploaded.normals.get()},
+                                 {kNormalMap, left_.uploaded.normals.get()},
+                                 {kReferenceMap, exact.get()}},
+                    .frame = frame};
+  session_.backend().render(session_.shaded_reference(features, left_.scene, relief), 1, Timer::fenced_wall);
   screen_->keep(*reference_);
 }
 

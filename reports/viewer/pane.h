@@ -20,6 +20,7 @@ struct Pane {
   std::optional<Settings> settings{};  ///< that `frame` draws; none: nothing is there yet
   std::string map_key{};               ///< of the map that `frame` has
   UploadedScene uploaded{};
+  Scene scene{};  ///< that was drawn last
   Frame frame{};
   std::string failure{};     ///< why what is wanted is not drawn; "": it is, or is on its way
   std::string failed_key{};  ///< picture_key() of what is not tried again; "": nothing

@@ -45,7 +45,8 @@ void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& h
 }
 
 /// Median frame times, corrected for drift, of draws that are timed in turn.
-void measure_times(Session& session, WallSplit& split, const std::vector<Draw>& draws, std::vector<Figures>& measured) {
+void measure_times(Session& session, WallSplit& split, const std::vector<std::vector<Draw>>& draws,
+                   std::vector<Figures>& measured) {
   const MeasureSpec measure{.samples = kRounds, .batch_ms = kBatch_ms};
   SampleBook book(SampleBook::Control{.id = control_case_id(session.device().backend),
                                       .reference_ns = session.calibration().reference_ns});
@@ -76,20 +77,19 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
   const ReferenceTracer tracer(heights, scene.wrap);
   const UploadedScene uploaded = upload(backend, scene, heights);
   std::vector<Frame> frames;
-  std::vector<Draw> draws;
+  std::vector<std::vector<Draw>> draws;
   for (const ClaimRow& row : claim.rows) {
     BakeSpec spec = bake_spec(row.settings, scene.wrap);
     spec.threads = 1;  // its time is one thread's
     const BakedMap map = bake(spec, heights);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
-    draws.push_back(frame.with(*session.pipeline(row.settings, Target::color, scene.wrap).pipeline));
-    const Draw score_draw = frame.with(*session.pipeline(row.settings, Target::score, scene.wrap).pipeline);
-    const std::vector<ScorePixel> pixels = trace_frame(backend, score_draw);
+    draws.push_back(session.shaded(row.settings, scene, frame.draw));
+    const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene.wrap, frame.draw));
     const std::vector<ReferenceHit> exact = exact_hits(tracer, pixels);
     JudgedFrame judged = judge(pixels, exact, heights.width, heights.height);
     const std::vector<PixelFeature> features = pixel_features(row.settings);
     judge_features(features, backend.read_values(features),
-                   exact_values(features, tracer, score_draw.frame, rays_of(pixels), exact), judged.pixels,
+                   exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,
                    judged.score);
     Figures& figures = result.measured.emplace_back();
     measure_map(spec, map, heights, figures);

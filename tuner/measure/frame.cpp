@@ -71,25 +71,37 @@ std::unique_ptr<Texture> upload_exact(Backend& backend, std::span<const Referenc
                          .filter = Filter::nearest});
 }
 
-void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into) {
-  backend.render(draw, 1, Timer::fenced_wall);
+std::vector<Draw> passes_of(const Settings& settings, const Draw& relief, const Target& target) {
+  const std::string_view count = settings.technique().passes;
+  std::vector<Draw> draws(count.empty() ? 1 : static_cast<std::size_t>(settings.get(count)), relief);
+  for (std::size_t i = 0; i < draws.size() && !count.empty(); ++i)
+    draws[i].frame.argument() = static_cast<float>(target.has_depth ? draws.size() - 1 - i : i);
+  return draws;
+}
+
+void trace_frame(Backend& backend, std::span<const Draw> frame, std::vector<ScorePixel>& into) {
+  backend.render(frame, 1, Timer::fenced_wall);
   backend.read_score(into);
 }
 
-std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw) {
+std::vector<ScorePixel> trace_frame(Backend& backend, std::span<const Draw> frame) {
   std::vector<ScorePixel> pixels;
-  trace_frame(backend, draw, pixels);
+  trace_frame(backend, frame, pixels);
   return pixels;
 }
 
-void shade_frame(Backend& backend, const Draw& draw, std::vector<std::uint8_t>& into) {
-  backend.render(draw, 1, Timer::fenced_wall);
+std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw) {
+  return trace_frame(backend, std::span(&draw, 1));
+}
+
+void shade_frame(Backend& backend, std::span<const Draw> frame, std::vector<std::uint8_t>& into) {
+  backend.render(frame, 1, Timer::fenced_wall);
   backend.read_color(into);
 }
 
-std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw) {
+std::vector<std::uint8_t> shade_frame(Backend& backend, std::span<const Draw> frame) {
   std::vector<std::uint8_t> rgba8;
-  shade_frame(backend, draw, rgba8);
+  shade_frame(backend, frame, rgba8);
   return rgba8;
 }
 

@@ -32,6 +32,9 @@ struct Frame {
 
   [[nodiscard]] Draw with(const Pipeline& pipeline) const;
 };
+/// The draws of a setting's relief: one, or as many as its technique has passes. Later passes are nearer and replace
+/// what was drawn; with depth they come first, for what is as near is not replaced then.
+[[nodiscard]] std::vector<Draw> passes_of(const Settings& settings, const Draw& relief, const Target& target);
 /// Textures -> frame. The scene must outlive it.
 [[nodiscard]] Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene);
 
@@ -40,12 +43,13 @@ struct Frame {
 [[nodiscard]] std::unique_ptr<Texture> upload_exact(Backend& backend, std::span<const ReferenceHit> hits,
                                                     const FeatureValues& values, const FrameUniforms& frame);
 
-/// Frame -> the ray of each pixel and the hit that was found. draw: with a pipeline of Target::score; into: what is in
-/// it goes, its memory is used again
-void trace_frame(Backend& backend, const Draw& draw, std::vector<ScorePixel>& into);
+/// Frame -> the ray of each pixel and the hit that was found. frame: its draws, with pipelines of Target::score; into:
+/// what is in it goes, its memory is used again
+void trace_frame(Backend& backend, std::span<const Draw> frame, std::vector<ScorePixel>& into);
+[[nodiscard]] std::vector<ScorePixel> trace_frame(Backend& backend, std::span<const Draw> frame);
 [[nodiscard]] std::vector<ScorePixel> trace_frame(Backend& backend, const Draw& draw);
-/// The picture of the same trace, RGBA8. draw: with a pipeline of Target::color
-void shade_frame(Backend& backend, const Draw& draw, std::vector<std::uint8_t>& into);
-[[nodiscard]] std::vector<std::uint8_t> shade_frame(Backend& backend, const Draw& draw);
+/// The picture of the same trace, RGBA8. frame: its draws, with pipelines of color_target()
+void shade_frame(Backend& backend, std::span<const Draw> frame, std::vector<std::uint8_t>& into);
+[[nodiscard]] std::vector<std::uint8_t> shade_frame(Backend& backend, std::span<const Draw> frame);
 
 }  // namespace reliefbench

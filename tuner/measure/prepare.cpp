@@ -90,11 +90,12 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   }
 
   on_failure = Status::compile_error;
-  Session::Compiled& shade = session.pipeline(settings, Target::color, scene.scene.wrap);
-  prepared.frame.draw.pipeline = shade.pipeline.get();
+  Session::Compiled& shade =
+      session.pipeline(settings, color_target(pixel_features(settings), scene.scene.occluded > 0), scene.scene.wrap);
+  prepared.draws = session.shaded(settings, scene.scene, prepared.frame.draw);
   // Drivers compile as late as the first draw, once more for each texture format.
   const double draw_ns = context_.split.book(
-      Part::compile, [&] { return session.backend().render(prepared.frame.draw, 1, Timer::fenced_wall).wall_ns; });
+      Part::compile, [&] { return session.backend().render(prepared.draws, 1, Timer::fenced_wall).wall_ns; });
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
   record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
@@ -111,11 +112,11 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
 void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   WallSplit& split = context_.split;
   split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
-  const Draw draw = score_draw(prepared.spec->settings, prepared.frame, scene);
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
-  trace(draw, features);
-  const Reference& reference = reference_of_traced(draw, scene, state, features);
-  const Reference& seen = seen_reference(reference, draw, scene, state);
+  const std::vector<Draw> draws = score_draws(prepared.spec->settings, prepared.frame.draw, scene);
+  trace(draws, features);
+  const Reference& reference = reference_of_traced(draws, scene, state, features);
+  const Reference& seen = seen_reference(reference, draws, scene, state);
   JudgedFrame judged = split.book(Part::judge, [&] {
     JudgedFrame frame = judge_traced(reference, features, state.uploaded.frame);
     judge_pictures({.reference = seen.picture,
@@ -126,18 +127,18 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
                    frame.pixels, frame.score);
     return frame;
   });
-  judge_motion(prepared, draw, scene, state).fill_in(judged.score);
+  judge_motion(prepared, scene, state).fill_in(judged.score);
   prepared.record.error = judged.score;
   prepared.record.reference_key = reference.key;
 }
 
-Draw Preparer::score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene) {
-  return frame.with(*context_.session.pipeline(settings, Target::score, scene.scene.wrap).pipeline);
+std::vector<Draw> Preparer::score_draws(const Settings& settings, const Draw& relief, const SceneSpec& scene) {
+  return context_.session.scored(settings, scene.scene.wrap, relief);
 }
 
-void Preparer::trace(const Draw& score_draw, std::span<const PixelFeature> features) {
+void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features) {
   context_.split.book(Part::draw, [&] {
-    trace_frame(context_.session.backend(), score_draw, pixels_);
+    trace_frame(context_.session.backend(), score_frame, pixels_);
     values_ = context_.session.backend().read_values(features);
   });
 }
@@ -154,9 +155,9 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
     const std::vector<PixelFeature> features = pixel_features(c.settings);
-    const Draw draw = score_draw(c.settings, frame, scene);
-    trace(draw, features);
-    const Reference& reference = reference_of_traced(draw, scene, state, features);
+    const std::vector<Draw> draws = score_draws(c.settings, frame.draw, scene);
+    trace(draws, features);
+    const Reference& reference = reference_of_traced(draws, scene, state, features);
     return context_.split.book(Part::judge,
                                [&] { return judge_traced(reference, features, state.uploaded.frame).score; });
   };
@@ -167,16 +168,15 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   Session& session = context_.session;
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
-  const Pipeline& shade = *session.pipeline(c.settings, Target::color, scene.scene.wrap).pipeline;
   const std::vector<PixelFeature> features = pixel_features(c.settings);
-  const Draw draw = score_draw(c.settings, frame, scene);
-  trace(draw, features);
-  const Reference& reference = reference_of_traced(draw, scene, state, features);
-  const Reference& seen = seen_reference(reference, draw, scene, state);
+  const std::vector<Draw> draws = score_draws(c.settings, frame.draw, scene);
+  trace(draws, features);
+  const Reference& reference = reference_of_traced(draws, scene, state, features);
+  const Reference& seen = seen_reference(reference, draws, scene, state);
   return context_.split.book(Part::pictures, [&] {
     const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
     const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
-    return CasePictures{.frame = shade_frame(session.backend(), frame.with(shade)),
+    return CasePictures{.frame = shade_frame(session.backend(), session.shaded(c.settings, scene.scene, frame.draw)),
                         .error = heat_map(scores, width_px, height_px),
                         .taps = taps_map(pixels_, width_px, height_px),
                         .reference = seen.picture};
@@ -192,13 +192,13 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
        context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
-const Preparer::Reference& Preparer::seen_reference(const Reference& own, const Draw& draw, const SceneSpec& scene,
-                                                    SceneState& state) {
-  return context_.seen_features ? reference_of_traced(draw, scene, state, *context_.seen_features) : own;
+const Preparer::Reference& Preparer::seen_reference(const Reference& own, std::span<const Draw> score_frame,
+                                                    const SceneSpec& scene, SceneState& state) {
+  return context_.seen_features ? reference_of_traced(score_frame, scene, state, *context_.seen_features) : own;
 }
 
-const Preparer::Reference& Preparer::reference_of_traced(const Draw& draw, const SceneSpec& scene, SceneState& state,
-                                                         std::span<const PixelFeature> features) {
+const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene,
+                                                         SceneState& state, std::span<const PixelFeature> features) {
   WallSplit& split = context_.split;
   Reference made;
   made.features = text_of(exact_ones(features));
@@ -217,7 +217,7 @@ const Preparer::Reference& Preparer::reference_of_traced(const Draw& draw, const
   if (context_.seen_features && made.features != text_of(*context_.seen_features))  // nothing is compared with it
     return state.references.emplace_back(std::move(made));
   made.picture =
-      reference_picture({.hits = made.hits, .features = features, .values = made.values}, draw, scene, state);
+      reference_picture({.hits = made.hits, .features = features, .values = made.values}, score_frame, scene, state);
   split.book(Part::reference,
              [&] { made.seen = flip_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
   return state.references.emplace_back(std::move(made));
@@ -257,37 +257,38 @@ std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpe
                                    scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
 }
 
-Preparer::MovedFrame Preparer::moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
-                                           std::span<const PixelFeature> features, int index) {
+Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const SceneSpec& scene,
+                                           const SceneState& state, std::span<const PixelFeature> features, int index) {
   const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
   Scene moved_scene = scene.scene;
   moved_scene.pan = kPanTexels * index / (map_width * moved_scene.tiling);
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
-  Draw draw = score_draw;
-  draw.frame = moved.frame;
-  context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draw, pixels_); });
+  Draw relief = prepared.frame.draw;
+  relief.frame = moved.frame;
+  const std::vector<Draw> draws = score_draws(prepared.spec->settings, relief, scene);
+  trace(draws, {});
   const std::string key =
       context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });
   const std::vector<ReferenceHit> hits = hits_of_traced(scene, key);
   moved.mask = judge_pixels(pixels_, hits, map_width, map_height);
   const FeatureValues values = values_of_traced(scene, key, hits, features, moved.frame);
-  moved.reference = reference_picture({.hits = hits, .features = features, .values = values}, draw, scene, state);
+  moved.reference = reference_picture({.hits = hits, .features = features, .values = values}, draws, scene, state);
   return moved;
 }
 
-MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
-                                   SceneState& state) {
+MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   // Values that the case does not have itself are the exact ones alone.
   const std::vector<PixelFeature> features = context_.seen_features.value_or(pixel_features(prepared.spec->settings));
   std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
   for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
-    frames.push_back(moved_frame(score_draw, scene, state, features, i));
+    frames.push_back(moved_frame(prepared, scene, state, features, i));
   MotionJudge motion;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    Draw draw = prepared.frame.draw;
-    draw.frame = frames[i].frame;
+    Draw relief = prepared.frame.draw;
+    relief.frame = frames[i].frame;
+    const std::vector<Draw> draws = context_.session.shaded(prepared.spec->settings, scene.scene, relief);
     std::swap(picture_, picture_before_);
-    context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draw, picture_); });
+    context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draws, picture_); });
     if (i == 0) continue;
     context_.split.book(Part::judge, [&] {
       const MovedFrame& last = frames[i - 1];
@@ -299,27 +300,30 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const Draw& sco
   return motion;
 }
 
-std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, const Draw& score_draw,
+std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::span<const Draw> score_frame,
                                                       const SceneSpec& scene, const SceneState& state) {
-  if (scene.scene.reference == Picture::point) return shade_reference(exact, scene, state, score_draw.frame);
+  const FrameUniforms& frame = score_frame.front().frame;
+  if (scene.scene.reference == Picture::point) return shade_reference(exact, scene, state, frame);
   constexpr double kSide = kSubpixels;
   const Heightfield& heights = context_.library.heights(scene);
   const ReferenceTracer tracer(heights, scene.scene.wrap);
   std::vector<int> sums(4 * exact.hits.size());
   std::vector<ScorePixel> pixels;
   for (int part = 0; part < kSubpixels * kSubpixels; ++part) {
-    Draw draw = score_draw;
-    draw.frame = shifted(score_draw.frame, (part % kSubpixels + 0.5) / kSide - 0.5,
+    std::vector<Draw> draws(score_frame.begin(), score_frame.end());
+    const FrameUniforms part_frame =
+        shifted(frame, (part % kSubpixels + 0.5) / kSide - 0.5,
                          (part / kSubpixels + 0.5) / kSide - 0.5);  // NOLINT(bugprone-integer-division): a row
-    context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draw, pixels); });
+    for (Draw& draw : draws) draw.frame = part_frame;
+    context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draws, pixels); });
     std::vector<ReferenceHit> hits;
     FeatureValues values;
     context_.split.book(Part::reference, [&] {
       hits = exact_hits(tracer, pixels);
-      values = exact_values(exact.features, tracer, draw.frame, rays_of(pixels), hits);
+      values = exact_values(exact.features, tracer, part_frame, rays_of(pixels), hits);
     });
     const std::vector<std::uint8_t> picture =
-        shade_reference({.hits = hits, .features = exact.features, .values = values}, scene, state, draw.frame);
+        shade_reference({.hits = hits, .features = exact.features, .values = values}, scene, state, part_frame);
     for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += picture[i];
   }
   std::vector<std::uint8_t> mean(sums.size());
@@ -332,15 +336,13 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, const 
 std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,
                                                     const FrameUniforms& frame) {
   Session& session = context_.session;
-  const Pipeline* pipeline = session.reference_pipeline(exact.features, scene.scene.wrap).pipeline.get();
   return context_.split.book(Part::draw, [&] {
     const std::unique_ptr<Texture> texture = upload_exact(session.backend(), exact.hits, exact.values, frame);
-    const Draw draw{.pipeline = pipeline,
-                    .textures = {{kReliefMap, state.uploaded.normals.get()},
+    const Draw draw{.textures = {{kReliefMap, state.uploaded.normals.get()},
                                  {kNormalMap, state.uploaded.normals.get()},
                                  {kReferenceMap, texture.get()}},
                     .frame = frame};
-    return shade_frame(session.backend(), draw);
+    return shade_frame(session.backend(), session.shaded_reference(exact.features, scene.scene, draw));
   });
 }
 

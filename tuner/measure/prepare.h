@@ -17,10 +17,14 @@ namespace reliefbench {
 struct PreparedCase {
   const Case* spec = nullptr;
   Record record{};
-  Frame frame{};  ///< with the pipeline of the timed frame
+  Frame frame{};
+  std::vector<Draw> draws{};  ///< of the timed frame, with their pipelines; they read the frame's textures
 
   /// Frees what it has on the device; it can't be drawn then.
-  void release() { frame = {}; }
+  void release() {
+    draws.clear();
+    frame = {};
+  }
 };
 
 /// A case's record before anything is known of it.
@@ -99,19 +103,19 @@ class Preparer {
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
   /// Traces, judges and compares the pictures of a case that was drawn.
   void judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
-  [[nodiscard]] Draw score_draw(const Settings& settings, const Frame& frame, const SceneSpec& scene);
+  [[nodiscard]] std::vector<Draw> score_draws(const Settings& settings, const Draw& relief, const SceneSpec& scene);
   /// Traces into pixels_ and values_.
-  void trace(const Draw& score_draw, std::span<const PixelFeature> features);
+  void trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features);
   /// What was traced there. reference: of the same rays and features
   [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
                                          const FrameUniforms& frame) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
   /// draw: that traced them
-  [[nodiscard]] const Reference& reference_of_traced(const Draw& draw, const SceneSpec& scene, SceneState& state,
+  [[nodiscard]] const Reference& reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene, SceneState& state,
                                                      std::span<const PixelFeature> features);
   /// The one whose picture a case's is compared with. own: of the case's features
-  [[nodiscard]] const Reference& seen_reference(const Reference& own, const Draw& draw, const SceneSpec& scene,
+  [[nodiscard]] const Reference& seen_reference(const Reference& own, std::span<const Draw> score_frame, const SceneSpec& scene,
                                                 SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key);
   /// reference_key: of the hits, which are of pixels_
@@ -126,15 +130,14 @@ class Preparer {
     const FeatureValues& values;
   };
   /// That picture as the scene wants it: of the pixels' own rays, which `exact` is of, or supersampled.
-  [[nodiscard]] std::vector<std::uint8_t> reference_picture(const Exact& exact, const Draw& score_draw,
+  [[nodiscard]] std::vector<std::uint8_t> reference_picture(const Exact& exact, std::span<const Draw> score_frame,
                                                             const SceneSpec& scene, const SceneState& state);
   [[nodiscard]] std::vector<std::uint8_t> shade_reference(const Exact& exact, const SceneSpec& scene,
                                                           const SceneState& state, const FrameUniforms& frame);
-  [[nodiscard]] MovedFrame moved_frame(const Draw& score_draw, const SceneSpec& scene, const SceneState& state,
+  [[nodiscard]] MovedFrame moved_frame(const PreparedCase& prepared, const SceneSpec& scene, const SceneState& state,
                                        std::span<const PixelFeature> features, int index);
-  /// Over the frames of the moving camera. score_draw: the case's score frame
-  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const Draw& score_draw, const SceneSpec& scene,
-                                         SceneState& state);
+  /// Over the frames of the moving camera.
+  [[nodiscard]] MotionJudge judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
 
   Context context_;
   std::map<SceneKey, SceneState> scenes_;

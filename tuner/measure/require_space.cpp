@@ -40,7 +40,7 @@ class SpaceMaker {
   SettingSpace make() {
     add_name(std::string(kDisplacement), std::string(file_.setting.technique().id));
     for (const Feature& feature : all_features())
-      if (feature.is_of_scene) add_axis(feature);
+      if (feature.is_of_scene && !shows_in_objects(feature)) add_axis(feature);
     add_sets(Settings(find_technique("flat")), 0, 0);
     add_sets(file_.setting, 1, 0);
     return std::move(made_);

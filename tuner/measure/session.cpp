@@ -25,7 +25,7 @@ constexpr double kRenderPatience = 10;         // times the limit
 
 std::string shader_key(std::string_view shader, std::span<const PixelFeature> features, const Target& target) {
   return fmt::format("{}{}{}/{}", shader, features.empty() ? "" : "?", text_of(features),
-                     target == Target::color ? "shade" : "score");
+                     is_score(target) ? "score" : "shade");
 }
 
 std::string pipeline_key(const std::string& fragment_key, std::span<const SpecConstant> constants) {
@@ -51,7 +51,7 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
       backend_(open_(row, device_index)) {
   if (is_timed) audit_now();
   simulate_filter({});
-  vertex_ = compile_vertex(dialect_);
+  for (const char* name : {"fullscreen", "plate", "occluder"}) vertices_.emplace(name, compile_vertex(dialect_, name));
 }
 
 void Session::audit_now() {
@@ -101,7 +101,9 @@ const Spirv& Session::fragment(const Source& source) {
   auto found = fragments_.find(source.fragment_key);
   if (found == fragments_.end())
     found = fragments_
-                .emplace(source.fragment_key, compile_fragment(source.shader, source.target, dialect_, source.features))
+                .emplace(source.fragment_key,
+                         source.is_beside ? compile_beside(source.shader, dialect_)
+                                          : compile_fragment(source.shader, source.target, dialect_, source.features))
                 .first;
   return found->second;
 }
@@ -119,15 +121,21 @@ Session::Source Session::source_of(const Settings& settings, const Target& targe
                 .constants = constants_of(&settings, wrap, sampler_of(settings))};
   if (is_score(target)) source.target = score_target(source.features);
   source.fragment_key = shader_key(source.shader, source.features, target);
-  source.key = pipeline_key(source.fragment_key, source.constants);
+  set_vertex(source);
   return source;
+}
+
+void Session::set_vertex(Source& source) {
+  if (source.target.has_depth && !source.is_beside) source.vertex = "plate";
+  source.key = pipeline_key(source.fragment_key, source.constants);
+  if (source.target.has_depth) source.key += fmt::format(" in {} with depth", source.vertex);
 }
 
 Session::Compiled Session::compile(const Source& source, const Spirv& fragment) const {
   const double start_ns = now_ns();
   Compiled compiled;
   compiled.pipeline = backend_->compile({.label = std::string(source.shader),
-                                         .vertex = vertex_,
+                                         .vertex = vertices_.at(std::string(source.vertex)),
                                          .fragment = fragment,
                                          .constants = source.constants,
                                          .target = source.target});
@@ -140,16 +148,63 @@ Session::Compiled& Session::pipeline(const Settings& settings, const Target& tar
   return pipeline(source_of(settings, target, wrap));
 }
 
-Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> features, Wrap wrap) {
+Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> features, const Scene& scene) {
   Source source{.key = {},
                 .fragment_key = {},
                 .shader = "reference",
                 .features = exact_ones(features),
-                .target = Target::color,
-                .constants = constants_of(nullptr, wrap)};
+                .target = color_target(features, scene.occluded > 0),
+                .constants = constants_of(nullptr, scene.wrap)};
   source.fragment_key = shader_key(source.shader, source.features, source.target);
-  source.key = pipeline_key(source.fragment_key, source.constants);
+  set_vertex(source);
   return pipeline(std::move(source));
+}
+
+Draw Session::beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief) {
+  Source source{.key = {},
+                .fragment_key = fmt::format("{}/beside", shader),
+                .shader = shader,
+                .vertex = vertex,
+                .is_beside = true,
+                .features = {},
+                .target = color_target({}, true),
+                .constants = {}};
+  set_vertex(source);
+  Draw draw{.pipeline = pipeline(std::move(source)).pipeline.get(), .frame = relief.frame};
+  draw.frame.argument() = argument;
+  return draw;
+}
+
+std::vector<Draw> Session::with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
+                                               std::vector<Draw> relief) {
+  if (!color_target(features, scene.occluded > 0).has_depth) return relief;
+  const Draw any = relief.front();
+  std::vector<Draw> frame;
+  if (scene.occluded > 0)
+    frame.emplace_back(beside("occluder", "occluder", static_cast<float>(scene.occluded), any)).vertices = 6;
+  frame.insert(frame.end(), relief.begin(), relief.end());
+  // In the numbers of objects.frag; the sky last, where nothing else is.
+  const bool has_objects = color_target(features, false).has_depth;
+  for (const int object : {0, 1, 2})
+    if (has_objects || object == 2) frame.push_back(beside("objects", "fullscreen", static_cast<float>(object), any));
+  return frame;
+}
+
+std::vector<Draw> Session::shaded(const Settings& settings, const Scene& scene, Draw relief) {
+  const std::vector<PixelFeature> features = pixel_features(settings);
+  const Target target = color_target(features, scene.occluded > 0);
+  relief.pipeline = pipeline(settings, target, scene.wrap).pipeline.get();
+  return with_what_is_beside(features, scene, passes_of(settings, relief, target));
+}
+
+std::vector<Draw> Session::scored(const Settings& settings, Wrap wrap, Draw relief) {
+  relief.pipeline = pipeline(settings, Target::score, wrap).pipeline.get();
+  return passes_of(settings, relief, Target::score);
+}
+
+std::vector<Draw> Session::shaded_reference(std::span<const PixelFeature> features, const Scene& scene, Draw relief) {
+  relief.pipeline = reference_pipeline(features, scene).pipeline.get();
+  return with_what_is_beside(features, scene, {relief});
 }
 
 Session::Compiled& Session::pipeline(Source source) {
@@ -189,8 +244,8 @@ void Session::compile_ahead(std::span<const Wanted> wanted) {
   });
 }
 
-double Session::draw_ns(const Draw& draw, int frames) {
-  const BatchTime time = backend_->render(draw, frames, calibration_.timer);
+double Session::draw_ns(std::span<const Draw> frame, int frames) {
+  const BatchTime time = backend_->render(frame, frames, calibration_.timer);
   const double ns = calibration_.timer == Timer::fenced_wall ? time.wall_ns : time.device_ns.value();
   if (!std::isfinite(ns) || ns <= 0)
     fail_device(Fault::invalid_timer, "the timer {} says {} ns for {} frames", timer_id(calibration_.timer), ns,
@@ -198,12 +253,12 @@ double Session::draw_ns(const Draw& draw, int frames) {
   return ns;
 }
 
-double Session::draw_control_ns() { return draw_ns(control_draw_, calibration_.frames); }
+double Session::draw_control_ns() { return draw_ns(std::span(&control_draw_, 1), calibration_.frames); }
 
 void Session::make_control() {
   const Spirv load = compile_load(dialect_);
   control_pipeline_ = backend_->compile({.label = "load",
-                                         .vertex = vertex_,
+                                         .vertex = vertices_.at("fullscreen"),
                                          .fragment = load,
                                          .constants = {{.id = 0, .value = calibration_.load_steps}},
                                          .target = Target::color});

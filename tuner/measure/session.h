@@ -11,6 +11,7 @@
 #include "backends/shader_compiler.h"
 #include "backends/timer_audit.h"
 #include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
 #include "tuner/measure/wall_split.h"
 #include "tuner/results/record.h"
 
@@ -81,7 +82,15 @@ class Session {
     return pipelines_.contains(source_of(settings, target, wrap).key);
   }
   /// What shades the exact hits, with the exact values of these features.
-  [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, Wrap wrap);
+  [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, const Scene& scene);
+  /// The shaded frame of a setting, in the order of its draws: what hides it, the relief, objects beside it, the sky.
+  /// Only the relief's where the frame has no depth. relief: its textures and uniforms, without a pipeline
+  [[nodiscard]] std::vector<Draw> shaded(const Settings& settings, const Scene& scene, Draw relief);
+  /// The score frame of a setting, likewise.
+  [[nodiscard]] std::vector<Draw> scored(const Settings& settings, Wrap wrap, Draw relief);
+  /// The shaded frame of exact hits.
+  [[nodiscard]] std::vector<Draw> shaded_reference(std::span<const PixelFeature> features, const Scene& scene,
+                                                   Draw relief);
   /// What pipeline() is going to be asked for.
   struct Wanted {
     const Settings* settings = nullptr;
@@ -103,7 +112,7 @@ class Session {
   double draw_control_ns();
   /// Time of a batch by the calibration's timer, ns.
   /// throws: Error of Fault::invalid_timer: it is not finite and above zero
-  double draw_ns(const Draw& draw, int frames);
+  double draw_ns(std::span<const Draw> frame, int frames);
 
  private:
   /// What a pipeline is made from.
@@ -111,6 +120,8 @@ class Session {
     std::string key;           ///< its name in pipelines_
     std::string fragment_key;  ///< in fragments_
     std::string_view shader;   ///< the shader file's name
+    std::string_view vertex = "fullscreen";
+    bool is_beside = false;  ///< of compile_beside
     std::vector<PixelFeature> features;
     Target target;
     std::vector<SpecConstant> constants;
@@ -118,9 +129,15 @@ class Session {
   [[nodiscard]] const Spirv& fragment(const Source& source);
   [[nodiscard]] Source source_of(const Settings& settings, const Target& target, Wrap wrap) const;
   [[nodiscard]] Compiled& pipeline(Source source);
+  /// The vertex shader of its target, and its key.
+  static void set_vertex(Source& source);
   /// fragment: of the source's shader and target
   [[nodiscard]] Compiled compile(const Source& source, const Spirv& fragment) const;
   void make_control();
+  /// argument: FrameUniforms::argument()
+  [[nodiscard]] Draw beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief);
+  [[nodiscard]] std::vector<Draw> with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
+                                                      std::vector<Draw> relief);
 
   const BackendRow& row_;
   int device_index_;
@@ -132,7 +149,7 @@ class Session {
   std::vector<TimerAudit> audit_;
   SimulatedFilter simulated_;
   std::vector<FilterAudit> filter_audit_;
-  Spirv vertex_;
+  std::map<std::string, Spirv, std::less<>> vertices_;  ///< by name
   std::map<std::string, Spirv, std::less<>> fragments_;
   std::map<std::string, Compiled, std::less<>> pipelines_;
   int shaders_compiled_ = 0;

@@ -43,10 +43,10 @@ struct StoredMap {
 
 /// One frame of a setting: hits, and what its features of the scene made of them.
 struct StressFrame {
-  StressFrame(Backend& backend, const Draw& draw, const Settings& settings)
-      : pixels(trace_frame(backend, draw)),
+  StressFrame(Backend& backend, std::span<const Draw> draws, const Settings& settings)
+      : pixels(trace_frame(backend, draws)),
         values(backend.read_values(pixel_features(settings))),
-        uniforms(draw.frame) {}
+        uniforms(draws.front().frame) {}
 
   std::vector<ScorePixel> pixels;
   FeatureValues values;
@@ -235,8 +235,8 @@ class StressRun {
         here.backend = device->session.device().backend;
         Backend& backend = device->session.backend();
         const Frame frame = upload(backend, textures, device->scene);
-        const Draw draw = frame.with(*device->session.pipeline(settings, Target::score, scene.wrap).pipeline);
-        std::array frames{StressFrame(backend, draw, settings), StressFrame(backend, draw, settings)};
+        const std::vector<Draw> draws = device->session.scored(settings, scene.wrap, frame.draw);
+        std::array frames{StressFrame(backend, draws, settings), StressFrame(backend, draws, settings)};
         const JudgedFrame judged = check_frame(frames[0], settings, stored, scene.wrap, here);
         if (!frames[0].is_same(frames[1])) fault(here, StressCheck::repeatable) = 1;
         if (first) compare_frames(*first, frames[0].pixels, here);

@@ -165,9 +165,11 @@ class DeviceSweep {
     const bool has_died = store_.mark().death() || !store_.earlier().crashes.empty();
     if (session_.device().software || has_died) return;
     std::vector<Session::Wanted> wanted;
-    for (const Case* c : block)
-      for (const Target* target : {&Target::color, &Target::score})
-        wanted.push_back({.settings = &c->settings, .target = *target, .wrap = scene_of(config_, *c).scene.wrap});
+    for (const Case* c : block) {
+      const Scene& scene = scene_of(config_, *c).scene;
+      for (const Target& target : {color_target(pixel_features(c->settings), scene.occluded > 0), Target::score})
+        wanted.push_back({.settings = &c->settings, .target = target, .wrap = scene.wrap});
+    }
     const auto hold = store_.mark().hold(block.front()->id());
     session_.compile_ahead(wanted);
   }
@@ -200,7 +202,7 @@ class DeviceSweep {
     std::vector<TimedCase> cases;
     for (const PreparedCase& one : block)
       if (one.record.status == Status::ok && wants_more(one.record))
-        cases.push_back(warm_up(timing_, one.record, one.frame.draw));
+        cases.push_back(warm_up(timing_, one.record, one.draws));
     std::mt19937_64 random(config_.seed ^ std::hash<std::string>{}(block.front().record.case_id));
     for (int round = 1; !cases.empty(); ++round) {
       std::vector<TimedCase> order = cases;
@@ -228,9 +230,10 @@ class DeviceSweep {
   void make_drawable(std::vector<PreparedCase>& block) {
     for (std::size_t i = 0; i < block.size();) {
       PreparedCase& one = block[i++];
-      if (one.record.status != Status::ok || one.frame.draw.pipeline != nullptr) continue;
+      if (one.record.status != Status::ok || !one.draws.empty()) continue;
       PreparedCase again = preparer_.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
       one.frame = std::move(again.frame);
+      one.draws = std::move(again.draws);
       one.record.status = again.record.status;
       one.record.reason = again.record.reason;
       if (again.record.status == Status::ok || !session_.is_lost(again.record.status)) continue;

@@ -28,11 +28,11 @@ int frames_for(double frame_ns, const MeasureSpec& measure) {
   return std::max(1, static_cast<int>(std::ceil(measure.batch_ms * 1e6 / std::max(frame_ns, 1.0))));
 }
 
-int warm_batch(Session& session, const Draw& draw, const MeasureSpec& measure) {
-  double previous_ns = session.draw_ns(draw, 1);
+int warm_batch(Session& session, std::span<const Draw> draws, const MeasureSpec& measure) {
+  double previous_ns = session.draw_ns(draws, 1);
   int frames = frames_for(previous_ns, measure);
   for (int batch = 0; batch < measure.warmup_batches_max; ++batch) {
-    const double frame_ns = session.draw_ns(draw, frames) / frames;
+    const double frame_ns = session.draw_ns(draws, frames) / frames;
     const bool settled = std::abs(frame_ns - previous_ns) <= 0.05 * frame_ns;
     previous_ns = frame_ns;
     frames = frames_for(frame_ns, measure);
@@ -63,11 +63,11 @@ std::vector<TimedBatch> with_control(std::span<const TimedBatch> batches, const 
 
 }  // namespace
 
-TimedCase warm_up(const Timing& timing, const Record& record, const Draw& draw) {
+TimedCase warm_up(const Timing& timing, const Record& record, std::span<const Draw> draws) {
   const int frames = timing.split.book(Part::warmup, [&] {
-    return drawn(timing, record, [&] { return warm_batch(timing.session, draw, timing.measure); });
+    return drawn(timing, record, [&] { return warm_batch(timing.session, draws, timing.measure); });
   });
-  return {.record = &record, .draw = &draw, .frames = frames};
+  return {.record = &record, .draws = draws, .frames = frames};
 }
 
 void time(const Timing& timing, std::span<const TimedCase> round) {
@@ -77,7 +77,7 @@ void time(const Timing& timing, std::span<const TimedCase> round) {
   for (const TimedCase& one : round)
     cases.push_back({.name = one.record->case_id, .frames = one.frames, .run_ns = [&timing, &one] {
                        return slowdown_of(timing, *one.record) *
-                              drawn(timing, *one.record, [&] { return timing.session.draw_ns(*one.draw, one.frames); });
+                              drawn(timing, *one.record, [&] { return timing.session.draw_ns(one.draws, one.frames); });
                      }});
   const TimedBatch control{.name = control_case_id(session.device().backend),
                            .frames = session.calibration().frames,

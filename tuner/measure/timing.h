@@ -35,16 +35,16 @@ struct Timing {
   double started_ns = 0;                 ///< of the run, ns since 1970: Sample::at_ns is 0 there
 };
 
-/// A case that was warmed up. Record and draw outlive it.
+/// A case that was warmed up. Record and draws outlive it.
 struct TimedCase {
   const Record* record = nullptr;
-  const Draw* draw = nullptr;
-  int frames = 1;  ///< of a batch
+  std::span<const Draw> draws{};  ///< of a frame
+  int frames = 1;                 ///< of a batch
 };
 
 /// Draws batches until two in a row agree within 5 %, or as often as `measure` allows; then it is known how many frames
 /// make a batch of the asked length. throws: CaseFailed
-[[nodiscard]] TimedCase warm_up(const Timing& timing, const Record& record, const Draw& draw);
+[[nodiscard]] TimedCase warm_up(const Timing& timing, const Record& record, std::span<const Draw> draws);
 
 /// Frames -> samples, into the book: one batch of each case in this order, with one of the control case first, last and
 /// after every `control_every`: what relative_times() needs on either side of each. A case may be there more than once.

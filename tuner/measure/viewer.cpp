@@ -19,17 +19,16 @@ void Viewer::choose(const Settings& settings) {
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
-  const Pipeline& shade = *session_.pipeline(settings, Target::color, scene_.scene.wrap).pipeline;
-  static_cast<void>(shade_frame(session_.backend(), frame_.with(shade)));  // the first draw compiles
+  static_cast<void>(shade_frame(session_.backend(),
+                                session_.shaded(settings, scene_.scene, frame_.draw)));  // the first draw compiles
 }
 
 ViewedFrame Viewer::draw(const View& view) {
   scene_.scene.view = view;
   frame_.draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
   Backend& backend = session_.backend();
-  const Wrap wrap = scene_.scene.wrap;
-  const Draw shade = frame_.with(*session_.pipeline(*settings_, Target::color, wrap).pipeline);
-  const Draw score = frame_.with(*session_.pipeline(*settings_, Target::score, wrap).pipeline);
+  const std::vector<Draw> shade = session_.shaded(*settings_, scene_.scene, frame_.draw);
+  const std::vector<Draw> score = session_.scored(*settings_, scene_.scene.wrap, frame_.draw);
   ViewedFrame frame;
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
   frame.rgba8 = backend.read_color();
@@ -38,7 +37,7 @@ ViewedFrame Viewer::draw(const View& view) {
   frame.judged = judge(pixels, exact, heights_.width, heights_.height);
   const std::vector<PixelFeature> features = pixel_features(*settings_);
   judge_features(features, backend.read_values(features),
-                 exact_values(features, tracer_, score.frame, rays_of(pixels), exact), frame.judged.pixels,
+                 exact_values(features, tracer_, frame_.draw.frame, rays_of(pixels), exact), frame.judged.pixels,
                  frame.judged.score);
   return frame;
 }

@@ -20,6 +20,7 @@ std::string scene_description(const SceneSpec& spec) {
     text += fmt::format(", light at {:g}/{:g} degrees", light.elevation_deg, light.azimuth_deg);
   if (scene.light.angular_radius_deg != 0) text += fmt::format(" of radius {:g}", scene.light.angular_radius_deg);
   if (scene.reference != Picture::point) text += fmt::format(", {} reference", picture_id(scene.reference));
+  if (scene.occluded != 0) text += fmt::format(", {:g} % of it hidden", 100 * scene.occluded);
   if (scene.pan != 0) text += fmt::format(", panned by {:g}", scene.pan);
   return text;
 }

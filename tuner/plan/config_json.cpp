@@ -31,6 +31,7 @@ json config_scene_json(const SceneSpec& scene) {
   if (s.pan != 0) written["pan"] = s.pan;
   if (s.light != Light{}) written["light"] = light_json(s.light);
   if (s.reference != Picture::point) written["reference"] = picture_id(s.reference);
+  if (s.occluded != 0) written["occluded"] = s.occluded;
   return written;
 }
 

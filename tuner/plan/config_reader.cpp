@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 9> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",   "pan",
-                                                     "wrap",      "frame_px", "light",        "reference"};
+constexpr std::array<std::string_view, 10> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",    "pan",
+                                                      "wrap",      "frame_px", "light",        "reference", "occluded"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};

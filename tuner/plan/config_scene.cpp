@@ -204,10 +204,20 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* frame = node.find("frame_px"))
     std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   std::vector<SceneSpec> scenes;
+  std::vector<double> occluded = {0};
+  if (const JsonNode* shares = node.find("occluded")) {
+    occluded.clear();
+    for (const JsonNode& share : reader.items(*shares)) occluded.push_back(reader.number(share, {.low = 0, .high = 1}));
+  }
   const auto add = [&](View view) {
     scene.view = std::move(view);
-    scenes.push_back(
-        {.id = fmt::format("{}/{}", heightmap.id, scene.view.id), .heightmap = heightmap.spec, .scene = scene});
+    for (const double share : occluded) {
+      scene.occluded = share;
+      const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
+      scenes.push_back({.id = fmt::format("{}/{}{}", heightmap.id, scene.view.id, hidden),
+                        .heightmap = heightmap.spec,
+                        .scene = scene});
+    }
   };
   for (const JsonNode& item : reader.items(reader.required(node, "views"))) {
     if (item.value.is_object() && item.find("from") != nullptr)

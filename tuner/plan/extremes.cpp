@@ -122,7 +122,7 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   vary(usual, "search", [&](const Settings& s) { vary(s, "map", [&](const Settings& m) { vary(m, "format", add); }); });
   if (!extreme.is_large) {
     for (const std::string_view id :
-         {"encoding", "correction", "step", "filter", "refinement", "lod", "over_relaxation", "shadow"})
+         {"encoding", "correction", "step", "filter", "refinement", "lod", "over_relaxation", "shadow", "depth"})
       vary(usual, id, add);
   }
   add(usual);

@@ -116,6 +116,7 @@ json scene_json(const MeasuredScene& scene) {
             {"frame_px", {s.width_px, s.height_px}}};
   if (s.light != Light{}) j["light"] = light_json(s.light);
   if (s.reference != Picture::point) j["reference"] = picture_id(s.reference);
+  if (s.occluded != 0) j["occluded"] = s.occluded;
   if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
   return j;
 }
@@ -134,7 +135,8 @@ MeasuredScene parse_scene(const json& j) {
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
                                          .light = parse_light(j),
-                                         .reference = parse_picture(j.value("reference", "point"))}},
+                                         .reference = parse_picture(j.value("reference", "point"))}},,
+                                         .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
   if (const auto sides = j.value("heights_texels", json::array()); !sides.empty()) {
@@ -180,7 +182,8 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
         fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
         fmt::format("frame {}x{}", s.width_px, s.height_px),
         fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
-        fmt::format("reference {}", picture_id(s.reference))};
+        fmt::format("reference {}", picture_id(s.reference)),
+        fmt::format("occluded {}", s.occluded)};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);

@@ -19,7 +19,7 @@ constexpr double positive_zero(double value) { return value + 0.0; }  // -0 is 0
 
 SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
   // Bound by name, so that a field which is added does not compile before it is thought of here.
-  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference] = scene;
+  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded] = scene;
   const auto& [name, elevation_deg, distance, fov_deg, azimuth_deg] = view;
   static_cast<void>(name);  // for people
   std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, kSurface, width_px, height_px,
@@ -31,6 +31,7 @@ SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
     for (const double number : {light_elevation_deg, light_azimuth_deg, light_radius_deg})
       text += fmt::format("|{}", positive_zero(number));
   if (reference != Picture::point) text += fmt::format("|{}", picture_id(reference));
+  if (occluded != 0) text += fmt::format("|occluded {}", occluded);
   return {.hex = sha256(text)};
 }
 

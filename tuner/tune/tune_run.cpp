@@ -128,7 +128,7 @@ const TimedCase& TuneRun::ready(const Wanted& wanted) {
     fresh->prepared = preparer_->prepare_to_time(fresh->spec, *wanted.scene);
   }
   if (fresh->prepared.record.status != Status::ok) throw CaseFailed(fresh->prepared.record);
-  fresh->timed = warm_up(*timing_, fresh->prepared.record, fresh->prepared.frame.draw);
+  fresh->timed = warm_up(*timing_, fresh->prepared.record, fresh->prepared.draws);
   return ready_.emplace(id, std::move(fresh)).first->second->timed;
 }
 

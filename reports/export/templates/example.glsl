@@ -6,12 +6,15 @@ layout(location = 0) out vec4 out_color;
 
 void main() {
   vec3 light = normalize(in_light_ts);
-?shadow   ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@, light, 0.0);
-!shadow   ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@);
+?fragdepth   float eye_depth = 1.0 / gl_FragCoord.w;  // along the camera's axis
+?fragdepth   // Whose view_ts has the length of the way from the eye, in sides of a tile.
+?fragdepth   vec2 eye_depths = vec2(eye_depth, eye_depth * @depth@ / -in_view_ts.z);
+  ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@@lights@@depths@);
 ?clamp   if (any(lessThan(in_uv, vec2(0.0))) || any(greaterThan(in_uv, vec2(1.0)))) discard;
 ?map   vec3 normal = relief_normal(@normal_maps@surface.uv, @depth@);
 !map   vec3 normal = vec3(0.0, 0.0, 1.0);
   float diffuse = max(dot(normal, light), 0.0);
 ?shadow   diffuse *= surface.shadow;
+?fragdepth   gl_FragDepth = surface.depth;
   out_color = vec4(vec3(0.62, 0.55, 0.48) * (0.25 + 0.85 * diffuse), 1.0);
 }

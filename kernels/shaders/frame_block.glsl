@@ -1,0 +1,15 @@
+#ifndef FRAME_BLOCK_GLSL
+#define FRAME_BLOCK_GLSL
+// The C++ twin of the block: FrameUniforms (view.h).
+
+// clang-format off
+layout(BINDING(0), std140) uniform Frame {
+  vec4 position;  // camera, xyz; w = relief depth in sides of one tile
+  vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
+  vec4 up;        // xyz scaled by tan(fov/2); w = near plane, along the axis in sides of the unit square
+  vec4 forward;   // xyz, unit; w = what a draw is told beside (FrameUniforms::argument)
+  vec4 light;     // xyz, unit, towards the light; w = tangent of its angular radius
+  ivec4 sizes;    // frame width, height in pixels; map width, height in texels
+} frame;
+// clang-format on
+#endif

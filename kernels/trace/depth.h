@@ -1,0 +1,48 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kernels/judge/reference.h"
+#include "kernels/judge/score_pixel.h"
+#include "kernels/trace/view.h"
+
+namespace reliefbench {
+
+// Depths of frames that hold other objects, in double precision. The shaders' twins: depth.glsl, eye.glsl,
+// objects.frag.
+
+inline constexpr int kDepthVersion = 1;  ///< of the exact values
+inline constexpr double kSquareSide = 0.5;
+inline constexpr double kBallRadius = 0.2;
+
+/// What a pixel of such a frame shows. Its alpha is 255 less this.
+enum class SeenObject { relief = 0, square = 1, ball = 2, occluder = 3 };
+
+/// Of a pixel's ray, its floats taken exactly, along the view's axis in sides of the unit square.
+struct PixelDepths {
+  double fall = 0;    ///< height that the ray loses for each unit of that depth; <= 0: it never comes down
+  double height = 0;  ///< of the eye over the top plate
+  double relief = 0;  ///< from plate to plate
+
+  /// Of the point at t of the ray.
+  [[nodiscard]] double at(double t) const { return (height + t * relief) / fall; }
+};
+[[nodiscard]] PixelDepths pixel_depths(const FrameUniforms& frame, int x, int y);
+
+/// What a depth buffer holds of a depth along the axis, clamped to what may be written: 0 to kFarthest.
+[[nodiscard]] double window_depth(const FrameUniforms& frame, double depth);
+
+/// Exact depths of exact hits, one a pixel; kFarthest where there is no ray.
+[[nodiscard]] std::vector<float> exact_depth(const FrameUniforms& frame, std::span<const ReferenceHit> hits);
+
+/// How many pixels have another depth than their own hit's: by more than 4 ulps of 1 and what the rounding of the
+/// pixel's ray makes, or nearer than the top plate by more than that.
+[[nodiscard]] std::int64_t wrong_depths(const FrameUniforms& frame, std::span<const ScorePixel> pixels,
+                                        std::span<const float> depths);
+
+/// What pixels show of the relief and the objects that cut through it, with these depths of the relief, t of whose rays
+/// are given; not the occluder. hits: exact ones
+[[nodiscard]] std::vector<SeenObject> exact_visibility(const FrameUniforms& frame, std::span<const ReferenceHit> hits);
+
+}  // namespace reliefbench
