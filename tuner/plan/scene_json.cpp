@@ -135,7 +135,7 @@ MeasuredScene parse_scene(const json& j) {
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
                                          .light = parse_light(j),
-                                         .reference = parse_picture(j.value("reference", "point"))}},,
+                                         .reference = parse_picture(j.value("reference", "point")),
                                          .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
