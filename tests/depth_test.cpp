@@ -63,7 +63,7 @@ struct DepthRig {
     const Frame frame = upload(session.backend(), pack(settings, map, scene), uploaded);
     const std::vector<Draw> draws = session.shaded(settings, scene, frame.draw);
     Drawn drawn{.rgba8 = shade_frame(session.backend(), draws), .depths = {}};
-    if (draws.size() > 1) drawn.depths = depths();
+    if (color_target(pixel_features(settings), scene.occluded > 0).has_depth) drawn.depths = depths();
     return drawn;
   }
   std::vector<float> depths() {
