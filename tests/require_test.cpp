@@ -226,7 +226,7 @@ TEST(RequireCommand, answers_people_and_machines) {
     words.insert(words.end(), more.begin(), more.end());
     return run_reliefbench(words, folder.path());
   };
-  const CommandResult found = run({"--visible", "flip<=0.5", "-o", "out", "--json"});
+  const CommandResult found = run({"--visible", "flip<=0.9", "-o", "out", "--json"});
   ASSERT_EQ(found.exit_code, 0) << found.err;
   const json answer = json::parse(found.out);
   EXPECT_EQ(schema_errors(answer, "require"), "");
@@ -235,11 +235,14 @@ TEST(RequireCommand, answers_people_and_machines) {
   EXPECT_GT(std::filesystem::file_size(folder / "out/images/displacement-with.png"), 0U);
   EXPECT_THAT(file_text(folder / "out/require.html"), HasSubstr("data:image/webp;base64,"));
 
-  const CommandResult text = run({"--visible", "flip<=0.5"});
+  const CommandResult text = run({"--visible", "flip<=0.9"});
   EXPECT_EQ(text.exit_code, 0);
   EXPECT_THAT(text.out, testing::StartsWith("scene requires nothing but plain normal mapping; nobody would miss"));
   EXPECT_THAT(text.out, HasSubstr("shadow=soft_cone"));
 
+  std::string few_steps = kScene;
+  few_steps.insert(1, R"("setting": "relief?linear_steps=2", )");
+  std::ofstream(folder / "scene.json") << few_steps;
   const CommandResult none = run({"--visible", "flip<=0"});
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.out, testing::StartsWith("No set of features draws scene unseen"));
