@@ -213,8 +213,8 @@ double spread(const std::vector<std::uint8_t>& rgba8) {
   return squares / count - sum / count * (sum / count);
 }
 
-// Far away a pixel covers many texels. One ray sees one of them; the mean of 16 hardly varies, and levels are nearer
-// it.
+// Far away a pixel covers many texels. One ray sees one of them; the mean of 16 varies
+// less.
 TEST_P(FilteringTest, of_a_supersampled_reference_aliasing_is_an_error) {
   if (row().devices().empty()) return;
   const auto [base, calm] = seen(GetParam(), "base", Picture::supersampled);
