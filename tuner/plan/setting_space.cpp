@@ -37,7 +37,9 @@ Candidate candidate_of(const Settings& settings, std::string id) {
       .id = std::move(id), .categories = {static_cast<int>(&technique - techniques().data())}, .steps = {}};
   candidate.work.assign(work_metrics().size(), 0);
   for (const RegistryParam& param : registry_params()) {
-    const bool is_active = settings.active(param.id) != nullptr;
+    // What ids do not spell is as if it weren't there.
+    const Param* const own = settings.active(param.id);
+    const bool is_active = own != nullptr && (own->is_spelt_out || settings.get(param.id) != own->fallback);
     if (param.values.empty())
       candidate.steps.push_back(is_active ? settings.get(param.id) : 0);
     else
@@ -46,26 +48,18 @@ Candidate candidate_of(const Settings& settings, std::string id) {
   return candidate;
 }
 
-void drop_unused_features(SearchSpace& space) {
-  std::vector<std::string_view> ids;  // of the features and their rows' parameters
-  for (const Feature& feature : all_features()) {
-    if (!feature.is_of_scene) continue;
-    ids.push_back(feature.id);
-    for (const FeatureRow& row : feature.rows)
-      for (const Param& param : row.params) ids.push_back(param.id);
-  }
-  const auto drop = [&](std::vector<std::string>& axes, auto Candidate::*values) {
+void drop_unused_axes(SearchSpace& space) {
+  const auto drop = [&](std::vector<std::string>& axes, auto Candidate::*values, auto unused) {
     for (std::size_t axis = axes.size(); axis-- > 0;) {
-      // The plainest row is choice 0, what is inactive has less.
-      const auto is_used = [&](const Candidate& candidate) { return (candidate.*values)[axis] > 0; };
-      if (std::ranges::find(ids, axes[axis]) == ids.end() || std::ranges::any_of(space.candidates, is_used)) continue;
+      const auto is_used = [&](const Candidate& candidate) { return (candidate.*values)[axis] != unused; };
+      if (std::ranges::any_of(space.candidates, is_used)) continue;
       const auto place = static_cast<std::ptrdiff_t>(axis);
       axes.erase(axes.begin() + place);
       for (Candidate& candidate : space.candidates) (candidate.*values).erase((candidate.*values).begin() + place);
     }
   };
-  drop(space.category_axes, &Candidate::categories);
-  drop(space.step_axes, &Candidate::steps);
+  drop(space.category_axes, &Candidate::categories, -1);
+  drop(space.step_axes, &Candidate::steps, 0.0);
 }
 
 std::string setting_id(const Settings& settings) {

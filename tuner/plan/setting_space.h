@@ -19,9 +19,9 @@ namespace reliefbench {
 /// Settings as a candidate of such a space, without its error; its work is 0.
 [[nodiscard]] Candidate candidate_of(const Settings& settings, std::string id);
 
-/// Takes the axes of features of the scene that none of the candidates has out of a filled space: it then is the one
-/// that it was before there were such features.
-void drop_unused_features(SearchSpace& space);
+/// Takes the axes that none of the candidates has out of a filled space: it then is the one that it was before there
+/// were such parameters.
+void drop_unused_axes(SearchSpace& space);
 
 /// "cone?cone_steps=32&...": settings without the scene and the backend of a case.
 [[nodiscard]] std::string setting_id(const Settings& settings);

@@ -92,7 +92,7 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
   if (table.samples.empty())
     fail_input("{}: no case of {} was measured with a value of {}", file, text_of(group), table.error_metric);
   if (table.miss.empty()) table.nearest.clear();
-  drop_unused_features(table.space);
+  drop_unused_axes(table.space);
   table.space.check();
   return table;
 }

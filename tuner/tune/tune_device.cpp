@@ -127,7 +127,7 @@ class DeviceSource final : public TuneSource {
       }
       space.candidates.push_back(std::move(candidate));
     }
-    drop_unused_features(space);
+    drop_unused_axes(space);
     return space;
   }
 
