@@ -12,11 +12,17 @@
 
 namespace reliefbench {
 
-/// Every technique, and what changes which code or textures it needs.
-inline std::vector<std::string> shipped_settings() {
+/// The techniques that one function traces: those of several passes are not exported.
+inline std::vector<std::string> shipped_techniques() {
   std::vector<std::string> ids;
   for (const Technique& technique : techniques())
     if (technique.passes.empty()) ids.emplace_back(technique.id);
+  return ids;
+}
+
+/// All of them, and what changes which code or textures they need.
+inline std::vector<std::string> shipped_settings() {
+  std::vector<std::string> ids = shipped_techniques();
   for (const char* id : {"parallax?variant=plain&filter=manual",
                          "relief?refinement=none&loop=fixed&filter=manual",
                          "relief?refinement=secant&format=r32f",
@@ -56,6 +62,11 @@ struct ShippedCase {
   Wrap wrap;
   StoredMap map;
 };
+
+/// The view's angle, or the pixel's size.
+inline bool reads_what_no_score_frame_tells(const Settings& settings) {
+  return settings.technique().id == "parallax" || takes_derivatives(settings);
+}
 
 /// `relief_map, extra_map, `, as a function takes them.
 inline std::string called_with(const Pieces& source, const std::string& function) {

@@ -67,7 +67,8 @@ TEST(ReadmeAudit, its_commands_run) {
     const bool is_tune = command.find(" tune ") != std::string::npos;  // a busy machine may leave it short of its aim
     const int exit_code = WEXITSTATUS(status);
     const bool is_require = command.find(" require ") != std::string::npos;  // small frames may be seen
-    EXPECT_TRUE(exit_code == 0 || ((is_compare || is_require) && exit_code == 1) || ((is_compare || is_tune) && exit_code == 4))
+    EXPECT_TRUE(exit_code == 0 || ((is_compare || is_require) && exit_code == 1) ||
+                ((is_compare || is_tune) && exit_code == 4))
         << command << "\n"
         << file_text(folder / "out.txt") << file_text(folder / "err.txt");
   }

@@ -55,7 +55,7 @@ struct Metric {
   NoValue no_value = NoValue::never;
   std::string_view column{};   ///< id of its number that tables show whatever the front's metric is; "": none
   bool counts_work = false;    ///< foretells the frame's time
-  std::string_view feature{};  ///< of the scene, whose values OfFeature compares: a frame without it has no value
+  std::string_view feature{};  ///< of the scene: a frame without it has no value. OfFeature compares its values
   std::variant<OfPixels, OfPictures, OfMotion, OfFeature> function;
 };
 
@@ -173,6 +173,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels that show the relief in place of another object, or the other way round",
            .no_value = NoValue::unmeasured,
+           .feature = "depth",
            .function = wrong_visible},
     Metric{.id = "taps",
            .unit = "taps",

@@ -49,7 +49,8 @@ double square_depth(const FrameUniforms& frame, const EyeVector& direction) {
   const double depth = (middle[2] - rise * middle[0]) / (direction[2] - rise * direction[0]);
   const bool is_inside = std::abs(direction[0] * depth - middle[0]) <= kSquareSide / 2 &&
                          std::abs(direction[1] * depth - middle[1]) <= kSquareSide / 2;
-  return is_inside ? depth : kNoDepth;
+  if (!is_inside) return kNoDepth;
+  return depth;
 }
 
 double ball_depth(const FrameUniforms& frame, const EyeVector& direction) {

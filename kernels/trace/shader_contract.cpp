@@ -199,7 +199,7 @@ std::string hooks(std::span<const PixelFeature> features) {
     if (feature->hook == Hook::none) continue;
     files += fmt::format("#include \"{}\"\n", row->shader);
     if (feature->hook == Hook::way) begins += fmt::format("  begin_{}(way);\n", feature->id);
-    if (feature->hook == Hook::normal) files = "#define HAS_NORMALS\n" + files;
+    if (feature->hook == Hook::normal) files += "#define HAS_NORMALS\n";
   }
   if (begins.empty()) return files;
   return "#define HAS_WAY\n" + files +

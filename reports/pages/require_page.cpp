@@ -33,14 +33,14 @@ void write_require(const RequireReport& report, const std::filesystem::path& fol
   nlohmann::json data = require_json(report);
   write_output(folder / kRequireFile, data.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (std::size_t i = 0; i < report.worth.size(); ++i) {
-    const auto& [name, choice, is_needed, without, with, price_ns, pictures] = report.worth[i];
-    const Scene& scene = report.file->scenes[report.at(without).view].scene;
+    const FeatureWorth& worth = report.worth[i];
+    const Scene& scene = report.file->scenes[report.at(worth.without).view].scene;
     const auto picture = [&](const char* kind, std::span<const std::uint8_t> rgba8) {
-      return write_picture(folder / kImagesFolder / fmt::format("{}-{}.png", name, kind), scene, rgba8);
+      return write_picture(folder / kImagesFolder / fmt::format("{}-{}.png", worth.name, kind), scene, rgba8);
     };
-    data["features"][i]["pictures"] = {{"without", picture("without", pictures.without)},
-                                       {"with", picture("with", pictures.with)},
-                                       {"reference", picture("reference", pictures.reference)}};
+    data["features"][i]["pictures"] = {{"without", picture("without", worth.pictures.without)},
+                                       {"with", picture("with", worth.pictures.with)},
+                                       {"reference", picture("reference", worth.pictures.reference)}};
   }
   write_output(folder / kRequirePage, fill_page(kRequirePage, data));
 }

@@ -36,18 +36,23 @@ Json parameter_row(const Param& param) {
           {"description", param.description}};
 }
 
+std::string parameter_ids(const FeatureRow& row) {
+  std::vector<std::string_view> ids;
+  ids.reserve(row.params.size());
+  for (const Param& param : row.params) ids.push_back(param.id);
+  return fmt::format("{}", fmt::join(ids, " | "));
+}
+
 Json feature_rows() {
   Json rows = Json::array();
   for (const Feature& feature : all_features())
-    for (const FeatureRow& row : feature.rows) {
-      std::vector<std::string_view> parameters;
-      for (const Param& param : row.params) parameters.push_back(param.id);
+    for (const FeatureRow& row : feature.rows)
       rows.push_back({{"id", fmt::format("{}={}", feature.id, row.id)},
-                      {"parameters", fmt::format("{}", fmt::join(parameters, " | "))},
+                      {"parameters", parameter_ids(row)},
+                      {"also", row.also},
                       {"caveat", row.caveat},
                       {"source", row.source},
                       {"description", row.description}});
-    }
   return rows;
 }
 
@@ -208,6 +213,23 @@ void print_techniques(const Json& rows, const Paint& paint) {
   }
 }
 
+void print_features(const Paint& paint) {
+  for (const Feature& feature : all_features()) {
+    put("{}  {}\n", paint.bold(feature.id), feature.description);
+    for (const FeatureRow& row : feature.rows) {
+      put("  {}  {}\n", paint.bold(row.id), row.description);
+      std::string more;
+      for (const auto& [what, text] : {std::pair<std::string_view, std::string>{"parameters", parameter_ids(row)},
+                                       {"brings", std::string(row.also)},
+                                       {"guarantees hold", std::string(row.caveat)},
+                                       {"source", std::string(row.source)}})
+        if (!text.empty()) more += fmt::format("{}{} {}", more.empty() ? "" : "; ", what, text);
+      if (!more.empty()) put("    {}\n", more);
+    }
+    put("\n");
+  }
+}
+
 void list_command(const std::string& what, bool json) {
   const auto* const list =
       std::find_if(kLists.begin(), kLists.end(), [&](const ListRow& candidate) { return candidate.id == what; });
@@ -223,6 +245,8 @@ void list_command(const std::string& what, bool json) {
     fmt::print("{}\n", rows.dump(2));
   } else if (list->rows == technique_rows) {
     print_techniques(rows, paint);
+  } else if (list->rows == feature_rows) {
+    print_features(paint);
   } else {
     put("{}", table(rows, "", paint));
   }

@@ -313,7 +313,7 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
     std::vector<Draw> draws(score_frame.begin(), score_frame.end());
     const FrameUniforms part_frame =
         shifted(frame, (part % kSubpixels + 0.5) / kSide - 0.5,
-                         (part / kSubpixels + 0.5) / kSide - 0.5);  // NOLINT(bugprone-integer-division): a row
+                (part / kSubpixels + 0.5) / kSide - 0.5);  // NOLINT(bugprone-integer-division): a row
     for (Draw& draw : draws) draw.frame = part_frame;
     context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draws, pixels); });
     std::vector<ReferenceHit> hits;

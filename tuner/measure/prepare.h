@@ -112,11 +112,11 @@ class Preparer {
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
   /// draw: that traced them
-  [[nodiscard]] const Reference& reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene, SceneState& state,
-                                                     std::span<const PixelFeature> features);
+  [[nodiscard]] const Reference& reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene,
+                                                     SceneState& state, std::span<const PixelFeature> features);
   /// The one whose picture a case's is compared with. own: of the case's features
-  [[nodiscard]] const Reference& seen_reference(const Reference& own, std::span<const Draw> score_frame, const SceneSpec& scene,
-                                                SceneState& state);
+  [[nodiscard]] const Reference& seen_reference(const Reference& own, std::span<const Draw> score_frame,
+                                                const SceneSpec& scene, SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key);
   /// reference_key: of the hits, which are of pixels_
   [[nodiscard]] FeatureValues values_of_traced(const SceneSpec& scene, const std::string& reference_key,

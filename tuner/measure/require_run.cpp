@@ -155,6 +155,7 @@ class SceneStudy {
                                         .reference_ns = session_.calibration().reference_ns});
     const Timing timing{.session = session_, .book = book, .measure = file_.measure, .split = split_};
     std::vector<TimedCase> order;
+    order.reserve(prepared.size());
     for (const PreparedCase& one : prepared) order.push_back(warm_up(timing, one.record, one.draws));
     std::mt19937_64 random(1);
     for (int round = 0; round < file_.measure.samples; ++round) {

@@ -13,7 +13,8 @@ struct RegistryParam {
   [[nodiscard]] int index(std::string_view value) const;
 };
 
-/// Every parameter of the registry once, parameters and values in the order of first appearance.
+/// Every parameter of the registry once, parameters and values in the order of first appearance; those that ids have
+/// only sometimes behind all others.
 [[nodiscard]] const std::vector<RegistryParam>& registry_params();
 
 }  // namespace reliefbench
