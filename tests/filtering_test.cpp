@@ -177,9 +177,9 @@ TEST(Shifted, rays_go_through_another_point_of_their_pixel) {
   EXPECT_EQ(shifted(frame, 0, 0), frame);
 }
 
-/// FLIP of `flat` with normals of a level, and the reference that it is held against.
-std::pair<double, std::vector<std::uint8_t>> seen(std::string_view backend, std::string_view normals,
-                                                  Picture reference) {
+/// The error of a setting far away, and the reference that it is held against.
+std::pair<FrameScore, std::vector<std::uint8_t>> seen(std::string_view backend, const Settings& settings,
+                                                      Picture reference) {
   WallSplit split;
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
@@ -194,12 +194,10 @@ std::pair<double, std::vector<std::uint8_t>> seen(std::string_view backend, std:
                                   .width_px = 48,
                                   .height_px = 48,
                                   .reference = reference}};
-  const Case c{.settings = settings_of("flat", {{"normals", std::string(normals)}}),
-               .scene_id = scene.id,
-               .backend = std::string(backend)};
+  const Case c{.settings = settings, .scene_id = scene.id, .backend = std::string(backend)};
   const PreparedCase prepared = preparer.prepare(c, scene);
   EXPECT_EQ(prepared.record.status, Status::ok) << prepared.record.reason;
-  return {prepared.record.error->at("flip"), preparer.pictures(c, scene).reference};
+  return {*prepared.record.error, preparer.pictures(c, scene).reference};
 }
 
 double spread(const std::vector<std::uint8_t>& rgba8) {
@@ -213,17 +211,33 @@ double spread(const std::vector<std::uint8_t>& rgba8) {
   return squares / count - sum / count * (sum / count);
 }
 
-// Far away a pixel covers many texels. One ray sees one of them; the mean of 16 varies
-// less.
+// Far away a pixel covers many texels. One ray sees one of them; the mean of 16 varies less.
 TEST_P(FilteringTest, of_a_supersampled_reference_aliasing_is_an_error) {
   if (row().devices().empty()) return;
-  const auto [base, calm] = seen(GetParam(), "base", Picture::supersampled);
-  const auto [levels, same] = seen(GetParam(), "footprint", Picture::supersampled);
-  const auto [base_by_point, trembling] = seen(GetParam(), "base", Picture::point);
-  EXPECT_EQ(calm, same);
-  EXPECT_NE(levels, base);
-  EXPECT_NE(base_by_point, base);
-  EXPECT_LT(spread(calm), 0.5 * spread(trembling));
+  const Settings trembling = settings_of("flat");
+  const Settings calm = settings_of("flat", {{"normals", "footprint"}});
+  const auto [base, mean] = seen(GetParam(), trembling, Picture::supersampled);
+  const auto [levels, same] = seen(GetParam(), calm, Picture::supersampled);
+  const auto [base_by_point, one_ray] = seen(GetParam(), trembling, Picture::point);
+  EXPECT_EQ(mean, same);
+  EXPECT_NE(levels.at("flip"), base.at("flip"));
+  EXPECT_NE(base_by_point.at("flip"), base.at("flip"));
+  EXPECT_LT(spread(mean), 0.5 * spread(one_ray));
+}
+
+TEST_P(FilteringTest, of_a_supersampled_reference_the_object_that_is_seen_is_the_pixels_own) {
+  if (row().devices().empty()) return;
+  const Settings depth = settings_of("relief", {{"linear_steps", "8"}, {"depth", "write"}});
+  const auto [mean, many_rays] = seen(GetParam(), depth, Picture::supersampled);
+  const auto [point, one_ray] = seen(GetParam(), depth, Picture::point);
+  EXPECT_NE(many_rays, one_ray);
+  EXPECT_EQ(mean.at("wrong_visible_rate"), point.at("wrong_visible_rate"));
+}
+
+TEST_P(FilteringTest, a_supersampled_reference_is_the_same_to_a_frame_of_several_draws) {
+  if (row().devices().empty()) return;
+  EXPECT_EQ(seen(GetParam(), settings_of("depth_passes", {{"passes", "8"}}), Picture::supersampled).second,
+            seen(GetParam(), settings_of("depth_slices", {{"slices", "8"}}), Picture::supersampled).second);
 }
 
 }  // namespace

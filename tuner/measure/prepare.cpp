@@ -310,11 +310,11 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
   std::vector<int> sums(4 * exact.hits.size());
   std::vector<ScorePixel> pixels;
   for (int part = 0; part < kSubpixels * kSubpixels; ++part) {
+    const double right = (part % kSubpixels + 0.5) / kSide - 0.5;
+    const double down = (part / kSubpixels + 0.5) / kSide - 0.5;  // NOLINT(bugprone-integer-division): a row
     std::vector<Draw> draws(score_frame.begin(), score_frame.end());
-    const FrameUniforms part_frame =
-        shifted(frame, (part % kSubpixels + 0.5) / kSide - 0.5,
-                (part / kSubpixels + 0.5) / kSide - 0.5);  // NOLINT(bugprone-integer-division): a row
-    for (Draw& draw : draws) draw.frame = part_frame;
+    for (Draw& draw : draws) draw.frame = shifted(draw.frame, right, down);
+    const FrameUniforms& part_frame = draws.front().frame;
     context_.split.book(Part::draw, [&] { trace_frame(context_.session.backend(), draws, pixels); });
     std::vector<ReferenceHit> hits;
     FeatureValues values;
@@ -330,6 +330,9 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
   std::ranges::transform(sums, mean.begin(), [](int sum) {
     return static_cast<std::uint8_t>((sum + kSubpixels * kSubpixels / 2) / (kSubpixels * kSubpixels));
   });
+  // Alpha says which object is seen: by the pixel's own ray, as no mean could.
+  const std::vector<std::uint8_t> own = shade_reference(exact, scene, state, frame);
+  for (std::size_t i = 3; i < mean.size(); i += 4) mean[i] = own[i];
   return mean;
 }
 
