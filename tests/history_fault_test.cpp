@@ -68,13 +68,13 @@ class HistoryFaultTest : public OnBothDatabases {
 };
 INSTANTIATE_TEST_SUITE_P(Both, HistoryFaultTest, kBothDatabases, database_kind);
 
-// Kills at moments spread over the time that an undisturbed command takes; the database is made anew where it is whole,
-// so that its first moments count as often as its last.
+// Kills at moments spread over the time that an undisturbed command takes, as the machine is now: five of six meet it
+// alive. The database is made anew where it is whole, so that its first moments count as often as its last.
 TEST_P(HistoryFaultTest, kills_lose_and_double_nothing) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
   ingest(make_database());
-  const double whole_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  double whole_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   std::mt19937 random(1);
   const int kills = is_server() ? 40 : 160;  // a server's databases take longer to make
   int killed = 0;
@@ -86,6 +86,7 @@ TEST_P(HistoryFaultTest, kills_lose_and_double_nothing) {
     kill(child, SIGKILL);
     const bool is_killed = wait_for(child, folder_.path()).signal == SIGKILL;
     killed += is_killed ? 1 : 0;
+    whole_ms *= is_killed ? 1.02 : 0.9;
     if (is_killed && killed % 10 != 0) continue;  // go on with what it left
     ingest(database_);
     expect_as_undisturbed(database_);
