@@ -79,18 +79,16 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
 
 Target color_target(std::span<const PixelFeature> features, bool is_occluded) {
   Target target = Target::color;
-  target.has_depth = is_occluded || std::ranges::any_of(features, [](const PixelFeature& one) {
-                       return one.feature->value->has_objects;
-                     });
+  const auto has_objects = [](const PixelFeature& one) { return shows_in_objects(*one.feature); };
+  target.has_depth = is_occluded || std::ranges::any_of(features, has_objects);
   return target;
 }
 
 Target score_target(std::span<const PixelFeature> features) {
   Target target = Target::score;
-  for (const PixelFeature& one : features)
-    if (one.feature->value)
-      target.attachments.push_back(
-          {.name = one.feature->value->output, .layout = {.type = TexelType::float32, .channels = 1}});
+  for (const PixelFeature& one : with_values(features))
+    target.attachments.push_back(
+        {.name = one.feature->value->output, .layout = {.type = TexelType::float32, .channels = 1}});
   return target;
 }
 

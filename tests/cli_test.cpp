@@ -12,46 +12,15 @@
 #include <thread>
 
 #include "kernels/image/image.h"
-#include "tests/command.h"
+#include "tests/cli_rig.h"
 #include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"
-#include "tests/temp_folder.h"
 #include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
 
 using ::testing::HasSubstr;
-
-const std::filesystem::path kSource = RELIEFBENCH_SOURCE_DIR;
-const std::string kSmoke = (kSource / "configs/smoke.json").string();
-
-class CliTest : public ::testing::Test {
- protected:
-  [[nodiscard]] CommandResult run(const std::vector<std::string>& arguments) const {
-    return run_reliefbench(arguments, folder_.path());
-  }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
-  [[nodiscard]] std::string config_on(const std::string& heightmap) const {
-    const std::string name = "config.json";
-    write(name,
-          R"({"scenes": [{"heightmap": ")" + heightmap + R"(", "views": "top"}], "sweeps": [{"technique": "flat"}]})");
-    return name;
-  }
-  /// One line on stderr with these words, this exit code, and no output folder.
-  void expect_refused(const std::vector<std::string>& arguments, int exit_code, const std::string& words) const {
-    const CommandResult result = run(arguments);
-    EXPECT_EQ(result.exit_code, exit_code) << result.err;
-    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(words));
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "run"));
-  }
-
-  TempFolder folder_;
-};
-
-/// On real devices, whose timers are audited as a sweep starts.
-class CliDeviceAudit : public CliTest {};
 
 TEST_F(CliTest, every_command_has_help_with_an_example) {
   for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
@@ -170,8 +139,8 @@ TEST_F(CliTest, a_dry_run_prints_the_plan_and_writes_nothing) {
 
 // It takes some two and a half minutes on two cores, where half a minute was promised.
 TEST_F(CliTest, a_dry_run_promises_no_less_time_than_the_quickstart_takes) {
-  const CommandResult plan =
-      run({"sweep", (kSource / "configs/quickstart.json").string(), "--dry-run", "--json", "--backend", "all"});
+  const CommandResult plan = run({"sweep", std::string(RELIEFBENCH_SOURCE_DIR) + "/configs/quickstart.json",
+                                  "--dry-run", "--json", "--backend", "all"});
   ASSERT_EQ(plan.exit_code, 0) << plan.err;
   const nlohmann::json json = nlohmann::json::parse(plan.out);
   ASSERT_EQ(json.at("cases").size(), 378U);
@@ -226,18 +195,6 @@ TEST_F(CliDeviceAudit, a_frame_that_does_not_end_in_time_ends_its_case) {
   }
 }
 
-TEST_F(CliDeviceAudit, recommend_answers_or_says_how_near_it_came) {
-  ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "opengl"}).exit_code, 0);
-  const CommandResult yes = run({"recommend", "out", "--max-error", "e_xy.p99<=0.5", "--json"});
-  EXPECT_EQ(yes.exit_code, 0) << yes.err;
-  EXPECT_FALSE(nlohmann::json::parse(yes.out).empty());
-  const CommandResult no = run({"recommend", "out", "--max-error", "e_xy.max<=1e-9"});
-  EXPECT_EQ(no.exit_code, 1);
-  EXPECT_THAT(no.out + no.err, HasSubstr("e_xy.max is"));
-  EXPECT_EQ(run({"recommend", "out", "--max-error", "beauty<=1"}).exit_code, 2);
-  EXPECT_EQ(run({"recommend", "nowhere"}).exit_code, 2);
-}
-
 TEST_F(CliTest, a_run_compares_with_itself_as_the_same) {
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "null"}).exit_code, 0);
   const CommandResult same = run({"compare", "out", "out"});
@@ -245,14 +202,6 @@ TEST_F(CliTest, a_run_compares_with_itself_as_the_same) {
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "flat", "--backend", "null", "--filter", "flat@*"}).exit_code, 0);
   ASSERT_EQ(run({"sweep", kSmoke, "-o", "cone", "--backend", "null", "--filter", "cone@*"}).exit_code, 0);
   EXPECT_EQ(run({"compare", "flat", "cone"}).exit_code, 5);
-}
-
-/// A run's line file with one text replaced in its first line.
-void spoil(const std::filesystem::path& file, const std::string& before, const std::string& after) {
-  std::string text = file_text(file);
-  const std::size_t at = text.find(before);
-  ASSERT_NE(at, std::string::npos) << before;
-  std::ofstream(file) << text.replace(at, before.size(), after);
 }
 
 // A zero time once made `compare` rank 0/0 for ever, and another backend than the id's made it die.
@@ -274,78 +223,6 @@ TEST_F(CliTest, times_and_backends_that_cannot_be_are_refused_with_file_and_line
   refused("results.jsonl", R"("ci_low":)", R"("ci_low":1e300,"x":)", "'ci_low' is 1e+300, above 'ci_high'");
   refused("results.jsonl", R"("backend":"null")", R"("backend":"vulkan")",
           "'backend' is 'vulkan', but the case's id says 'null'");
-}
-
-TEST_F(CliTest, recommend_says_what_its_intervals_cover) {
-  ASSERT_EQ(run({"sweep", kSmoke, "-o", "out", "--backend", "null"}).exit_code, 0);
-  const nlohmann::json smoke = nlohmann::json::parse(file_text(kSmoke), nullptr, true, true);
-  const int samples = smoke.at("measure").at("samples");
-  ASSERT_LT(samples, 6);  // too few for 95 %
-  const CommandResult text = run({"recommend", "out", "--max-error", "e_xy.p99<=100"});
-  ASSERT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_EQ(text.out.find("95 %"), std::string::npos) << text.out;
-  EXPECT_THAT(text.out, HasSubstr(samples == 3 ? "; 75 %]" : "; 93.8 %]"));
-  const CommandResult json = run({"recommend", "out", "--max-error", "e_xy.p99<=100", "--json"});
-  EXPECT_LT(nlohmann::json::parse(json.out).at("answers").at(0).at("pick").at("frame_time_ns").at("coverage"), 0.95);
-}
-
-// No relief at all takes the least time, and was once offered as the simplest.
-TEST_F(CliTest, recommend_within_a_time_keeps_to_the_budgets_of_the_run) {
-  static_cast<void>(null_sweep(folder_));
-  const CommandResult within = run({"recommend", "run", "--max-time-ms", "100"});
-  EXPECT_EQ(within.exit_code, 0) << within.err;
-  EXPECT_THAT(within.out, HasSubstr("  simplest    relief "));
-  const CommandResult json = run({"recommend", "run", "--max-time-ms", "100", "--json"});
-  EXPECT_EQ(nlohmann::json::parse(json.out).at("question").at("simplest_budgets"),
-            nlohmann::json({"e_xy.p99<=0.5", "missed_rate<=0.001"}));
-}
-
-TEST_F(CliTest, recommend_and_tune_say_what_ties_with_their_pick) {
-  static_cast<void>(null_sweep(folder_));
-  EXPECT_THAT(
-      run({"recommend", "run", "--max-error", "e_xy.p95<=2"}).out,
-      ::testing::AllOf(HasSubstr("\n  tie         relief "), HasSubstr("the pick is the simplest and smallest")));
-  EXPECT_THAT(run({"tune", "config.json", "--backend", "null", "--max-error", "e_xy.p95<=2", "-o", "t", "--quiet"}).out,
-              ::testing::AllOf(HasSubstr("\n  tie with relief "), HasSubstr("the pick is the simpler or smaller")));
-}
-
-TEST_F(CliTest, recommend_names_no_command_that_would_measure_something_else) {
-  write("config.json", file_text(kSmoke));
-  ASSERT_EQ(run({"sweep", "config.json", "-o", "out", "--backend", "null"}).exit_code, 0);
-  const std::vector<std::string> recommend = {"recommend", "out", "--max-error", "e_xy.p99<=100"};
-  EXPECT_THAT(run(recommend).out, HasSubstr("reliefbench sweep config.json"));
-  spoil(folder_ / "config.json", "\"smoke\"", "\"another\"");
-  EXPECT_EQ(run(recommend).out.find("reliefbench sweep"), std::string::npos);
-  std::filesystem::remove(folder_ / "config.json");
-  EXPECT_EQ(run(recommend).out.find("reliefbench sweep"), std::string::npos);
-}
-
-TEST_F(CliTest, the_folder_of_a_tune_is_taken_for_what_it_is) {
-  const std::vector<std::string> bound = {"--max-error", "e_xy.p99<=5"};
-  ASSERT_NE(
-      run({"tune", kSmoke, "-o", "tune", "--backend", "null", bound[0], bound[1], "--time-limit", "20s", "--quiet"})
-          .exit_code,
-      2);
-  const CommandResult answer = run({"recommend", "tune"});
-  EXPECT_EQ(answer.exit_code, 0) << answer.out << answer.err;
-  EXPECT_THAT(answer.out, HasSubstr("The fastest with e_xy.p99<=5"));  // what was asked of tune
-  EXPECT_THAT(answer.out, HasSubstr("the settings that tune answers with"));
-  EXPECT_EQ(answer.out.find("no technique simpler"), std::string::npos);
-  const CommandResult shipped = run({"export", "--tune", "tune", "--for", "unreal", "-o", "shipped", "--json"});
-  EXPECT_EQ(shipped.exit_code, 0) << shipped.err;
-  EXPECT_THAT(shipped.out,
-              ::testing::AllOf(::testing::HasSubstr("\"run\": \"tune\""), ::testing::HasSubstr("\"same_scene\": true"),
-                               ::testing::HasSubstr("unreal/Relief.usf")));
-  EXPECT_EQ(run({"export", "--tune", "nowhere", "-o", "shipped"}).exit_code, 2);
-  const CommandResult presets = run({"presets", "tune", "-o", "p.json"});
-  EXPECT_EQ(presets.exit_code, 0) << presets.err;
-  const nlohmann::json levels = nlohmann::json::parse(file_text(folder_ / "p.json")).at("devices").at(0).at("levels");
-  EXPECT_LT(levels.size(), 11U);  // no two of them equal
-  for (std::size_t i = 1; i < levels.size(); ++i)
-    EXPECT_TRUE(levels[i]["technique"] != levels[i - 1]["technique"] || levels[i]["params"] != levels[i - 1]["params"]);
-  if (levels.size() < 3) {
-    EXPECT_THAT(presets.err, HasSubstr("a tune's folder holds only the settings that it answers with"));
-  }
 }
 
 TEST_F(CliTest, presets_take_several_runs) {

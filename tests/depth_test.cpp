@@ -88,7 +88,7 @@ void on_every_session(const BackendRow& row, const Body& body) {
 }
 
 SeenObject seen_in(const std::vector<std::uint8_t>& rgba8, std::size_t pixel) {
-  return static_cast<SeenObject>(255 - rgba8[4 * pixel + 3]);
+  return SeenObject{rgba8[4 * pixel + 3]};
 }
 
 /// Exact hits in full precision.

@@ -15,6 +15,7 @@
 #include "kernels/image/image.h"
 #include "reports/pages/assets.h"
 #include "reports/pages/data_uri.h"
+#include "reports/pages/fleet_data.h"
 #include "reports/pages/report_data.h"
 #include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"

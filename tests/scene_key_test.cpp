@@ -107,7 +107,9 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
                 .wrap = Wrap::clamp,
                 .width_px = 48,
                 .height_px = 32,
-                .light = {.elevation_deg = 20, .azimuth_deg = -100, .angular_radius_deg = 0.25}}};
+                .light = {.elevation_deg = 20, .azimuth_deg = -100, .angular_radius_deg = 0.25},
+                .reference = Picture::supersampled,
+                .occluded = 0.5}};
   const MeasuredScene scene = measured_scene(spec, Heightmaps().read(spec.heightmap));
   const nlohmann::json j = scene_json(scene);
   const MeasuredScene back = parse_scene(nlohmann::json::parse(j.dump()));
@@ -132,6 +134,9 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   refused("/frame_px", {0, 1}, "'frame_px'");
   refused("/heights_texels", {32, 0}, "'heights_texels'");
   refused("/wrap", "mirror", "'wrap'");
+  refused("/reference", "lines", "neither point nor supersampled");
+  refused("/reference", 5, "'reference'");
+  refused("/occluded", "half", "'occluded'");
   refused("/key", "abc", "is no scene key");
   refused("/view", 1, "'id' is missing");
   EXPECT_THROW((void)parse_scene(nlohmann::json::array()), Error);

@@ -7,4 +7,7 @@ inline constexpr double kNearPlane = 1.0 / 16;      ///< of the distance from th
 inline constexpr double kDepthRange = 1024;         ///< far plane over near plane
 inline constexpr float kFarthest = 0x1.fffffep-1F;  ///< what is farther counts as so far: nearer than an empty frame
 
+/// What a pixel of a frame with depth shows, as its alpha in 255ths.
+enum class SeenObject { occluder = 252, ball = 253, square = 254, relief = 255 };
+
 }  // namespace reliefbench

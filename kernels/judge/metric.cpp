@@ -102,10 +102,9 @@ std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const
   std::int64_t wrong = 0;
   bool has_objects = false;
   for (std::size_t i = 0; i < mask.size(); ++i) {
-    // Alpha says what is seen (SeenObject): 255 is the relief, or a frame that holds nothing else.
-    const std::uint8_t exact = pictures.reference[4 * i + 3];
-    const std::uint8_t found = pictures.test[4 * i + 3];
-    const auto is_object = [](std::uint8_t alpha) { return alpha == 254 || alpha == 253; };
+    const SeenObject exact{pictures.reference[4 * i + 3]};
+    const SeenObject found{pictures.test[4 * i + 3]};
+    const auto is_object = [](SeenObject seen) { return seen == SeenObject::square || seen == SeenObject::ball; };
     has_objects = has_objects || is_object(exact) || is_object(found);
     if (!is_judged(mask[i])) continue;
     ++pixels;

@@ -1,13 +1,7 @@
 #ifndef EYE_GLSL
 #define EYE_GLSL
-// Depths along the view's axis, in sides of the unit square: the ray of a pixel is at position + direction * depth.
+// Depths along the view's axis, in sides of the unit square: the ray of a pixel is at position + eye_direction * depth.
 #include "frame_block.glsl"
-
-vec3 eye_direction(vec2 pixel) {
-  precise vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
-  precise vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
-  return direction;
-}
 
 vec2 near_and_far() { return vec2(frame.up.w, frame.up.w * DEPTH_RANGE); }
 

@@ -8,8 +8,7 @@ ivec2 map_size() { return frame.sizes.zw; }
 // The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
 // technique's frame has the same rays to the bit, so that one reference serves them all.
 bool make_ray(vec2 pixel, out Ray ray) {
-  precise vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
-  precise vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
+  precise vec3 direction = eye_direction(pixel);
   if (direction.z >= 0.0) return false;
   precise vec2 per_height = direction.xy / -direction.z;
   precise vec2 plane = frame.position.xy + per_height * frame.position.z;
@@ -27,8 +26,7 @@ bool make_ray(vec2 pixel, out Ray ray) {
 // The image of a pixel that has a ray, from the exact derivatives of the plane's point: its longer side is GL's scale
 // factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).
 Pixel pixel_at(vec2 pixel) {
-  vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
-  vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
+  vec3 direction = eye_direction(pixel);
   vec2 per_height = direction.xy / -direction.z;
   float t = frame.position.z / -direction.z;
   vec2 texels = 2.0 * t * frame.right.w * vec2(map_size());

@@ -12,4 +12,11 @@ layout(BINDING(0), std140) uniform Frame {
   ivec4 sizes;    // frame width, height in pixels; map width, height in texels
 } frame;
 // clang-format on
+
+// Of a pixel's ray, of length 1 along the view's axis. `precise`: the same bits in every shader.
+vec3 eye_direction(vec2 pixel) {
+  precise vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;
+  precise vec3 direction = frame.forward.xyz + frame.right.xyz * ndc.x - frame.up.xyz * ndc.y;
+  return direction;
+}
 #endif

@@ -5,7 +5,7 @@
 #include "eye.glsl"
 
 // What stands beside the relief in frames with depth: a tilted square and a ball that cut through it, and the sky
-// behind all. C++ twin: depth.cpp. alpha: what is seen there (SeenObject in depth.h).
+// behind all. C++ twin: depth.cpp.
 const int SQUARE = 0;  // in frame.forward.w
 const int BALL = 1;    // anything else is the sky
 
@@ -48,5 +48,5 @@ void main() {
   gl_FragDepth = window_depth(depth, planes);
   float shade = 0.8 + 0.2 * sin(40.0 * (frame.position.x + direction.x * depth));
   out_color =
-      object == SQUARE ? vec4(0.75 * shade, 0.25, 0.20, 254.0 / 255.0) : vec4(0.20, 0.35, 0.75 * shade, 253.0 / 255.0);
+      object == SQUARE ? vec4(0.75 * shade, 0.25, 0.20, SEEN_SQUARE) : vec4(0.20, 0.35, 0.75 * shade, SEEN_BALL);
 }

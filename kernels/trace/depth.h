@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/judge/depth_range.h"
 #include "kernels/judge/reference.h"
 #include "kernels/judge/score_pixel.h"
 #include "kernels/trace/view.h"
@@ -15,9 +16,6 @@ namespace reliefbench {
 inline constexpr int kDepthVersion = 1;  ///< of the exact values
 inline constexpr double kSquareSide = 0.5;
 inline constexpr double kBallRadius = 0.2;
-
-/// What a pixel of such a frame shows. Its alpha is 255 less this.
-enum class SeenObject { relief = 0, square = 1, ball = 2, occluder = 3 };
 
 /// Of a pixel's ray, its floats taken exactly, along the view's axis in sides of the unit square.
 struct PixelDepths {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 
 #include "kernels/judge/light.h"
 #include "kernels/judge/score.h"
@@ -311,11 +312,14 @@ std::vector<PixelFeature> frame_features(const Settings& settings) {
   return features;
 }
 
-std::vector<PixelFeature> pixel_features(const Settings& settings) {
-  std::vector<PixelFeature> features = frame_features(settings);
-  std::erase_if(features, [](const PixelFeature& one) { return !one.feature->value; });
-  return features;
+std::vector<PixelFeature> with_values(std::span<const PixelFeature> features) {
+  std::vector<PixelFeature> valued;
+  std::ranges::copy_if(features, std::back_inserter(valued),
+                       [](const PixelFeature& one) { return one.feature->value.has_value(); });
+  return valued;
 }
+
+std::vector<PixelFeature> pixel_features(const Settings& settings) { return with_values(frame_features(settings)); }
 
 bool shows_in_objects(const Feature& feature) { return feature.value && feature.value->has_objects; }
 

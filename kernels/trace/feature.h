@@ -115,10 +115,12 @@ struct PixelFeature {
 };
 /// A list of values for each of some features, one a pixel.
 using FeatureValues = std::vector<std::vector<float>>;
-/// Those that are on in these settings.
-[[nodiscard]] std::vector<PixelFeature> pixel_features(const Settings& settings);
-/// All features of the scene that are on: what a frame's text is made of.
+/// All features of the scene that are on in these settings: what a frame's text is made of.
 [[nodiscard]] std::vector<PixelFeature> frame_features(const Settings& settings);
+/// Those that have a PixelValue.
+[[nodiscard]] std::vector<PixelFeature> with_values(std::span<const PixelFeature> features);
+/// with_values() of frame_features().
+[[nodiscard]] std::vector<PixelFeature> pixel_features(const Settings& settings);
 /// Whether a feature shows in objects beside the relief, which `require` does not judge by.
 [[nodiscard]] bool shows_in_objects(const Feature& feature);
 /// Everything that the relief itself may show beside the hits, exact.

@@ -78,7 +78,7 @@ std::vector<SettingValue> Settings::values() const {
 std::vector<SettingValue> Settings::written() const {
   std::vector<SettingValue> list;
   for (const SettingValue& given : values())
-    if (given.param.is_spelt_out || given.value != given.param.fallback) list.push_back(given);
+    if (given.is_written()) list.push_back(given);
   return list;
 }
 

@@ -87,9 +87,8 @@ std::string param_lines(const Param& param) {
   return choice_lines(param.id, choices) + constant_line(param.id, param.constant_id, fallback);
 }
 
-bool is_of_scene(const Param& param) { return param.constant_id >= static_cast<int>(kFirstFeatureConstant); }
 bool is_own(const Param& param) {
-  return param.constant_id >= static_cast<int>(kFirstOwnConstant) && !is_of_scene(param);
+  return param.constant_id >= static_cast<int>(kFirstOwnConstant) && !is_of_scenes_row(param);
 }
 
 /// The parameters that techniques share, each once, by constant.
@@ -98,7 +97,7 @@ std::vector<const Param*> shared_params() {
   for (const Technique& technique : techniques())
     for (const Param& param : technique.params) {
       const bool is_known = std::ranges::find(params, param.constant_id, &Param::constant_id) != params.end();
-      if (param.constant_id >= 0 && !is_own(param) && !is_of_scene(param) && !is_known) params.push_back(&param);
+      if (param.constant_id >= 0 && !is_own(param) && !is_of_scenes_row(param) && !is_known) params.push_back(&param);
     }
   std::ranges::sort(params, {}, &Param::constant_id);
   return params;
@@ -170,6 +169,9 @@ std::string shared_contract() {
   text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");
   text += float_line("SQUARE_SIDE", static_cast<float>(kSquareSide));
   text += float_line("BALL_RADIUS", static_cast<float>(kBallRadius));
+  for (const auto& [id, seen] : {std::pair("SQUARE", SeenObject::square), std::pair("BALL", SeenObject::ball),
+                                 std::pair("OCCLUDER", SeenObject::occluder)})
+    text += float_line(fmt::format("SEEN_{}", id), static_cast<float>(seen) / 255, "alpha of its pixels");
   return text;
 }
 
@@ -214,15 +216,14 @@ std::string hooks(std::span<const PixelFeature> features) {
 std::string features_contract(std::span<const PixelFeature> features) {
   if (features.empty()) return "";
   std::string head = feature_parameters(features) + hooks(features);
-  if (std::ranges::none_of(features, [](const PixelFeature& one) { return one.feature->value.has_value(); }))
-    return head;
+  const std::vector<PixelFeature> valued = with_values(features);
+  if (valued.empty()) return head;
   head += "#define HAS_FEATURES\n#include \"feature.glsl\"\n#include \"eye.glsl\"\n";
   std::string values;
   std::string calls;
   std::string shades;
   int channel = 0;
-  for (const auto& [feature, row] : features) {
-    if (!feature->value) continue;
+  for (const auto& [feature, row] : valued) {
     const std::string signature =
         fmt::format("float {}(Ray ray, Scene scene, inout Hit hit)", feature->value->function);
     if (row != nullptr) head += fmt::format("#define {}_{}\n", upper(feature->id), upper(row->id));
@@ -249,13 +250,13 @@ std::string features_contract(std::span<const PixelFeature> features) {
 }
 
 std::string feature_outputs(std::span<const PixelFeature> features) {
-  if (std::ranges::none_of(features, [](const PixelFeature& one) { return one.feature->value.has_value(); })) return "";
+  const std::vector<PixelFeature> valued = with_values(features);
+  if (valued.empty()) return "";
   std::string outputs;
   std::string puts;
   std::string zeros;
   int location = 2;  // behind the ray and the hit
-  for (const PixelFeature& one : features) {
-    if (!one.feature->value) continue;
+  for (const PixelFeature& one : valued) {
     outputs += fmt::format("layout(location = {}) out float {};\n", location++, one.feature->value->output);
     puts += fmt::format("  {} = values.{};\n", one.feature->value->output, one.feature->id);
     zeros += fmt::format("  {} = 0.0;\n", one.feature->value->output);
@@ -271,7 +272,7 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap, cons
   if (settings == nullptr) return constants;
   const Technique& technique = settings->technique();
   for (const Param& param : technique.params)
-    if (param.constant_id >= 0 && (!is_of_scene(param) || settings->is_active(param)))
+    if (param.constant_id >= 0 && (!is_of_scenes_row(param) || settings->is_active(param)))
       constants.push_back({.id = static_cast<std::uint32_t>(param.constant_id), .value = settings->get(param.id)});
   if (technique.reads_map()) {
     const MapStorage storage = storage_of(*settings);

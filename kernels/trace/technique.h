@@ -28,6 +28,10 @@ enum SharedConstant : int {
 inline constexpr std::uint32_t kFirstOwnConstant = 16;
 /// Those of features of the scene, which are the same for all techniques, begin here.
 inline constexpr std::uint32_t kFirstFeatureConstant = 128;
+/// Whether it is a parameter of a feature of the scene's row.
+[[nodiscard]] constexpr bool is_of_scenes_row(const Param& param) {
+  return param.constant_id >= static_cast<int>(kFirstFeatureConstant);
+}
 
 /// How a technique has the storage of its map: `map` where it runs on several kinds with more than heights, the kinds'
 /// own parameters, `correction`, `max_ratio`, `format`, `encoding`, each where one of its maps has a use for it.
@@ -66,6 +70,8 @@ struct SettingValue {
   const Param& param;
   int value;
   [[nodiscard]] std::string text() const { return param.text(value); }
+  /// Whether ids have it: not a default that is not spelt out.
+  [[nodiscard]] bool is_written() const { return param.is_spelt_out || value != param.fallback; }
 };
 
 /// A value for every active parameter of a technique's row and of those that it spans: storage of the map, features.
@@ -84,7 +90,7 @@ class Settings {
   [[nodiscard]] bool is(std::string_view param_id, std::string_view choice_id) const;
   /// The active parameters, in the row's order.
   [[nodiscard]] std::vector<SettingValue> values() const;
-  /// Those that ids have: the active ones, but for defaults that are not spelt out.
+  /// Those of them that ids have.
   [[nodiscard]] std::vector<SettingValue> written() const;
   /// "linear_steps=16&refinement=binary&..." of what is written.
   [[nodiscard]] std::string text() const;

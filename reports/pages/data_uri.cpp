@@ -49,6 +49,11 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
+std::string webp_uri(int width, int height, std::span<const std::uint8_t> rgba8) {
+  const std::vector<std::uint8_t> webp = encode_webp(width, height, rgba8);
+  return "data:image/webp;base64," + base64({reinterpret_cast<const char*>(webp.data()), webp.size()});
+}
+
 std::optional<std::string> png_data_uri(const std::filesystem::path& folder, const std::filesystem::path& picture) {
   const std::optional<std::filesystem::path> path = file_within(folder, picture);
   return path ? std::optional(png_uri(*path)) : std::nullopt;
@@ -60,8 +65,7 @@ std::optional<std::string> photo_data_uri(const std::filesystem::path& folder, c
   try {
     const Image image = load_image(*path);
     if (image.channels.size() != 4) return png_uri(*path);
-    const std::vector<std::uint8_t> webp = encode_webp(image.width, image.height, codes_of(image));
-    return "data:image/webp;base64," + base64({reinterpret_cast<const char*>(webp.data()), webp.size()});
+    return webp_uri(image.width, image.height, codes_of(image));
   } catch (const Error&) {
     return png_uri(*path);
   }

@@ -1,12 +1,17 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 namespace reliefbench {
 
 [[nodiscard]] std::string base64(std::string_view bytes);  ///< RFC 4648, padded
+
+/// A picture as a WebP. rgba8: width x height
+[[nodiscard]] std::string webp_uri(int width, int height, std::span<const std::uint8_t> rgba8);
 
 /// A PNG file of a folder as a data URI; none where there is no such file, or it lies outside of the folder: what a run
 /// folder from elsewhere names, "../../mine.png" or a link, is not to get into a page.

@@ -15,9 +15,9 @@
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "reports/pages/data_uri.h"
+#include "reports/pages/fleet_data.h"
 #include "tuner/decide/choose.h"
 #include "tuner/decide/effects.h"
-#include "tuner/decide/fleet.h"
 #include "tuner/decide/presets.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
@@ -211,25 +211,7 @@ class PictureTable {
   std::vector<File> files_;
 };
 
-json summary_json(const Summary& summary) { return {summary.median, summary.ci_low, summary.ci_high}; }
-
-/// What `choose` would say of all runs; null where there is one place only.
-json fleet_of(std::span<const Run> runs) {
-  std::set<std::tuple<std::string, std::string, std::string>> places;
-  for (const Run& run : runs)
-    for (const Record& record : run.records)
-      if (record.status == Status::ok) places.insert({record.backend, record.device, record.scene});
-  if (places.size() < 2) return {};
-  try {
-    const FleetOptions options{.budgets = question_of(runs.front()).budgets};
-    std::vector<FleetRun> fleet_runs;
-    for (const Run& run : runs) fleet_runs.push_back(fleet_run(run));
-    const Fleet fleet = choose_for_fleet(fleet_runs, options);
-    return fleet_page_data(fleet_json(fleet, fleet_runs, options));
-  } catch (const Error& error) {
-    return {{"refusal", error.what()}};
-  }
-}
+json interval_json(const Summary& summary) { return {summary.median, summary.ci_low, summary.ci_high}; }
 
 /// None where a run of another version has settings that this one does not know.
 std::vector<AxisEffect> effects_of(std::span<const Record> records) {
@@ -310,7 +292,7 @@ class DataBuilder {
                   {"setting", setting},
                   {"id", record.case_id},
                   {"mark", mark},
-                  {"time_ns", summary_json(time)},
+                  {"time_ns", interval_json(time)},
                   {"samples", time.n},
                   {"coverage", coverage_text(time.n)},
                   {"timer", record.frame_time->timer},
@@ -330,14 +312,14 @@ class DataBuilder {
 
   void add_effect(std::size_t run, const AxisEffect& effect) {
     json errors = json::array();
-    for (const auto& error : effect.errors) errors.push_back(error ? summary_json(*error) : json());
+    for (const auto& error : effect.errors) errors.push_back(error ? interval_json(*error) : json());
     effects_.push_back({{"group", group_index(run, effect.backend, effect.device)},
                         {"axis", effect.axis},
                         {"from", effect.from},
                         {"to", effect.to},
                         {"pairs", effect.pairs},
                         {"coverage", coverage_text(static_cast<int>(effect.pairs))},
-                        {"time", summary_json(effect.time)},
+                        {"time", interval_json(effect.time)},
                         {"errors", std::move(errors)}});
   }
 
@@ -379,20 +361,6 @@ class DataBuilder {
 };
 
 }  // namespace
-
-json fleet_page_data(json told) {
-  if (!told.contains("settings")) return told;
-  json& settings = told["settings"];
-  told["common_settings"] = settings.size();
-  if (settings.size() > kFleetSettings) settings.erase(settings.begin() + kFleetSettings, settings.end());
-  for (json& one : settings) one["name"] = short_name(parse_setting(one["setting"].get<std::string>()));
-  for (json& place : told["places"]) {
-    const Settings best = parse_setting(place["best"].get<std::string>());
-    place["name"] = short_name(best);
-    place["key"] = setting_key(best);
-  }
-  return told;
-}
 
 ReportData empty_report_data() { return DataBuilder().build({}); }
 

@@ -32,9 +32,6 @@ struct ReportData {
 /// throws: Error(nothing_measured): the runs have no records; Error(bad_input): a metric, budget or setting that is
 ///         unknown
 [[nodiscard]] ReportData report_data(std::span<const Run> runs);
-inline constexpr std::size_t kFleetSettings = 12;
-/// `fleet` of what `choose --json` or tune.json tells: with the names that people read.
-[[nodiscard]] nlohmann::json fleet_page_data(nlohmann::json told);
 
 [[nodiscard]] ReportData empty_report_data();  ///< of no run: for pages that have something else to tell
 

@@ -21,9 +21,7 @@ nlohmann::json write_picture(const std::filesystem::path& file, const Scene& sce
                              std::span<const std::uint8_t> rgba8) {
   if (rgba8.empty()) return nullptr;
   write_png(file, scene.width_px, scene.height_px, rgba8);
-  const std::vector<std::uint8_t> webp = encode_webp(scene.width_px, scene.height_px, rgba8);
-  const std::string bytes(webp.begin(), webp.end());
-  return "data:image/webp;base64," + base64(bytes);
+  return webp_uri(scene.width_px, scene.height_px, rgba8);
 }
 
 }  // namespace

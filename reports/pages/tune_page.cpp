@@ -10,6 +10,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "kernels/judge/score.h"
+#include "reports/pages/fleet_data.h"
 #include "reports/pages/report_data.h"
 #include "reports/pages/template.h"
 #include "tuner/plan/setting_space.h"

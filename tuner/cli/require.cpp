@@ -15,6 +15,7 @@
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/budgets.h"
 
 namespace reliefbench {
 namespace {
@@ -43,10 +44,6 @@ std::string spoken(const std::vector<std::string>& words) {
 std::string price_text(const Summary& price) {
   return fmt::format("{:+.4g} ms [{:+.4g}, {:+.4g}; {}]", price.median * kMsPerNs, price.ci_low * kMsPerNs,
                      price.ci_high * kMsPerNs, coverage_text(price.n));
-}
-
-bool is_unseen(const Budget& visible, double value) {
-  return find_metric(visible.metric).lower_is_better ? value <= visible.limit : value >= visible.limit;
 }
 
 /// The answer in a sentence.
@@ -84,7 +81,7 @@ void print_worth(const RequireReport& report, const Paint& paint) {
 void print_savers(const RequireReport& report) {
   for (const FeatureWorth& worth : report.worth)
     if (report.is_met && !worth.is_needed && worth.price_ns.ci_high < 0 &&
-        is_unseen(report.file->visible, report.at(worth.with).value))
+        within(report.at(worth.with).value, report.file->visible))
       put("{} would save {:.3g} ms, and nobody would see it.\n", worth.name, -worth.price_ns.median * kMsPerNs);
 }
 

@@ -113,7 +113,8 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   WallSplit& split = context_.split;
   split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
-  const std::vector<Draw> draws = score_draws(prepared.spec->settings, prepared.frame.draw, scene);
+  const std::vector<Draw> draws =
+      context_.session.scored(prepared.spec->settings, scene.scene.wrap, prepared.frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state);
@@ -130,10 +131,6 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   judge_motion(prepared, scene, state).fill_in(judged.score);
   prepared.record.error = judged.score;
   prepared.record.reference_key = reference.key;
-}
-
-std::vector<Draw> Preparer::score_draws(const Settings& settings, const Draw& relief, const SceneSpec& scene) {
-  return context_.session.scored(settings, scene.scene.wrap, relief);
 }
 
 void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features) {
@@ -155,7 +152,7 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
     const std::vector<PixelFeature> features = pixel_features(c.settings);
-    const std::vector<Draw> draws = score_draws(c.settings, frame.draw, scene);
+    const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene.wrap, frame.draw);
     trace(draws, features);
     const Reference& reference = reference_of_traced(draws, scene, state, features);
     return context_.split.book(Part::judge,
@@ -169,7 +166,7 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
   const std::vector<PixelFeature> features = pixel_features(c.settings);
-  const std::vector<Draw> draws = score_draws(c.settings, frame.draw, scene);
+  const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene.wrap, frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state);
@@ -265,7 +262,7 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw relief = prepared.frame.draw;
   relief.frame = moved.frame;
-  const std::vector<Draw> draws = score_draws(prepared.spec->settings, relief, scene);
+  const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene.wrap, relief);
   trace(draws, {});
   const std::string key =
       context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });

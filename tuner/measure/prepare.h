@@ -103,7 +103,6 @@ class Preparer {
   void upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, const SceneState& state, Status& on_failure);
   /// Traces, judges and compares the pictures of a case that was drawn.
   void judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
-  [[nodiscard]] std::vector<Draw> score_draws(const Settings& settings, const Draw& relief, const SceneSpec& scene);
   /// Traces into pixels_ and values_.
   void trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features);
   /// What was traced there. reference: of the same rays and features

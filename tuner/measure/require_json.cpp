@@ -10,11 +10,6 @@ namespace {
 
 using nlohmann::json;
 
-json time_json(const Summary& time) {
-  return {
-      {"median", time.median}, {"mad", time.mad}, {"ci_low", time.ci_low}, {"ci_high", time.ci_high}, {"n", time.n}};
-}
-
 json set_json(const RequireReport& report, FeatureSet set) {
   const SeenSet& seen = report.at(set);
   return {{"features", report.names(set)},
@@ -41,9 +36,9 @@ json require_json(const RequireReport& report) {
                         {"is_needed", worth.is_needed},
                         {"without", set_json(report, worth.without)},
                         {"with", set_json(report, worth.with)},
-                        {"price_ns", time_json(worth.price_ns)}});
+                        {"price_ns", summary_json(worth.price_ns)}});
   json answer = set_json(report, report.answer);
-  answer["frame_time_ns"] = time_json(report.frame_time_ns);
+  answer["frame_time_ns"] = summary_json(report.frame_time_ns);
   return {{"schema", kRequireSchema},
           {"scene", report.file->name},
           {"about", report.file->about},

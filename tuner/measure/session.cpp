@@ -51,7 +51,6 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
       backend_(open_(row, device_index)) {
   if (is_timed) audit_now();
   simulate_filter({});
-  for (const char* name : {"fullscreen", "plate", "occluder"}) vertices_.emplace(name, compile_vertex(dialect_, name));
 }
 
 void Session::audit_now() {
@@ -97,6 +96,16 @@ void Session::reopen() {
   }
 }
 
+const Spirv& Session::vertex(std::string_view name) {
+  auto found = vertices_.find(name);
+  if (found == vertices_.end()) found = vertices_.emplace(name, compile_vertex(dialect_, name)).first;
+  return found->second;
+}
+
+Session::Stages Session::stages_of(const Source& source) {
+  return {.vertex = &vertex(source.vertex), .fragment = &fragment(source)};
+}
+
 const Spirv& Session::fragment(const Source& source) {
   auto found = fragments_.find(source.fragment_key);
   if (found == fragments_.end())
@@ -131,16 +140,16 @@ void Session::set_vertex(Source& source) {
   if (source.target.has_depth) source.key += fmt::format(" in {} with depth", source.vertex);
 }
 
-Session::Compiled Session::compile(const Source& source, const Spirv& fragment) const {
+Session::Compiled Session::compile(const Source& source, const Stages& stages) const {
   const double start_ns = now_ns();
   Compiled compiled;
   compiled.pipeline = backend_->compile({.label = std::string(source.shader),
-                                         .vertex = vertices_.at(std::string(source.vertex)),
-                                         .fragment = fragment,
+                                         .vertex = *stages.vertex,
+                                         .fragment = *stages.fragment,
                                          .constants = source.constants,
                                          .target = source.target});
   compiled.compile_ns = now_ns() - start_ns;
-  compiled.spirv_sha256 = sha256(std::as_bytes(std::span(fragment)));
+  compiled.spirv_sha256 = sha256(std::as_bytes(std::span(*stages.fragment)));
   return compiled;
 }
 
@@ -211,7 +220,7 @@ Session::Compiled& Session::pipeline(Source source) {
   if (const auto found = pipelines_.find(source.key); found != pipelines_.end()) return found->second;
 
   return split_.book(Part::compile, [&]() -> Compiled& {
-    Compiled compiled = compile(source, fragment(source));
+    Compiled compiled = compile(source, stages_of(source));
     ++shaders_compiled_;
     return pipelines_.emplace(std::move(source.key), std::move(compiled)).first->second;
   });
@@ -225,14 +234,14 @@ void Session::compile_ahead(std::span<const Wanted> wanted) {
       Source source = source_of(*settings, target, wrap);
       if (!pipelines_.contains(source.key)) missing.emplace(source.key, std::move(source));
     }
-    std::vector<std::pair<const Source*, const Spirv*>> sources;
+    std::vector<std::pair<const Source*, Stages>> sources;
     sources.reserve(missing.size());
-    for (const auto& [key, source] : missing) sources.emplace_back(&source, &fragment(source));
+    for (const auto& [key, source] : missing) sources.emplace_back(&source, stages_of(source));
     std::vector<Compiled> compiled(sources.size());
     parallel_for(static_cast<int>(sources.size()), 0, [&](int index) {
       const auto i = static_cast<std::size_t>(index);
       try {
-        compiled[i] = compile(*sources[i].first, *sources[i].second);
+        compiled[i] = compile(*sources[i].first, sources[i].second);
       } catch (const Error&) {  // it comes again, in the case that asks for it
       }
     });
@@ -258,7 +267,7 @@ double Session::draw_control_ns() { return draw_ns(std::span(&control_draw_, 1),
 void Session::make_control() {
   const Spirv load = compile_load(dialect_);
   control_pipeline_ = backend_->compile({.label = "load",
-                                         .vertex = vertices_.at("fullscreen"),
+                                         .vertex = vertex("fullscreen"),
                                          .fragment = load,
                                          .constants = {{.id = 0, .value = calibration_.load_steps}},
                                          .target = Target::color});

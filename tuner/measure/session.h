@@ -126,13 +126,19 @@ class Session {
     Target target;
     std::vector<SpecConstant> constants;
   };
+  struct Stages {
+    const Spirv* vertex;
+    const Spirv* fragment;
+  };
+  [[nodiscard]] Stages stages_of(const Source& source);
+  [[nodiscard]] const Spirv& vertex(std::string_view name);
   [[nodiscard]] const Spirv& fragment(const Source& source);
   [[nodiscard]] Source source_of(const Settings& settings, const Target& target, Wrap wrap) const;
   [[nodiscard]] Compiled& pipeline(Source source);
   /// The vertex shader of its target, and its key.
   static void set_vertex(Source& source);
-  /// fragment: of the source's shader and target
-  [[nodiscard]] Compiled compile(const Source& source, const Spirv& fragment) const;
+  /// stages: of the source
+  [[nodiscard]] Compiled compile(const Source& source, const Stages& stages) const;
   void make_control();
   /// argument: FrameUniforms::argument()
   [[nodiscard]] Draw beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief);

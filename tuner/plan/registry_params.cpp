@@ -13,14 +13,7 @@ int RegistryParam::index(std::string_view value) const {
 namespace {
 
 /// Whether ids have it only where it is other than usual, or where a parameter is that they have only then.
-bool is_unusual(const Param& param) {
-  if (!param.is_spelt_out) return true;
-  return std::ranges::any_of(all_features(), [&](const Feature& feature) {
-    return feature.is_of_scene && std::ranges::any_of(feature.rows, [&](const FeatureRow& row) {
-             return std::ranges::find(row.params, param.id, &Param::id) != row.params.end();
-           });
-  });
-}
+bool is_unusual(const Param& param) { return !param.is_spelt_out || is_of_scenes_row(param); }
 
 }  // namespace
 

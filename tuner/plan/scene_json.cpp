@@ -63,7 +63,9 @@ View parse_view(const json& j) {
 }
 
 /// Absent where it is the usual one.
-Picture parse_picture(const std::string& text) {
+Picture parse_picture(const json& scene) {
+  if (!scene.contains("reference")) return Picture::point;
+  const auto text = member<std::string>(scene, "reference");
   const auto* const found = std::ranges::find(kPictures, text, &PictureRow::id);
   if (found == kPictures.end()) fail_input("'reference' of a scene is '{}', neither point nor supersampled", text);
   return found->kind;
@@ -135,7 +137,7 @@ MeasuredScene parse_scene(const json& j) {
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
                                          .light = parse_light(j),
-                                         .reference = parse_picture(j.value("reference", "point")),
+                                         .reference = parse_picture(j),
                                          .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};

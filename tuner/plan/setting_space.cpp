@@ -39,7 +39,7 @@ Candidate candidate_of(const Settings& settings, std::string id) {
   for (const RegistryParam& param : registry_params()) {
     // What ids do not spell is as if it weren't there.
     const Param* const own = settings.active(param.id);
-    const bool is_active = own != nullptr && (own->is_spelt_out || settings.get(param.id) != own->fallback);
+    const bool is_active = own != nullptr && SettingValue{*own, settings.get(param.id)}.is_written();
     if (param.values.empty())
       candidate.steps.push_back(is_active ? settings.get(param.id) : 0);
     else

@@ -92,13 +92,10 @@ FrameScore parse_score(const json& j) {
 }
 
 json frame_time_json(const FrameTime& time) {
-  return {{"median", time.summary.median},
-          {"mad", time.summary.mad},
-          {"ci_low", time.summary.ci_low},
-          {"ci_high", time.summary.ci_high},
-          {"n", time.summary.n},
-          {"raw_median", time.raw_median},
-          {"timer", time.timer}};
+  json j = summary_json(time.summary);
+  j["raw_median"] = time.raw_median;
+  j["timer"] = time.timer;
+  return j;
 }
 
 /// A time, or another quantity that ratios are made of.
@@ -239,6 +236,14 @@ void from_json(const json& j, Record& record) {
   if (record.status == Status::ok && !(record.frame_time && record.error))
     fail_input("status is ok, but 'frame_time_ns' or 'error' is missing");
   check_backend(record);
+}
+
+json summary_json(const Summary& summary) {
+  return {{"median", summary.median},
+          {"mad", summary.mad},
+          {"ci_low", summary.ci_low},
+          {"ci_high", summary.ci_high},
+          {"n", summary.n}};
 }
 
 std::string match_key(const Record& record) {

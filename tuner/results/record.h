@@ -71,6 +71,7 @@ void enter_failure(Record& record, Status otherwise);
 /// What cases of several runs are matched by: the case's id with the scene's key in the place of its name. The id
 /// itself where the key is unknown.
 [[nodiscard]] std::string match_key(const Record& record);
+[[nodiscard]] nlohmann::json summary_json(const Summary& summary);
 
 /// One line of samples.jsonl: one batch of frames, as measured. In a run a case's id says which scene it is of.
 struct Sample {

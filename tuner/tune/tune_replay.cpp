@@ -50,6 +50,7 @@ class RecordedSource final : public TuneSource {
  public:
   RecordedSource(const std::filesystem::path& recorded, const std::string& scene, const TuneOptions& options)
       : name_(recorded.string()), options_(options), table_(load_recorded(recorded, query_of(scene, options))) {
+    if (options.fleet) whole_ = load_fleet_run(recorded);
     if (options.output.empty()) return;
     store_.emplace(options.output, identity_of(table_, options));
     book_ = SampleBook(*store_, std::nullopt);
@@ -92,12 +93,12 @@ class RecordedSource final : public TuneSource {
     return {setting_id(parse_setting(table_.nearest)), table_.miss};
   }
   TunePlace place() const override {
-    return {.device = measured_device(load_fleet_run(name_).info, table_.backend, table_.device),
+    return {.device = measured_device(whole_.info, table_.backend, table_.device),
             .scene = table_.scene,
             .scene_key = SceneKey{table_.scene_key}};
   }
   FleetRun timed_run() override {
-    FleetRun run = load_fleet_run(name_);
+    FleetRun run = whole_;
     std::erase_if(run.rows, [&](const TableRow& row) {
       return row.backend != table_.backend || row.device != table_.device || row.scene != table_.scene;
     });
@@ -122,6 +123,7 @@ class RecordedSource final : public TuneSource {
   std::string name_;
   const TuneOptions& options_;
   RecordedTable table_;
+  FleetRun whole_{};  ///< all that was recorded; where a fleet asks
   ReplaySource replay_{table_, options_.question.seed};
   std::optional<RunStore> store_;
   SampleBook book_{std::nullopt};
