@@ -8,6 +8,7 @@
 
 #include "kernels/base/atomic_file.h"
 #include "tuner/cli/commands.h"
+#include "tuner/cli/features_option.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/loss_text.h"
 #include "tuner/cli/names.h"
@@ -23,6 +24,7 @@ struct PresetsArguments {
   std::vector<std::string> folders;
   std::string output;
   std::string header;
+  std::string features;
   PresetQuery query;
   bool common = false;
   Regret regret = Regret::minimax;
@@ -74,7 +76,10 @@ void print_common(const Presets& presets, const Names& names, const Paint& paint
 
 void presets_command(const PresetsArguments& arguments) {
   std::vector<Run> runs;
-  for (const std::string& folder : arguments.folders) runs.push_back(load_run(folder));
+  for (const std::string& folder : arguments.folders) {
+    runs.push_back(load_run(folder));
+    if (!arguments.features.empty()) keep_features(runs.back().records, arguments.features, folder);
+  }
   std::vector<FleetRun> fleet;
   if (arguments.common)
     for (const Run& run : runs) fleet.push_back(fleet_run(run));
@@ -123,6 +128,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
           ->check(CLI::IsMember(regret_ids()))
           ->type_name("RULE")
           ->needs(common);
+  const CLI::Option* features = add_features_option(*command);
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "print it as JSON");
   command->footer(
@@ -142,6 +148,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
     PresetsArguments arguments{.folders = *folders,
                                .output = output->as<std::string>(),
                                .header = value_or(header, std::string()),
+                               .features = value_or(features, std::string()),
                                .query = {},
                                .common = is_set(common),
                                .regret = find_regret(value_or(regret, std::string(regret_id(Regret::minimax)))),

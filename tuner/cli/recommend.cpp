@@ -10,6 +10,7 @@
 
 #include "kernels/base/console.h"
 #include "tuner/cli/commands.h"
+#include "tuner/cli/features_option.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
@@ -28,6 +29,7 @@ struct RecommendArguments {
   std::vector<std::string> max_error;
   std::optional<double> max_time_ms;
   std::string scene;
+  std::string features;
   Names names;
   bool json = false;
 };
@@ -182,6 +184,7 @@ Exit recommend_command(const RecommendArguments& arguments) {
   Run stored = load_run(arguments.folder);
   const Question question = question_of(arguments, question_of(stored));
   if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
+  if (!arguments.features.empty()) keep_features(stored.records, arguments.features, arguments.folder);
   const std::vector<Answer> answers = recommend(stored.records, question);
   if (arguments.json) {
     nlohmann::json json = answers_json(answers, question);
@@ -216,6 +219,7 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
   const CLI::Option* max_time =
       command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it")->type_name("MS");
   const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing")->type_name("ID");
+  const CLI::Option* features = add_features_option(*command);
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
@@ -230,6 +234,7 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
                                  .max_error = value_or(max_error, std::vector<std::string>{}),
                                  .max_time_ms = std::nullopt,
                                  .scene = value_or(scene, std::string()),
+                                 .features = value_or(features, std::string()),
                                  .names = {.verbose = is_set(verbose)},
                                  .json = is_set(json)};
     if (!max_time->empty()) arguments.max_time_ms = max_time->as<double>();

@@ -114,6 +114,9 @@ void print_report(const RequireReport& report, const Paint& paint) {
                             report.seen.size(), report.sets, report.is_exhaustive ? "" : ", greedily both ways",
                             report.frame_time_ns.n, report.backend, report.device,
                             report.is_software ? " (a software rasteriser: prices are the processor's)" : "")));
+  if (const std::vector<std::string> needed = report.names(report.answer); report.is_met && !needed.empty())
+    put_command(fmt::format("reliefbench tune {} --features {}", shell_quoted(report.file->path.string()),
+                            fmt::join(needed, ",")));
   put_command(fmt::format("reliefbench export {} --case {} -o out/shipped",
                           shell_quoted(report.file->scenes.front().heightmap.source),
                           shell_quoted(setting_id(answer.settings))));

@@ -10,15 +10,18 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
+#include "tuner/cli/features_option.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/tune_text.h"
 #include "tuner/measure/sweep.h"
+#include "tuner/plan/scene_file.h"
 
 namespace reliefbench {
 namespace {
@@ -31,6 +34,7 @@ struct TuneArguments {
   std::string max_time_ms;
   std::vector<std::string> holdout;
   std::string weights;
+  std::string features;
   std::string combine = "weighted";
   std::string backend;
   int device = 0;
@@ -98,6 +102,9 @@ std::vector<double> parse_weights(const std::string& text) {
 
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
+/// Whose bound is asked for, unless another is.
+bool is_scene(const std::string& subject) { return is_config(subject) && is_scene_file(read_file(subject), subject); }
+
 SceneOptions scene_options_of(const TuneArguments& arguments) {
   SceneOptions options{.relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
   if (const FrameSize* size = find_frame_size(arguments.frame_px))
@@ -107,7 +114,7 @@ SceneOptions scene_options_of(const TuneArguments& arguments) {
   return options;
 }
 
-Config config_of(const TuneArguments& arguments) {
+Config subject_config(const TuneArguments& arguments) {
   SceneOptions options = scene_options_of(arguments);
   if (!is_config(arguments.subject)) {
     options.views = arguments.scenes;
@@ -118,7 +125,9 @@ Config config_of(const TuneArguments& arguments) {
   if (arguments.reading.channel || arguments.reading.invert || arguments.reading.normalise)
     fail_input("{}: a config says itself how its heightmaps are read; the command's options are for a heightmap",
                arguments.subject);
-  Config config = with_scene_options(load_config(arguments.subject), options);
+  Config config = is_scene(arguments.subject)
+                      ? scene_tune_config(arguments.subject, options)
+                      : with_scene_options(load_config(arguments.subject), options);
   if (arguments.scenes.empty()) return config;
   std::vector<SceneSpec> kept;
   for (const std::string& id : arguments.scenes) {
@@ -130,6 +139,11 @@ Config config_of(const TuneArguments& arguments) {
   }
   config.scenes = std::move(kept);
   return config;
+}
+
+Config config_of(const TuneArguments& arguments) {
+  const Config config = subject_config(arguments);
+  return arguments.features.empty() ? config : with_features(config, arguments.features);
 }
 
 std::vector<SceneSpec> holdout_of(const TuneArguments& arguments, const Config& config) {
@@ -208,11 +222,13 @@ void tune_command(const TuneArguments& arguments, int& exit_code) {
   TuneResult result;
   if (!arguments.replay.empty()) {
     if (arguments.scenes.size() > 1) fail_input("--replay takes one --scene");
+    if (!arguments.features.empty()) fail_input("--features: a recorded run's space is what was recorded");
     result = replay_tune(arguments.replay, arguments.scenes.empty() ? "" : arguments.scenes.front(), options);
   } else {
     if (arguments.subject.empty()) fail_input("tune needs a heightmap or a config (or --replay RUN)");
     options.backend = chosen_backend(arguments.backend);
     const Config config = config_of(arguments);
+    if (is_scene(arguments.subject) && options.question.max_error.empty()) options.question.max_error = config.budgets;
     if (options.output.empty()) options.output = default_folder(arguments, config, options);
     if (options.fleet && config.scenes.size() > 1)
       fail_input("--fleet is for one scene, {} has {}: choose it by --scene", arguments.subject, config.scenes.size());
@@ -238,7 +254,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("tune", "search for the settings to ship, and say how sure the answer is");
   const auto arguments = std::make_shared<TuneArguments>();
   command->add_option("SUBJECT", arguments->subject,
-                      "a heightmap (name or file) on the built-in space, or a config whose sweeps are the space");
+                      "a heightmap (name or file) or a scene file on the built-in space, or a config whose sweeps are the space");
   command->add_option(
       "-o,--output", arguments->output,
       "folder, where an interrupted search is continued; default: one of its own for each question, under out/");
@@ -285,6 +301,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   add_channel_options(*command, arguments->reading);
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what it died of twice");
+  const CLI::Option* features = add_features_option(*command);
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
       ->check(CLI::NonNegativeNumber);
   std::vector<std::string_view> sizes(kFrameSizes.size());
@@ -307,8 +324,12 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  reliefbench tune rocks --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001' --time-limit 3m -o "
       "out/tune\n"
-      "  reliefbench tune rocks --scene grazing --fleet out/h200 out/phone -o out/tune");
-  command->callback([arguments, &exit_code] { tune_command(*arguments, exit_code); });
+      "  reliefbench tune rocks --scene grazing --fleet out/h200 out/phone -o out/tune\n"
+      "  reliefbench tune configs/scenes/floor.json --features shadow,penumbra -o out/floor_tuned");
+  command->callback([=, &exit_code] {
+    arguments->features = value_or(features, std::string());
+    tune_command(*arguments, exit_code);
+  });
 }
 
 }  // namespace reliefbench

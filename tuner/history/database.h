@@ -5,12 +5,15 @@
 #undef SOCI_HAVE_BOOST_DATE_TIME
 #include <soci/soci.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace reliefbench {
 
@@ -74,19 +77,27 @@ struct OptionalId {
   std::int64_t id = 0;  ///< 0: none, NULL in the table
 };
 
-/// An INSERT that is run for many rows.
+/// A server is asked for so many rows at once: far away, what counts is how often it is asked.
+inline constexpr std::size_t kRowsAtOnce = 64;
+
+/// Rows for a table, many to a statement.
 /// Columns: the values' types
 template <typename... Columns>
 class Insert {
  public:
   /// into: "table (column, ...)"
-  Insert(soci::session& sql, std::string_view into) : statement_(prepared(sql, into)) {}
-  void operator()(Columns... values) {
-    values_ = {std::move(values)...};
-    statement_.execute(/*with_data_exchange=*/true);
+  Insert(soci::session& sql, std::string into) : sql_(sql), into_(std::move(into)) {}
+  /// Keeps a row for write().
+  void operator()(Columns... values) { rows_.emplace_back(std::move(values)...); }
+  void write() {
+    for (std::size_t begin = 0; begin < rows_.size(); begin += kRowsAtOnce)
+      write(std::span(rows_).subspan(begin, std::min(kRowsAtOnce, rows_.size() - begin)));
+    rows_.clear();
   }
 
  private:
+  using Row = std::tuple<Columns...>;
+
   template <typename Column>
   static std::string place_of(std::size_t i) {
     const std::string name = ":v" + std::to_string(i);
@@ -99,19 +110,42 @@ class Insert {
     else
       return value;
   }
-  soci::details::prepare_temp_type prepared(soci::session& sql, std::string_view into) {
-    std::string places;
-    std::size_t i = 0;
-    ((places += (i == 0 ? "" : ", ") + place_of<Columns>(i), ++i), ...);
-    soci::details::prepare_temp_type statement =
-        (sql.prepare << "INSERT INTO " + std::string(into) + " VALUES (" + places + ")");
-    std::apply([&](Columns&... value) { ((statement, soci::use(bound(value))), ...); }, values_);
-    return statement;
+  void write(std::span<Row> rows) {
+    std::string text = "INSERT INTO " + into_ + " VALUES ";
+    std::size_t place = 0;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      std::size_t column = 0;
+      text += row == 0 ? "(" : ", (";
+      ((text += (column++ == 0 ? "" : ", ") + place_of<Columns>(place++)), ...);
+      text += ")";
+    }
+    soci::details::prepare_temp_type prepared = (sql_.prepare << text);
+    for (Row& row : rows)
+      std::apply([&](Columns&... value) { ((prepared, soci::use(bound(value))), ...); }, row);
+    soci::statement(prepared).execute(/*with_data_exchange=*/true);
   }
 
-  std::tuple<Columns...> values_{};  // before the statement, which points into it
-  soci::statement statement_;
+  soci::session& sql_;
+  std::string into_;
+  std::vector<Row> rows_{};
 };
+
+/// Inserts one row.
+template <typename... Columns>
+void insert_row(soci::session& sql, const std::string& into, Columns... values) {
+  Insert<Columns...> insert(sql, into);
+  insert(std::move(values)...);
+  insert.write();
+}
+
+/// A query's parameter, or several of them.
+template <typename Parameter>
+void bind(soci::details::prepare_temp_type& query, const Parameter& parameter) {
+  query, soci::use(parameter);
+}
+inline void bind(soci::details::prepare_temp_type& query, const std::span<const std::string>& parameters) {
+  for (const std::string& parameter : parameters) query, soci::use(parameter);
+}
 
 /// Calls `row` with the values of each row that a query finds.
 /// Columns: their types; none may be NULL. parameters: of the query, in the order of its :names
@@ -120,7 +154,7 @@ void each_row(soci::session& sql, const std::string& query, const Row& row, cons
   std::tuple<Columns...> values;
   soci::details::prepare_temp_type prepared = (sql.prepare << query);
   std::apply([&](Columns&... value) { ((prepared, soci::into(value)), ...); }, values);
-  ((prepared, soci::use(parameters)), ...);
+  (bind(prepared, parameters), ...);
   soci::statement statement(prepared);
   statement.execute();
   while (statement.fetch()) std::apply(row, values);

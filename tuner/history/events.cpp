@@ -21,11 +21,11 @@ bool is_known_so(const EventRow& stored, const EventRow& now) {
 
 void write_change_point(soci::session& sql, std::int64_t event_id, const EventRow& event) {
   const std::int64_t id = next_id(sql, "change_point");
-  Insert<std::int64_t, std::int64_t, std::int64_t, std::int64_t, double, double, double, double, int>(
-      sql, "change_point (id, event, good_run, bad_run, effect, low, high, q, algorithm)")(
-      id, event_id, event.good_run, event.bad_run, event.effect, event.low, event.high, event.q, event.algorithm);
+  insert_row(sql, "change_point (id, event, good_run, bad_run, effect, low, high, q, algorithm)", id, event_id,
+             event.good_run, event.bad_run, event.effect, event.low, event.high, event.q, event.algorithm);
   Insert<std::int64_t, std::int64_t> member(sql, "change_point_series (change_point, series)");
   for (const std::int64_t series : event.series) member(id, series);
+  member.write();
 }
 
 /// Events with what is known of them last; without their series and states.
@@ -107,9 +107,8 @@ std::int64_t write_event(soci::session& sql, EventRow event) {
   const bool is_new = stored == all.end();
   const std::int64_t id = is_new ? next_id(sql, "event") : stored->id;
   if (is_new)
-    Insert<std::int64_t, std::string, std::int64_t, std::string, std::string>(
-        sql, "event (id, key, machine, kind, what)")(id, event.key, machine_id(sql, event.machine),
-                                                     storable(event.kind), storable(event.what));
+    insert_row(sql, "event (id, key, machine, kind, what)", id, event.key, machine_id(sql, event.machine),
+               storable(event.kind), storable(event.what));
   if (is_new || !is_known_so(*stored, event)) write_change_point(sql, id, event);
   Insert<std::int64_t, std::int64_t, std::int64_t, std::string, std::string, std::string> insert(
       sql, "event_state (id, event, unix_s, state, author, said)");
@@ -117,6 +116,7 @@ std::int64_t write_event(soci::session& sql, EventRow event) {
   for (const EventStateRow& state : event.states)
     if (is_new || std::ranges::find(stored->states, state) == stored->states.end())
       insert(next++, id, state.unix_s, std::string(event_state_id(state.state)), state.by, state.text);
+  insert.write();
   return id;
 }
 

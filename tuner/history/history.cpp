@@ -52,22 +52,28 @@ std::string series_key(const SeriesRow& series) {
 /// A table whose rows are stored once: hash -> id.
 class Interned {
  public:
-  Interned(soci::session& sql, const std::string& table)
-      : sql_(sql), find_("SELECT id FROM " + table + " WHERE hash = :hash"), next_(next_id(sql, table)) {}
+  /// hashes: all that will be asked for
+  Interned(soci::session& sql, const std::string& table, std::span<const std::string> hashes)
+      : next_(next_id(sql, table)) {
+    for (std::size_t begin = 0; begin < hashes.size(); begin += kRowsAtOnce) {
+      const auto some = hashes.subspan(begin, std::min(kRowsAtOnce, hashes.size() - begin));
+      std::string places;
+      for (std::size_t i = 0; i < some.size(); ++i) places += fmt::format("{}:h{}", i == 0 ? "" : ", ", i);
+      each_row<std::string, std::int64_t>(
+          sql, fmt::format("SELECT hash, id FROM {} WHERE hash IN ({})", table, places),
+          [&](const std::string& hash, std::int64_t id) { ids_.emplace(hash, id); }, some);
+    }
+  }
 
   /// add: called with the id of what is new
   template <typename Add>
   std::int64_t id(const std::string& hash, const Add& add) {
-    const auto [place, is_new] = ids_.try_emplace(hash, 0);
-    if (!is_new) return place->second;
-    place->second = number_of(sql_, find_, hash);
-    if (place->second == 0) add(place->second = next_++);
+    const auto [place, is_new] = ids_.try_emplace(hash, next_);
+    if (is_new) add(next_++);
     return place->second;
   }
 
  private:
-  soci::session& sql_;
-  std::string find_;
   std::int64_t next_;
   std::unordered_map<std::string, std::int64_t> ids_{};
 };
@@ -75,8 +81,8 @@ class Interned {
 std::int64_t environment_id(soci::session& sql, const nlohmann::json& environment) {
   const std::string content = stored_json(environment);
   const std::string hash = sha256(content);
-  return Interned(sql, "environment").id(hash, [&](std::int64_t id) {
-    Insert<std::int64_t, std::string, std::string>(sql, "environment (id, hash, content)")(id, hash, content);
+  return Interned(sql, "environment", {&hash, 1}).id(hash, [&](std::int64_t id) {
+    insert_row(sql, "environment (id, hash, content)", id, hash, content);
   });
 }
 
@@ -89,8 +95,7 @@ std::int64_t build_id(soci::session& sql, const BuildRow& build) {
                 is_dirty);
   if (id == 0) {
     id = next_id(sql, "build");
-    Insert<std::int64_t, std::string, std::string, int>(sql, "build (id, sha, parent, is_dirty)")(id, sha, parent,
-                                                                                                  is_dirty);
+    insert_row(sql, "build (id, sha, parent, is_dirty)", id, sha, parent, is_dirty);
   }
   return id;
 }
@@ -98,17 +103,16 @@ std::int64_t build_id(soci::session& sql, const BuildRow& build) {
 std::int64_t write_run(soci::session& sql, const Night& night, std::int64_t machine) {
   const RunRow& run = night.run;
   const std::int64_t id = next_id(sql, "run");
-  Insert<std::int64_t, std::string, std::string, std::string, std::int64_t, std::int64_t, std::int64_t, std::int64_t,
-         std::string, std::string>(
-      sql, "run (id, content, origin, kind, machine, environment, build, unix_s, source, health)")(
-      id, run.content, night.origin.empty() ? run.content : night.origin, run.kind, machine,
-      environment_id(sql, night.environment), build_id(sql, run.build), run.unix_s, storable(run.source),
-      stored_json(run.health));
+  insert_row(sql, "run (id, content, origin, kind, machine, environment, build, unix_s, source, health)", id,
+             run.content, night.origin.empty() ? run.content : night.origin, run.kind, machine,
+             environment_id(sql, night.environment), build_id(sql, run.build), run.unix_s, storable(run.source),
+             stored_json(run.health));
   Insert<std::int64_t, int, std::string, double, double, int> calibration(
       sql, "calibration (run, place, device, control_ns, mad, n)");
   int place = 0;
   for (const CalibrationRow& row : run.calibrations)
     calibration(id, place++, storable(row.device), row.control_ns, row.mad, row.n);
+  calibration.write();
   return id;
 }
 
@@ -135,6 +139,7 @@ class SeriesTable {
               row.lower_is_better ? 1 : 0);
     return place->second;
   }
+  void write() { insert_.write(); }
 
  private:
   using Text = std::string;
@@ -145,31 +150,50 @@ class SeriesTable {
       insert_;
 };
 
+/// What the values' rows refer to in tables where each thing stands once; "" is nothing.
+struct Hashes {
+  std::vector<std::string> code{};   ///< parallel to the values
+  std::vector<std::string> score{};  ///< ditto
+};
+Hashes hashes_of(const Night& night) {
+  Hashes hashes;
+  for (const Night::Value& value : night.values) {
+    hashes.code.push_back(storable(value.row.code));
+    hashes.score.push_back(value.score ? sha256(*value.score) : "");
+  }
+  return hashes;
+}
+
 void write_values(soci::session& sql, const Night& night, std::int64_t run, std::int64_t machine) {
+  const Hashes hashes = hashes_of(night);
   SeriesTable series(sql, machine);
-  Interned shaders(sql, "shader");
-  Interned scores(sql, "score");
+  Interned shaders(sql, "shader", hashes.code);
+  Interned scores(sql, "score", hashes.score);
   Insert<std::int64_t, std::string> shader(sql, "shader (id, hash)");
   Insert<std::int64_t, std::string, std::string> score(sql, "score (id, hash, content)");
   Insert<std::int64_t, std::int64_t, double, double, int, double, double, int, std::string, OptionalId, OptionalId>
       repetition(sql,
                  "repetition (run, series, median, mad, n, value, standard_error, is_valid, status, shader, score)");
   Insert<std::int64_t, std::int64_t, std::string> samples(sql, "sample (run, series, raw)");
-  for (const Night::Value& value : night.values) {
+  for (std::size_t i = 0; i < night.values.size(); ++i) {
+    const Night::Value& value = night.values[i];
     const RepetitionRow& row = value.row;
     OptionalId code;
-    if (const std::string hash = storable(row.code); !hash.empty())
+    if (const std::string& hash = hashes.code[i]; !hash.empty())
       code.id = shaders.id(hash, [&](std::int64_t id) { shader(id, hash); });
     OptionalId result;
-    if (value.score) {
-      const std::string hash = sha256(*value.score);
+    if (const std::string& hash = hashes.score[i]; !hash.empty())
       result.id = scores.id(hash, [&](std::int64_t id) { score(id, hash, storable(*value.score)); });
-    }
     const std::int64_t id = series.id(value.series);
     repetition(run, id, row.median, row.mad, row.n, row.value, row.standard_error, row.is_valid ? 1 : 0,
                storable(row.status), code, result);
     if (!row.samples.empty()) samples(run, id, stored_samples(row.samples));
   }
+  series.write();
+  shader.write();
+  score.write();
+  repetition.write();  // refers to those
+  samples.write();
 }
 
 /// throws: Error(bad_input): the run was imported before it was gone on with
@@ -192,7 +216,7 @@ std::int64_t machine_id(soci::session& sql, const std::string& name) {
   std::int64_t id = number_of(sql, "SELECT id FROM machine WHERE name = :name", stored);
   if (id == 0) {
     id = next_id(sql, "machine");
-    Insert<std::int64_t, std::string>(sql, "machine (id, name)")(id, stored);
+    insert_row(sql, "machine (id, name)", id, stored);
   }
   return id;
 }
@@ -247,10 +271,9 @@ void History::annotate(const AnnotationRow& annotation) {
                   is_of_run ? "SELECT COUNT(*) FROM run WHERE id = :id" : "SELECT COUNT(*) FROM event WHERE id = :id",
                   what) == 0)
       fail_input("{}: has no {} {}", database.shown(), is_of_run ? "run" : "event", what);
-    Insert<std::int64_t, OptionalId, OptionalId, std::int64_t, std::string, std::string>(
-        sql, "annotation (id, run, event, unix_s, author, said)")(next_id(sql, "annotation"), {annotation.run},
-                                                                  {annotation.event}, annotation.unix_s,
-                                                                  storable(annotation.by), storable(annotation.text));
+    insert_row(sql, "annotation (id, run, event, unix_s, author, said)", next_id(sql, "annotation"),
+               OptionalId{annotation.run}, OptionalId{annotation.event}, annotation.unix_s, storable(annotation.by),
+               storable(annotation.text));
     transaction.commit();
   });
 }

@@ -88,10 +88,9 @@ void migrate(Database& database, std::span<const Migration> steps) {
   const int before = version();  // another process may have done it
   if (before == 0)
     database.sql() << "CREATE TABLE " << kVersionTable << " (version INTEGER PRIMARY KEY, unix_s BIGINT NOT NULL)";
-  Insert<int, std::int64_t> insert(database.sql(), kVersionTable + " (version, unix_s)");
   for (const Migration& step : steps.subspan(static_cast<std::size_t>(before))) {
     for (const std::string_view statement : step.statements) database.sql() << std::string(statement);
-    insert(step.version, moment_now());
+    insert_row(database.sql(), kVersionTable + " (version, unix_s)", step.version, moment_now());
   }
   transaction.commit();
 }

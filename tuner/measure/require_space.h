@@ -7,6 +7,7 @@
 #include "tuner/decide/require.h"
 #include "tuner/measure/require_run.h"
 #include "tuner/plan/scene_file.h"
+#include "tuner/plan/wanted_features.h"
 
 namespace reliefbench {
 
@@ -18,9 +19,6 @@ struct SettingSpace {
 
   [[nodiscard]] const Settings& at(FeatureSet set) const;
 };
-
-/// The name of what every scene may do without first: hits that are not the plane's own.
-inline constexpr std::string_view kDisplacement = "displacement";
 
 /// Of all rows that bring the same the one whose picture, alone over the displaced relief, is nearest to the full
 /// reference stands for it. value: of a setting's picture, lower is better; tried: is appended to

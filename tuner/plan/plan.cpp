@@ -68,34 +68,39 @@ bool allowed(const std::vector<WhereRule>& rules, const Settings& settings) {
   });
 }
 
-/// What is left of one sweep, without duplicates; what makes no sense goes into `conflicts`.
-std::vector<Settings> expand(const SweepSpec& sweep, const std::filesystem::path& path,
-                             std::vector<std::string>& conflicts) {
-  std::vector<Settings> kept;
+/// What is left of one sweep, without duplicates.
+struct Expansion {
+  std::vector<Settings> kept{};
+  std::vector<std::string> conflicts{};  ///< what makes no sense, with the reason
+  std::size_t combinations = 0;
+  std::size_t by_where = 0;  ///< left out by rules
+};
+
+Expansion expand(const SweepSpec& sweep, const std::filesystem::path& path) {
+  Expansion expansion{.combinations = combination_count(sweep, path)};
   std::unordered_set<std::string> seen;
-  std::size_t by_where = 0;
-  std::string last_conflict;
-  const std::size_t count = combination_count(sweep, path);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < expansion.combinations; ++i) {
     Settings settings = combination(sweep, i);
     if (!allowed(sweep.where, settings)) {
-      ++by_where;
+      ++expansion.by_where;
       continue;
     }
     const std::string text = settings.text();
     if (!seen.insert(text).second) continue;
-    if (const std::string reason = conflict(settings); !reason.empty()) {
-      last_conflict = fmt::format("{}?{}: {}", sweep.technique->id, text, reason);
-      conflicts.push_back(last_conflict);
-      continue;
-    }
-    kept.push_back(std::move(settings));
+    if (const std::string reason = conflict(settings); !reason.empty())
+      expansion.conflicts.push_back(fmt::format("{}?{}: {}", sweep.technique->id, text, reason));
+    else
+      expansion.kept.push_back(std::move(settings));
   }
-  if (kept.empty())
-    fail_input("{}:{}: the sweep of '{}': all of its {} combinations are left out, {} by 'where'{}", path.string(),
-               sweep.line, sweep.technique->id, count, by_where,
-               last_conflict.empty() ? "" : ", others as conflicts: " + last_conflict);
-  return kept;
+  return expansion;
+}
+
+/// throws: Error(bad_input): nothing is left
+void check_kept(const Expansion& expansion, const SweepSpec& sweep, const std::filesystem::path& path) {
+  if (!expansion.kept.empty()) return;
+  fail_input("{}:{}: the sweep of '{}': all of its {} combinations are left out, {} by 'where'{}", path.string(),
+             sweep.line, sweep.technique->id, expansion.combinations, expansion.by_where,
+             expansion.conflicts.empty() ? "" : ", others as conflicts: " + expansion.conflicts.back());
 }
 
 struct Planned {
@@ -107,6 +112,10 @@ struct Planned {
 };
 
 }  // namespace
+
+bool has_settings(const SweepSpec& sweep, const std::filesystem::path& path) {
+  return !expand(sweep, path).kept.empty();
+}
 
 bool glob_matches(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
@@ -139,7 +148,10 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
   check_combinations(config);
   std::size_t cases = 0;
   for (const SweepSpec& sweep : config.sweeps) {
-    const std::vector<Settings> kept = expand(sweep, config.path, plan.conflicts);
+    const Expansion expansion = expand(sweep, config.path);
+    check_kept(expansion, sweep, config.path);
+    plan.conflicts.insert(plan.conflicts.end(), expansion.conflicts.begin(), expansion.conflicts.end());
+    const std::vector<Settings>& kept = expansion.kept;
     cases += kept.size() * config.scenes.size() * backend_ids.size();
     if (cases > kPlanLimit)
       fail_input("{}:{}: with the sweep of '{}' the plan has over {} cases: {} settings on {} scenes and {} backends",

@@ -19,6 +19,9 @@ struct Plan {
 [[nodiscard]] Plan make_plan(const Config& config, std::span<const std::string> backend_ids, std::string_view filter,
                              std::string_view key = "");
 
+/// Whether any of a sweep's combinations is a setting that makes sense.
+[[nodiscard]] bool has_settings(const SweepSpec& sweep, const std::filesystem::path& path);
+
 [[nodiscard]] bool glob_matches(std::string_view pattern, std::string_view text);
 
 }  // namespace reliefbench

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
@@ -14,6 +15,8 @@ namespace {
 
 /// Exact hits on the heights as stored: what is seen then is the features'.
 constexpr std::string_view kUsualSetting = "cone?cone_steps=128";
+
+constexpr std::array<std::string_view, 7> kSceneFileKeys{"$schema", "about", "scenes", "setting", "features", "visible", "measure"};
 
 Settings read_setting(const ConfigReader& reader, const JsonNode& node) {
   const std::string id = reader.text(node);
@@ -60,12 +63,19 @@ void check_visible(const Budget& visible) {
                visible.metric);
 }
 
+bool is_scene_file(const std::string& text, const std::filesystem::path& path) {
+  const JsonNode root = parse_json_lines(text, path.string());
+  return root.value.is_object() && std::ranges::all_of(root.children, [](const JsonNode& child) {
+    return std::ranges::find(kSceneFileKeys, child.key) != kSceneFileKeys.end();
+  });
+}
+
 SceneFile load_scene_file(const std::filesystem::path& path) { return parse_scene_file(read_file(path), path); }
 
 SceneFile parse_scene_file(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_lines(text, path.string());
-  reader.check_keys(root, {"$schema", "about", "scenes", "setting", "features", "visible", "measure"});
+  reader.check_keys(root, {kSceneFileKeys.begin(), kSceneFileKeys.end()});
   const JsonNode* const setting = root.find("setting");
   SceneFile file{.path = path,
                  .name = path.stem().string(),

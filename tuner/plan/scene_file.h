@@ -24,6 +24,9 @@ struct SceneFile {
 [[nodiscard]] SceneFile load_scene_file(const std::filesystem::path& path);
 [[nodiscard]] SceneFile parse_scene_file(const std::string& text, const std::filesystem::path& path);
 
+/// Whether JSON is a scene file and no config. throws: Error(bad_input): it is no JSON
+[[nodiscard]] bool is_scene_file(const std::string& text, const std::filesystem::path& path);
+
 /// Whether a bound is on something that people see of a picture. throws: Error(bad_input), if not
 void check_visible(const Budget& visible);
 

@@ -164,6 +164,12 @@ struct SceneOptions {
 /// The config of `tune HEIGHTMAP`: the built-in space on a heightmap (as in a config's "heightmap").
 /// throws: Error(bad_input) that names the command's argument or option
 [[nodiscard]] Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& options);
+/// The built-in space on the scenes of a scene file, within what nobody sees in them.
+/// throws: Error(bad_input): as load_scene_file()
+[[nodiscard]] Config scene_tune_config(const std::filesystem::path& path, const SceneOptions& options);
+/// A config whose settings all show some features (parse_wanted_features()), each by every row that does and that the
+/// setting's own rows allow. Its text is changed with it. throws: Error(bad_input): no setting can
+[[nodiscard]] Config with_features(const Config& config, std::string_view features);
 /// A config with its scenes changed; its text is changed with them, so that it is another question.
 [[nodiscard]] Config with_scene_options(const Config& config, const SceneOptions& options);
 

@@ -1,8 +1,12 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "tuner/plan/config_assets.h"
+#include "tuner/plan/plan.h"
+#include "tuner/plan/scene_file.h"
+#include "tuner/plan/wanted_features.h"
 #include "tuner/tune/tune.h"
 
 namespace reliefbench {
@@ -58,6 +62,33 @@ Config parse_made(const json& config, const std::filesystem::path& path) {
   }
 }
 
+/// A sweep once for each combination of rows that show all of it; none where its technique has no such feature.
+std::vector<json> showing(const json& sweep, std::span<const WantedFeature> wanted) {
+  if (!sweep.contains("technique")) fail_input("--features: a sweep of presets has the features that these have");
+  const Technique& technique = find_technique(sweep.at("technique").get<std::string>());
+  std::vector<json> all{sweep};
+  for (const WantedFeature& one : wanted) {
+    if (one.feature == nullptr) {
+      if (!technique.reads_map()) return {};
+      continue;
+    }
+    if (technique.find(one.feature->id) == nullptr) return {};
+    std::vector<json> more;
+    more.reserve(all.size() * one.rows.size());
+    for (const json& before : all)
+      for (const FeatureRow* row : one.rows) {
+        more.push_back(before);
+        json& axes = more.back()["axes"];
+        for (const auto& [params, values] : axes.items())
+          if (params != one.feature->id && params.find(one.feature->id) != std::string::npos)
+            fail_input("--features {}: the config has it in an axis with others, '{}'", one.feature->id, params);
+        axes[std::string(one.feature->id)] = row->id;
+      }
+    all = std::move(more);
+  }
+  return all;
+}
+
 }  // namespace
 
 Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& options) {
@@ -67,6 +98,33 @@ Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& o
   apply(options, scene);
   config["name"] = "tune";
   return parse_made(config, "exhaustive.json");
+}
+
+Config scene_tune_config(const std::filesystem::path& path, const SceneOptions& options) {
+  const SceneFile file = load_scene_file(path);  // says what is wrong with it
+  json config = json::parse(embedded_spaces().front().text, nullptr, true, /*ignore_comments=*/true);
+  config["name"] = file.name;
+  config["scenes"] = json::parse(read_file(path), nullptr, true, /*ignore_comments=*/true).at("scenes");
+  for (json& scene : config["scenes"]) apply(options, scene);
+  config["front"] = {{"error", file.visible.metric}, {"constraints", json::array()}};
+  config["budgets"] = {file.visible.text()};
+  return parse_made(config, path);
+}
+
+Config with_features(const Config& config, std::string_view features) {
+  const std::vector<WantedFeature> wanted = parse_wanted_features(features);
+  json changed = json::parse(config.text, nullptr, true, /*ignore_comments=*/true);
+  json sweeps = json::array();
+  for (const json& sweep : changed.at("sweeps"))
+    for (json& shown : showing(sweep, wanted)) sweeps.push_back(std::move(shown));
+  changed["sweeps"] = sweeps;
+  if (sweeps.empty()) fail_input("--features {}: no technique of {} has that", features, config.path.string());
+  const Config with_all = parse_made(changed, config.path);
+  changed["sweeps"] = json::array();
+  for (std::size_t i = 0; i < sweeps.size(); ++i)
+    if (has_settings(with_all.sweeps[i], config.path)) changed["sweeps"].push_back(sweeps[i]);
+  if (changed["sweeps"].empty()) fail_input("--features {}: no setting of {} goes with that", features, config.path.string());
+  return parse_made(changed, config.path);
 }
 
 Config with_scene_options(const Config& config, const SceneOptions& options) {
