@@ -46,8 +46,8 @@ TEST(Claims, TheBuiltInOnesAreRead) {
     EXPECT_TRUE(ids.insert(claim.id).second);
     EXPECT_FALSE(claim.checks.empty()) << claim.id;
   }
-  EXPECT_THAT(ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "gems3_18_1", "rtm_5_2", "rtm_shadow",
-                                          "vb22_generation", "vb22_render"));
+  EXPECT_THAT(ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "engines", "gems3_18_1", "rtm_5_2",
+                                          "rtm_shadow", "vb22_generation", "vb22_render"));
 }
 
 TEST(Claims, RefusalsNameTheLineAndTheKey) {
@@ -66,7 +66,7 @@ TEST(Claims, RefusalsNameTheLineAndTheKey) {
 ClaimAnswer judged(const char* check, std::map<std::string, double> few, std::map<std::string, double> cones,
                    bool is_software) {
   const Claim claim = parse_claim(claim_text(check), "x.json");
-  const std::vector<std::map<std::string, double>> measured{std::move(few), std::move(cones)};
+  const std::vector<ClaimFigures> measured{{.values = std::move(few)}, {.values = std::move(cones)}};
   return judge_claim(claim, claim.checks[0], measured, is_software);
 }
 
@@ -78,6 +78,30 @@ TEST(Claims, VerdictsFollowTheNumbers) {
   EXPECT_EQ(judged(kBound, {}, {}, true).verdict, ClaimVerdict::not_testable);
   EXPECT_EQ(judged(kRatio, {{"frame_time", 1}}, {{"frame_time", 2.1}}, false).verdict, ClaimVerdict::reproduced);
   EXPECT_EQ(judged(kRatio, {{"frame_time", 1}}, {{"frame_time", 2.3}}, false).verdict, ClaimVerdict::not_reproduced);
+}
+
+constexpr const char* kBeaten = R"({"says": "s", "metric": "e_xy.p99", "of": "few", "beaten_by": ["few", "cones"]})";
+
+/// few: an engine's setting that takes 2; cones: with an error and misses, and a time in each of nine rounds
+ClaimAnswer beaten_by_cones(double error, double missed, double time_ns, bool is_software = false) {
+  const Claim claim = parse_claim(claim_text(kBeaten), "x.json");
+  const std::vector<ClaimFigures> measured{
+      {.values = {{"e_xy.p99", 1}, {"missed_rate", 0.1}}, .times_ns = std::vector<double>(9, 2)},
+      {.values = {{"e_xy.p99", error}, {"missed_rate", missed}}, .times_ns = std::vector<double>(9, time_ns)}};
+  return judge_claim(claim, claim.checks[0], measured, is_software);
+}
+
+TEST(Claims, AnotherSettingBeatsOneThatIsNoMoreAccurate) {
+  const ClaimAnswer faster = beaten_by_cones(1, 0.05, 1.6);
+  EXPECT_EQ(faster.verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(faster.numbers,
+            "e_xy.p99 1, 0.1000 missed; cones has 1, 0.0500 missed, and is 1.25 [1.25, 1.25; 96.1 %] times as fast");
+  EXPECT_EQ(beaten_by_cones(1.1, 0.05, 1.6).verdict, ClaimVerdict::not_reproduced);  // less accurate
+  EXPECT_EQ(beaten_by_cones(0.9, 0.2, 1.6).verdict, ClaimVerdict::not_reproduced);   // misses more
+  EXPECT_EQ(beaten_by_cones(0.9, 0.05, 2.1).verdict, ClaimVerdict::not_reproduced);  // slower
+  EXPECT_EQ(beaten_by_cones(0.9, 0.05, 1.6, true).verdict, ClaimVerdict::not_testable);
+  EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few", "beaten_by": ["who"]})")),
+              HasSubstr("no row is labelled 'who'"));
 }
 
 // A processor's frame times say nothing of a GPU's.
@@ -94,9 +118,12 @@ TEST_P(ClaimsOnDevicesAudit, numbers_come_from_the_run) {
   const std::vector<Claim> claims{parse_claim(claim_text(std::string(kLess) + "," + kRatio + "," + kBound), "x.json")};
   const std::vector<ClaimResult> results = run_claims(claims, {.backends = {std::string(row().id)}, .quiet = true});
   ASSERT_EQ(results.size(), 1U);
-  for (const auto& figures : results[0].measured) EXPECT_GT(figures.at("frame_time"), 0);
-  EXPECT_EQ(results[0].measured[1].at("missed_rate"), 0);
-  EXPECT_GT(results[0].measured[1].at("bake_time"), 0);
+  for (const ClaimFigures& figures : results[0].measured) {
+    EXPECT_GT(figures.values.at("frame_time"), 0);
+    EXPECT_EQ(figures.times_ns.size(), results[0].measured[0].times_ns.size());
+  }
+  EXPECT_EQ(results[0].measured[1].values.at("missed_rate"), 0);
+  EXPECT_GT(results[0].measured[1].values.at("bake_time"), 0);
   EXPECT_EQ(results[0].answers[2].verdict, ClaimVerdict::reproduced);
   const nlohmann::json out = claims_json(results);
   EXPECT_EQ(out[0]["checks"].size(), 3U);

@@ -117,8 +117,8 @@ TEST_F(CliTest, features_narrow_recommend_and_presets_and_widen_tune) {
   EXPECT_EQ(run({"presets", "run", "-o", "p.json", "--features", "displacement"}).exit_code, 0);
   EXPECT_EQ(file_text(folder_ / "p.json").find("\"flat\""), std::string::npos);
   EXPECT_EQ(run({"tune", "--replay", "run", "--features", "displacement"}).exit_code, 2);
-  const CommandResult tuned = run({"tune", "config.json", "--backend", "null", "--features", "displacement", "--max-error",
-                                   "e_xy.p95<=100", "-o", "t", "--quiet", "--json"});
+  const CommandResult tuned = run({"tune", "config.json", "--backend", "null", "--features", "displacement",
+                                   "--max-error", "e_xy.p95<=100", "-o", "t", "--quiet", "--json"});
   EXPECT_EQ(tuned.exit_code, 0) << tuned.err;
   EXPECT_EQ(nlohmann::json::parse(tuned.out).at("settings").size(), 60);
 }
@@ -128,8 +128,8 @@ TEST_F(CliTest, tune_takes_a_scene_file) {
   std::ofstream(folder_ / "scene.json") << R"({
     "about": "a wall", "visible": "flip<=0.9",
     "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "frame_px": [32, 32], "views": ["oblique"]}]})";
-  const CommandResult tuned = run({"tune", "scene.json", "--backend", "null", "--time-limit", "2", "-o", "t", "--quiet",
-                                   "--json"});
+  const CommandResult tuned =
+      run({"tune", "scene.json", "--backend", "null", "--time-limit", "2", "-o", "t", "--quiet", "--json"});
   const nlohmann::json json = nlohmann::json::parse(tuned.out);
   EXPECT_EQ(json.at("question").at("max_error"), nlohmann::json({"flip<=0.9"})) << tuned.err;
   const CommandResult wrong = run({"tune", "t/run.json", "--backend", "null"});

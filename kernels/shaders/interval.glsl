@@ -7,7 +7,7 @@ Hit trace(Ray ray) {
   Bracket bracket;
   Hit hit;
   bool found = false;
-  if (SEARCH == SEARCH_LINEAR) found = linear_search(ray, LINEAR_STEPS, bracket, hit);
+  if (SEARCH == SEARCH_LINEAR) found = linear_search(ray, float(LINEAR_STEPS), bracket, hit);
   if (SEARCH == SEARCH_CONE)
     found = cone_search(ray, ConeSearch(CONE_STEPS, SHAPE_CONE, false, false, 1.0), bracket, hit);
   if (found && INTERVAL_STEPS == 0) hit.t = bracket.hi;

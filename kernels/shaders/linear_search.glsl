@@ -3,9 +3,10 @@
 // Equal steps down the ray until it is under the relief.
 #include "refine.glsl"
 
+// steps: 1 or more; of a part of a step the last one is that much shorter
 // bracket: round the hit
 // returns: whether there is anything to refine; otherwise the ray starts under the relief, and hit is final
-bool linear_search(Ray ray, int steps, out Bracket bracket, out Hit hit) {
+bool linear_search(Ray ray, float steps, out Bracket bracket, out Hit hit) {
   hit = Hit(0.0, STATUS_HIT, 0, 0);
   float gap = gap_at(ray, 0.0, hit);
   // The bottom plate is under every relief (1 - t is exactly 0 at the last step), so that a bracket is always found.
@@ -13,8 +14,8 @@ bool linear_search(Ray ray, int steps, out Bracket bracket, out Hit hit) {
   if (gap <= 0.0) return false;
 
   bool found = false;
-  for (int i = 1; i <= steps; ++i) {
-    float t = float(i) / float(steps);
+  for (int i = 1; i <= int(ceil(steps)); ++i) {
+    float t = min(float(i) / steps, 1.0);
     gap = gap_at(ray, t, hit);
     hit.steps += 1;
     if (!found && gap <= 0.0) {

@@ -43,4 +43,19 @@ void refine_binary(Ray ray, Bracket b, int halvings, inout Hit hit) {
   hit.steps += halvings;
   hit.t = 0.5 * (b.lo + b.hi);
 }
+
+// Equal steps again, inside the bracket: features are found that are thinner than the first steps. The first of them
+// that is under the surface is the hit, at the latest the bracket's far end.
+void refine_contact(Ray ray, Bracket b, int steps, inout Hit hit) {
+  float near = b.lo;
+  float apart = (b.hi - b.lo) / float(steps);
+  hit.t = b.hi;
+  for (int i = 1; i < steps; ++i) {
+    float t = near + apart * float(i);
+    hit.steps += 1;
+    if (is_above(ray, t, b, hit)) continue;
+    hit.t = t;
+    break;
+  }
+}
 #endif

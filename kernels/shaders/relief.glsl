@@ -1,10 +1,11 @@
 // Relief mapping: linear search, then refinement. [RTM] listing 5.3
 #include "linear_search.glsl"
+#include "pace.glsl"
 #include "refinement.glsl"
 
 Hit trace(Ray ray) {
   Bracket bracket;
   Hit hit;
-  if (linear_search(ray, LINEAR_STEPS, bracket, hit)) refine(ray, bracket, hit);
+  if (linear_search(ray, paced_steps(ray), bracket, hit)) refine(ray, bracket, hit);
   return hit;
 }

@@ -14,7 +14,7 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   Ray entry = Ray(light.path.uv + light.path.slope * light.top, -light.path.slope, 1.0, 0);
   Bracket bracket;
   Hit met;
-  if (linear_search(entry, SHADOW_STEPS, bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);
+  if (linear_search(entry, float(SHADOW_STEPS), bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);
   hit.taps += met.taps;
   hit.steps += met.steps;
   return met.t < hit.t - shadow_threshold() ? 0.0 : 1.0;

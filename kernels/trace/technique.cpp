@@ -39,6 +39,19 @@ Param only_if(std::string_view condition, Param param) {
   return param;
 }
 
+/// The linear search's steps, and how many of them a ray takes.
+std::vector<Param> paced_linear_steps() {
+  Param by =
+      choice_param("steps_by",
+                   "how many of its linear steps a ray takes: all; or, towards least_steps, fewer the steeper it "
+                   "is on the plane (view) or in the map (slope); or by its length in texels",
+                   {"count", "view", "slope", "length"}, "count");
+  by.is_spelt_out = false;
+  return {linear_steps(), by,
+          only_if("steps_by=view|slope|length", range_param("least_steps", "of a ray at least", 1, 4096, 8)),
+          only_if("steps_by=length", range_param("texels_a_step", "of the level that is read", 1, 64, 2))};
+}
+
 /// The refinement of a technique's bracket. binary_steps, secant_steps: their defaults
 std::vector<Param> refinement(std::string_view fallback, int binary_steps = 6, int secant_steps = 1,
                               std::string_view condition = {}) {
@@ -120,7 +133,7 @@ std::vector<Technique> rows() {
       {.id = "relief",
        .description = "linear search, then refinement",
        .maps = {MapKind::height},
-       .params = joined({{linear_steps()}, refinement("binary", 5), {loop()}}),
+       .params = joined({paced_linear_steps(), refinement("binary", 5), {loop()}}),
        .storage = StorageUse{.format = "r8"},
        .guarantee = Guarantee::none,
        .guarantee_note = "may step over features thinner than one linear step",

@@ -48,7 +48,7 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   for (std::size_t i = 0; i < claim.rows.size(); ++i) {
     std::vector<std::string> row{claim.rows[i].label};
     for (const std::string& metric : claim.metrics) {
-      row.push_back(figure(result.measured[i], metric));
+      row.push_back(figure(result.measured[i].values, metric));
       row.push_back(figure(claim.rows[i].paper, metric));
     }
     rows.push_back(std::move(row));

@@ -125,9 +125,8 @@ Config subject_config(const TuneArguments& arguments) {
   if (arguments.reading.channel || arguments.reading.invert || arguments.reading.normalise)
     fail_input("{}: a config says itself how its heightmaps are read; the command's options are for a heightmap",
                arguments.subject);
-  Config config = is_scene(arguments.subject)
-                      ? scene_tune_config(arguments.subject, options)
-                      : with_scene_options(load_config(arguments.subject), options);
+  Config config = is_scene(arguments.subject) ? scene_tune_config(arguments.subject, options)
+                                              : with_scene_options(load_config(arguments.subject), options);
   if (arguments.scenes.empty()) return config;
   std::vector<SceneSpec> kept;
   for (const std::string& id : arguments.scenes) {
@@ -253,8 +252,9 @@ void tune_command(const TuneArguments& arguments, int& exit_code) {
 void add_tune_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("tune", "search for the settings to ship, and say how sure the answer is");
   const auto arguments = std::make_shared<TuneArguments>();
-  command->add_option("SUBJECT", arguments->subject,
-                      "a heightmap (name or file) or a scene file on the built-in space, or a config whose sweeps are the space");
+  command->add_option(
+      "SUBJECT", arguments->subject,
+      "a heightmap (name or file) or a scene file on the built-in space, or a config whose sweeps are the space");
   command->add_option(
       "-o,--output", arguments->output,
       "folder, where an interrupted search is continued; default: one of its own for each question, under out/");

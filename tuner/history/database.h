@@ -120,8 +120,7 @@ class Insert {
       text += ")";
     }
     soci::details::prepare_temp_type prepared = (sql_.prepare << text);
-    for (Row& row : rows)
-      std::apply([&](Columns&... value) { ((prepared, soci::use(bound(value))), ...); }, row);
+    for (Row& row : rows) std::apply([&](Columns&... value) { ((prepared, soci::use(bound(value))), ...); }, row);
     soci::statement(prepared).execute(/*with_data_exchange=*/true);
   }
 

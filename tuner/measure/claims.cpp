@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <utility>
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
@@ -21,12 +22,12 @@ namespace {
 constexpr int kRounds = 9;  // samples of a row's time
 constexpr double kBatch_ms = 5;
 
-using Figures = std::map<std::string, double>;
+using Values = std::map<std::string, double>;
 
 bool is_time(std::string_view metric) { return metric == "frame_time" || metric == "bake_time"; }
 
 /// Time, width and safety of a row's map.
-void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& heights, Figures& figures) {
+void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& heights, Values& figures) {
   const MapStorage& storage = spec.storage;
   if (storage.map.content == MapContent::heights) return;
   figures["bake_time"] = map.bake_time_ns / kNsPerMs;
@@ -46,7 +47,7 @@ void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& h
 
 /// Median frame times, corrected for drift, of draws that are timed in turn.
 void measure_times(Session& session, WallSplit& split, const std::vector<std::vector<Draw>>& draws,
-                   std::vector<Figures>& measured) {
+                   std::vector<ClaimFigures>& measured) {
   const MeasureSpec measure{.samples = kRounds, .batch_ms = kBatch_ms};
   SampleBook book(SampleBook::Control{.id = control_case_id(session.device().backend),
                                       .reference_ns = session.calibration().reference_ns});
@@ -59,8 +60,10 @@ void measure_times(Session& session, WallSplit& split, const std::vector<std::ve
     cases.push_back(warm_up(timing, records[i], draws[i]));
   }
   for (int round = 0; round < measure.samples; ++round) time(timing, cases);
-  for (std::size_t i = 0; i < draws.size(); ++i)
-    measured[i]["frame_time"] = median(book.times(records[i].case_id)) / kNsPerMs;
+  for (std::size_t i = 0; i < draws.size(); ++i) {
+    measured[i].times_ns = book.times(records[i].case_id);
+    measured[i].values["frame_time"] = median(measured[i].times_ns) / kNsPerMs;
+  }
 }
 
 ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
@@ -91,7 +94,7 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     judge_features(features, backend.read_values(features),
                    exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,
                    judged.score);
-    Figures& figures = result.measured.emplace_back();
+    Values& figures = result.measured.emplace_back().values;
     measure_map(spec, map, heights, figures);
     for (const MetricRow& metric : metrics())
       if (const std::optional<double> value = metric.value(judged.score)) figures[std::string(metric.id)] = *value;
@@ -102,6 +105,51 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
   return result;
 }
 
+std::optional<double> value_of(const ClaimFigures& figures, std::string_view metric) {
+  const auto found = figures.values.find(std::string(metric));
+  return found == figures.values.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// Whether a row has no more of a metric than another, nor more misses.
+bool is_no_worse(const ClaimFigures& row, const ClaimFigures& than, std::string_view metric) {
+  return std::ranges::all_of(std::array{metric, std::string_view("missed_rate")}, [&](std::string_view id) {
+    const std::optional<double> own = value_of(row, id);
+    const std::optional<double> other = value_of(than, id);
+    return own && other && *own <= *other;
+  });
+}
+
+/// Of a time to another, round by round.
+Summary time_ratio(const ClaimFigures& of, const ClaimFigures& to) {
+  std::vector<double> ratios(std::min(of.times_ns.size(), to.times_ns.size()));
+  for (std::size_t i = 0; i < ratios.size(); ++i) ratios[i] = of.times_ns[i] / to.times_ns[i];
+  return summarise(ratios);
+}
+
+/// Which of some rows is the fastest of those that are no worse, and by how much; whether it is faster.
+std::pair<bool, std::string> beaten(const Claim& claim, const ClaimCheck& check,
+                                    std::span<const ClaimFigures> measured) {
+  const auto row = [&](const std::string& label) -> const ClaimFigures& {
+    return measured[static_cast<std::size_t>(std::ranges::find(claim.rows, label, &ClaimRow::label) -
+                                             claim.rows.begin())];
+  };
+  const ClaimFigures& of = row(check.of);
+  const std::string own = fmt::format("{} {:.3g}, {:.4f} missed", check.metric, *value_of(of, check.metric),
+                                      value_of(of, "missed_rate").value_or(0));
+  const std::string* best = nullptr;
+  for (const std::string& label : check.beaten_by)
+    if (is_no_worse(row(label), of, check.metric) &&
+        (best == nullptr || median(row(label).times_ns) < median(row(*best).times_ns)))
+      best = &label;
+  if (best == nullptr)
+    return {false, fmt::format("{}: none of the {} others is as accurate", own, check.beaten_by.size())};
+  const Summary ratio = time_ratio(of, row(*best));
+  return {ratio.ci_low > 1,
+          fmt::format("{}; {} has {:.3g}, {:.4f} missed, and is {:.2f} [{:.2f}, {:.2f}; {}] times as fast", own, *best,
+                      *value_of(row(*best), check.metric), value_of(row(*best), "missed_rate").value_or(0),
+                      ratio.median, ratio.ci_low, ratio.ci_high, coverage_text(ratio.n))};
+}
+
 }  // namespace
 
 std::string_view claim_verdict_id(ClaimVerdict verdict) {
@@ -109,22 +157,24 @@ std::string_view claim_verdict_id(ClaimVerdict verdict) {
   return kIds.at(static_cast<std::size_t>(verdict));
 }
 
-ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
-                        std::span<const std::map<std::string, double>> measured, bool is_software) {
-  const auto value = [&](const std::string& label) -> std::optional<double> {
+ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<const ClaimFigures> measured,
+                        bool is_software) {
+  const auto value = [&](const std::string& label) {
     const auto row = std::ranges::find(claim.rows, label, &ClaimRow::label);
-    const Figures& figures = measured[static_cast<std::size_t>(row - claim.rows.begin())];
-    const auto found = figures.find(check.metric);
-    return found == figures.end() ? std::nullopt : std::optional(found->second);
+    return value_of(measured[static_cast<std::size_t>(row - claim.rows.begin())], check.metric);
   };
   const std::optional<double> of = value(check.of);
   if (!of)
     return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("{} has no {}", check.of, check.metric)};
   const auto answer = [&](bool holds, std::string numbers) {
-    const bool decides = !is_software || !is_time(check.metric);
+    const bool decides = !is_software || (!is_time(check.metric) && check.beaten_by.empty());
     if (!decides) return ClaimAnswer{ClaimVerdict::not_testable, numbers + " (a software rasteriser's)"};
     return ClaimAnswer{holds ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced, std::move(numbers)};
   };
+  if (!check.beaten_by.empty()) {
+    auto [is_faster, numbers] = beaten(claim, check, measured);
+    return answer(is_faster, std::move(numbers));
+  }
   if (check.at_most) return answer(*of <= *check.at_most, fmt::format("{:.4g}, at most {:.4g}", *of, *check.at_most));
   const std::optional<double> other = value(check.than.empty() ? check.to : check.than);
   if (!other) return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("no {} to compare", check.metric)};
@@ -160,7 +210,7 @@ nlohmann::json claims_json(std::span<const ClaimResult> results) {
       rows.push_back({{"label", row.label},
                       {"settings", fmt::format("{}?{}", row.settings.technique().id, row.settings.text())},
                       {"paper", row.paper},
-                      {"ours", result.measured[i]}});
+                      {"ours", result.measured[i].values}});
     }
     nlohmann::json checks = nlohmann::json::array();
     for (std::size_t i = 0; i < result.claim->checks.size(); ++i)

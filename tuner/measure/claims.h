@@ -20,14 +20,20 @@ struct ClaimAnswer {
   std::string numbers;  ///< "0.12 texels against 0.34", the paper's beside ours where it has one
 };
 
+/// What was measured of a row.
+struct ClaimFigures {
+  std::map<std::string, double> values{};  ///< by metric
+  std::vector<double> times_ns{};          ///< of its frames, one a round; the same rounds as the other rows'
+};
+
 /// A claim as it came out on one device.
 struct ClaimResult {
   const Claim* claim = nullptr;
   std::string backend;
   std::string device;
   bool is_software = false;
-  std::vector<std::map<std::string, double>> measured;  ///< parallel to Claim::rows; by metric
-  std::vector<ClaimAnswer> answers;                     ///< parallel to Claim::checks
+  std::vector<ClaimFigures> measured;  ///< parallel to Claim::rows
+  std::vector<ClaimAnswer> answers;    ///< parallel to Claim::checks
 };
 
 struct ClaimOptions {
@@ -42,7 +48,7 @@ struct ClaimOptions {
 
 /// How a check comes out on what was measured.
 [[nodiscard]] ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
-                                      std::span<const std::map<std::string, double>> measured, bool is_software);
+                                      std::span<const ClaimFigures> measured, bool is_software);
 
 [[nodiscard]] nlohmann::json claims_json(std::span<const ClaimResult> results);
 

@@ -52,14 +52,16 @@ ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const std::vector<ClaimRow>& rows) {
-  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most"});
-  const auto label = [&](std::string_view key) -> std::string {
-    const JsonNode* const child = node.find(key);
-    if (child == nullptr) return "";
-    std::string text = reader.text(*child);
+  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by"});
+  const auto labelled = [&](const JsonNode& child) {
+    std::string text = reader.text(child);
     if (std::ranges::find(rows, text, &ClaimRow::label) == rows.end())
-      reader.fail(*child, fmt::format("no row is labelled '{}'", text));
+      reader.fail(child, fmt::format("no row is labelled '{}'", text));
     return text;
+  };
+  const auto label = [&](std::string_view key) {
+    const JsonNode* const child = node.find(key);
+    return child == nullptr ? std::string() : labelled(*child);
   };
   ClaimCheck check{.says = reader.text(reader.required(node, "says")),
                    .metric = read_metric(reader, reader.required(node, "metric")),
@@ -72,8 +74,11 @@ ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const st
     check.quotient = reader.number(reader.required(node, "quotient"), {.low = 0, .above_low = true});
     check.tolerance = reader.number(reader.required(node, "tolerance"), {.low = 0});
   }
-  const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() ? 0 : 1) + (check.at_most ? 1 : 0);
-  if (forms != 1) reader.fail(node, "expected one of 'than', 'to' and 'at_most'");
+  if (const JsonNode* others = node.find("beaten_by"))
+    for (const JsonNode& other : reader.items(*others)) check.beaten_by.push_back(labelled(other));
+  const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() ? 0 : 1) + (check.at_most ? 1 : 0) +
+                    (check.beaten_by.empty() ? 0 : 1);
+  if (forms != 1) reader.fail(node, "expected one of 'than', 'to', 'at_most' and 'beaten_by'");
   return check;
 }
 

@@ -19,7 +19,8 @@ struct ClaimRow {
 
 /// What a paper says of its table. Exactly one form:
 ///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
-///  or it is at most `at_most`.
+///  or it is at most `at_most`;
+///  or the fastest of `beaten_by` that has no more of `metric`, nor more misses, is faster.
 struct ClaimCheck {
   std::string says;  ///< the claim in words
   std::string metric;
@@ -29,6 +30,7 @@ struct ClaimCheck {
   double quotient = 0;
   double tolerance = 0;
   std::optional<double> at_most{};
+  std::vector<std::string> beaten_by{};
 };
 
 /// configs/claims/*.json: a table or figure of a paper, re-run.

@@ -16,7 +16,8 @@ namespace {
 /// Exact hits on the heights as stored: what is seen then is the features'.
 constexpr std::string_view kUsualSetting = "cone?cone_steps=128";
 
-constexpr std::array<std::string_view, 7> kSceneFileKeys{"$schema", "about", "scenes", "setting", "features", "visible", "measure"};
+constexpr std::array<std::string_view, 7> kSceneFileKeys{"$schema",  "about",   "scenes", "setting",
+                                                         "features", "visible", "measure"};
 
 Settings read_setting(const ConfigReader& reader, const JsonNode& node) {
   const std::string id = reader.text(node);
@@ -66,8 +67,8 @@ void check_visible(const Budget& visible) {
 bool is_scene_file(const std::string& text, const std::filesystem::path& path) {
   const JsonNode root = parse_json_lines(text, path.string());
   return root.value.is_object() && std::ranges::all_of(root.children, [](const JsonNode& child) {
-    return std::ranges::find(kSceneFileKeys, child.key) != kSceneFileKeys.end();
-  });
+           return std::ranges::find(kSceneFileKeys, child.key) != kSceneFileKeys.end();
+         });
 }
 
 SceneFile load_scene_file(const std::filesystem::path& path) { return parse_scene_file(read_file(path), path); }

@@ -12,8 +12,8 @@ inline constexpr std::string_view kDisplacement = "displacement";
 
 /// A feature that settings are to show, by any of some rows.
 struct WantedFeature {
-  const Feature* feature = nullptr;            ///< null: displacement itself
-  std::vector<const FeatureRow*> rows{};       ///< not the plainest
+  const Feature* feature = nullptr;       ///< null: displacement itself
+  std::vector<const FeatureRow*> rows{};  ///< not the plainest
 };
 
 /// "shadow,penumbra", "shadow=soft_cone", the names that `require` answers with: a feature of the scene by any row,

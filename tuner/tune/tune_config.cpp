@@ -123,7 +123,8 @@ Config with_features(const Config& config, std::string_view features) {
   changed["sweeps"] = json::array();
   for (std::size_t i = 0; i < sweeps.size(); ++i)
     if (has_settings(with_all.sweeps[i], config.path)) changed["sweeps"].push_back(sweeps[i]);
-  if (changed["sweeps"].empty()) fail_input("--features {}: no setting of {} goes with that", features, config.path.string());
+  if (changed["sweeps"].empty())
+    fail_input("--features {}: no setting of {} goes with that", features, config.path.string());
   return parse_made(changed, config.path);
 }
 
