@@ -15,16 +15,16 @@ constexpr double kNowhere = std::numeric_limits<double>::infinity();
 constexpr double kOver = 1e-9;  ///< of height: so far over the top plate a ray does not begin, whatever rounding does
 
 /// Smallest and largest of a product of ranges.
-struct Extent {
+struct SpeedRange {
   double low;
   double high;
 };
-Extent product(const Extent& a, const Extent& b) {
+SpeedRange product(const SpeedRange& a, const SpeedRange& b) {
   const std::array corners{a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high};
   const auto [low, high] = std::ranges::minmax(corners);
   return {low, high};
 }
-Extent speed_of(const Moving& m) { return {m.speed - m.sway, m.speed + m.sway}; }
+SpeedRange speed_of(const Moving& m) { return {m.speed - m.sway, m.speed + m.sway}; }
 
 /// A pixel's ray through the displaced surface: F(way) is its height over the surface there.
 class SurfaceWalk {
@@ -124,14 +124,14 @@ SurfaceWalk::Found SurfaceWalk::look(const Stretch& stretch) {
   if (kOutwards ? high <= range.min : low > range.max) return Found::nothing;
   if (x[0] == x[1] && y[0] == y[1]) {
     const auto h = tracer_.corners(x[0], y[0]);
-    const Extent along_u{side_u_ * std::min(h.h10 - h.h00, h.h11 - h.h01),
+    const SpeedRange along_u{side_u_ * std::min(h.h10 - h.h00, h.h11 - h.h01),
                          side_u_ * std::max(h.h10 - h.h00, h.h11 - h.h01)};
-    const Extent along_v{side_v_ * std::min(h.h01 - h.h00, h.h11 - h.h10),
+    const SpeedRange along_v{side_v_ * std::min(h.h01 - h.h00, h.h11 - h.h10),
                          side_v_ * std::max(h.h01 - h.h00, h.h11 - h.h10)};
-    const Extent by_u = product(along_u, speed_of(at.u));
-    const Extent by_v = product(along_v, speed_of(at.v));
-    const Extent fall = speed_of(at.height);
-    const Extent change{fall.low - by_u.high - by_v.high, fall.high - by_u.low - by_v.low};
+    const SpeedRange by_u = product(along_u, speed_of(at.u));
+    const SpeedRange by_v = product(along_v, speed_of(at.v));
+    const SpeedRange fall = speed_of(at.height);
+    const SpeedRange change{fall.low - by_u.high - by_v.high, fall.high - by_u.low - by_v.low};
     const double steepest = std::max(std::abs(change.low), std::abs(change.high));
     const double here = gap(middle);
     if (kOutwards ? here + steepest * half < 0 : here - steepest * half > 0) return Found::nothing;
