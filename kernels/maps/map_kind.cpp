@@ -8,6 +8,7 @@
 #include "kernels/base/error.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/distance_map.h"
+#include "kernels/maps/omni_table.h"
 #include "kernels/maps/pyramid_map.h"
 
 namespace reliefbench {
@@ -186,6 +187,18 @@ constexpr std::array kMaps{
            .corrections = kNone,
            .parameters = {&kDistanceSlices, 1},
            .bake = bake_distance,
+           .version = 1},
+    MapRow{.kind = MapKind::omni,
+           .id = "omni",
+           .description = "where the rays of many directions from each position end",
+           .source = "[RTM] 5.9; octahedral directions ours",
+           .guarantee = "a value is the exact first hit of its texel's ray, as the format rounds it",
+           .content = MapContent::table,
+           .corrections = kNone,
+           .parameters = kOmniParams,
+           .promise = MapPromise::exact_rays,
+           .bake = bake_omni,
+           .refusal = omni_refusal,
            .version = 1},
 };
 

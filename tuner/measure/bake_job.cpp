@@ -80,7 +80,8 @@ BakedMap bake_on_device(const BakeJob& job, const Heightfield& heights, BakeTime
 
 void check(const BakeJob& job) {
   if (const std::string reason = conflict(job.spec.storage); !reason.empty()) fail_input("{}", reason);
-  if (job.verify && job.spec.storage.map.content != MapContent::ratios)
+  const MapContent content = job.spec.storage.map.content;
+  if (job.verify && content != MapContent::ratios && content != MapContent::table)
     fail_input("a {} map has no cones to verify", job.spec.storage.map.id);
   if (job.output.empty()) return;
   if (const std::string reason = file_conflict(job.output, job.spec.storage); !reason.empty()) fail_input("{}", reason);
@@ -155,8 +156,12 @@ BakeResult run_bake(const BakeJob& job) {
   BakeTimes times;
   const BakedMap map = bake_on_device(job, heights, times);
   const MapTextures textures =
-      pack_map({.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap}, storage.format,
-               storage.encoding);
+      pack_map({.map = storage.map,
+                .heights = map.heights,
+                .values = map.values,
+                .wrap = wrap,
+                .parameters = parameters},
+               storage.format, storage.encoding);
   BakeResult result{.reading = std::move(reading),
                     .width = heights.width,
                     .height = heights.height,
@@ -173,7 +178,8 @@ BakeResult run_bake(const BakeJob& job) {
                                  .encoding = storage.encoding,
                                  .correction = storage.correction,
                                  .wrap = wrap,
-                                 .threads = threads});
+                                 .threads = threads,
+                                 .parameters = parameters});
   if (!job.output.empty()) write(job, textures, result);
   return result;
 }
