@@ -11,23 +11,18 @@
 namespace reliefbench {
 namespace {
 
-int value_in(std::span<const MapValue> parameters, const MapParam& param) {
-  const auto found = std::ranges::find(parameters, param.id, &MapValue::param);
-  return found == parameters.end() ? param.fallback : found->value;
-}
-
 /// Of the middle of part `i` of `n`.
 double middle(int i, int n) { return (i + 0.5) / n; }
 
 }  // namespace
 
 OmniTable::OmniTable(std::span<const MapValue> parameters)
-    : x(value_in(parameters, kOmniParams[0])),
-      y(value_in(parameters, kOmniParams[1])),
-      a(value_in(parameters, kOmniParams[2])),
-      b(value_in(parameters, kOmniParams[3])),
-      is_by_direction(kOmniOrders.at(static_cast<std::size_t>(value_in(parameters, kOmniParams[4]))) == "abxy"),
-      is_octahedral(kOmniDirections.at(static_cast<std::size_t>(value_in(parameters, kOmniParams[5]))) ==
+    : x(given_value(parameters, kOmniParams[0])),
+      y(given_value(parameters, kOmniParams[1])),
+      a(given_value(parameters, kOmniParams[2])),
+      b(given_value(parameters, kOmniParams[3])),
+      is_by_direction(kOmniOrders.at(static_cast<std::size_t>(given_value(parameters, kOmniParams[4]))) == "abxy"),
+      is_octahedral(kOmniDirections.at(static_cast<std::size_t>(given_value(parameters, kOmniParams[5]))) ==
                     "octahedral") {}
 
 OmniTable::Node OmniTable::node_at(int column, int row) const {

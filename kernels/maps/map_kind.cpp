@@ -252,10 +252,12 @@ Correction find_correction(std::string_view id) {
   fail_input("unknown correction '{}'; the choices are {}", id, choices);
 }
 
-int BakeRequest::value(const MapParam& param) const {
-  const auto given = std::ranges::find(parameters, param.id, &MapValue::param);
-  return given == parameters.end() ? param.fallback : given->value;
+int given_value(std::span<const MapValue> values, const MapParam& param) {
+  const auto given = std::ranges::find(values, param.id, &MapValue::param);
+  return given == values.end() ? param.fallback : given->value;
 }
+
+int BakeRequest::value(const MapParam& param) const { return given_value(parameters, param); }
 
 std::string parameters_text(const BakeRequest& request, const MapRow& map) {
   std::string text;

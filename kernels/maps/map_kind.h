@@ -82,6 +82,8 @@ struct MapValue {
   std::string_view param;
   int value = 0;
 };
+/// The parameter's value among some, its default where it is not.
+[[nodiscard]] int given_value(std::span<const MapValue> values, const MapParam& param);
 
 /// What a bake is made from. Cone ratio: tangent of the half aperture, uv per unit of height, in [0, max_ratio].
 struct BakeRequest {

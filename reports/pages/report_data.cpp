@@ -315,10 +315,7 @@ class DataBuilder {
     for (const auto& error : effect.errors) errors.push_back(error ? interval_json(*error) : json());
     effects_.push_back({{"group", group_index(run, effect.backend, effect.device)},
                         {"axis", effect.axis},
-                        {"prices_feature", std::ranges::any_of(all_features(), [&](const Feature& feature) {
-                           const bool is_on = feature.id == effect.axis && feature.rows.front().id == effect.from;
-                           return feature.is_of_scene && is_on;
-                         })},
+                        {"prices_feature", effect.prices_feature},
                         {"from", effect.from},
                         {"to", effect.to},
                         {"pairs", effect.pairs},

@@ -8,6 +8,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/ktx2.h"
 #include "kernels/maps/map_file.h"
+#include "kernels/trace/storage_params.h"
 #include "kernels/trace/technique.h"
 #include "tuner/results/host.h"
 #include "tuner/results/statistics.h"
@@ -108,7 +109,7 @@ void count_ratios(const BakeJob& job, const MapTextures& textures, BakeResult& r
 }
 
 void write(const BakeJob& job, const MapTextures& textures, BakeResult& result) {
-  result.files = write_map(job.output, job.spec.storage, textures, map_metadata(job.spec.storage, job.spec.wrap));
+  result.files = write_map(job.output, job.spec.storage, textures, map_metadata(job.spec));
   if (job.output.extension() != ".ktx2") return;
   for (const std::filesystem::path& file : result.files) {
     const TextureImage& written = file == result.files.front() ? textures.relief : *textures.extra;
@@ -136,8 +137,10 @@ const Format& default_format(const MapRow& map, const Encoding& encoding, Correc
   fail_input("{}", first_reason);
 }
 
-std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap) {
-  return {{"KTXwriter", fmt::format("reliefbench {}", version())},
+std::map<std::string, std::string> map_metadata(const BakeSpec& spec) {
+  const MapStorage& storage = spec.storage;
+  std::map<std::string, std::string> metadata = {
+         {"KTXwriter", fmt::format("reliefbench {}", version())},
           {"reliefbench.kind", std::string(storage.map.id)},
           {"reliefbench.kind_version", fmt::format("{}", storage.map.version)},
           {"reliefbench.correction", std::string(correction_id(storage.correction))},
@@ -145,7 +148,12 @@ std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap 
           {"reliefbench.format", std::string(storage.format.id)},
           {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
           {"reliefbench.relief_range", "0 1"},
-          {"reliefbench.wrap", wrap == Wrap::repeat ? "repeat" : "clamp"}};
+          {"reliefbench.wrap", spec.wrap == Wrap::repeat ? "repeat" : "clamp"}};
+  // What a reader needs, as a shader does.
+  for (const MapParam& param : storage.map.parameters)
+    if (param.is_constant)
+      metadata[fmt::format("reliefbench.{}", param.id)] = map_param(param).text(given_value(spec.parameters, param));
+  return metadata;
 }
 
 BakeResult run_bake(const BakeJob& job) {
