@@ -125,5 +125,26 @@ TEST(Effects, AreOfOneDeviceAndOneSceneAndOfWhatWasMeasured) {
   EXPECT_THAT(axis_effects({}), SizeIs(0));
 }
 
+TEST(Effects, PriceFeaturesThatAreOnInsteadOfOff) {
+  std::vector<Record> records;
+  for (const char* shadow : {"none", "linear", "cone"})
+    for (const char* format : {"rg8", "rg16"}) {
+      Settings settings(find_technique("cone"));
+      settings.set("format", format);
+      settings.set("shadow", shadow);
+      const std::string_view row = shadow;
+      records.push_back(case_of(settings, row == "none" ? 100 : row == "linear" ? 150 : 180, row == "none" ? 4 : 1));
+    }
+  std::size_t priced = 0;
+  for (const AxisEffect& effect : axis_effects(records)) {
+    EXPECT_EQ(effect.prices_feature, effect.axis == "shadow" && effect.from == "none") << effect.axis << effect.from;
+    if (!effect.prices_feature) continue;
+    ++priced;
+    EXPECT_EQ(effect.pairs, 2U);
+    EXPECT_NEAR(effect.time.median, effect.to == "linear" ? 1.5 : 1.8, 1e-9);
+  }
+  EXPECT_EQ(priced, 2U);
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -40,6 +40,8 @@ inline std::vector<std::string> shipped_settings() {
                          "qdm?refinement=none",
                          "qdm?refinement=binary&filter=manual",
                          "distance?step=published",
+                         "omni?interpolation=none&omni_order=xyab&omni_directions=spherical",
+                         "omni?lookup=published&filter=manual",
                          "relief?shadow=linear",
                          "relief?shadow=binary",
                          "cone?shadow=cone&format=rgba8",

@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "kernels/image/image.h"
 #include "kernels/base/error.h"
 #include "tests/command.h"
 #include "tests/schema.h"
@@ -234,6 +235,10 @@ TEST(RequireCommand, answers_people_and_machines) {
   EXPECT_EQ(answer, json::parse(file_text(folder / "out/require.json")));
   EXPECT_EQ(answer["answer"]["features"], json::array());
   EXPECT_GT(std::filesystem::file_size(folder / "out/images/displacement-with.png"), 0U);
+  const Image sheet = load_image(folder / "out/images/gallery.webp");
+  const int rows = static_cast<int>(answer["features"].size());
+  EXPECT_EQ(sheet.width, 3 * 24 + 2 * 4);
+  EXPECT_EQ(sheet.height, rows * (24 + 4) - 4);
   EXPECT_THAT(file_text(folder / "out/require.html"), HasSubstr("data:image/webp;base64,"));
 
   const CommandResult text = run({"--visible", "flip<=0.9"});

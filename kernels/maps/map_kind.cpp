@@ -8,6 +8,7 @@
 #include "kernels/base/error.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/distance_map.h"
+#include "kernels/maps/omni_table.h"
 #include "kernels/maps/pyramid_map.h"
 
 namespace reliefbench {
@@ -187,6 +188,18 @@ constexpr std::array kMaps{
            .parameters = {&kDistanceSlices, 1},
            .bake = bake_distance,
            .version = 1},
+    MapRow{.kind = MapKind::omni,
+           .id = "omni",
+           .description = "where the rays of many directions from each position end",
+           .source = "[RTM] 5.9; octahedral directions ours",
+           .guarantee = "a value is the exact first hit of its texel's ray, as the format rounds it",
+           .content = MapContent::table,
+           .corrections = kNone,
+           .parameters = kOmniParams,
+           .promise = MapPromise::exact_rays,
+           .bake = bake_omni,
+           .refusal = omni_refusal,
+           .version = 1},
 };
 
 }  // namespace
@@ -239,10 +252,12 @@ Correction find_correction(std::string_view id) {
   fail_input("unknown correction '{}'; the choices are {}", id, choices);
 }
 
-int BakeRequest::value(const MapParam& param) const {
-  const auto given = std::ranges::find(parameters, param.id, &MapValue::param);
-  return given == parameters.end() ? param.fallback : given->value;
+int given_value(std::span<const MapValue> values, const MapParam& param) {
+  const auto given = std::ranges::find(values, param.id, &MapValue::param);
+  return given == values.end() ? param.fallback : given->value;
 }
+
+int BakeRequest::value(const MapParam& param) const { return given_value(parameters, param); }
 
 std::string parameters_text(const BakeRequest& request, const MapRow& map) {
   std::string text;

@@ -23,7 +23,8 @@ enum class MapKind {
   safety_shape,
   max_mip,
   quadtree,
-  distance
+  distance,
+  omni
 };
 
 /// What `bake --verify` holds a map to.
@@ -31,6 +32,7 @@ enum class MapPromise {
   none,
   conservative,  ///< no cone contains a texel's surface point
   relaxed,       ///< no ray crosses the surface twice before it leaves the cone
+  exact_rays,    ///< every value is its ray's first hit, but for the format's rounding
 };
 
 /// What a baker returns for a map of width x height texels.
@@ -39,6 +41,7 @@ enum class MapContent {
   ratios,   ///< MapRow::ratios cone ratios a texel, interleaved, row-major
   pyramid,  ///< levels of a mip chain below one another, level 0 first (see level_side)
   volume,   ///< slices of width x height texels, bottom slice first
+  table,    ///< one texel a ray, row by row of a texture that has its size from the parameters alone (OmniTable)
 };
 
 /// What makes interpolated cones safe.
@@ -72,12 +75,15 @@ struct MapParam {
   int max = 0;
   int fallback = 0;                             ///< the default
   std::span<const std::string_view> choices{};  ///< empty for a range
+  bool is_constant = false;                     ///< shaders have it, as a specialization constant
 };
 /// A value for a MapParam of that id.
 struct MapValue {
   std::string_view param;
   int value = 0;
 };
+/// The parameter's value among some, its default where it is not.
+[[nodiscard]] int given_value(std::span<const MapValue> values, const MapParam& param);
 
 /// What a bake is made from. Cone ratio: tangent of the half aperture, uv per unit of height, in [0, max_ratio].
 struct BakeRequest {
@@ -106,6 +112,8 @@ struct MapRow {
   bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
   bool sees_pairs = false;  ///< its baker looks at nearly every pair of texels: days for large maps
   std::vector<float> (*bake)(const BakeRequest&);
+  /// Why there is no such map of any heights, or "" if there is; null: there always is.
+  std::string (*refusal)(std::span<const MapValue> parameters) = nullptr;
   int version;  ///< part of the cache key; raised when the result changes
 };
 [[nodiscard]] std::span<const MapRow> map_kinds();

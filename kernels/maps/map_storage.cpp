@@ -15,7 +15,7 @@ std::string format_conflict(const MapRow& map, const Format& format) {
     return fmt::format("format {} has a texture for ratios, which a {} map does not fill", format.id, map.id);
   if (map.ratios == 1 && format.extra_channels > 1)
     return fmt::format("format {} has 4 cone ratios, a {} map fills one", format.id, map.id);
-  if ((map.content == MapContent::pyramid || map.content == MapContent::volume) && format.channels > 1)
+  if (map.content != MapContent::heights && map.content != MapContent::ratios && format.channels > 1)
     return fmt::format("format {} has room for cone ratios, which a {} map does not have", format.id, map.id);
   return "";
 }

@@ -9,6 +9,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/mip_chain.h"
+#include "kernels/maps/omni_table.h"
 
 namespace reliefbench {
 namespace {
@@ -113,7 +114,7 @@ void write_mips(MapTextures& textures, const MapSource& source, const RatioLayou
 
 /// Maxima of stored heights are stored heights: nothing is rounded.
 TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) {
-  const auto [map, heights, values, wrap, depth, mips] = source;
+  const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
   TextureImage image = blank(heights.width, heights.height, layout, chain_length(heights));
   assert(values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size());
   for (std::size_t i = 0; i < values.size(); ++i) write_code(image, i, 0, nearest_code(values[i], layout.type));
@@ -122,13 +123,23 @@ TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) 
 
 /// The slices below one another in one texture; distances are rounded down.
 TextureImage packed_volume(const MapSource& source, const TexelLayout& layout) {
-  const auto [map, heights, values, wrap, depth, mips] = source;
+  const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
   const auto rows = static_cast<int>(values.size() / static_cast<std::size_t>(heights.width));
   TextureImage image = blank(heights.width, rows, layout);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::uint32_t code = nearest_code(values[i], layout.type);
     write_code(image, i, 0, value_of(code, layout.type) > values[i] ? code - 1 : code);
   }
+  return image;
+}
+
+/// Hits are rounded to the nearest.
+TextureImage packed_table(const MapSource& source, const TexelLayout& layout) {
+  const OmniTable table(source.parameters);
+  TextureImage image = blank(table.width(), table.height(), layout);
+  assert(source.values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size());
+  for (std::size_t i = 0; i < source.values.size(); ++i)
+    write_code(image, i, 0, nearest_code(source.values[i], layout.type));
   return image;
 }
 
@@ -141,7 +152,7 @@ MapTextures pack_heights(const Heightfield& heights, const Format& format) {
 }
 
 MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
-  const auto [map, heights, values, wrap, depth, mips] = source;
+  const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
   const bool has_levels =
       mips != Mips::none && (map.content == MapContent::heights || map.content == MapContent::ratios);
   const int levels = has_levels ? chain_length(heights) : 1;
@@ -162,6 +173,9 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
       break;
     case MapContent::volume:
       textures.extra = packed_volume(source, format.relief());
+      break;
+    case MapContent::table:
+      textures.extra = packed_table(source, format.relief());
       break;
   }
   if (has_levels) write_mips(textures, source, layout);

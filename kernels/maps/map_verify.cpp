@@ -55,6 +55,10 @@ MapVerdict verify_conservative(const VerifyRequest& request) {
 
 MapVerdict verify_map(const VerifyRequest& request) {
   const MapRow& map = request.map;
+  if (map.content == MapContent::table) {
+    const TableVerdict table = verify_omni(request);
+    return {.table = table, .broken = table.wrong > 0};
+  }
   if (map.content != MapContent::ratios) fail_input("a {} map has no cones to verify", map.id);
   MapVerdict verdict = map.is_relaxed ? verify_relaxed(request) : verify_conservative(request);
   if (map.promise == MapPromise::none) return verdict;

@@ -7,7 +7,7 @@
 namespace reliefbench {
 
 struct VerifyRequest {
-  const MapRow& map;  ///< content: ratios
+  const MapRow& map;  ///< content: ratios or table
   const MapTextures& textures;
   const Format& format;
   const Encoding& encoding;
@@ -16,6 +16,7 @@ struct VerifyRequest {
   int finest = 8;      ///< most points a texel
   int rays = 1 << 18;  ///< that are traced through relaxed cones
   int threads = 0;
+  std::span<const MapValue> parameters{};  ///< of the map's own, as it was baked
 };
 
 /// How wrong the worst cone is: its ratio over the ratio of the point that it must not hold.
@@ -40,6 +41,13 @@ struct RayVerdict {
   WorstCone worst{};
 };
 
+/// Values of a table, each held against its own ray.
+struct TableVerdict {
+  std::int64_t values = 0;
+  std::int64_t wrong = 0;  ///< farther from the exact hit than the format and a float round
+  double worst_off = 0;    ///< of all, in heights
+};
+
 /// What a stored map was found to be.
 struct MapVerdict {
   std::int64_t texels = 0;           ///< cones at texel centres; quad has four a texel, and four of each cell
@@ -47,6 +55,7 @@ struct MapVerdict {
   WorstCone worst_texel{};
   CellVerdict cells{};  ///< conservative cones
   RayVerdict rays{};    ///< relaxed cones
+  TableVerdict table{};
   /// The kind's promise is shown not to hold: at a texel centre or, whatever the correction, at an interpolated
   /// position, where shaders read cones, too. A kind without a promise breaks none.
   bool broken = false;
@@ -62,7 +71,9 @@ struct MapVerdict {
 /// Relaxed cones: a texel is too wide where its cone holds a texel v whose surface descends away from the apex u,
 /// (v-u).grad H(v) < 0 on either side of v ([BVBV24] section 5); between texels, rays are traced exactly; that finds
 /// what is wrong, but proves nothing. safety_shape's rays are seen inside the union of its cone and cylinder.
-/// throws: Error(bad_input): the map's content is not ratios
+/// Tables: every value is traced again, from the heights as they are stored.
+/// throws: Error(bad_input): the map's content is neither ratios nor a table
 [[nodiscard]] MapVerdict verify_map(const VerifyRequest& request);
+[[nodiscard]] TableVerdict verify_omni(const VerifyRequest& request);  ///< the part for tables
 
 }  // namespace reliefbench

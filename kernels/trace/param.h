@@ -18,7 +18,8 @@ struct Param {
   int fallback = 0;                         ///< the default
   std::vector<std::string_view> choices{};  ///< empty for a range
   std::string active_if{};   ///< "", "param=choice" or "param=choice|choice": else it means nothing and is left out
-  int constant_id = -1;      ///< specialization constant; -1: none (bake parameters, format)
+  int constant_id = -1;      ///< specialization constant; -1: none yet, or never (most bake parameters, format)
+  bool is_constant = false;  ///< has one though it is of the bake
   bool is_spelt_out = true;  ///< ids have the default too; else only another value
 
   [[nodiscard]] std::string text(int value) const;

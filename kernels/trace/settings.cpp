@@ -158,6 +158,8 @@ std::string conflict(const Settings& settings, const Scene& scene) {
 
 std::string conflict(const Settings& settings) {
   std::string reason = settings.technique().reads_map() ? conflict(storage_of(settings)) : "";
+  if (const auto refusal = map_of(settings).refusal; reason.empty() && refusal != nullptr)
+    reason = refusal(map_values(settings));
   return reason.empty() ? lacking(rows_of(settings), settings) : reason;
 }
 

@@ -12,6 +12,7 @@
 #include "kernels/judge/depth_range.h"
 #include "kernels/judge/score_pixel.h"
 #include "kernels/maps/distance_map.h"
+#include "kernels/maps/omni_table.h"
 #include "kernels/trace/depth.h"
 #include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
@@ -29,7 +30,7 @@ constexpr std::array kSamplers{
     Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them"},
     Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
     Sampler{kReferenceMap, 3, "r = exact t of this pixel; gba = exact values of features"},
-    Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid or volume"},
+    Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid, volume or table"},
 };
 
 /// How a relief map lies in its textures.
@@ -166,6 +167,7 @@ std::string shared_contract() {
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
+  text += float_line("OMNI_TILE", kOmniTile, "in depths of the relief for which a table's directions are evenly spread");
   text += float_line("NEAR_PLANE", static_cast<float>(kNearPlane), "of the distance to the point that is looked at");
   text += float_line("DEPTH_RANGE", static_cast<float>(kDepthRange), "far plane over near plane");
   text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");

@@ -40,7 +40,8 @@ Param map_param(const MapParam& param) {
           .min = param.min,
           .max = param.max,
           .fallback = param.fallback,
-          .choices = {param.choices.begin(), param.choices.end()}};
+          .choices = {param.choices.begin(), param.choices.end()},
+          .is_constant = param.is_constant};
 }
 
 std::vector<Param> storage_params(const std::vector<MapKind>& kinds, const StorageUse& use) {

@@ -96,7 +96,7 @@ Technique assembled(Technique technique) {
   append_features(false);
   auto next = static_cast<int>(kFirstOwnConstant);
   for (Param& param : technique.params)
-    if (param.stage == Stage::run && param.constant_id < 0 && !is_feature_of_scene(param.id))
+    if ((param.stage == Stage::run || param.is_constant) && param.constant_id < 0 && !is_feature_of_scene(param.id))
       param.constant_id = next++;
   append_features(true);
   return technique;
@@ -253,6 +253,24 @@ std::vector<Technique> rows() {
        .source = "[RTM] listing 5.2; across the view: [RTM] 5.2, their places ours",
        .disagreement = 0.05,
        .passes = "passes"},
+      {.id = "omni",
+       .description = "one look into a table of exact hits, by the ray's position and direction; no search",
+       .maps = {MapKind::omni},
+       .params = {choice_param("lookup",
+                               "by fetches of the nearest entries (fetched), or as printed: through the sampler's "
+                               "filter, the value taken for a way along the ray (published)",
+                               {"fetched", "published"}, "fetched"),
+                  only_if("lookup=fetched",
+                          choice_param("interpolation", "between which of the nearest entries: 1, 4, 4 or 16 fetches",
+                                       {"none", "position", "direction", "both"}, "both"))},
+       .storage = StorageUse{.format = "r16"},
+       .features = {{.feature = "filter", .active_if = "lookup=published"}, {.feature = "lod", .is_absent = true}},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "hits of the table's own rays are exact up to the format's rounding; between them they may lie "
+                         "anywhere from the top plate to the bottom one, and rays flatter than the table's outermost "
+                         "are read as those",
+       .source = "[RTM] 5.9, listing 5.9; octahedral directions, fetches and interpolation ours",
+       .disagreement = 0.05},
   };
 }
 

@@ -77,11 +77,15 @@ export function drawEffects() {
     return;
   }
   const byWeight = effects.filter(({pairs}) => pairs >= kFewPairs).sort((a, b) => weightOf(b) - weightOf(a));
-  const first = new Set(byWeight.slice(0, kRowsShown));
-  const rest = effects.filter((effect) => !first.has(effect));
+  const features = effects.filter((effect) => effect.prices_feature);
+  const first = new Set(byWeight.filter((effect) => !effect.prices_feature).slice(0, kRowsShown));
+  const rest = effects.filter((effect) => !effect.prices_feature && !first.has(effect));
   byId('effect-rows')
       .replaceChildren(
           ...[make('p', {class: 'muted'}, `On ${shortLabel(group)}, over all scenes.`),
+              features.length ? make('h3', {}, 'Features of the scene, on instead of off: price and gain') : null,
+              features.length ? effectTable(features) : null,
+              features.length ? make('h3', {}, 'Everything else') : null,
               first.size ? effectTable(effects.filter((effect) => first.has(effect))) :
                            make('p', {}, `No step has ${kFewPairs} pairs or more.`),
               rest.length ?

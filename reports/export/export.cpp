@@ -145,7 +145,7 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   Export result;
   if (baked.textures) shader.textures = shipped_textures(job.settings, *baked.textures);
   EngineSource source{.shader = shader, .normals = baked.normals ? &*baked.normals : nullptr};
-  if (baked.textures) source.metadata = map_metadata(storage_of(job.settings), job.wrap);
+  if (baked.textures) source.metadata = map_metadata(bake_spec(job.settings, job.wrap));
   std::vector<EngineTexture> textures;
   for (const std::string& id :
        job.choice.engines.empty() ? std::vector{std::string(kPlainEngine)} : job.choice.engines) {

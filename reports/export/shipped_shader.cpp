@@ -29,6 +29,8 @@ std::string extra_channels(const MapStorage& storage) {
       return fmt::format("r = {}", description);
     case MapContent::volume:
       return fmt::format("r = {}; its slices below one another, the bottom one first", description);
+    case MapContent::table:
+      return fmt::format("r = {}, 0 on top, 1 at the bottom", description);
     default:
       return fmt::format("{}, stored as {}: {}", storage.map.ratios == 1 ? "r = cone ratio" : "cone ratios",
                          storage.encoding.id, description);

@@ -315,6 +315,7 @@ class DataBuilder {
     for (const auto& error : effect.errors) errors.push_back(error ? interval_json(*error) : json());
     effects_.push_back({{"group", group_index(run, effect.backend, effect.device)},
                         {"axis", effect.axis},
+                        {"prices_feature", effect.prices_feature},
                         {"from", effect.from},
                         {"to", effect.to},
                         {"pairs", effect.pairs},

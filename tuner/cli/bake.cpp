@@ -91,6 +91,11 @@ std::string_view verdict_id(const MapRow& map, const MapVerdict& verdict) {
 Json json_of(const WorstCone& worst) { return {{"factor", worst.factor}, {"u", worst.u}, {"v", worst.v}}; }
 
 Json json_of(const MapRow& map, const MapVerdict& verdict) {
+  if (map.content == MapContent::table)
+    return {{"verdict", verdict_id(map, verdict)},
+            {"values", verdict.table.values},
+            {"wrong", verdict.table.wrong},
+            {"worst_off", verdict.table.worst_off}};
   Json out = {{"verdict", verdict_id(map, verdict)},
               {"texels", verdict.texels},
               {"texels_too_wide", verdict.texels_too_wide},
@@ -137,6 +142,9 @@ std::string times_too_wide(const WorstCone& worst) {
 
 /// Rows of the proof: what was looked at, and what was found.
 std::vector<std::vector<std::string>> proof_rows(const MapRow& map, const MapVerdict& verdict) {
+  if (map.content == MapContent::table)
+    return {{"rays", fmt::format("{} of {} wrong; the worst is off by {} of the depth", verdict.table.wrong,
+                                 verdict.table.values, format_number(verdict.table.worst_off))}};
   std::vector<std::vector<std::string>> rows;
   rows.push_back({"texels", fmt::format("{} of {} too wide{}", verdict.texels_too_wide, verdict.texels,
                                         times_too_wide(verdict.worst_texel))});

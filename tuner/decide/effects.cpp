@@ -136,6 +136,12 @@ void gather_group(const RecordGroup& group, std::map<PairsKey, Pairs>& all) {
   }
 }
 
+bool prices_feature(const PairsKey& key) {
+  return std::ranges::any_of(all_features(), [&](const Feature& feature) {
+    return feature.is_of_scene && feature.id == key.axis && feature.rows.front().id == key.from_text;
+  });
+}
+
 }  // namespace
 
 std::vector<AxisEffect> axis_effects(std::span<const Record> records) {
@@ -148,6 +154,7 @@ std::vector<AxisEffect> axis_effects(std::span<const Record> records) {
                       .axis = key.axis,
                       .from = key.from_text,
                       .to = key.to_text,
+                      .prices_feature = prices_feature(key),
                       .pairs = pairs.times.size(),
                       .time = summarise(pairs.times)};
     for (const std::vector<double>& ratios : pairs.errors)

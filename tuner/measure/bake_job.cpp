@@ -8,6 +8,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/ktx2.h"
 #include "kernels/maps/map_file.h"
+#include "kernels/trace/storage_params.h"
 #include "kernels/trace/technique.h"
 #include "tuner/results/host.h"
 #include "tuner/results/statistics.h"
@@ -80,7 +81,8 @@ BakedMap bake_on_device(const BakeJob& job, const Heightfield& heights, BakeTime
 
 void check(const BakeJob& job) {
   if (const std::string reason = conflict(job.spec.storage); !reason.empty()) fail_input("{}", reason);
-  if (job.verify && job.spec.storage.map.content != MapContent::ratios)
+  const MapContent content = job.spec.storage.map.content;
+  if (job.verify && content != MapContent::ratios && content != MapContent::table)
     fail_input("a {} map has no cones to verify", job.spec.storage.map.id);
   if (job.output.empty()) return;
   if (const std::string reason = file_conflict(job.output, job.spec.storage); !reason.empty()) fail_input("{}", reason);
@@ -107,7 +109,7 @@ void count_ratios(const BakeJob& job, const MapTextures& textures, BakeResult& r
 }
 
 void write(const BakeJob& job, const MapTextures& textures, BakeResult& result) {
-  result.files = write_map(job.output, job.spec.storage, textures, map_metadata(job.spec.storage, job.spec.wrap));
+  result.files = write_map(job.output, job.spec.storage, textures, map_metadata(job.spec));
   if (job.output.extension() != ".ktx2") return;
   for (const std::filesystem::path& file : result.files) {
     const TextureImage& written = file == result.files.front() ? textures.relief : *textures.extra;
@@ -135,8 +137,10 @@ const Format& default_format(const MapRow& map, const Encoding& encoding, Correc
   fail_input("{}", first_reason);
 }
 
-std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap) {
-  return {{"KTXwriter", fmt::format("reliefbench {}", version())},
+std::map<std::string, std::string> map_metadata(const BakeSpec& spec) {
+  const MapStorage& storage = spec.storage;
+  std::map<std::string, std::string> metadata = {
+         {"KTXwriter", fmt::format("reliefbench {}", version())},
           {"reliefbench.kind", std::string(storage.map.id)},
           {"reliefbench.kind_version", fmt::format("{}", storage.map.version)},
           {"reliefbench.correction", std::string(correction_id(storage.correction))},
@@ -144,7 +148,12 @@ std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap 
           {"reliefbench.format", std::string(storage.format.id)},
           {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
           {"reliefbench.relief_range", "0 1"},
-          {"reliefbench.wrap", wrap == Wrap::repeat ? "repeat" : "clamp"}};
+          {"reliefbench.wrap", spec.wrap == Wrap::repeat ? "repeat" : "clamp"}};
+  // What a reader needs, as a shader does.
+  for (const MapParam& param : storage.map.parameters)
+    if (param.is_constant)
+      metadata[fmt::format("reliefbench.{}", param.id)] = map_param(param).text(given_value(spec.parameters, param));
+  return metadata;
 }
 
 BakeResult run_bake(const BakeJob& job) {
@@ -155,8 +164,12 @@ BakeResult run_bake(const BakeJob& job) {
   BakeTimes times;
   const BakedMap map = bake_on_device(job, heights, times);
   const MapTextures textures =
-      pack_map({.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap}, storage.format,
-               storage.encoding);
+      pack_map({.map = storage.map,
+                .heights = map.heights,
+                .values = map.values,
+                .wrap = wrap,
+                .parameters = parameters},
+               storage.format, storage.encoding);
   BakeResult result{.reading = std::move(reading),
                     .width = heights.width,
                     .height = heights.height,
@@ -173,7 +186,8 @@ BakeResult run_bake(const BakeJob& job) {
                                  .encoding = storage.encoding,
                                  .correction = storage.correction,
                                  .wrap = wrap,
-                                 .threads = threads});
+                                 .threads = threads,
+                                 .parameters = parameters});
   if (!job.output.empty()) write(job, textures, result);
   return result;
 }

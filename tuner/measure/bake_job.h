@@ -44,7 +44,7 @@ struct BakeResult {
                                            float max_ratio);
 
 /// What a map's file says of it.
-[[nodiscard]] std::map<std::string, std::string> map_metadata(const MapStorage& storage, Wrap wrap);
+[[nodiscard]] std::map<std::string, std::string> map_metadata(const BakeSpec& spec);
 
 /// Loads, bakes, packs, verifies and writes.
 /// throws: Error(bad_input): a conflict, an unreadable heightmap, an unwritable file; Error(environment): no such

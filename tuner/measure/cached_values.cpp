@@ -11,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "kernels/judge/metric.h"
 #include "kernels/maps/distance_map.h"
+#include "kernels/maps/omni_table.h"
 
 namespace reliefbench {
 namespace {
@@ -126,6 +127,10 @@ std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
       return texels * static_cast<std::size_t>(map.ratios);
     case MapContent::volume:
       return texels * static_cast<std::size_t>(request.value(kDistanceSlices));
+    case MapContent::table: {
+      const OmniTable table(request.parameters);
+      return static_cast<std::size_t>(table.width()) * static_cast<std::size_t>(table.height());
+    }
     case MapContent::pyramid:
       break;
   }

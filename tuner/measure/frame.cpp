@@ -14,12 +14,14 @@ constexpr std::size_t kMostChannels = 4;
 std::optional<MapTextures> pack(const Settings& settings, const BakedMap& map, const Scene& scene) {
   if (!settings.technique().reads_map()) return std::nullopt;
   const MapStorage storage = storage_of(settings);
+  const std::vector<MapValue> parameters = map_values(settings);
   return pack_map({.map = storage.map,
                    .heights = map.heights,
                    .values = map.values,
                    .wrap = scene.wrap,
                    .relief_depth = scene.relief_depth,
-                   .mips = mips_of(settings)},
+                   .mips = mips_of(settings),
+                   .parameters = parameters},
                   storage.format, storage.encoding);
 }
 
