@@ -135,7 +135,7 @@ class TimedLine : public ::testing::Test {
     session_->calibrate(measure_.batch_ms, nullptr);
     scene_ = upload(session_->backend(), kSmallScene, terrain());
     frame_ = upload(session_->backend(), std::nullopt, scene_);
-    draw_ = frame_.with(*session_->pipeline(parse_setting("flat"), Target::color, kSmallScene.wrap).pipeline);
+    draw_ = frame_.with(*session_->pipeline(parse_setting("flat"), Target::color, kSmallScene).pipeline);
     book_.emplace(SampleBook::Control{.id = "control@null", .reference_ns = session_->calibration().reference_ns});
     records_[0].case_id = "a";
     records_[1].case_id = "b";
