@@ -197,8 +197,8 @@ INSTANTIATE_TEST_SUITE_P(AllBackends, OmniOnDevices, ::testing::Values("opengl",
 
 Scene scene_of(const View& view, Wrap wrap) { return {.view = view, .wrap = wrap, .width_px = 40, .height_px = 40}; }
 
-// Between equal values there is nothing to interpolate, whichever way; the printed lookup is off, as it takes the
-// nearest ray's length for the pixel's own.
+// Between equal values there is nothing to interpolate, whichever way; the printed lookup is off, since it goes as far
+// along the pixel's ray as the table's went along its own.
 TEST_P(OmniOnDevices, a_flat_map_is_exact_unless_lengths_are_looked_up) {
   const Heightfield flat = constant_map(8, 8);
   on_every_device([&](const Rig& rig) {
@@ -220,8 +220,7 @@ TEST_P(OmniOnDevices, a_flat_map_is_exact_unless_lengths_are_looked_up) {
          trace_frame(rig, printed, store_map(printed, flat, Wrap::repeat), scene_of(view_presets()[2], Wrap::repeat)))
       if (static_cast<PixelStatus>(pixel.status) == PixelStatus::hit)
         worst = std::max(worst, std::abs(static_cast<double>(pixel.t) - 0.5));
-    EXPECT_GT(worst, 0.02);
-    EXPECT_LT(worst, 0.5);
+    EXPECT_GT(worst, 0.1);
   });
 }
 
@@ -235,15 +234,15 @@ View view_along(const TextureRay& ray, double relief_depth) {
           .azimuth_deg = std::atan2(-ray.slope_u, ray.slope_v) * 180 / M_PI};
 }
 
-// With as many positions as pixels across a tile and directions of the table itself, the nearest entry is the ray's own.
+// Along a direction of the table every pixel finds, to the bit, what the nearest position's own ray hits.
 TEST_P(OmniOnDevices, is_exact_at_the_tables_own_rays) {
   on_every_device([](const Rig& rig) {
     for (const std::string_view order : kOmniOrders)
       for (const std::string_view directions : kOmniDirections)
         for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
           const Settings settings = settings_of("omni", {{"interpolation", "none"},
-                                                         {"omni_x", "1024"},
-                                                         {"omni_y", "1024"},
+                                                         {"omni_x", "64"},
+                                                         {"omni_y", "64"},
                                                          {"omni_a", "5"},
                                                          {"omni_b", "4"},
                                                          {"omni_order", order},
@@ -260,9 +259,8 @@ TEST_P(OmniOnDevices, is_exact_at_the_tables_own_rays) {
               if (static_cast<PixelStatus>(pixel.status) == PixelStatus::no_ray) continue;
               ASSERT_NEAR(pixel.ray.slope_u, own.slope_u, 2e-4);
               ASSERT_NEAR(pixel.ray.slope_v, own.slope_v, 2e-4);
-              // Half of a 1024th of a tile aside, on a ramp of 3 a tile at most but for the seam.
-              const float u = (std::floor(pixel.ray.u * 1024) + 0.5F) / 1024;
-              const float v = (std::floor(pixel.ray.v * 1024) + 0.5F) / 1024;
+              const float u = (std::floor(pixel.ray.u * 64) + 0.5F) / 64;
+              const float v = (std::floor(pixel.ray.v * 64) + 0.5F) / 64;
               const double expected =
                   tracer.first_hit({.u = u, .v = v, .slope_u = own.slope_u, .slope_v = own.slope_v});
               ASSERT_EQ(pixel.t, static_cast<float>(expected)) << settings.text();
@@ -320,12 +318,12 @@ TEST_P(OmniOnDevices, comes_nearer_with_every_size) {
         Settings settings = settings_of("omni", {{"omni_directions", directions}});
         for (const char* id : {"omni_x", "omni_y", "omni_a", "omni_b"}) settings.set(id, side);
         const double interpolated = mean_error(rig, settings, smooth);
-        EXPECT_LT(interpolated, 0.6 * last) << settings.text();
+        EXPECT_LT(interpolated, 0.75 * last) << settings.text();
         last = interpolated;
         settings.set("interpolation", "none");
         EXPECT_GT(mean_error(rig, settings, smooth), interpolated) << settings.text();
       }
-      EXPECT_LT(last, 0.01) << directions;
+      EXPECT_LT(last, 0.02) << directions;
     }
   });
 }
@@ -341,10 +339,11 @@ TEST_P(OmniOnDevices, reads_are_defined_for_every_ray) {
             Settings settings = settings_of(
                 "omni", {{"lookup", lookup}, {"omni_directions", directions}, {"omni_order", order}});
             settings.set("filter", filter);
+            for (const char* id : {"omni_x", "omni_y", "omni_a", "omni_b"}) settings.set(id, 8);
             const StoredMap map = store_map(settings, small_fbm(), wrap);
             const auto pipeline = score_pipeline(rig, settings, wrap);
-            for (const double elevation : {90.0, 45.0, 1.0, 0.01, 1e-5})
-              for (const double azimuth : {0.0, 90.0, 213.0})
+            for (const double elevation : {90.0, 1.0, 1e-5})
+              for (const double azimuth : {0.0, 213.0})
                 for (const double depth : {0.0, 0.1, 1e3}) {
                   Scene scene = scene_of({.id = "any",
                                           .elevation_deg = elevation,
@@ -353,7 +352,7 @@ TEST_P(OmniOnDevices, reads_are_defined_for_every_ray) {
                                           .azimuth_deg = azimuth},
                                          wrap);
                   scene.relief_depth = depth;
-                  scene.width_px = scene.height_px = 16;
+                  scene.width_px = scene.height_px = 12;
                   for (const ScorePixel& pixel : trace_frame(rig, *pipeline, map, scene, &settings)) {
                     if (static_cast<PixelStatus>(pixel.status) == PixelStatus::no_ray) continue;
                     ASSERT_GE(pixel.t, 0) << settings.text() << " " << elevation << " " << azimuth;

@@ -95,6 +95,10 @@ OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc)
   if (desc.width < 1 || desc.height < 1 || desc.texels.size() != expected)
     fail_input("texture of {}x{} texels: {} bytes given, {} expected", desc.width, desc.height, desc.texels.size(),
                expected);
+  GLint limit = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &limit);
+  if (desc.width > limit || desc.height > limit)
+    fail_environment("opengl: no image of {}x{}: the device takes sides of 1 to {}", desc.width, desc.height, limit);
   const GlFormat format = gl_format(desc.layout);
   glCreateTextures(GL_TEXTURE_2D, 1, &id_);
   glTextureStorage2D(id_, desc.levels, format.internal, desc.width, desc.height);

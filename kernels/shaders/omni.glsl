@@ -4,9 +4,19 @@
 // Every read is inside the table, whatever the ray: a vertical one is the middle direction, one flatter than the
 // outermost is read as that.
 
-const ivec2 POSITIONS = ivec2(OMNI_X, OMNI_Y);
-const ivec2 DIRECTIONS = ivec2(OMNI_A, OMNI_B);
 const float STEEPEST = 1e15;  // slope in heights whose square is a float
+
+// By variables, so that they are no specialization constants: what validators make of vectors of those is not valid.
+ivec2 positions() {
+  int x = OMNI_X;
+  int y = OMNI_Y;
+  return ivec2(x, y);
+}
+ivec2 directions() {
+  int a = OMNI_A;
+  int b = OMNI_B;
+  return ivec2(a, b);
+}
 
 // The ray's direction as if the relief were as deep as OMNI_TILE says; z is down.
 vec3 direction_of(Ray ray) { return vec3(clamp(ray.slope * OMNI_TILE, -STEEPEST, STEEPEST), 1.0); }
@@ -34,9 +44,9 @@ vec3 direction_at(vec2 coordinates) {
 float entry(ivec2 position, ivec2 direction, inout Hit hit) {
   hit.taps += 1;
   position = ivec2(wrapped(position.x, OMNI_X), wrapped(position.y, OMNI_Y));
-  direction = clamp(direction, ivec2(0), DIRECTIONS - 1);
+  direction = clamp(direction, ivec2(0), directions() - 1);
   ivec2 texel =
-      OMNI_ORDER == OMNI_ORDER_ABXY ? direction * POSITIONS + position : position * DIRECTIONS + direction;
+      OMNI_ORDER == OMNI_ORDER_ABXY ? direction * positions() + position : position * directions() + direction;
   return texelFetch(extra_map, texel, 0).x;
 }
 
@@ -64,8 +74,8 @@ float from_directions(ivec2 position, Between d, bool is_interpolated, inout Hit
 float fetched(Ray ray, vec2 coordinates, inout Hit hit) {
   bool by_position = INTERPOLATION == INTERPOLATION_POSITION || INTERPOLATION == INTERPOLATION_BOTH;
   bool by_direction = INTERPOLATION == INTERPOLATION_DIRECTION || INTERPOLATION == INTERPOLATION_BOTH;
-  Between p = between(ray.uv * vec2(POSITIONS), by_position);
-  Between d = between(coordinates * vec2(DIRECTIONS), by_direction);
+  Between p = between(ray.uv * vec2(positions()), by_position);
+  Between d = between(coordinates * vec2(directions()), by_direction);
   float t00 = from_directions(p.low, d, by_direction, hit);
   if (!by_position) return t00;
   float t10 = from_directions(p.low + ivec2(1, 0), d, by_direction, hit);
@@ -81,7 +91,7 @@ float filtered(vec2 uv, inout Hit hit) {
     return textureLod(extra_map, uv, 0.0).x;
   }
   hit.taps += 4;
-  ivec2 size = POSITIONS * DIRECTIONS;
+  ivec2 size = positions() * directions();
   vec2 x = uv * vec2(size) - 0.5;
   vec2 low = floor(x);
   vec2 f = x - low;
@@ -95,11 +105,11 @@ float filtered(vec2 uv, inout Hit hit) {
 // [RTM] listing 5.9 for abxy, its text for xyab. What it has is a way along the ray, in the units of the tile.
 float published(Ray ray, vec3 direction, vec2 coordinates, inout Hit hit) {
   vec2 position = WRAP == WRAP_CLAMP ? clamp(ray.uv, 0.0, 1.0) : ray.uv - trunc(ray.uv);  // fmod
-  vec2 of_directions = coordinates * vec2(DIRECTIONS);
-  vec2 place = OMNI_ORDER == OMNI_ORDER_ABXY ? (floor(of_directions) + position) / vec2(DIRECTIONS)
-                                             : (floor(position * vec2(POSITIONS)) + coordinates) / vec2(POSITIONS);
-  vec2 nearest = min(floor(of_directions), vec2(DIRECTIONS - 1));
-  float way = filtered(place, hit) * length(direction_at((nearest + 0.5) / vec2(DIRECTIONS)));
+  vec2 of_directions = coordinates * vec2(directions());
+  vec2 place = OMNI_ORDER == OMNI_ORDER_ABXY ? (floor(of_directions) + position) / vec2(directions())
+                                             : (floor(position * vec2(positions())) + coordinates) / vec2(positions());
+  vec2 nearest = min(floor(of_directions), vec2(directions() - 1));
+  float way = filtered(place, hit) * length(direction_at((nearest + 0.5) / vec2(directions())));
   return way / length(direction);
 }
 
