@@ -63,9 +63,13 @@ std::string lacks_edge(const Scene& scene) {
 /// What goes wrong with rays that are bent.
 std::string lacks_straight(const Settings& settings) {
   const std::string_view row = settings.choice("silhouette");
-  if (!settings.technique().passes.empty())
+  const Technique& technique = settings.technique();
+  if (!technique.passes.empty())
     return fmt::format("silhouette={} needs another technique than {}, whose planes straight rays cross", row,
-                       settings.technique().id);
+                       technique.id);
+  for (const std::string_view id : {"parallax", "omni"})
+    if (technique.id == id)
+      return fmt::format("silhouette={} needs a technique that goes along the ray, which {} does not", row, id);
   for (const std::string_view id : {"fade", "over_relaxation"})
     if (settings.active(id) != nullptr && settings.get(id) != 0)
       return fmt::format("silhouette={} bends rays, and {}={} counts on straight ones", row, id, settings.choice(id));
