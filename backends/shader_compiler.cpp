@@ -133,8 +133,7 @@ Spirv compile_last_stage(const ShaderText& technique, std::string parameters, co
                     {kTechniqueFile, technique}};
   if (is_curved(surface)) {
     includes.insert(generated("frame.glsl", frame_contract(features, technique.name == kReferenceFile)));
-    includes.insert(
-        generated("surface.glsl", fmt::format("#include \"{}\"\n", surface_row(surface).shader)));
+    includes.insert(generated("surface.glsl", fmt::format("#include \"{}\"\n", surface_row(surface).shader)));
   }
   return compile_stage(is_score(target) ? "score.frag" : "shade.frag", EShLangFragment, dialect, std::move(includes));
 }
@@ -146,8 +145,8 @@ Spirv compile_fragment(std::string_view technique, const Target& target, Dialect
   const std::string file = fmt::format("{}.glsl", technique);
   const ShaderText text{.name = file, .text = std::string(embedded_text(embedded_shaders(), file))};
   const auto row = std::ranges::find(techniques(), technique, &Technique::id);
-  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect,
-                            features, surface);
+  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect, features,
+                            surface);
 }
 
 Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect) {

@@ -14,7 +14,8 @@ INSTANTIATE_TEST_SUITE_P(AllBackends, LinearStepsTest, ::testing::Values("opengl
 constexpr int kMost = 40;
 constexpr int kLeast = 6;
 constexpr double kReliefDepth = 0.2;
-const Scene kScene{.view = {.id = "steep", .elevation_deg = 35}, .relief_depth = kReliefDepth, .width_px = 48, .height_px = 32};
+const Scene kScene{
+    .view = {.id = "steep", .elevation_deg = 35}, .relief_depth = kReliefDepth, .width_px = 48, .height_px = 32};
 
 double length_of(const TextureRay& ray, double width, double height) {
   return std::hypot(static_cast<double>(ray.slope_u) * width, static_cast<double>(ray.slope_v) * height);

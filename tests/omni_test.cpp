@@ -33,9 +33,7 @@ std::vector<MapValue> any_table() {
                        *rc::gen::inRange(2, 7), *rc::gen::inRange(0, 2), *rc::gen::inRange(0, 2)});
 }
 
-Heightfield any_relief() {
-  return noise_map(*rc::gen::inRange(2, 9), *rc::gen::inRange(2, 9));
-}
+Heightfield any_relief() { return noise_map(*rc::gen::inRange(2, 9), *rc::gen::inRange(2, 9)); }
 
 /// The shader's coordinates of a direction, in double.
 std::pair<double, double> coordinates(const OmniTable& table, double s, double t) {
@@ -58,8 +56,8 @@ RC_GTEST_PROP(Omni, texels_and_rays_are_one_to_one, ()) {
       RC_ASSERT(ray.u == static_cast<float>((node.x + 0.5) / table.x));
       RC_ASSERT(ray.v == static_cast<float>((node.y + 0.5) / table.y));
       constexpr auto kTile = static_cast<double>(kOmniTile);
-      const auto [a, b] = coordinates(table, static_cast<double>(ray.slope_u) * kTile,
-                                      static_cast<double>(ray.slope_v) * kTile);
+      const auto [a, b] =
+          coordinates(table, static_cast<double>(ray.slope_u) * kTile, static_cast<double>(ray.slope_v) * kTile);
       RC_ASSERT(std::abs(a * table.a - (node.a + 0.5)) < 1e-5);
       RC_ASSERT(std::abs(b * table.b - (node.b + 0.5)) < 1e-5);
     }
@@ -129,14 +127,11 @@ TEST(Omni, is_the_same_on_any_number_of_threads) {
 }
 
 MapTextures packed(const Heightfield& heights, std::span<const MapValue> parameters, const Format& format, Wrap wrap) {
-  const std::vector<float> values = bake_omni(
-      {.heights = heights, .wrap = wrap, .parameters = {parameters.begin(), parameters.end()}, .threads = 1});
-  return pack_map({.map = find_map(MapKind::omni),
-                   .heights = heights,
-                   .values = values,
-                   .wrap = wrap,
-                   .parameters = parameters},
-                  format, find_encoding("ratio"));
+  const std::vector<float> values =
+      bake_omni({.heights = heights, .wrap = wrap, .parameters = {parameters.begin(), parameters.end()}, .threads = 1});
+  return pack_map(
+      {.map = find_map(MapKind::omni), .heights = heights, .values = values, .wrap = wrap, .parameters = parameters},
+      format, find_encoding("ratio"));
 }
 
 RC_GTEST_PROP(Omni, verifies_as_it_is_stored_and_not_with_a_code_more, ()) {
@@ -171,9 +166,7 @@ RC_GTEST_PROP(Omni, verifies_as_it_is_stored_and_not_with_a_code_more, ()) {
 }
 
 TEST(Omni, tables_that_no_texture_holds_are_refused) {
-  const auto refusal = [](const std::array<int, 6>& values) {
-    return omni_refusal(table_values(values));
-  };
+  const auto refusal = [](const std::array<int, 6>& values) { return omni_refusal(table_values(values)); };
   EXPECT_EQ(refusal({256, 256, 64, 64, 0, 0}), "");  // 16384 texels a side
   EXPECT_EQ(refusal({257, 256, 64, 64, 0, 0}),
             "an omni table of 257 x 256 positions and 64 x 64 directions is a texture of 16448 x 16384 texels, "
@@ -284,8 +277,8 @@ TEST_P(OmniOnDevices, both_orders_have_the_same_bits) {
           std::vector<std::vector<ScorePixel>> frames;
           for (const std::string_view order : kOmniOrders) {
             settings.set("omni_order", order);
-            frames.push_back(trace_frame(rig, settings, store_map(settings, small_fbm(), wrap),
-                                         scene_of(view_presets()[1], wrap)));
+            frames.push_back(
+                trace_frame(rig, settings, store_map(settings, small_fbm(), wrap), scene_of(view_presets()[1], wrap)));
           }
           for (std::size_t i = 0; i < frames[0].size(); ++i) ASSERT_EQ(frames[0][i].t, frames[1][i].t);
         }
@@ -304,8 +297,8 @@ double mean_error(const Rig& rig, const Settings& settings, const Heightfield& h
   return sum / static_cast<double>(view_presets().size());
 }
 
-// On a smooth relief every doubling of all sides brings the hits nearer; interpolation is nearer than the nearest entry,
-// and the lookup as printed is the farthest.
+// On a smooth relief every doubling of all sides brings the hits nearer; interpolation is nearer than the nearest
+// entry, and the lookup as printed is the farthest.
 TEST_P(OmniOnDevices, comes_nearer_with_every_size) {
   const Heightfield smooth = make_map(32, 32, [](int x, int y) {
     constexpr float kWave = 2 * 3.14159265F / 32;
@@ -336,8 +329,8 @@ TEST_P(OmniOnDevices, reads_are_defined_for_every_ray) {
       for (const std::string_view directions : kOmniDirections)
         for (const std::string_view order : kOmniOrders)
           for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
-            Settings settings = settings_of(
-                "omni", {{"lookup", lookup}, {"omni_directions", directions}, {"omni_order", order}});
+            Settings settings =
+                settings_of("omni", {{"lookup", lookup}, {"omni_directions", directions}, {"omni_order", order}});
             settings.set("filter", filter);
             for (const char* id : {"omni_x", "omni_y", "omni_a", "omni_b"}) settings.set(id, 8);
             const StoredMap map = store_map(settings, small_fbm(), wrap);
@@ -345,12 +338,9 @@ TEST_P(OmniOnDevices, reads_are_defined_for_every_ray) {
             for (const double elevation : {90.0, 1.0, 1e-5})
               for (const double azimuth : {0.0, 213.0})
                 for (const double depth : {0.0, 0.1, 1e3}) {
-                  Scene scene = scene_of({.id = "any",
-                                          .elevation_deg = elevation,
-                                          .distance = 3,
-                                          .fov_deg = 50,
-                                          .azimuth_deg = azimuth},
-                                         wrap);
+                  Scene scene = scene_of(
+                      {.id = "any", .elevation_deg = elevation, .distance = 3, .fov_deg = 50, .azimuth_deg = azimuth},
+                      wrap);
                   scene.relief_depth = depth;
                   scene.width_px = scene.height_px = 12;
                   for (const ScorePixel& pixel : trace_frame(rig, *pipeline, map, scene, &settings)) {

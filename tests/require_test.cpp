@@ -10,8 +10,8 @@
 #include <random>
 #include <set>
 
-#include "kernels/image/image.h"
 #include "kernels/base/error.h"
+#include "kernels/image/image.h"
 #include "tests/command.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"

@@ -28,28 +28,25 @@ using ::testing::ThrowsMessage;
 
 TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
   const Scene plain;
-  const std::vector<std::function<void(Scene&)>> changes = {[](Scene& s) { s.relief_depth = 0.25; },
-                                                            [](Scene& s) { s.tiling = 2; },
-                                                            [](Scene& s) { s.pan = 0.5; },
-                                                            [](Scene& s) { s.wrap = Wrap::clamp; },
-                                                            [](Scene& s) { s.width_px = 128; },
-                                                            [](Scene& s) { s.height_px = 128; },
-                                                            [](Scene& s) { s.view.elevation_deg = 31; },
-                                                            [](Scene& s) { s.view.distance = 2; },
-                                                            [](Scene& s) { s.view.fov_deg = 46; },
-                                                            [](Scene& s) { s.view.azimuth_deg = 1; },
-                                                            [](Scene& s) { s.light.elevation_deg = 20; },
-                                                            [](Scene& s) { s.light.azimuth_deg = 20; },
-                                                            [](Scene& s) { s.light.angular_radius_deg = 1; },
-                                                            [](Scene& s) { s.reference = Picture::supersampled; },
-                                                            [](Scene& s) { s.surface.kind = SurfaceKind::sphere; },
-                                                            [](Scene& s) { s.surface.kind = SurfaceKind::torus; },
-                                                            [](Scene& s) {
-                                                              s.surface = {.kind = SurfaceKind::torus, .tube = 0.5};
-                                                            },
-                                                            [](Scene& s) {
-                                                              s.surface = {.kind = SurfaceKind::sphere, .round = 5};
-                                                            }};
+  const std::vector<std::function<void(Scene&)>> changes = {
+      [](Scene& s) { s.relief_depth = 0.25; },
+      [](Scene& s) { s.tiling = 2; },
+      [](Scene& s) { s.pan = 0.5; },
+      [](Scene& s) { s.wrap = Wrap::clamp; },
+      [](Scene& s) { s.width_px = 128; },
+      [](Scene& s) { s.height_px = 128; },
+      [](Scene& s) { s.view.elevation_deg = 31; },
+      [](Scene& s) { s.view.distance = 2; },
+      [](Scene& s) { s.view.fov_deg = 46; },
+      [](Scene& s) { s.view.azimuth_deg = 1; },
+      [](Scene& s) { s.light.elevation_deg = 20; },
+      [](Scene& s) { s.light.azimuth_deg = 20; },
+      [](Scene& s) { s.light.angular_radius_deg = 1; },
+      [](Scene& s) { s.reference = Picture::supersampled; },
+      [](Scene& s) { s.surface.kind = SurfaceKind::sphere; },
+      [](Scene& s) { s.surface.kind = SurfaceKind::torus; },
+      [](Scene& s) { s.surface = {.kind = SurfaceKind::torus, .tube = 0.5}; },
+      [](Scene& s) { s.surface = {.kind = SurfaceKind::sphere, .round = 5}; }};
   std::set<SceneKey> keys = {scene_key("aa", plain), scene_key("bb", plain)};
   for (const auto& change : changes) {
     Scene scene = plain;

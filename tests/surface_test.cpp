@@ -373,8 +373,8 @@ TEST_P(SurfaceTest, bent_rays_keep_what_straight_ones_promise) {
           const Guarantee guarantee = guarantee_of(settings);
           ASSERT_NE(guarantee, Guarantee::none) << setting;
           Scene scene = curved_scene(kind, kind == SurfaceKind::torus ? 0.12 : 0.3, Wrap::repeat, 28);
-          const StoredMap map = store_map(settings, load_heightmap({.source = source, .width = 32, .height = 32}),
-                                          scene.wrap);
+          const StoredMap map =
+              store_map(settings, load_heightmap({.source = source, .width = 32, .height = 32}), scene.wrap);
           const std::vector<ScorePixel> pixels = trace_frame(rig, settings, map, scene);
           const FrameUniforms frame = frame_uniforms(scene, 32, 32);
           const SurfaceShape shape(frame);

@@ -55,7 +55,8 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
 /// The score frame of a technique over a stored map.
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
                                            const Scene& scene, const MapSampler& sampler = {}) {
-  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler, scene.surface.kind), map, scene, &settings);
+  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler, scene.surface.kind), map, scene,
+                     &settings);
 }
 
 /// Settings of a technique with some values other than the defaults.

@@ -55,9 +55,10 @@ TextureRay OmniTable::ray(const Node& node) const {
 std::string omni_refusal(std::span<const MapValue> parameters) {
   const OmniTable table(parameters);
   if (table.width() <= kMaxSide && table.height() <= kMaxSide) return "";
-  return fmt::format("an omni table of {} x {} positions and {} x {} directions is a texture of {} x {} texels, "
-                     "expected at most {} a side",
-                     table.x, table.y, table.a, table.b, table.width(), table.height(), kMaxSide);
+  return fmt::format(
+      "an omni table of {} x {} positions and {} x {} directions is a texture of {} x {} texels, "
+      "expected at most {} a side",
+      table.x, table.y, table.a, table.b, table.width(), table.height(), kMaxSide);
 }
 
 std::vector<float> bake_omni(const BakeRequest& request) {

@@ -24,13 +24,13 @@ struct MapSource {
   const Heightfield& heights;  ///< already quantised by quantise_heights for format.type
   std::span<const float> values;
   Wrap wrap = Wrap::repeat;
-  double relief_depth = 0.1;  ///< of the scene, for a format with normals
-  Mips mips = Mips::none;     ///< levels of mip_chain(), for heights and ratios; pyramids have their own
+  double relief_depth = 0.1;               ///< of the scene, for a format with normals
+  Mips mips = Mips::none;                  ///< levels of mip_chain(), for heights and ratios; pyramids have their own
   std::span<const MapValue> parameters{};  ///< of the map's own, which a table has its size from
 };
 
-/// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down, tables to the nearest. Where a format has more ratio channels
-/// than the map, those are 0.
+/// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down, tables to the nearest. Where a format has
+/// more ratio channels than the map, those are 0.
 [[nodiscard]] MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding);
 
 /// Heights alone.

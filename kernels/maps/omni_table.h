@@ -18,18 +18,10 @@ inline constexpr std::array<std::string_view, 2> kOmniOrders{"xyab", "abxy"};
 inline constexpr std::array<std::string_view, 2> kOmniDirections{"octahedral", "spherical"};
 /// What a table has for itself, in the order of OmniTable's members. The shaders have them as constants.
 inline constexpr std::array kOmniParams{
-    MapParam{.id = "omni_x",
-             .description = "positions along u",
-             .min = 2,
-             .max = 2048,
-             .fallback = 32,
-             .is_constant = true},
-    MapParam{.id = "omni_y",
-             .description = "positions along v",
-             .min = 2,
-             .max = 2048,
-             .fallback = 32,
-             .is_constant = true},
+    MapParam{
+        .id = "omni_x", .description = "positions along u", .min = 2, .max = 2048, .fallback = 32, .is_constant = true},
+    MapParam{
+        .id = "omni_y", .description = "positions along v", .min = 2, .max = 2048, .fallback = 32, .is_constant = true},
     MapParam{.id = "omni_a",
              .description = "directions along their first coordinate",
              .min = 2,

@@ -9,7 +9,8 @@
 bool linear_search(Ray ray, float steps, out Bracket bracket, out Hit hit) {
   hit = Hit(0.0, STATUS_HIT, 0, 0);
   float gap = gap_at(ray, 0.0, hit);
-  // The bottom plate is under every relief (the ray is exactly on it at the last step), so that a bracket is always found.
+  // The bottom plate is under every relief (the ray is exactly on it at the last step), so that a bracket is always
+  // found.
   bracket = Bracket(0.0, RAY_END(ray), gap, 0.0);
   if (gap <= 0.0) return false;
 

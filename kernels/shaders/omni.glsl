@@ -1,5 +1,5 @@
-// Omni-directional displacement: exact hits of rays from OMNI_X x OMNI_Y positions in OMNI_A x OMNI_B directions, looked
-// up by the ray's own position and direction. [RTM] 5.9
+// Omni-directional displacement: exact hits of rays from OMNI_X x OMNI_Y positions in OMNI_A x OMNI_B directions,
+// looked up by the ray's own position and direction. [RTM] 5.9
 //
 // Every read is inside the table, whatever the ray: a vertical one is the middle direction, one flatter than the
 // outermost is read as that.
@@ -21,8 +21,8 @@ ivec2 directions() {
 // The ray's direction as if the relief were as deep as OMNI_TILE says; z is down.
 vec3 direction_of(Ray ray) { return vec3(clamp(ray.slope * OMNI_TILE, -STEEPEST, STEEPEST), 1.0); }
 
-// The coordinates of a direction, in [0, 1]. The listing has acos(x / sqrt(1 - y y)) for the first angle, which is 0 / 0
-// at the poles and the cosine of nothing where rounding leads beyond 1; atan is the same angle for every direction.
+// The coordinates of a direction, in [0, 1]. The listing has acos(x / sqrt(1 - y y)) for the first angle, which is 0 /
+// 0 at the poles and the cosine of nothing where rounding leads beyond 1; atan is the same angle for every direction.
 vec2 coordinates_of(vec3 direction) {
   if (OMNI_DIRECTIONS == OMNI_DIRECTIONS_SPHERICAL)
     return vec2(atan(direction.z, direction.x), atan(length(direction.xz), direction.y)) / (2.0 * HALF_PI);

@@ -63,5 +63,6 @@ void main() {
   shade(values_of(ray, hit), shading);
   diffuse = shading.direct;
 #endif
-  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * SHOWN_DEPTH * min(10.0 * frame.position.w, 1.0)), 1.0);
+  out_color =
+      vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * SHOWN_DEPTH * min(10.0 * frame.position.w, 1.0)), 1.0);
 }

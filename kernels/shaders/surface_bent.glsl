@@ -9,8 +9,8 @@ bool leaves(Ray ray) { return ray.bend > 0.25; }
 float parabola_depth(Ray ray, float t) { return (ray.fall - ray.bend * t) * t; }
 
 #ifdef BENT_EXACTLY
-// How far a point of the ray, `depth` under the quadric along the normal, is from it across the ray. [RTM] equation 5.2,
-// its b completed by the term of the perpendicular's own rise; by 5.3 where it does not meet the quadric
+// How far a point of the ray, `depth` under the quadric along the normal, is from it across the ray. [RTM]
+// equation 5.2, its b completed by the term of the perpendicular's own rise; by 5.3 where it does not meet the quadric
 float quadric_distance(Ray ray, float t, float depth) {
   float sine = sqrt(max(1.0 - ray.cosine * ray.cosine, 0.0));
   float beside = t * ray.fall * sine / ray.cosine;

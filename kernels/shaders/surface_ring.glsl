@@ -16,8 +16,8 @@ Place place_of(vec3 point) {
   place.tangent_v = vec3(-rise.y * turn.x, rise.x, -rise.y * turn.y);
   place.uv = vec2(0.5 + outer * angle, 0.5 + frame.surface.y * rise_angle);
   place.scale = vec2(max((frame.surface.x + radius * rise.x) / outer, LEAST_SCALE), radius / frame.surface.y);
-  place.curvature = vec2(rise.x / max(frame.surface.x + frame.surface.y * rise.x, LEAST_SCALE * outer),
-                         1.0 / frame.surface.y);
+  place.curvature =
+      vec2(rise.x / max(frame.surface.x + frame.surface.y * rise.x, LEAST_SCALE * outer), 1.0 / frame.surface.y);
   place.height = 1.0 - (frame.surface.y - radius) / surface_relief();
   return place;
 }

@@ -42,8 +42,8 @@ struct FeatureRow {
   /// `float <PixelValue::function>(Ray ray, Scene scene, inout Hit hit)`.
   std::string_view shader{};
   std::vector<std::string_view> defines{};  ///< macros of Hook::silhouette
-  std::string_view caveat{};    ///< what it takes off a technique's guarantee, in words; "": nothing
-  bool keeps_guarantee = true;  ///< of primary rays; false: nothing is left of it
+  std::string_view caveat{};                ///< what it takes off a technique's guarantee, in words; "": nothing
+  bool keeps_guarantee = true;              ///< of primary rays; false: nothing is left of it
   /// What people see with it beside the feature itself: a scene may require the one without the other. "": nothing
   std::string_view also{};
   /// What it needs of the other rows and these settings do not have, in words; "" if nothing. Null: it needs nothing.
@@ -76,8 +76,8 @@ struct PixelValue {
 /// Where a feature of the scene without a PixelValue comes in.
 enum class Hook {
   none,
-  way,     ///< before the ray is traced: rows define `void begin_<feature>(inout Way way)`, see way.glsl
-  normal,  ///< where the normal is read: rows define `vec4 normal_texel(vec2 uv, Pixel pixel)`
+  way,         ///< before the ray is traced: rows define `void begin_<feature>(inout Way way)`, see way.glsl
+  normal,      ///< where the normal is read: rows define `vec4 normal_texel(vec2 uv, Pixel pixel)`
   silhouette,  ///< in the frame of a curved surface: rows say what surface_frame.glsl is compiled with (`defines`)
 };
 

@@ -167,7 +167,8 @@ std::string shared_contract() {
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
-  text += float_line("OMNI_TILE", kOmniTile, "in depths of the relief for which a table's directions are evenly spread");
+  text +=
+      float_line("OMNI_TILE", kOmniTile, "in depths of the relief for which a table's directions are evenly spread");
   text += float_line("NEAR_PLANE", static_cast<float>(kNearPlane), "of the distance to the point that is looked at");
   text += float_line("DEPTH_RANGE", static_cast<float>(kDepthRange), "far plane over near plane");
   text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");

@@ -24,12 +24,13 @@ constexpr std::array kSurfaces{
                .source = "[RTM] 5.4; its exact hits are ours",
                .shader = "surface_cylinder.glsl",
                .has_round = true},
-    SurfaceRow{.kind = SurfaceKind::sphere,
-               .id = "sphere",
-               .description = "longitude along u, latitude along v, its poles on the left and right of the camera's way",
-               .source = "[RTM] 5.4, figure 5.22; its exact hits are ours",
-               .shader = "surface_sphere.glsl",
-               .has_round = true},
+    SurfaceRow{
+        .kind = SurfaceKind::sphere,
+        .id = "sphere",
+        .description = "longitude along u, latitude along v, its poles on the left and right of the camera's way",
+        .source = "[RTM] 5.4, figure 5.22; its exact hits are ours",
+        .shader = "surface_sphere.glsl",
+        .has_round = true},
     SurfaceRow{.kind = SurfaceKind::torus,
                .id = "torus",
                .description = "round the ring along u, round the tube along v; saddle-shaped on the inside",
@@ -138,8 +139,8 @@ Located SurfaceShape::locate(const Point3& point, const Point3& direction, doubl
   const double radial_inverse = inverse_of(radial - half);
   // A sphere's radius knows nothing of the axis.
   const double radial_change = radial_inverse + (kind == SurfaceKind::sphere ? 0 : axial_inverse);
-  const Moving rise = turning(std::atan2(y, across), (across * direction[1] - y * axial_speed) / (radial * radial), half,
-                              radial_inverse, radial_inverse * (2 * radial_inverse + axial_inverse));
+  const Moving rise = turning(std::atan2(y, across), (across * direction[1] - y * axial_speed) / (radial * radial),
+                              half, radial_inverse, radial_inverse * (2 * radial_inverse + axial_inverse));
   return {.height = times_plus(moving(radial, radial_speed, half, 1, radial_change), 1 / relief, 1 - tube / relief),
           .u = times_plus(turn, ring + tube, 0.5),
           .v = times_plus(rise, tube, 0.5)};

@@ -53,7 +53,7 @@ struct SurfacePlace {
   Point3 normal{};
   Point3 tangent_u{};  ///< unit
   Point3 tangent_v{};
-  std::array<double, 2> scale{1, 1};     ///< lengths of a side of the unit square along them
+  std::array<double, 2> scale{1, 1};      ///< lengths of a side of the unit square along them
   std::array<double, 2> curvature{0, 0};  ///< along them, of the normal section: > 0 where the surface bends away
 };
 

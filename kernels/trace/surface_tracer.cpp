@@ -34,7 +34,11 @@ SpeedRange speed_of(const Moving& m) { return {m.speed - m.sway, m.speed + m.swa
 class SurfaceWalk {
  public:
   SurfaceWalk(const ReferenceTracer& tracer, const SurfaceShape& shape, const SurfaceRay& ray, Wrap wrap)
-      : tracer_(tracer), shape_(shape), ray_(ray), wrap_(wrap), side_u_(shape.tiling * tracer.width()),
+      : tracer_(tracer),
+        shape_(shape),
+        ray_(ray),
+        wrap_(wrap),
+        side_u_(shape.tiling * tracer.width()),
         side_v_(shape.tiling * tracer.height()) {}
 
   /// The first crossing behind `from`, into the solid or out of it; kNowhere where the ray leaves the top plate before.
@@ -224,8 +228,7 @@ PixelScore score_on_surface(const SurfaceShape& shape, const SurfaceRay& ray, co
 
 }  // namespace
 
-ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& shape, const SurfaceRay& ray,
-                           Wrap wrap) {
+ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& shape, const SurfaceRay& ray, Wrap wrap) {
   ReferenceHit hit{.t_enter = kNowhere, .t_exit = kNowhere};
   if (!ray.enters) return hit;
   SurfaceWalk walk(tracer, shape, ray, wrap);
@@ -249,8 +252,7 @@ std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameU
     const std::size_t first = static_cast<std::size_t>(tile) * kTile;
     for (std::size_t i = first; i < std::min(first + kTile, pixels.size()); ++i) {
       if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
-      const SurfaceRay ray =
-          surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+      const SurfaceRay ray = surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
       hits[i] = trace_surface(tracer, shape, ray, wrap);
     }
   });
@@ -266,8 +268,7 @@ std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std:
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i) {
       if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
-      const SurfaceRay ray =
-          surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+      const SurfaceRay ray = surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
       scores[i] = score_on_surface(shape, ray, pixels[i], exact[i], frame, wrap);
     }
   });

@@ -14,18 +14,18 @@ namespace reliefbench {
 inline constexpr int kSurfaceVersion = 1;  ///< of exact hits on curved surfaces: raised when one changes
 
 /// The exact solid interval along a pixel's ray. t counts as if the plane that touches where the ray enters were the
-/// surface: 0 there, 1 on that plane's bottom plate; a curved surface's bottom may lie beyond. A ray that leaves through
-/// the top plate has t_enter = infinity: the pixel is not covered.
-/// Cells are told apart by bounds of first and second order; a stretch that they do not decide at kTouchWay counts as a
-/// touch. A hit lies within that of the exact one.
+/// surface: 0 there, 1 on that plane's bottom plate; a curved surface's bottom may lie beyond. A ray that leaves
+/// through the top plate has t_enter = infinity: the pixel is not covered. Cells are told apart by bounds of first and
+/// second order; a stretch that they do not decide at kTouchWay counts as a touch. A hit lies within that of the exact
+/// one.
 [[nodiscard]] ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& shape,
                                          const SurfaceRay& ray, Wrap wrap);
 inline constexpr double kTouchWay = 1e-11;  ///< in sides of the unit square
 [[nodiscard]] inline bool passes(const ReferenceHit& hit) { return !(hit.t_enter < 1e300); }
 
 /// Of a score frame; of a pixel without a ray {}.
-[[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame,
-                                                   Wrap wrap, std::span<const ScorePixel> pixels);
+[[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
+                                                   std::span<const ScorePixel> pixels);
 
 /// What pixels' hits are worth against exact_hits() of the same frame. On a curved surface e_xy is the way between both
 /// hits' places on the map, in texels, and pixels that should not be covered, or are not but should, have a verdict of

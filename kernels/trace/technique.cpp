@@ -266,9 +266,10 @@ std::vector<Technique> rows() {
        .storage = StorageUse{.format = "r16"},
        .features = {{.feature = "filter", .active_if = "lookup=published"}, {.feature = "lod", .is_absent = true}},
        .guarantee = Guarantee::none,
-       .guarantee_note = "hits of the table's own rays are exact up to the format's rounding; between them they may lie "
-                         "anywhere from the top plate to the bottom one, and rays flatter than the table's outermost "
-                         "are read as those",
+       .guarantee_note =
+           "hits of the table's own rays are exact up to the format's rounding; between them they may lie "
+           "anywhere from the top plate to the bottom one, and rays flatter than the table's outermost "
+           "are read as those",
        .source = "[RTM] 5.9, listing 5.9; octahedral directions, fetches and interpolation ours",
        .disagreement = 0.05},
   };

@@ -101,8 +101,8 @@ void read_pieces(const std::string& file, const std::map<std::string, std::strin
   if (!seen.insert(file).second) return;
   if (file == "ray.glsl") return;  // its macros are written out
   const auto found = generated.find(file);
-  std::vector<std::string> lines = straight_rays(
-      text_lines(found != generated.end() ? found->second : embedded_text(embedded_shaders(), file)));
+  std::vector<std::string> lines =
+      straight_rays(text_lines(found != generated.end() ? found->second : embedded_text(embedded_shaders(), file)));
   if (!lines.empty() && lines.front().starts_with("#ifndef ")) {  // the guard
     lines.erase(lines.begin(), lines.begin() + 2);
     lines.pop_back();

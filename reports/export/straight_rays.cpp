@@ -15,9 +15,9 @@ struct RayMacro {
   std::string_view after;
   bool has_argument = true;
 };
-constexpr std::array kRayMacros{RayMacro{"IF_BENT", "", "", false}, RayMacro{"RAY_END", "1.0", "", false},
-                                RayMacro{"RAY_SHARE", "", ""}, RayMacro{"RAY_HEIGHT", "(1.0 - ", ")"}, RayMacro{"RAY_LOWEST", "(1.0 - ", ")"},
-                                RayMacro{"RAY_AT_HEIGHT", "(1.0 - ", ")"}};
+constexpr std::array kRayMacros{RayMacro{"IF_BENT", "", "", false},     RayMacro{"RAY_END", "1.0", "", false},
+                                RayMacro{"RAY_SHARE", "", ""},          RayMacro{"RAY_HEIGHT", "(1.0 - ", ")"},
+                                RayMacro{"RAY_LOWEST", "(1.0 - ", ")"}, RayMacro{"RAY_AT_HEIGHT", "(1.0 - ", ")"}};
 
 std::string written_out(std::string line) {
   for (const RayMacro& macro : kRayMacros)

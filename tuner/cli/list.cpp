@@ -191,10 +191,10 @@ struct ListRow {
   Json (*rows)();
 };
 constexpr std::array kLists = {
-    ListRow{"techniques", technique_rows}, ListRow{"features", feature_rows},   ListRow{"maps", map_rows},
-    ListRow{"surfaces", surface_rows},     ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},     ListRow{"encodings", encoding_rows},
-    ListRow{"heightmaps", heightmap_rows}, ListRow{"views", view_rows},         ListRow{"backends", backend_rows},
-    ListRow{"engines", engine_rows},       ListRow{"languages", language_rows},
+    ListRow{"techniques", technique_rows}, ListRow{"features", feature_rows},     ListRow{"maps", map_rows},
+    ListRow{"surfaces", surface_rows},     ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},
+    ListRow{"encodings", encoding_rows},   ListRow{"heightmaps", heightmap_rows}, ListRow{"views", view_rows},
+    ListRow{"backends", backend_rows},     ListRow{"engines", engine_rows},       ListRow{"languages", language_rows},
 };
 
 std::string cell(const Json& value) {

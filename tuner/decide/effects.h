@@ -15,9 +15,9 @@ namespace reliefbench {
 struct AxisEffect {
   std::string backend;
   std::string device;
-  std::string axis;  ///< a parameter; "format, encoding" where both differ, as configs often link them
-  std::string from;  ///< the choice that stands earlier in the parameter's row; "n" of a count of steps
-  std::string to;    ///< the later one; "2n" of a count
+  std::string axis;             ///< a parameter; "format, encoding" where both differ, as configs often link them
+  std::string from;             ///< the choice that stands earlier in the parameter's row; "n" of a count of steps
+  std::string to;               ///< the later one; "2n" of a count
   bool prices_feature = false;  ///< a feature of the scene is on instead of off
   std::size_t pairs = 0;
   Summary time{};  ///< of to / from over the pairs: median, and its interval of order statistics

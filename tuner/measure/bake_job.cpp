@@ -140,15 +140,15 @@ const Format& default_format(const MapRow& map, const Encoding& encoding, Correc
 std::map<std::string, std::string> map_metadata(const BakeSpec& spec) {
   const MapStorage& storage = spec.storage;
   std::map<std::string, std::string> metadata = {
-         {"KTXwriter", fmt::format("reliefbench {}", version())},
-          {"reliefbench.kind", std::string(storage.map.id)},
-          {"reliefbench.kind_version", fmt::format("{}", storage.map.version)},
-          {"reliefbench.correction", std::string(correction_id(storage.correction))},
-          {"reliefbench.encoding", std::string(storage.encoding.id)},
-          {"reliefbench.format", std::string(storage.format.id)},
-          {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
-          {"reliefbench.relief_range", "0 1"},
-          {"reliefbench.wrap", spec.wrap == Wrap::repeat ? "repeat" : "clamp"}};
+      {"KTXwriter", fmt::format("reliefbench {}", version())},
+      {"reliefbench.kind", std::string(storage.map.id)},
+      {"reliefbench.kind_version", fmt::format("{}", storage.map.version)},
+      {"reliefbench.correction", std::string(correction_id(storage.correction))},
+      {"reliefbench.encoding", std::string(storage.encoding.id)},
+      {"reliefbench.format", std::string(storage.format.id)},
+      {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
+      {"reliefbench.relief_range", "0 1"},
+      {"reliefbench.wrap", spec.wrap == Wrap::repeat ? "repeat" : "clamp"}};
   // What a reader needs, as a shader does.
   for (const MapParam& param : storage.map.parameters)
     if (param.is_constant)
@@ -163,13 +163,9 @@ BakeResult run_bake(const BakeJob& job) {
   const Heightfield heights = load_heightmap(job.heightmap, &reading);
   BakeTimes times;
   const BakedMap map = bake_on_device(job, heights, times);
-  const MapTextures textures =
-      pack_map({.map = storage.map,
-                .heights = map.heights,
-                .values = map.values,
-                .wrap = wrap,
-                .parameters = parameters},
-               storage.format, storage.encoding);
+  const MapTextures textures = pack_map(
+      {.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap, .parameters = parameters},
+      storage.format, storage.encoding);
   BakeResult result{.reading = std::move(reading),
                     .width = heights.width,
                     .height = heights.height,

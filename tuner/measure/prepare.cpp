@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "kernels/base/sha256.h"
 #include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
 #include "kernels/judge/heat_map.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/cached_values.h"
@@ -116,8 +116,7 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   WallSplit& split = context_.split;
   split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
-  const std::vector<Draw> draws =
-      context_.session.scored(prepared.spec->settings, scene.scene, prepared.frame.draw);
+  const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene, prepared.frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state);
@@ -158,8 +157,7 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene, frame.draw);
     trace(draws, features);
     const Reference& reference = reference_of_traced(draws, scene, state, features);
-    return context_.split.book(Part::judge,
-                               [&] { return judge_traced(reference, features, state.uploaded).score; });
+    return context_.split.book(Part::judge, [&] { return judge_traced(reference, features, state.uploaded).score; });
   };
   return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
 }
@@ -176,7 +174,8 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   return context_.split.book(Part::pictures, [&] {
     const int width_px = scene.scene.width_px;
     const int height_px = scene.scene.height_px;
-    const std::vector<PixelScore> scores = judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
+    const std::vector<PixelScore> scores =
+        judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
     return CasePictures{.frame = shade_frame(session.backend(), session.shaded(c.settings, scene.scene, frame.draw)),
                         .error = heat_map(scores, width_px, height_px),
                         .taps = taps_map(pixels_, width_px, height_px),
@@ -187,10 +186,10 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
 std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
   const DeviceInfo& device = context_.session.device();
   const std::string bake = bake_stage(map_of(c.settings).id);
-  return stage_key(
-      {bake, "encode", "pack", "trace", "reference", "judge"},
-      {key_of(scene).hex, setting_id(c.settings), context_.session.fragment_sha256(c.settings, Target::score, scene.scene),
-       context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
+  return stage_key({bake, "encode", "pack", "trace", "reference", "judge"},
+                   {key_of(scene).hex, setting_id(c.settings),
+                    context_.session.fragment_sha256(c.settings, Target::score, scene.scene),
+                    context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
 std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene& scene) const {
@@ -234,7 +233,7 @@ const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> s
 }
 
 std::vector<ReferenceHit> Preparer::hits_of_traced(const SceneSpec& scene, const std::string& key,
-                                                  const FrameUniforms& frame) {
+                                                   const FrameUniforms& frame) {
   return context_.split.book(Part::reference, [&] {
     Made<std::vector<ReferenceHit>> made = cached(context_.cache, key, hits_codec(pixels_.size()), [&] {
       return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), frame, scene.scene.wrap,
@@ -266,10 +265,10 @@ FeatureValues Preparer::values_of_traced(const SceneSpec& scene, const std::stri
 
 std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene, const FrameUniforms& frame) {
   // On a curved surface rays are the camera's, in the world.
-  const std::string rays = is_curved(scene.scene.surface.kind)
-                               ? fmt::format("{} {} {}", rays_hash, kSurfaceVersion,
-                                             sha256(std::as_bytes(std::span(&frame, 1))))
-                               : rays_hash;
+  const std::string rays =
+      is_curved(scene.scene.surface.kind)
+          ? fmt::format("{} {} {}", rays_hash, kSurfaceVersion, sha256(std::as_bytes(std::span(&frame, 1))))
+          : rays_hash;
   return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays,
                                    scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
 }
@@ -284,8 +283,8 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
   relief.frame = moved.frame;
   const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene, relief);
   trace(draws, {});
-  const std::string key =
-      context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene, moved.frame); });
+  const std::string key = context_.split.book(
+      Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene, moved.frame); });
   const std::vector<ReferenceHit> hits = hits_of_traced(scene, key, moved.frame);
   moved.mask = judge_pixels(moved.frame, scene.scene.wrap, pixels_, hits);
   const FeatureValues values = values_of_traced(scene, key, hits, features, moved.frame);
@@ -295,7 +294,8 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
 
 MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   // Values that the case does not have itself are the exact ones alone.
-  const std::vector<PixelFeature> features = seen_features_in(scene.scene).value_or(pixel_features(prepared.spec->settings));
+  const std::vector<PixelFeature> features =
+      seen_features_in(scene.scene).value_or(pixel_features(prepared.spec->settings));
   std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
   for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
     frames.push_back(moved_frame(prepared, scene, state, features, i));

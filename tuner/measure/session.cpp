@@ -112,12 +112,12 @@ Session::Stages Session::stages_of(const Source& source) {
 const Spirv& Session::fragment(const Source& source) {
   auto found = fragments_.find(source.fragment_key);
   if (found == fragments_.end())
-    found = fragments_
-                .emplace(source.fragment_key,
-                         source.is_beside ? compile_beside(source.shader, dialect_)
-                                          : compile_fragment(source.shader, source.target, dialect_, source.features,
-                                                             source.surface))
-                .first;
+    found =
+        fragments_
+            .emplace(source.fragment_key, source.is_beside ? compile_beside(source.shader, dialect_)
+                                                           : compile_fragment(source.shader, source.target, dialect_,
+                                                                              source.features, source.surface))
+            .first;
   return found->second;
 }
 

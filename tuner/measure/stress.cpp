@@ -86,7 +86,8 @@ bool bends_rays(const Settings& settings) {
   });
 }
 
-/// Whether each pixel's guarantee is kept: of the very ray that it traced, which on a curved surface is not the world's.
+/// Whether each pixel's guarantee is kept: of the very ray that it traced, which on a curved surface is not the
+/// world's.
 std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, const StoredMap& stored, Wrap wrap,
                           Guarantee guarantee) {
   const Heightfield& surface = stored.map.heights;

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 11> kSceneKeys{"heightmap", "views",     "relief_depth", "tiling",
-                                                      "pan",       "wrap",      "frame_px",     "light",
+constexpr std::array<std::string_view, 11> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",
+                                                      "pan",       "wrap",     "frame_px",     "light",
                                                       "reference", "occluded", "surface"};
 constexpr std::array<std::string_view, 3> kSurfaceKeys{"kind", "round", "tube"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};

@@ -19,12 +19,11 @@ constexpr double positive_zero(double value) { return value + 0.0; }  // -0 is 0
 
 SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
   // Bound by name, so that a field which is added does not compile before it is thought of here.
-  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded,
-               surface] = scene;
+  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded, surface] = scene;
   const auto& [name, elevation_deg, distance, fov_deg, azimuth_deg] = view;
   static_cast<void>(name);  // for people
-  std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, surface_row(surface.kind).id, width_px, height_px,
-                                 wrap == Wrap::repeat ? "repeat" : "clamp");
+  std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, surface_row(surface.kind).id, width_px,
+                                 height_px, wrap == Wrap::repeat ? "repeat" : "clamp");
   for (const double number : {relief_depth, tiling, pan, elevation_deg, distance, fov_deg, azimuth_deg})
     text += fmt::format("|{}", positive_zero(number));
   const auto& [light_elevation_deg, light_azimuth_deg, light_radius_deg] = light;
