@@ -211,7 +211,7 @@ std::vector<Broken> broken_configs() {
        "did you mean 'zip'?"},
       {"axes_type", sweep(R"({"technique": "relief", "axes": []})"), 5, "sweeps[0].axes", "expected an object"},
       {"param", sweep("{\"technique\": \"relief\",\n\"axes\": {\n\"linear_stepz\": [8]}}"), 7,
-       "sweeps[0].axes.linear_stepz", "unknown (did you mean 'linear_steps'?; known: linear_steps, refinement"},
+       "sweeps[0].axes.linear_stepz", "unknown (did you mean 'linear_steps'?; known: linear_steps, steps_by"},
       {"param_of_flat", sweep(R"({"technique": "flat", "axes": {"format": "r8"}})"), 5, "sweeps[0].axes.format",
        "unknown (known: normals)"},
       {"empty_axis", sweep(R"({"technique": "relief", "axes": {"linear_steps": []}})"), 5,

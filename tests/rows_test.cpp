@@ -29,22 +29,22 @@ TEST(Rows, give_techniques_the_parameters_that_ids_always_had) {
   const std::map<std::string_view, std::string> known{
       {"flat", ""},
       {"parallax", "variant format filter"},
-      {"relief", "linear_steps refinement binary_steps secant_steps loop format filter"},
+      {"relief", "linear_steps least_steps texels_a_step refinement contact_steps binary_steps secant_steps loop format filter"},
       {"depth_slices", "slices loop format filter"},
       {"interval",
        "search linear_steps cone_steps interval_steps loop map search_steps correction max_ratio format encoding "
        "filter"},
       {"cone",
-       "cone_steps step refinement binary_steps secant_steps lod loop map correction max_ratio format encoding filter"},
+       "cone_steps step refinement contact_steps binary_steps secant_steps lod loop map correction max_ratio format encoding filter"},
       {"relaxed_cone",
-       "cone_steps step refinement binary_steps secant_steps loop map search_steps correction max_ratio format "
+       "cone_steps step refinement contact_steps binary_steps secant_steps loop map search_steps correction max_ratio format "
        "encoding filter"},
-      {"quad_cone", "cone_steps step refinement binary_steps secant_steps loop correction format encoding filter"},
+      {"quad_cone", "cone_steps step refinement contact_steps binary_steps secant_steps loop correction format encoding filter"},
       {"safety_shape",
-       "cone_steps step refinement binary_steps secant_steps loop correction max_ratio format encoding filter"},
+       "cone_steps step refinement contact_steps binary_steps secant_steps loop correction max_ratio format encoding filter"},
       {"max_mip", "node_steps format"},
-      {"qdm", "node_steps refinement binary_steps secant_steps format filter"},
-      {"distance", "sphere_steps step refinement binary_steps secant_steps distance_slices format filter"}};
+      {"qdm", "node_steps refinement contact_steps binary_steps secant_steps format filter"},
+      {"distance", "sphere_steps step refinement contact_steps binary_steps secant_steps distance_slices format filter"}};
   for (const Technique& technique : techniques()) {
     std::string ids;
     for (const Param& param : technique.params)
@@ -116,11 +116,11 @@ TEST(Features, bring_their_rows_parameters) {
   const Settings settings = settings_of("relief", {{"refinement", "secant"}, {"filter", "manual"}});
   std::vector<std::string_view> rows;
   for (const FeatureRow* row : rows_of(settings)) rows.push_back(row->id);
-  EXPECT_THAT(rows, ElementsAre("secant", "manual", "none", "base", "none", "base", "none"));
+  EXPECT_THAT(rows, ElementsAre("secant", "manual", "none", "base", "none", "base", "none", "none"));
   EXPECT_EQ(rows_of(settings_of("flat")).size(), 1U);  // normals
-  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 5U);
-  EXPECT_EQ(rows_of(settings_of("distance")).size(), 4U);  // cells are fetched, until step=published; no levels
-  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 6U);
+  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 6U);
+  EXPECT_EQ(rows_of(settings_of("distance")).size(), 5U);  // cells are fetched, until step=published; no levels
+  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 7U);
 
   for (const Technique& technique : techniques())
     for (const Feature& feature : all_features()) {

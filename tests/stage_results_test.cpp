@@ -106,6 +106,7 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.distance 1", "fbf19480d5b4"},
                                                     {"bake.hybrid 1", "df6fb799a33f"},
                                                     {"bake.max_mip 1", "ffadc7ae445d"},
+                                                    {"bake.omni 1", "40e9cc3e1e35"},
                                                     {"bake.quad 1", "dc6b239613c7"},
                                                     {"bake.quadtree 1", "05737b702fb8"},
                                                     {"bake.quick 1", "62fbc82d08c8"},

@@ -40,9 +40,12 @@ TEST(Extremes, TheBuiltInOnesAreReadAndTouchEveryTechnique) {
   const Extremes extremes = built_in_extremes();
   EXPECT_GE(extremes.list.size(), 20U);
   for (const Technique& technique : techniques())
-    for (const Extreme& extreme : extremes.list)
-      EXPECT_FALSE(stress_settings(technique, extremes.changes, extreme).empty())
+    for (const Extreme& extreme : extremes.list) {
+      // Planes that are drawn are parallel to a plane.
+      const bool is_drawn = technique.passes.empty() || !is_curved(extreme.scene.scene.surface.kind);
+      EXPECT_EQ(stress_settings(technique, extremes.changes, extreme).empty(), !is_drawn)
           << technique.id << " at " << extreme.id;
+    }
 }
 
 TEST(Extremes, RefusalsNameTheLineAndTheKey) {
