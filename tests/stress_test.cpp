@@ -8,6 +8,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "kernels/trace/surface.h"
 #include "reports/pages/stress_page.h"
 #include "tests/schema.h"
 #include "tests/technique_rig.h"
