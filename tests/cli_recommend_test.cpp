@@ -50,9 +50,8 @@ TEST_F(CliTest, recommend_within_a_time_keeps_to_the_budgets_of_the_run) {
 
 TEST_F(CliTest, recommend_and_tune_say_what_ties_with_their_pick) {
   static_cast<void>(null_sweep(folder_));
-  EXPECT_THAT(
-      run({"recommend", "run", "--max-error", "e_xy.p95<=2"}).out,
-      ::testing::AllOf(HasSubstr("\n  tie         "), HasSubstr("the pick is the simplest and smallest")));
+  EXPECT_THAT(run({"recommend", "run", "--max-error", "e_xy.p95<=2"}).out,
+              ::testing::AllOf(HasSubstr("\n  tie         "), HasSubstr("the pick is the simplest and smallest")));
   EXPECT_THAT(run({"tune", "config.json", "--backend", "null", "--max-error", "e_xy.p95<=2", "-o", "t", "--quiet"}).out,
               ::testing::AllOf(HasSubstr("\n  tie with "), HasSubstr("the pick is the simpler or smaller")));
 }

@@ -29,22 +29,28 @@ TEST(Rows, give_techniques_the_parameters_that_ids_always_had) {
   const std::map<std::string_view, std::string> known{
       {"flat", ""},
       {"parallax", "variant format filter"},
-      {"relief", "linear_steps least_steps texels_a_step refinement contact_steps binary_steps secant_steps loop format filter"},
+      {"relief",
+       "linear_steps least_steps texels_a_step refinement contact_steps binary_steps secant_steps loop format filter"},
       {"depth_slices", "slices loop format filter"},
       {"interval",
        "search linear_steps cone_steps interval_steps loop map search_steps correction max_ratio format encoding "
        "filter"},
       {"cone",
-       "cone_steps step refinement contact_steps binary_steps secant_steps lod loop map correction max_ratio format encoding filter"},
-      {"relaxed_cone",
-       "cone_steps step refinement contact_steps binary_steps secant_steps loop map search_steps correction max_ratio format "
+       "cone_steps step refinement contact_steps binary_steps secant_steps lod loop map correction max_ratio format "
        "encoding filter"},
-      {"quad_cone", "cone_steps step refinement contact_steps binary_steps secant_steps loop correction format encoding filter"},
+      {"relaxed_cone",
+       "cone_steps step refinement contact_steps binary_steps secant_steps loop map search_steps correction max_ratio "
+       "format "
+       "encoding filter"},
+      {"quad_cone",
+       "cone_steps step refinement contact_steps binary_steps secant_steps loop correction format encoding filter"},
       {"safety_shape",
-       "cone_steps step refinement contact_steps binary_steps secant_steps loop correction max_ratio format encoding filter"},
+       "cone_steps step refinement contact_steps binary_steps secant_steps loop correction max_ratio format encoding "
+       "filter"},
       {"max_mip", "node_steps format"},
       {"qdm", "node_steps refinement contact_steps binary_steps secant_steps format filter"},
-      {"distance", "sphere_steps step refinement contact_steps binary_steps secant_steps distance_slices format filter"}};
+      {"distance",
+       "sphere_steps step refinement contact_steps binary_steps secant_steps distance_slices format filter"}};
   for (const Technique& technique : techniques()) {
     std::string ids;
     for (const Param& param : technique.params)

@@ -165,7 +165,8 @@ TEST(SettingsTest, bad_values_are_refused_with_what_was_expected) {
   };
   EXPECT_EQ(refusal("linear_steps", "0"), "linear_steps=0 is out of range (expected 1 to 4096)");
   EXPECT_EQ(refusal("linear_steps", "12x"), "linear_steps='12x' is not an integer");
-  EXPECT_EQ(refusal("refinement", "magic"), "refinement='magic' is unknown (expected one of none, secant, binary, contact)");
+  EXPECT_EQ(refusal("refinement", "magic"),
+            "refinement='magic' is unknown (expected one of none, secant, binary, contact)");
   EXPECT_TRUE(refusal("cone_steps", "3").starts_with("technique 'relief': parameter 'cone_steps' is unknown ("));
   EXPECT_TRUE(
       refusal("linear_stepps", "3")
