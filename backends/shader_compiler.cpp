@@ -112,6 +112,9 @@ Spirv compile_stage(std::string file, EShLanguage stage, Dialect dialect, Includ
       {.file = std::move(file), .text = text, .stage = stage, .includes = std::move(includes), .dialect = dialect});
 }
 
+/// Frames of rays that may pass show what is behind.
+constexpr std::string_view kMayPass = "#define MAY_PASS\n";
+
 /// The file that every trace includes.
 Includes::value_type shared_constants() {
   return {"contract.glsl", {.name = "contract.glsl", .text = shared_contract()}};
@@ -139,8 +142,9 @@ Spirv compile_fragment(std::string_view technique, const Target& target, Dialect
   const std::string file = fmt::format("{}.glsl", technique);
   const ShaderText text{.name = file, .text = std::string(embedded_text(embedded_shaders(), file))};
   const auto row = std::ranges::find(techniques(), technique, &Technique::id);
-  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect,
-                            features);
+  if (row == techniques().end()) return compile_last_stage(text, std::string(kMayPass), target, dialect, features);
+  return compile_last_stage(text, parameters_contract(*row) + std::string(row->is_of_solids() ? kMayPass : ""), target,
+                            dialect, features);
 }
 
 Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect) {

@@ -33,8 +33,11 @@ constexpr std::array<HeatMapStop, 11> kTapStops = {{{1, {68, 1, 84}},
                                                     {512, {189, 223, 38}},
                                                     {1024, {253, 231, 37}}}};
 
-constexpr std::array<HeatMapMark, 3> kMarks = {{{Verdict::missed, "missed: stepped over the first hit", {255, 0, 255}},
+constexpr std::array<HeatMapMark, 6> kMarks = {{{Verdict::missed, "missed: stepped over the first hit", {255, 0, 255}},
                                                 {Verdict::unconverged, "unconverged: stopped early", {0, 229, 255}},
+                                                {Verdict::false_hole, "false hole: passed a solid", {255, 0, 0}},
+                                                {Verdict::false_solid, "false solid: should have passed", {0, 255, 0}},
+                                                {Verdict::passed, "passed", {160, 160, 160}},
                                                 {Verdict::no_ray, "no ray", {128, 128, 128}}}};
 
 Rgb ramp_color(std::span<const HeatMapStop> stops, double value) {

@@ -39,6 +39,7 @@ enum class NoValue {
 /// A metric's function, by what it looks at.
 using OfPixels = void (*)(const JudgedPixels& pixels,
                           std::vector<float>& values);  ///< appends one a judged pixel, none negative
+using OfVerdict = bool (*)(Verdict verdict);            ///< whether a pixel counts; of solids alone
 using OfPictures = std::optional<double> (*)(const PicturePair& pictures, std::span<const PixelScore> mask);
 using OfFeature = float (*)(float found, float exact);  ///< of a pixel that has both, not negative
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
@@ -56,7 +57,7 @@ struct Metric {
   std::string_view column{};   ///< id of its number that tables show whatever the front's metric is; "": none
   bool counts_work = false;    ///< foretells the frame's time
   std::string_view feature{};  ///< of the scene: a frame without it has no value. OfFeature compares its values
-  std::variant<OfPixels, OfPictures, OfMotion, OfFeature> function;
+  std::variant<OfPixels, OfPictures, OfMotion, OfFeature, OfVerdict> function;
 };
 
 void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values);
@@ -65,6 +66,9 @@ void missed_values(const JudgedPixels& pixels, std::vector<float>& values);
 void inside_values(const JudgedPixels& pixels, std::vector<float>& values);
 void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values);
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
+[[nodiscard]] bool is_false_hole(Verdict verdict);
+[[nodiscard]] bool is_false_solid(Verdict verdict);
+[[nodiscard]] bool is_false_coverage(Verdict verdict);
 [[nodiscard]] float false_lit(float found, float exact);
 [[nodiscard]] float false_dark(float found, float exact);
 [[nodiscard]] float penumbra_error(float found, float exact);
@@ -175,6 +179,27 @@ inline constexpr std::array kMetrics{
            .no_value = NoValue::unmeasured,
            .feature = "depth",
            .function = wrong_visible},
+    Metric{.id = "false_hole_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels whose ray passed a solid that it should have met",
+           .no_value = NoValue::unmeasured,
+           .function = is_false_hole},
+    Metric{.id = "false_solid_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels whose ray stopped and should have passed the solid",
+           .no_value = NoValue::unmeasured,
+           .function = is_false_solid},
+    Metric{.id = "coverage_error",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels that show the solid in place of what is behind it, or the other way round",
+           .no_value = NoValue::unmeasured,
+           .function = is_false_coverage},
     Metric{.id = "taps",
            .unit = "taps",
            .low = 0,

@@ -43,6 +43,9 @@ PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, i
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
   const double travel_v = static_cast<double>(pixel.ray.slope_v) * map_height;
   const double travel_texels = std::sqrt(travel_u * travel_u + travel_v * travel_v);
+  const bool passed = pixel.status == static_cast<float>(PixelStatus::passed);
+  if (reference.passes()) return {.verdict = passed ? Verdict::passed : Verdict::false_solid};
+  if (passed) return {.verdict = Verdict::false_hole};
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
   const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
   const double e_xy = e_z * travel_texels;
@@ -78,6 +81,7 @@ class MetricValues {
     }
   }
 
+  [[nodiscard]] bool is_empty() const { return count_ == 0; }
   [[nodiscard]] double mean() const { return sum_ / static_cast<double>(count_); }
   [[nodiscard]] double max() const { return static_cast<double>(max_); }
   /// By nearest rank: the smallest value that at least `percent` of all do not exceed.
@@ -170,6 +174,14 @@ void each_metric(FrameScore& score, const Use& use) {
   }
 }
 
+/// Which rays passed, and which should have.
+void judge_coverage(std::span<const PixelScore> scores, FrameScore& score) {
+  each_metric<OfVerdict>(score, [&](const Metric&, OfVerdict is_wrong, const auto& numbers) {
+    const auto wrong = std::ranges::count_if(scores, [&](const PixelScore& one) { return is_wrong(one.verdict); });
+    numbers.front() = score.pixels == 0 ? 0 : static_cast<double>(wrong) / static_cast<double>(score.pixels);
+  });
+}
+
 }  // namespace
 
 std::int64_t judged_count(std::span<const PixelScore> scores) {
@@ -226,7 +238,7 @@ std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::sp
 }
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
-                  int map_height) {
+                  int map_height, bool is_solid) {
   JudgedFrame frame{.score = {}, .pixels = judge_pixels(pixels, reference, map_width, map_height)};
   frame.score.pixels = judged_count(frame.pixels);
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
@@ -236,8 +248,10 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
     MetricValues values(pixels.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
       function({.traced = pixels.subspan(first, count), .scores = scores.subspan(first, count)}, into);
     });
+    if (values.is_empty()) return;
     std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
   });
+  if (is_solid) judge_coverage(frame.pixels, frame.score);
   return frame;
 }
 

@@ -25,9 +25,11 @@ struct JudgedFrame {
 /// The exact first hits of a score frame's rays; of a pixel without one {}, which no judgement looks at.
 [[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<const ScorePixel> pixels);
 
-/// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0.
+/// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0, and errors of hits are where no ray
+/// that should meet something does.
+/// is_solid: rays may pass; which did, and which should have, is judged too
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
-                                int map_width, int map_height);
+                                int map_width, int map_height, bool is_solid = false);
 
 /// Fills in the metrics of a feature of the scene. found, exact: its values; mask: of the same frame
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,

@@ -39,6 +39,12 @@ void main() {
 #else
   Hit hit = trace(ray);
 #endif
+#ifdef MAY_PASS
+  if (hit.status == STATUS_PASSED) {
+    out_color = vec4(SKY, 1.0);
+    return;
+  }
+#endif
   vec2 uv = ray.uv + ray.slope * hit.t;
   vec3 normal = normal_at(uv, gl_FragCoord.xy);
   // Four waves a tile show where the texture was looked up, and a hit's depth darkens it: less so where the relief is

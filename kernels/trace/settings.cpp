@@ -147,6 +147,16 @@ bool makes_up_for_filter(const Settings& settings) {
          (guarantee_of(settings) != Guarantee::none || guarantee_of(settings, Query::shadow) != Guarantee::none);
 }
 
+std::string heights_conflict(const Settings& settings, bool is_solid) {
+  const std::string_view technique = settings.technique().id;
+  if (settings.technique().is_of_solids() && !is_solid)
+    return fmt::format("{} is of solids: it needs a heightmap of two heights a texel", technique);
+  const std::vector<PixelFeature> valued = pixel_features(settings);
+  if (is_solid && !valued.empty())
+    return fmt::format("{} of a solid, a heightmap of two heights a texel, is not traced", valued.front().feature->id);
+  return "";
+}
+
 std::string conflict(const Settings& settings) {
   std::string reason = settings.technique().reads_map() ? conflict(storage_of(settings)) : "";
   return reason.empty() ? lacking(rows_of(settings), settings) : reason;

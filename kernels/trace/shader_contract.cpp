@@ -25,7 +25,7 @@ struct Sampler {
 };
 // Binding 0 is the uniform block `Frame`.
 constexpr std::array kSamplers{
-    Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them"},
+    Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them; of a solid g = floor"},
     Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
     Sampler{kReferenceMap, 3, "r = exact t of this pixel; gba = exact values of features"},
     Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid or volume"},
@@ -146,7 +146,10 @@ std::string shared_contract() {
                                          Choice{.id = "truncated", .value = kTruncated}};
   constexpr std::array kStatuses{Choice{.id = "no_ray", .value = static_cast<int>(PixelStatus::no_ray)},
                                  Choice{.id = "hit", .value = static_cast<int>(PixelStatus::hit)},
-                                 Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)}};
+                                 Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)},
+                                 Choice{.id = "passed",
+                                        .value = static_cast<int>(PixelStatus::passed),
+                                        .meaning = "there is nothing on the ray's way"}};
   std::string text;
   for (const Sampler& sampler : kSamplers)
     text +=

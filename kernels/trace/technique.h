@@ -61,6 +61,8 @@ struct Technique {
 
   [[nodiscard]] const Param* find(std::string_view param_id) const;
   [[nodiscard]] bool reads_map() const { return storage.has_value(); }
+  /// Whether it traces solids, heights with floors, and those alone: its rays may pass.
+  [[nodiscard]] bool is_of_solids() const { return find_map(maps.front()).is_solid; }
 };
 [[nodiscard]] const std::vector<Technique>& techniques();
 [[nodiscard]] const Technique& find_technique(std::string_view id);  ///< throws: Error(bad_input) listing the choices
@@ -129,5 +131,7 @@ class Settings {
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have, a feature whose row lacks what it needs).
 [[nodiscard]] std::string conflict(const Settings& settings);
+/// Why they make no sense on heights that have floors, or have none; "" if they do.
+[[nodiscard]] std::string heights_conflict(const Settings& settings, bool is_solid);
 
 }  // namespace reliefbench

@@ -100,7 +100,7 @@ std::optional<FrameScore> read_score(std::span<const std::byte> bytes) {
       const auto value = values.find(row.id);
       if (value != values.end()) score.values.at(row.place) = value->get<double>();
       // Every judged frame has those of its pixels: one that is absent is a metric newer than the entry.
-      if (value == values.end() && !row.compares_pictures && row.metric->feature.empty()) return std::nullopt;
+      if (value == values.end() && row.metric->no_value == NoValue::never) return std::nullopt;
     }
     return score;
   } catch (const nlohmann::json::exception&) {
@@ -133,7 +133,7 @@ std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
   for (int level = 0; std::max(heights.width, heights.height) >> level > 0; ++level)
     nodes += static_cast<std::size_t>(level_side(heights.width, level)) *
              static_cast<std::size_t>(level_side(heights.height, level));
-  return nodes;
+  return map.is_solid ? 2 * nodes : nodes;
 }
 
 Codec<std::vector<ReferenceHit>> hits_codec(std::size_t hits) {

@@ -86,7 +86,7 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
     const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene.wrap, frame.draw));
     const std::vector<ReferenceHit> exact = exact_hits(tracer, pixels);
-    JudgedFrame judged = judge(pixels, exact, heights.width, heights.height);
+    JudgedFrame judged = judge(pixels, exact, heights.width, heights.height, heights.is_solid());
     const std::vector<PixelFeature> features = pixel_features(row.settings);
     judge_features(features, backend.read_values(features),
                    exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,

@@ -119,7 +119,7 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state);
   JudgedFrame judged = split.book(Part::judge, [&] {
-    JudgedFrame frame = judge_traced(reference, features, state.uploaded.frame);
+    JudgedFrame frame = judge_traced(reference, features, scene);
     judge_pictures({.reference = seen.picture,
                     .test = picture_,
                     .width = scene.scene.width_px,
@@ -141,8 +141,9 @@ void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFea
 }
 
 JudgedFrame Preparer::judge_traced(const Reference& reference, std::span<const PixelFeature> features,
-                                   const FrameUniforms& frame) const {
-  JudgedFrame judged = judge(pixels_, reference.hits, frame.sizes[2], frame.sizes[3]);
+                                   const SceneSpec& scene) const {
+  const Heightfield& heights = context_.library.heights(scene);
+  JudgedFrame judged = judge(pixels_, reference.hits, heights.width, heights.height, heights.is_solid());
   judge_features(features, values_, reference.values, judged.pixels, judged.score);
   return judged;
 }
@@ -156,7 +157,7 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     trace(draws, features);
     const Reference& reference = reference_of_traced(draws, scene, state, features);
     return context_.split.book(Part::judge,
-                               [&] { return judge_traced(reference, features, state.uploaded.frame).score; });
+                               [&] { return judge_traced(reference, features, scene).score; });
   };
   return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
 }

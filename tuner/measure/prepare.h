@@ -107,7 +107,7 @@ class Preparer {
   void trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features);
   /// What was traced there. reference: of the same rays and features
   [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
-                                         const FrameUniforms& frame) const;
+                                         const SceneSpec& scene) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
   /// draw: that traced them

@@ -88,7 +88,7 @@ JudgedFrame check_frame(const StressFrame& frame, const Settings& settings, cons
   }
   const Heightfield& surface = stored.map.heights;
   const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, pixels);
-  JudgedFrame judged = judge(pixels, exact, surface.width, surface.height);
+  JudgedFrame judged = judge(pixels, exact, surface.width, surface.height, surface.is_solid());
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.at("missed_rate");
   result.unconverged_rate = judged.score.at("unconverged_rate");
@@ -168,6 +168,8 @@ class StressRun {
     for (const Extreme& extreme : extremes_.list) {
       std::vector<std::pair<std::string, Planned>> here;  // by bake
       for (const Technique& technique : techniques())
+        // Others see the upper surface of a solid alone, as if it were a relief: extremes of that are above.
+        if (technique.is_of_solids() == is_solid(extreme.scene.heightmap))
         for (Settings& settings : stress_settings(technique, changes, extreme))
           if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
             std::string bake = bake_text(settings, extreme.scene);

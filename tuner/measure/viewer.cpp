@@ -15,7 +15,8 @@ Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps he
       uploaded_(upload(session_.backend(), scene_.scene, heights_)) {}
 
 void Viewer::choose(const Settings& settings) {
-  if (const std::string reason = conflict(settings); !reason.empty()) fail_input("{}", reason);
+  for (const std::string& reason : {conflict(settings), heights_conflict(settings, heights_.is_solid())})
+    if (!reason.empty()) fail_input("{}", reason);
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
@@ -34,7 +35,7 @@ ViewedFrame Viewer::draw(const View& view) {
   frame.rgba8 = backend.read_color();
   const std::vector<ScorePixel> pixels = trace_frame(backend, score);
   const std::vector<ReferenceHit> exact = exact_hits(tracer_, pixels);
-  frame.judged = judge(pixels, exact, heights_.width, heights_.height);
+  frame.judged = judge(pixels, exact, heights_.width, heights_.height, heights_.is_solid());
   const std::vector<PixelFeature> features = pixel_features(*settings_);
   judge_features(features, backend.read_values(features),
                  exact_values(features, tracer_, frame_.draw.frame, rays_of(pixels), exact), frame.judged.pixels,

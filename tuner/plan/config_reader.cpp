@@ -13,8 +13,8 @@ constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed"
 constexpr std::array<std::string_view, 10> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",    "pan",
                                                       "wrap",      "frame_px", "light",        "reference", "occluded"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
-constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
-                                                         "width",  "height",  "seed",   "name"};
+constexpr std::array<std::string_view, 9> kHeightmapKeys{"source", "channel", "floor", "invert", "normalise",
+                                                         "width",  "height",  "seed",  "name"};
 constexpr std::array<std::string_view, 5> kViewKeys{"id", "elevation_deg", "distance", "fov_deg", "azimuth_deg"};
 constexpr std::array<std::string_view, 3> kLightKeys{"elevation_deg", "azimuth_deg", "angular_radius_deg"};
 constexpr std::array<std::string_view, 7> kMeasureKeys{

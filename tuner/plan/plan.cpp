@@ -8,6 +8,7 @@
 #include <unordered_set>
 
 #include "kernels/base/error.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_names.h"
 
 namespace reliefbench {
@@ -148,6 +149,12 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
     for (std::size_t b = 0; b < backend_ids.size(); ++b)
       for (std::size_t s = 0; s < config.scenes.size(); ++s)
         for (const Settings& settings : kept) {
+          if (const std::string reason = heights_conflict(settings, is_solid(config.scenes[s].heightmap));
+              !reason.empty()) {
+            plan.conflicts.push_back(fmt::format("{} on {}: {}", setting_id(settings),
+                                                 heightmap_part(config.scenes[s].id), reason));
+            continue;
+          }
           Planned planned{.planned = {.settings = settings, .scene_id = config.scenes[s].id, .backend = backend_ids[b]},
                           .backend = b,
                           .scene = s,
@@ -163,6 +170,7 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
         }
   }
   if (all.empty()) {
+    if (seen.empty() && !plan.conflicts.empty()) fail_input("{}: no case: {}", config.path.string(), plan.conflicts.front());
     if (seen.empty()) fail_input("{}: no case: there is no backend to run it on", config.path.string());
     const std::string asked = key.empty()      ? fmt::format("filter '{}'", filter)
                               : filter.empty() ? fmt::format("key '{}'", key)
