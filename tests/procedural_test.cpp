@@ -19,7 +19,9 @@ Heightfield make(std::string_view id, int width, int height, std::uint32_t seed 
 }
 
 std::string heights_digest(const Heightfield& field) {
-  return sha256(std::as_bytes(std::span(field.texels))).substr(0, 16);
+  const std::string tops = sha256(std::as_bytes(std::span(field.texels)));
+  return field.is_solid() ? sha256(tops + sha256(std::as_bytes(std::span(field.floors)))).substr(0, 16)
+                          : tops.substr(0, 16);
 }
 
 TEST(Procedural, HasRangeAndSizeAtEverySize) {
@@ -29,8 +31,10 @@ TEST(Procedural, HasRangeAndSizeAtEverySize) {
       EXPECT_EQ(field.width, width);
       EXPECT_EQ(field.height, height);
       ASSERT_EQ(field.texels.size(), static_cast<std::size_t>(width * height));
-      EXPECT_TRUE(std::all_of(field.texels.begin(), field.texels.end(), [](float h) { return h >= 0 && h <= 1; }))
-          << row.id << " " << width << "x" << height;
+      ASSERT_EQ(field.floors.size(), row.is_solid ? field.texels.size() : 0);
+      for (const std::vector<float>* heights : {&field.texels, &field.floors})
+        EXPECT_TRUE(std::ranges::all_of(*heights, [](float h) { return h >= 0 && h <= 1; }))
+            << row.id << " " << width << "x" << height;
     }
   }
 }
@@ -49,7 +53,8 @@ TEST(Procedural, BitsArePinned) {
 
 TEST(Procedural, SeedChangesTheRandomOnesOnly) {
   for (const ProceduralRow& row : procedurals()) {
-    const bool random = row.id == "fbm" || row.id == "ridged" || row.id == "bricks" || row.id == "spikes";
+    const bool random = row.id == "fbm" || row.id == "ridged" || row.id == "bricks" || row.id == "spikes" ||
+                        row.id == "specks" || row.id == "nothing";
     EXPECT_EQ(heights_digest(row.generate(64, 64, 1)) != heights_digest(row.generate(64, 64, 2)), random) << row.id;
     EXPECT_EQ(heights_digest(row.generate(64, 64, 1)), heights_digest(row.generate(64, 64, 1))) << row.id;
   }

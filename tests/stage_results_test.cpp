@@ -10,6 +10,7 @@
 #include "kernels/judge/score.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/map_texture.h"
+#include "tests/test_heightmap.h"
 #include "tuner/results/stages.h"
 
 namespace reliefbench {
@@ -43,8 +44,10 @@ std::vector<TextureRay> fixed_rays() {
 std::map<std::string, std::string> results() {
   std::map<std::string, std::string> all;
   const Heightfield heights = fixed_heights();
+  Heightfield solid = heights;
+  for (const float height : heights.texels) solid.floors.push_back(0.75F * height);
   for (const MapRow& map : map_kinds()) {
-    const BakeRequest request{.heights = heights,
+    const BakeRequest request{.heights = map.is_solid ? solid : heights,
                               .correction = map.corrections.empty() ? Correction::none : map.corrections.front(),
                               .parameters = map.kind == MapKind::distance
                                                 ? std::vector<MapValue>{{.param = kDistanceSlices.id, .value = 8}}

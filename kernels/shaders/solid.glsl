@@ -2,7 +2,7 @@
 #define SOLID_GLSL
 // A solid between two bilinear surfaces: where the upper one is over the lower one, what is between them. Elsewhere there
 // is nothing, and a ray may pass.
-#include "refine.glsl"
+#include "refinement.glsl"
 
 // Heights of both surfaces, the upper one first.
 vec2 sample_solid(vec2 uv, int level, inout int taps) {
