@@ -204,7 +204,7 @@ TEST(Metrics, ReadTheirOwnPlace) {
   EXPECT_EQ(score["e_xy.p99"], 4);
   EXPECT_EQ(score["e_z.mean"], 6);
   EXPECT_EQ(score["psnr"], 14);
-  EXPECT_EQ(score.at("taps.max"), 24);
+  EXPECT_EQ(score.at("taps.max"), 27);
   score["psnr"].reset();
   EXPECT_FALSE(find_metric("psnr").value(score).has_value());
   EXPECT_TRUE(find_metric("psnr").none_is_best());

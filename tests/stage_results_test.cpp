@@ -107,6 +107,8 @@ std::map<std::string, std::string> results() {
 TEST(StageResults, change_only_with_their_stages_version) {
   const std::map<std::string, std::string> known = {{"bake.conservative 1", "9d74df0fd0c0"},
                                                     {"bake.distance 1", "fbf19480d5b4"},
+                                                    {"bake.double_cone 1", "b28725ad0a81"},
+                                                    {"bake.double_mip 1", "55ce797805e7"},
                                                     {"bake.hybrid 1", "df6fb799a33f"},
                                                     {"bake.max_mip 1", "ffadc7ae445d"},
                                                     {"bake.quad 1", "dc6b239613c7"},

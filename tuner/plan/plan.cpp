@@ -10,6 +10,7 @@
 #include "kernels/base/error.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
