@@ -62,12 +62,17 @@ const json* optional_member(const json& object, const char* key) {
   return found == object.end() || found->is_null() ? nullptr : &*found;
 }
 
-/// null where the frame has no value, and it is written; absent of a feature of the scene that the frame has not.
+/// Whether only some frames can have it: those with a feature of the scene, or of a solid.
+bool is_of_some(const Metric& metric) {
+  return !metric.feature.empty() || std::holds_alternative<OfVerdict>(metric.function);
+}
+
+/// null where the frame has no value, and it is written; absent where no such frame could have one.
 json score_json(const FrameScore& score) {
   json out = {{"pixels", score.pixels}};
   for (const MetricRow& row : metrics()) {
     const std::optional<double> value = row.value(score);
-    if (!value && !row.metric->feature.empty()) continue;
+    if (!value && is_of_some(*row.metric)) continue;
     json& member = out[std::string(row.metric->id)];
     (row.part.empty() ? member : member[std::string(row.part)]) = value ? json(*value) : json();
   }
