@@ -1,4 +1,3 @@
-#include "tests/test_heightmap.h"
 #include "tuner/measure/cache.h"
 
 #include <gtest/gtest.h>
@@ -13,6 +12,7 @@
 #include "kernels/maps/distance_map.h"
 #include "tests/full_record.h"
 #include "tests/temp_folder.h"
+#include "tests/test_heightmap.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/plan/setting_space.h"

@@ -64,13 +64,13 @@ TEST_P(SolidOnDevices, guarantees_are_kept_on_every_solid_wrap_and_view) {
       std::string_view technique;
       std::vector<std::pair<std::string_view, std::string_view>> values;
     };
-    const std::vector<Promise> promises{{"double_cone", {{"format", "r8+rgba8"}}},
-                                        {"double_cone", {{"format", "r16+rgba16"}, {"encoding", "h_tan"}}},
-                                        {"double_cone", {{"format", "r32f+rgba32f"}, {"encoding", "ratio"}}},
-                                        {"double_cone",
-                                         {{"format", "r16f+rgba16f"}, {"encoding", "ratio"}, {"max_ratio", "unbounded"}}},
-                                        {"double_mip", {{"format", "rg8"}}},
-                                        {"double_mip", {{"format", "rg32f"}}}};
+    const std::vector<Promise> promises{
+        {"double_cone", {{"format", "r8+rgba8"}}},
+        {"double_cone", {{"format", "r16+rgba16"}, {"encoding", "h_tan"}}},
+        {"double_cone", {{"format", "r32f+rgba32f"}, {"encoding", "ratio"}}},
+        {"double_cone", {{"format", "r16f+rgba16f"}, {"encoding", "ratio"}, {"max_ratio", "unbounded"}}},
+        {"double_mip", {{"format", "rg8"}}},
+        {"double_mip", {{"format", "rg32f"}}}};
     for (const Promise& promise : promises) {
       Settings settings = long_settings(find_technique(promise.technique));
       for (const auto& [id, text] : promise.values) settings.set(id, text);
@@ -87,9 +87,10 @@ TEST_P(SolidOnDevices, guarantees_are_kept_on_every_solid_wrap_and_view) {
             for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
               const ScorePixel& pixel = frame.pixels[i];
               passed += pixel.status == static_cast<float>(PixelStatus::passed) ? 1 : 0;
-              ASSERT_NE(pixel.status, static_cast<float>(PixelStatus::step_cap)) << settings.text() << row.id << view.id;
-              const Kept kept = keeps(Guarantee::exact, pixel, frame.judged.pixels[i], frame.reference[i],
-                                      frame.map.surface, wrap);
+              ASSERT_NE(pixel.status, static_cast<float>(PixelStatus::step_cap))
+                  << settings.text() << row.id << view.id;
+              const Kept kept =
+                  keeps(Guarantee::exact, pixel, frame.judged.pixels[i], frame.reference[i], frame.map.surface, wrap);
               ASSERT_NE(kept, Kept::no) << settings.text() << " on " << row.id << " at " << view.id << ", pixel " << i
                                         << ": status " << pixel.status << " t " << pixel.t << ", exact "
                                         << frame.reference[i].t_enter << " to " << frame.reference[i].t_exit << ", gap "

@@ -122,10 +122,10 @@ TEST(SolidReference, AgreesWithTheOracle) {
         passing += hit.passes() ? 1 : 0;
         grazing += found == Agreement::grazing ? 1 : 0;
         const ReferenceHit slow = SlowSolid(one.solid, wrap, ray).trace();
-        ASSERT_NE(found, Agreement::no)
-            << one.name << " " << one.solid.width << "x" << one.solid.height << " wrap " << static_cast<int>(wrap)
-            << " ray " << ray.u << " " << ray.v << " " << ray.slope_u << " " << ray.slope_v << ": " << hit.t_enter << " "
-            << hit.t_exit << ", slowly " << slow.t_enter << " " << slow.t_exit;
+        ASSERT_NE(found, Agreement::no) << one.name << " " << one.solid.width << "x" << one.solid.height << " wrap "
+                                        << static_cast<int>(wrap) << " ray " << ray.u << " " << ray.v << " "
+                                        << ray.slope_u << " " << ray.slope_v << ": " << hit.t_enter << " " << hit.t_exit
+                                        << ", slowly " << slow.t_enter << " " << slow.t_exit;
         EXPECT_EQ(tracer.first_hit(ray), hit.t_enter);
         if (hit.passes()) continue;
         EXPECT_LT(SlowSolid(one.solid, wrap, ray).outside(hit.t_enter), 1e-10) << one.name;
@@ -239,8 +239,7 @@ TEST(SolidHeights, AFloorChangesTheHashAndNoneDoesNot) {
 TEST(SolidHeights, AreReadFromTwoChannels) {
   const std::filesystem::path file = "tests/data/images/grey_alpha_16.png";
   std::string reading;
-  const Heightfield solid =
-      load_heightmap({.source = file.string(), .channel = "r", .floor = "a"}, &reading);
+  const Heightfield solid = load_heightmap({.source = file.string(), .channel = "r", .floor = "a"}, &reading);
   ASSERT_TRUE(solid.is_solid());
   EXPECT_EQ(solid.texels, load_heightmap({.source = file.string(), .channel = "r"}).texels);
   EXPECT_EQ(solid.floors, load_heightmap({.source = file.string(), .channel = "a"}).texels);
@@ -286,7 +285,8 @@ TEST(SolidMaps, ConesAreThoseOfEverySingleTexel) {
 }
 
 /// Bilinear between the centres of a map's texels, in double.
-double interpolated_value(std::span<const float> values, int stride, int first, const Heightfield& map, Wrap wrap, double u, double v) {
+double interpolated_value(std::span<const float> values, int stride, int first, const Heightfield& map, Wrap wrap,
+                          double u, double v) {
   const double x = u * map.width - 0.5;
   const double y = v * map.height - 0.5;
   const int left = static_cast<int>(std::floor(x));
@@ -339,7 +339,8 @@ TEST(SolidMaps, NodesHoldAllOfTheSolid) {
           float floor = 1;
           bool is_thick = false;
           for (const int i : {0, 1, 2, 3}) {
-            const std::size_t texel = solid.index(wrapped(x + i % 2, solid.width, wrap), wrapped(y + i / 2, solid.height, wrap));
+            const std::size_t texel =
+                solid.index(wrapped(x + i % 2, solid.width, wrap), wrapped(y + i / 2, solid.height, wrap));
             is_thick = is_thick || solid.texels[texel] > solid.floors[texel];
             top = std::max(top, solid.texels[texel]);
             floor = std::min(floor, solid.floors[texel]);
@@ -348,8 +349,9 @@ TEST(SolidMaps, NodesHoldAllOfTheSolid) {
           for (int level = 0; std::max(solid.width, solid.height) >> level > 0; ++level) {
             const int width = level_side(solid.width, level);
             const int height = level_side(solid.height, level);
-            const auto node = first + static_cast<std::size_t>(std::min(y >> level, height - 1)) * static_cast<std::size_t>(width) +
-                              static_cast<std::size_t>(std::min(x >> level, width - 1));
+            const auto node =
+                first + static_cast<std::size_t>(std::min(y >> level, height - 1)) * static_cast<std::size_t>(width) +
+                static_cast<std::size_t>(std::min(x >> level, width - 1));
             if (is_thick) {
               EXPECT_GE(nodes[2 * node], top) << one.name << " level " << level;
               EXPECT_LE(nodes[2 * node + 1], floor) << one.name << " level " << level;
@@ -413,13 +415,14 @@ TEST(SolidMaps, AConeThatHoldsTheSolidFromBelowIsFound) {
 
 TEST(SolidScore, CountsFalseHolesAndFalseSolids) {
   const auto pixel = [](PixelStatus status, float t) {
-    return ScorePixel{.ray = {0.5F, 0.5F, 0.1F, 0}, .t = t, .status = static_cast<float>(status), .taps = 3, .steps = 1};
+    return ScorePixel{
+        .ray = {0.5F, 0.5F, 0.1F, 0}, .t = t, .status = static_cast<float>(status), .taps = 3, .steps = 1};
   };
   const ReferenceHit solid{.t_enter = 0.5, .t_exit = 0.7};
   const ReferenceHit hole{.t_enter = kPassesAll, .t_exit = kPassesAll};
-  const std::vector<ScorePixel> pixels{pixel(PixelStatus::hit, 0.5F),    pixel(PixelStatus::passed, 1),
-                                       pixel(PixelStatus::hit, 1),       pixel(PixelStatus::passed, 1),
-                                       pixel(PixelStatus::no_ray, 0),    pixel(PixelStatus::step_cap, 0.2F)};
+  const std::vector<ScorePixel> pixels{pixel(PixelStatus::hit, 0.5F), pixel(PixelStatus::passed, 1),
+                                       pixel(PixelStatus::hit, 1),    pixel(PixelStatus::passed, 1),
+                                       pixel(PixelStatus::no_ray, 0), pixel(PixelStatus::step_cap, 0.2F)};
   const std::vector<ReferenceHit> reference{solid, solid, hole, hole, {}, hole};
   const JudgedFrame frame = judge(pixels, reference, 100, 100, true);
   EXPECT_EQ(frame.score.pixels, 5);

@@ -13,8 +13,9 @@ struct Heightfield {
   int width = 0;
   int height = 0;
   std::vector<float> texels;
-  /// Of a solid, as many: the heights of its lower surface, bilinear too. It fills what is between the surfaces wherever
-  /// texels are over floors; elsewhere there is nothing, and a ray may pass. Empty: a relief, solid down to the bottom.
+  /// Of a solid, as many: the heights of its lower surface, bilinear too. It fills what is between the surfaces
+  /// wherever texels are over floors; elsewhere there is nothing, and a ray may pass. Empty: a relief, solid down to
+  /// the bottom.
   std::vector<float> floors{};
 
   [[nodiscard]] float at(int x, int y) const { return texels[index(x, y)]; }

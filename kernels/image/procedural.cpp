@@ -219,12 +219,24 @@ constexpr std::array kProcedurals{
     ProceduralRow{.id = "pyramids", .description = "4x4 square pyramids: plane faces", .generate = pyramids},
     ProceduralRow{.id = "plateau", .description = "a flat top with steep sides on flat ground", .generate = plateau},
     ProceduralRow{.id = "constant", .description = "0.5 everywhere", .generate = constant},
-    ProceduralRow{.id = "ball", .description = "a solid: a ball in the middle of nothing", .generate = ball, .is_solid = true},
-    ProceduralRow{.id = "half_torus", .description = "a solid: the upper half of a torus", .generate = half_torus, .is_solid = true},
-    ProceduralRow{.id = "goblet", .description = "a solid: a figure of revolution, lying", .generate = goblet, .is_solid = true},
-    ProceduralRow{.id = "grille", .description = "a solid: round bars, 4x4 holes a tile", .generate = grille, .is_solid = true},
-    ProceduralRow{.id = "specks", .description = "a solid: single texels, no thickness between them", .generate = specks, .is_solid = true},
-    ProceduralRow{.id = "nothing", .description = "a solid whose floor is over its top everywhere: all rays pass", .generate = nothing, .is_solid = true},
+    ProceduralRow{
+        .id = "ball", .description = "a solid: a ball in the middle of nothing", .generate = ball, .is_solid = true},
+    ProceduralRow{.id = "half_torus",
+                  .description = "a solid: the upper half of a torus",
+                  .generate = half_torus,
+                  .is_solid = true},
+    ProceduralRow{
+        .id = "goblet", .description = "a solid: a figure of revolution, lying", .generate = goblet, .is_solid = true},
+    ProceduralRow{
+        .id = "grille", .description = "a solid: round bars, 4x4 holes a tile", .generate = grille, .is_solid = true},
+    ProceduralRow{.id = "specks",
+                  .description = "a solid: single texels, no thickness between them",
+                  .generate = specks,
+                  .is_solid = true},
+    ProceduralRow{.id = "nothing",
+                  .description = "a solid whose floor is over its top everywhere: all rays pass",
+                  .generate = nothing,
+                  .is_solid = true},
 };
 
 }  // namespace

@@ -30,7 +30,8 @@ void append(const JudgedPixels& pixels, std::vector<float>& values, const Takes&
 }
 
 void append_if(const JudgedPixels& pixels, std::vector<float>& values, Verdict verdict) {
-  append(pixels, values, takes_hits, [&](const ScorePixel&, const PixelScore& s) { return s.verdict == verdict ? 1.0F : 0.0F; });
+  append(pixels, values, takes_hits,
+         [&](const ScorePixel&, const PixelScore& s) { return s.verdict == verdict ? 1.0F : 0.0F; });
 }
 
 /// The rows with the texts that they point to.

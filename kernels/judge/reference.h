@@ -18,8 +18,8 @@ struct TextureRay {
 
 /// The exact first solid interval along a ray.
 struct ReferenceHit {
-  /// First t with z(t) <= surface, in [0, 1] since heights are >= 0. Of a solid: first t at which the ray is between both
-  /// surfaces; +infinity where it passes
+  /// First t with z(t) <= surface, in [0, 1] since heights are >= 0. Of a solid: first t at which the ray is between
+  /// both surfaces; +infinity where it passes
   double t_enter = 0;
   double t_exit = 0;  ///< end of that solid interval; +infinity where the ray stays inside to the bottom, or passes
   [[nodiscard]] bool passes() const { return t_enter > 1; }

@@ -47,7 +47,8 @@ double rising_root(const Quadratic& f, double from) {
 
 }  // namespace
 
-/// A ray on its way down, as Walk goes. Nodes that hold nothing at the ray's heights are skipped on the way to the solid.
+/// A ray on its way down, as Walk goes. Nodes that hold nothing at the ray's heights are skipped on the way to the
+/// solid.
 class ReferenceTracer::SolidWalk {
  public:
   SolidWalk(const ReferenceTracer& map, const TextureRay& ray)

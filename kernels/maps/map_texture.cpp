@@ -194,8 +194,7 @@ UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const 
   if (is_solid) unpacked.heights.floors = read_channel(image, first - 1);
   for (std::size_t i = 0; i < unpacked.heights.texels.size(); ++i)
     for (int k = 0; k < format.ratios() - (is_solid ? 1 : 0); ++k)
-      unpacked.ratios.push_back(
-          encoding.decode(read_value(image, i, first + k), cone_height(unpacked.heights, i, k)));
+      unpacked.ratios.push_back(encoding.decode(read_value(image, i, first + k), cone_height(unpacked.heights, i, k)));
   return unpacked;
 }
 

@@ -1,6 +1,6 @@
 // Cone stepping in a solid: by the upward cone where the ray is over the upper surface, by the downward one where it is
-// under the lower one, by the farther where it is both; at least to the cell's border, the cell solved. A ray that stays
-// in a downward cone passes.
+// under the lower one, by the farther where it is both; at least to the cell's border, the cell solved. A ray that
+// stays in a downward cone passes.
 #include "cone_sample.glsl"
 #include "solid_cell.glsl"
 

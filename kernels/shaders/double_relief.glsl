@@ -1,5 +1,5 @@
-// Relief mapping of a solid: equal steps down the ray until one is between both surfaces, then refinement. A ray without
-// such a step passes. [RTM] listing 5.3, RM_DOUBLEDEPTH
+// Relief mapping of a solid: equal steps down the ray until one is between both surfaces, then refinement. A ray
+// without such a step passes. [RTM] listing 5.3, RM_DOUBLEDEPTH
 #include "solid.glsl"
 
 Hit trace(Ray ray) {

@@ -1,7 +1,7 @@
 #ifndef SOLID_GLSL
 #define SOLID_GLSL
-// A solid between two bilinear surfaces: where the upper one is over the lower one, what is between them. Elsewhere there
-// is nothing, and a ray may pass.
+// A solid between two bilinear surfaces: where the upper one is over the lower one, what is between them. Elsewhere
+// there is nothing, and a ray may pass.
 #include "refinement.glsl"
 
 // Heights of both surfaces, the upper one first.
@@ -11,8 +11,8 @@ vec2 sample_solid(vec2 uv, int level, inout int taps) {
   return heights;
 }
 
-// How far the ray is outside the solid at t, over it or under it. Where that has no thickness, a ray that is just between
-// both surfaces is outside, too.
+// How far the ray is outside the solid at t, over it or under it. Where that has no thickness, a ray that is just
+// between both surfaces is outside, too.
 float solid_gap(Ray ray, float t, inout Hit hit) {
   vec2 heights = sample_solid(ray.uv + ray.slope * t, ray.level, hit.taps);
   float gap = max((1.0 - t) - heights.x, heights.y - (1.0 - t));

@@ -3,8 +3,8 @@
 // Cells of a solid between two bilinear surfaces, solved.
 #include "cell.glsl"
 
-// A ray that enters by one surface may be outside of the other one by this much of height: where it enters both at once,
-// rounding may see either too late.
+// A ray that enters by one surface may be outside of the other one by this much of height: where it enters both at
+// once, rounding may see either too late.
 const float RIM = 1.1920928955078125e-7;  // 2^-23
 
 // f(s) = c + b s + a s^2.
@@ -16,7 +16,8 @@ struct Parabola {
 
 float parabola_at(Parabola f, float s) { return f.c + (f.b + f.a * s) * s; }
 
-// How far the ray is over the surface of these corners (01, 11, 10, 00) when it has fallen by s from z at f, d a height.
+// How far the ray is over the surface of these corners (01, 11, 10, 00) when it has fallen by s from z at f, d a
+// height.
 Parabola gap_along(vec4 h, vec2 f, vec2 d, float z) {
   float along_x = h.z - h.w;
   float along_y = h.x - h.w;
@@ -25,8 +26,8 @@ Parabola gap_along(vec4 h, vec2 f, vec2 d, float z) {
                   -1.0 - ((along_x + twist * f.y) * d.x + (along_y + twist * f.x) * d.y), -twist * d.x * d.y);
 }
 
-// Where f falls to zero from above within [0, end], or INFINITE_T; it does so once at most. The root is taken in the form
-// that does not cancel.
+// Where f falls to zero from above within [0, end], or INFINITE_T; it does so once at most. The root is taken in the
+// form that does not cancel.
 float falling_root(Parabola f, float end) {
   float discriminant = f.b * f.b - 4.0 * f.a * f.c;
   bool turns = abs(f.b) < 2.0 * abs(f.a) * end && discriminant >= 0.0;

@@ -99,8 +99,8 @@ Guarantee solid_cone_guarantee(const Settings& settings) {
   return settings.is("correction", "safe") ? Guarantee::exact : Guarantee::none;
 }
 
-/// Features of the scene that solids do not have yet: coarser levels, a relief that is left, rays from the hit, depths of
-/// rays that pass.
+/// Features of the scene that solids do not have yet: coarser levels, a relief that is left, rays from the hit, depths
+/// of rays that pass.
 std::vector<FeatureUse> without_solids(std::vector<FeatureUse> uses = {}) {
   for (const std::string_view id : {"shadow", "lod", "fade", "depth"})
     uses.push_back({.feature = id, .is_absent = true});
@@ -262,8 +262,9 @@ std::vector<Technique> rows() {
        .guarantee_note = "may step over solids thinner than one linear step: false holes",
        .source = "[RTM] listing 5.3, RM_DOUBLEDEPTH"},
       {.id = "double_cone",
-       .description = "of solids: cone stepping over the upper surface and under the lower one, the cells solved; a ray "
-                      "may pass",
+       .description =
+           "of solids: cone stepping over the upper surface and under the lower one, the cells solved; a ray "
+           "may pass",
        .maps = {MapKind::double_cone},
        .params = {cone_steps(64)},
        .storage = StorageUse{.format = "r16+rgba16", .correction = "safe"},

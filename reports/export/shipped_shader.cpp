@@ -86,7 +86,8 @@ ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief
   return surface;
 }}
 )",
-      settings.technique().is_of_solids() ? ", or the ray passes at height 0: discard it" : "", members, is_lit ? ", const vec3 light_ts, const float light_radius" : "",
+      settings.technique().is_of_solids() ? ", or the ray passes at height 0: discard it" : "", members,
+      is_lit ? ", const vec3 light_ts, const float light_radius" : "",
       has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", way_lines(settings), values);
 }
 

@@ -180,7 +180,8 @@ void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
                      features = std::move(features), pixels = std::move(pixels),
                      values = std::move(values)]() -> Background::Finish {
     auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, pixels));
-    auto judged = std::make_shared<JudgedFrame>(judge(pixels, *exact, frame.sizes[2], frame.sizes[3], heights().field.is_solid()));
+    auto judged = std::make_shared<JudgedFrame>(
+        judge(pixels, *exact, frame.sizes[2], frame.sizes[3], heights().field.is_solid()));
     const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
     judge_features(features, values, right, judged->pixels, judged->score);
     return [this, &pane, start, key, frame, features, exact, judged, right, taps = taps_of(pixels)] {

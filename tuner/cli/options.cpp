@@ -18,8 +18,9 @@ void add_channel_options(CLI::App& command, ReadingArguments& arguments) {
       ->check(CLI::IsMember(channels));
   const std::vector<std::string> floors(floor_channels().begin(), floor_channels().end());
   command
-      .add_option("--floor", arguments.floor,
-                  fmt::format("channel of a solid's lower surface: {}; default: none, a relief", fmt::join(floors, " | ")))
+      .add_option(
+          "--floor", arguments.floor,
+          fmt::format("channel of a solid's lower surface: {}; default: none, a relief", fmt::join(floors, " | ")))
       ->check(CLI::IsMember(floors));
   command.add_flag("--invert", arguments.invert, "the heightmap holds depths: white is low");
   command.add_flag("--normalise", arguments.normalise, "stretch the heights to the whole of 0 to 1");

@@ -156,8 +156,7 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene.wrap, frame.draw);
     trace(draws, features);
     const Reference& reference = reference_of_traced(draws, scene, state, features);
-    return context_.split.book(Part::judge,
-                               [&] { return judge_traced(reference, features, scene).score; });
+    return context_.split.book(Part::judge, [&] { return judge_traced(reference, features, scene).score; });
   };
   return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
 }

@@ -170,11 +170,11 @@ class StressRun {
       for (const Technique& technique : techniques())
         // Others see the upper surface of a solid alone, as if it were a relief: extremes of that are above.
         if (technique.is_of_solids() == is_solid(extreme.scene.heightmap))
-        for (Settings& settings : stress_settings(technique, changes, extreme))
-          if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
-            std::string bake = bake_text(settings, extreme.scene);
-            here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});
-          }
+          for (Settings& settings : stress_settings(technique, changes, extreme))
+            if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
+              std::string bake = bake_text(settings, extreme.scene);
+              here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});
+            }
       std::ranges::stable_sort(here, {}, &std::pair<std::string, Planned>::first);
       for (auto& [bake, planned] : here) planned_.push_back(std::move(planned));
     }

@@ -152,8 +152,8 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
         for (const Settings& settings : kept) {
           if (const std::string reason = heights_conflict(settings, is_solid(config.scenes[s].heightmap));
               !reason.empty()) {
-            plan.conflicts.push_back(fmt::format("{} on {}: {}", setting_id(settings),
-                                                 heightmap_part(config.scenes[s].id), reason));
+            plan.conflicts.push_back(
+                fmt::format("{} on {}: {}", setting_id(settings), heightmap_part(config.scenes[s].id), reason));
             continue;
           }
           Planned planned{.planned = {.settings = settings, .scene_id = config.scenes[s].id, .backend = backend_ids[b]},
@@ -171,7 +171,8 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
         }
   }
   if (all.empty()) {
-    if (seen.empty() && !plan.conflicts.empty()) fail_input("{}: no case: {}", config.path.string(), plan.conflicts.front());
+    if (seen.empty() && !plan.conflicts.empty())
+      fail_input("{}: no case: {}", config.path.string(), plan.conflicts.front());
     if (seen.empty()) fail_input("{}: no case: there is no backend to run it on", config.path.string());
     const std::string asked = key.empty()      ? fmt::format("filter '{}'", filter)
                               : filter.empty() ? fmt::format("key '{}'", key)
