@@ -237,7 +237,8 @@ TEST(SolidHeights, AFloorChangesTheHashAndNoneDoesNot) {
 }
 
 TEST(SolidHeights, AreReadFromTwoChannels) {
-  const std::filesystem::path file = "tests/data/images/grey_alpha_16.png";
+  const std::filesystem::path file =
+      std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "tests/data/images/grey_alpha_16.png";
   std::string reading;
   const Heightfield solid = load_heightmap({.source = file.string(), .channel = "r", .floor = "a"}, &reading);
   ASSERT_TRUE(solid.is_solid());
