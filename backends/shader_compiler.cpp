@@ -9,12 +9,14 @@
 
 #include "kernels/base/embedded.h"
 #include "kernels/base/error.h"
+#include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr const char* kTechniqueFile = "technique.glsl";
+constexpr const char* kReferenceFile = "reference.glsl";
 
 /// What an #include finds beside the binary's own files, by its name there.
 using Includes = std::map<std::string, ShaderText, std::less<>>;
@@ -123,24 +125,29 @@ Includes::value_type generated(const std::string& name, std::string text) {
 
 /// parameters: GLSL of the technique's row
 Spirv compile_last_stage(const ShaderText& technique, std::string parameters, const Target& target, Dialect dialect,
-                         std::span<const PixelFeature> features = {}) {
-  return compile_stage(is_score(target) ? "score.frag" : "shade.frag", EShLangFragment, dialect,
-                       {shared_constants(),
-                        generated("parameters.glsl", std::move(parameters)),
-                        generated("features.glsl", features_contract(features)),
-                        generated("feature_outputs.glsl", feature_outputs(features)),
-                        {kTechniqueFile, technique}});
+                         std::span<const PixelFeature> features = {}, SurfaceKind surface = SurfaceKind::plane) {
+  Includes includes{shared_constants(),
+                    generated("parameters.glsl", std::move(parameters)),
+                    generated("features.glsl", features_contract(features)),
+                    generated("feature_outputs.glsl", feature_outputs(features)),
+                    {kTechniqueFile, technique}};
+  if (is_curved(surface)) {
+    includes.insert(generated("frame.glsl", frame_contract(features, technique.name == kReferenceFile)));
+    includes.insert(
+        generated("surface.glsl", fmt::format("#include \"{}\"\n", surface_row(surface).shader)));
+  }
+  return compile_stage(is_score(target) ? "score.frag" : "shade.frag", EShLangFragment, dialect, std::move(includes));
 }
 
 }  // namespace
 
 Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect,
-                       std::span<const PixelFeature> features) {
+                       std::span<const PixelFeature> features, SurfaceKind surface) {
   const std::string file = fmt::format("{}.glsl", technique);
   const ShaderText text{.name = file, .text = std::string(embedded_text(embedded_shaders(), file))};
   const auto row = std::ranges::find(techniques(), technique, &Technique::id);
   return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect,
-                            features);
+                            features, surface);
 }
 
 Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect) {

@@ -22,8 +22,10 @@ struct ShaderText {
 /// its row where there is one
 /// features: of the scene, that the frame has; without any the text is the same as if there were none to have
 /// throws: Error(environment) with the file, line and message of glslang
+/// surface: that the relief lies on
 [[nodiscard]] Spirv compile_fragment(std::string_view technique, const Target& target, Dialect dialect,
-                                     std::span<const PixelFeature> features = {});
+                                     std::span<const PixelFeature> features = {},
+                                     SurfaceKind surface = SurfaceKind::plane);
 /// technique: defines `Hit trace(Ray)`
 [[nodiscard]] Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect);
 

@@ -83,6 +83,12 @@ void inside_values(const JudgedPixels& pixels, std::vector<float>& values) {
 void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append_if(pixels, values, Verdict::unconverged);
 }
+void false_kill_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append_if(pixels, values, Verdict::false_kill);
+}
+void false_keep_values(const JudgedPixels& pixels, std::vector<float>& values) {
+  append_if(pixels, values, Verdict::false_keep);
+}
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append(pixels, values, [](const ScorePixel& traced, const PixelScore&) { return traced.taps; });
 }

@@ -65,6 +65,8 @@ void missed_values(const JudgedPixels& pixels, std::vector<float>& values);
 void inside_values(const JudgedPixels& pixels, std::vector<float>& values);
 void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values);
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
+void false_kill_values(const JudgedPixels& pixels, std::vector<float>& values);
+void false_keep_values(const JudgedPixels& pixels, std::vector<float>& values);
 [[nodiscard]] float false_lit(float found, float exact);
 [[nodiscard]] float false_dark(float found, float exact);
 [[nodiscard]] float penumbra_error(float found, float exact);
@@ -175,6 +177,22 @@ inline constexpr std::array kMetrics{
            .no_value = NoValue::unmeasured,
            .feature = "depth",
            .function = wrong_visible},
+    Metric{.id = "false_kill_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels of a curved surface that show no relief and should",
+           .no_value = NoValue::unmeasured,
+           .feature = "silhouette",
+           .function = false_kill_values},
+    Metric{.id = "false_keep_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels of a curved surface that show relief and should not: its silhouette is beside them",
+           .no_value = NoValue::unmeasured,
+           .feature = "silhouette",
+           .function = false_keep_values},
     Metric{.id = "taps",
            .unit = "taps",
            .low = 0,

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -52,6 +53,21 @@ class ReferenceTracer {
   /// finite, or whose travel exceeds kMaxTravel, is as good as level: it is not lit.
   [[nodiscard]] bool is_lit(const RisingRay& ray) const;
 
+  /// The four texels round a cell of the bilinear surface: at its lower corner, along x, along y, across.
+  struct Corners {
+    double h00, h10, h01, h11;
+  };
+  /// Of the cell whose lower texel is (x, y), any whole numbers.
+  [[nodiscard]] Corners corners(std::int64_t x, std::int64_t y) const;
+  struct HeightRange {
+    double min, max;
+  };
+  /// Of the texels that cells touch, from (x0, y0) to (x1, y1): never too narrow.
+  [[nodiscard]] HeightRange height_range(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1) const;
+  [[nodiscard]] HeightRange height_range() const { return {bounds_.min, bounds_.max}; }
+  [[nodiscard]] int width() const { return width_; }    ///< texels
+  [[nodiscard]] int height() const { return height_; }  ///< texels
+
   static constexpr double kTouch = 0x1p-40;  ///< of height
   static constexpr int kVersion = 1;         ///< part of the cache key; raised when a result changes
   /// Texels from top to bottom along either axis. Up to here the double t places a ray to 2^-21 texel.
@@ -72,6 +88,7 @@ class ReferenceTracer {
   class LightWalk;
 
   void build_levels();
+  [[nodiscard]] int padded(std::int64_t cell, int side, int cells) const;
 
   Wrap wrap_;
   int width_;  ///< of the map, texels

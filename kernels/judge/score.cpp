@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "kernels/base/parallel.h"
 
@@ -37,17 +38,18 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
   return Verdict::inside;
 }
 
-PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, int map_width, int map_height) {
+PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, int map_width, int map_height) {
   if (!has_ray(pixel)) return {};
   // Squares of floats neither overflow a double nor vanish in it.
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
   const double travel_v = static_cast<double>(pixel.ray.slope_v) * map_height;
   const double travel_texels = std::sqrt(travel_u * travel_u + travel_v * travel_v);
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
-  const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
-  const double e_xy = e_z * travel_texels;
-  return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
+  return score_pixel(pixel, reference, std::abs(static_cast<double>(pixel.t) - reference.t_enter) * travel_texels);
 }
+
+/// Whether a metric tells of rays that pass beside the relief.
+bool is_of_passing(const Metric& metric) { return metric.feature == "silhouette"; }
 
 /// Sums in eight lanes: one addition need not wait for the one before.
 double sum_of(std::span<const float> values) {
@@ -172,6 +174,13 @@ void each_metric(FrameScore& score, const Use& use) {
 
 }  // namespace
 
+PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
+  if (!std::isfinite(pixel.t) || !std::isfinite(e_xy))
+    return {.e_xy = std::numeric_limits<float>::max(), .e_z = 1, .verdict = Verdict::missed};
+  const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
+  return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
+}
+
 std::int64_t judged_count(std::span<const PixelScore> scores) {
   return sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
     return static_cast<std::int64_t>(std::ranges::count_if(scores.subspan(first, size), is_judged));
@@ -220,16 +229,21 @@ std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::sp
   std::vector<PixelScore> scores(pixels.size());
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i)
-      scores[i] = score_pixel(pixels[i], reference[i], map_width, map_height);
+      scores[i] = score_ray(pixels[i], reference[i], map_width, map_height);
   });
   return scores;
 }
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
                   int map_height) {
-  JudgedFrame frame{.score = {}, .pixels = judge_pixels(pixels, reference, map_width, map_height)};
+  return judge(pixels, judge_pixels(pixels, reference, map_width, map_height), false);
+}
+
+JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, bool may_pass) {
+  JudgedFrame frame{.score = {}, .pixels = std::move(judged)};
   frame.score.pixels = judged_count(frame.pixels);
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
+    if (is_of_passing(metric) && !may_pass) return;
     std::ranges::fill(numbers, 0);
     if (frame.score.pixels == 0) return;
     const std::span<const PixelScore> scores = frame.pixels;

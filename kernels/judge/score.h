@@ -17,6 +17,9 @@ namespace reliefbench {
                                                    std::span<const ReferenceHit> reference, int map_width,
                                                    int map_height);
 
+/// The same of one pixel whose hit is e_xy texels off.
+[[nodiscard]] PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy);
+
 struct JudgedFrame {
   FrameScore score;                ///< without what compares pictures
   std::vector<PixelScore> pixels;  ///< frame size, row-major
@@ -28,6 +31,8 @@ struct JudgedFrame {
 /// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0.
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
                                 int map_width, int map_height);
+/// Of pixels that were judged already. may_pass: whether rays may pass beside the relief, so that those metrics count
+[[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> scores, bool may_pass);
 
 /// Fills in the metrics of a feature of the scene. found, exact: its values; mask: of the same frame
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,

@@ -8,7 +8,7 @@
 namespace reliefbench {
 
 /// What a traced pixel says of itself; the numbers are the shaders' (common.glsl).
-enum class PixelStatus { no_ray = 0, hit = 1, step_cap = 2 };
+enum class PixelStatus { no_ray = 0, hit = 1, step_cap = 2, passed = 3 };  ///< passed: it met no relief, and shows none
 
 /// One pixel of a score frame: the ray that was traced and the hit that was found. Layout = two RGBA32F targets.
 struct ScorePixel {
@@ -30,6 +30,8 @@ enum class Verdict : std::uint8_t {
   missed,       ///< t >= t_exit: the first solid was stepped over (not where t is a float next to t_enter)
   inside,       ///< e_xy > 1/2 and in the first solid: a refinement would find the hit
   unconverged,  ///< e_xy > 1/2 and stopped before the surface, or inside but at the step cap
+  false_kill,   ///< it passed, but the exact ray hits
+  false_keep,   ///< it hit, but the exact ray passes
 };
 
 struct PixelScore {

@@ -55,10 +55,11 @@ float cell_hit(Ray ray, Cell cell, float t, float t_end, inout Hit hit) {
   float along_x = h.z - h.w;
   float along_y = h.x - h.w;
   float twist = h.w - h.z - h.x + h.y;
-  float f0 = (1.0 - t) - (h.w + along_x * f.x + (along_y + twist * f.x) * f.y);
+  float f0 = RAY_HEIGHT(ray, t) - (h.w + along_x * f.x + (along_y + twist * f.x) * f.y);
   if (f0 <= 0.0) return t;
-  float a = -twist * d.x * d.y;
+  float a = -twist * d.x * d.y IF_BENT(+ ray.bend);
   float b = -1.0 - ((along_x + twist * f.y) * d.x + (along_y + twist * f.x) * d.y);
+  IF_BENT(b += 1.0 - ray.fall + 2.0 * ray.bend * t;)
   float length_t = t_end - t;
   float f1 = f0 + (b + a * length_t) * length_t;
   float discriminant = b * b - 4.0 * a * f0;

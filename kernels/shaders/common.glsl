@@ -1,5 +1,6 @@
 #include "platform.glsl"
 #include "contract.glsl"
+#include "ray.glsl"
 
 // What every technique's trace shares. Domain: uv in tiles, height in [0,1] with 1 on top. contract.glsl is generated
 // (kernels/trace/shader_contract.cpp): samplers, shared constants and what they may be.
@@ -8,13 +9,18 @@
 // map for each unit of slope.
 const float ARRIVED = 6.103515625e-5;
 
-// The ray in texture space: p(t) = (uv + slope t, 1 - t), t in [0, 1].
+// The ray in texture space: p(t) = (uv + slope t, 1 - t), t in [0, 1]; of a bent one see surface_bent.glsl.
 struct Ray {
   vec2 uv;
   vec2 slope;    // uv per unit of height
   float cosine;  // of the angle between the view and the plane's normal, > 0
   int level;     // of the map's mip chain that is read
+  IF_BENT(float fall; float bend; float end; float quadric;)
 };
+
+#ifdef BENT_RAYS
+#include "surface_bent.glsl"
+#endif
 
 // A pixel's image on the plane.
 struct Pixel {

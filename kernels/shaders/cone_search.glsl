@@ -17,8 +17,8 @@ struct ConeSearch {
 
 // Whether the ray has come to the surface. An exact solution needs no tolerance, which could stop a grazing ray short
 // of a touch, and it alone tells where the sampler may read beside the ray.
-bool has_arrived(ConeSearch search, float t, float gap) {
-  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == 1.0;
+bool has_arrived(Ray ray, ConeSearch search, float t, float gap) {
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == RAY_END(ray);
   return gap <= (search.solves_surface ? 0.0 : ARRIVED);
 }
 
@@ -42,7 +42,7 @@ float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_rat
     if (t_next < cell.t_border) {
       t_next = cell.t_border;
       if (search.solves_surface) {
-        float t_hit = cell_hit(ray, cell, hit.t, min(cell.t_border, 1.0), hit);
+        float t_hit = cell_hit(ray, cell, hit.t, min(cell.t_border, RAY_END(ray)), hit);
         if (t_hit < INFINITE_T) {
           t_next = t_hit;
           hit.status = STATUS_HIT;
@@ -50,7 +50,7 @@ float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_rat
       }
     }
   }
-  return min(t_next, 1.0);
+  return min(t_next, RAY_END(ray));
 }
 
 // Walks until the ray has arrived at the surface, is under it, or max_steps are used up.
@@ -70,8 +70,9 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
   float last_free = 0.0;
   // One look more than there are steps: a hit exactly at the cap is a hit.
   for (int i = 0; i <= search.max_steps; ++i) {
+    IF_BENT(if (hit.t >= ray.end && leaves(ray)) break;)
     Relief relief = sample_relief(ray, hit.t, search.shape, channel, hit.taps);
-    float gap = (1.0 - hit.t) - relief.height;
+    float gap = RAY_HEIGHT(ray, hit.t) - relief.height;
     float sure = gap;
     if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) sure = sure_gap(relief.ratio, gap, shift);
     if (hit.status == STATUS_STEP_CAP) {
@@ -80,7 +81,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         hit.steps += 1;
         hit.t = reach;
         slope = -1.0;
-      } else if (has_arrived(search, hit.t, sure)) {
+      } else if (has_arrived(ray, search, hit.t, sure)) {
         hit.status = STATUS_HIT;
         pierced = gap <= 0.0 && hit.t > bracket.lo;
         bracket.hi = hit.t;
@@ -98,7 +99,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
           last_t = t;
           last_free = free;
           float stride = search.stride == ADAPTED_STRIDE ? adapted_stride(slope) : search.stride;
-          hit.t = min(max(hit.t, t + free * stride), 1.0);
+          hit.t = min(max(hit.t, t + free * stride), RAY_END(ray));
         }
       }
     }

@@ -3,11 +3,12 @@
 #include "refine.glsl"
 
 Hit trace(Ray ray) {
-  Hit hit = Hit(1.0, STATUS_HIT, 0, 0);
+  Hit hit = Hit(RAY_END(ray), STATUS_HIT, 0, 0);
   for (int i = 1; i <= SLICES; ++i) {
     // Leaving early wants the top plane first. The bottom one (t = 1) is under every relief.
     int slice = LOOP == LOOP_EARLY_EXIT ? i : SLICES + 1 - i;
     float t = float(slice) / float(SLICES);
+    IF_BENT(t *= ray.end;)
     hit.steps += 1;
     if (gap_at(ray, t, hit) <= 0.0) {
       hit.t = t;

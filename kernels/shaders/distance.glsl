@@ -10,7 +10,7 @@ int slices() { return textureSize(extra_map, 0).y / map_size().y; }
 float distance_at(Ray ray, float t, inout Hit hit) {
   hit.taps += 1;
   ivec2 texel = ivec2(floor((ray.uv + ray.slope * t) * vec2(map_size())));
-  int slice = min(int((1.0 - t) * float(slices())), slices() - 1);
+  int slice = min(int(RAY_HEIGHT(ray, t) * float(slices())), slices() - 1);
   int row = slice * map_size().y + wrapped(texel.y, map_size().y);
   return texelFetch(extra_map, ivec2(wrapped(texel.x, map_size().x), row), 0).x;
 }
@@ -23,13 +23,13 @@ Hit trace_cells(Ray ray, float speed) {
     float t_next = hit.t + distance_at(ray, hit.t, hit) / speed;
     Cell cell = cell_ahead(ray, hit.t);
     if (t_next < cell.t_border) {
-      t_next = min(cell.t_border, 1.0);
+      t_next = min(cell.t_border, RAY_END(ray));
       float t_hit = cell_hit(ray, cell, hit.t, t_next, hit);
       // The bottom plate is under every relief.
-      if (t_hit < INFINITE_T || t_next == 1.0) hit.status = STATUS_HIT;
+      if (t_hit < INFINITE_T || t_next == RAY_END(ray)) hit.status = STATUS_HIT;
       t_next = min(t_hit, t_next);
     }
-    hit.t = min(t_next, 1.0);
+    hit.t = min(t_next, RAY_END(ray));
   }
   return hit;
 }
@@ -58,7 +58,7 @@ Hit trace_voxels(Ray ray, float speed) {
     hit.steps += 1;
     bracket.lo = hit.t;
     bracket.gap_lo = gap;
-    hit.t = min(hit.t + step_t, 1.0);
+    hit.t = min(hit.t + step_t, RAY_END(ray));
   }
   // A stored distance leads to the surface at most: only after a least step is there anything to refine.
   if (hit.status == STATUS_HIT && bracket.gap_hi <= 0.0 && bracket.gap_lo > 0.0) refine(ray, bracket, hit);

@@ -10,6 +10,9 @@ layout(BINDING(0), std140) uniform Frame {
   vec4 forward;   // xyz, unit; w = what a draw is told beside (FrameUniforms::argument)
   vec4 light;     // xyz, unit, towards the light; w = tangent of its angular radius
   ivec4 sizes;    // frame width, height in pixels; map width, height in texels
+#ifdef CURVED
+  vec4 surface;   // radius of a torus' ring, or 0; radius; in sides of the unit square
+#endif
 } frame;
 // clang-format on
 

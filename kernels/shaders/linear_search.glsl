@@ -8,13 +8,14 @@
 bool linear_search(Ray ray, int steps, out Bracket bracket, out Hit hit) {
   hit = Hit(0.0, STATUS_HIT, 0, 0);
   float gap = gap_at(ray, 0.0, hit);
-  // The bottom plate is under every relief (1 - t is exactly 0 at the last step), so that a bracket is always found.
-  bracket = Bracket(0.0, 1.0, gap, 0.0);
+  // The bottom plate is under every relief (the ray is exactly on it at the last step), so that a bracket is always found.
+  bracket = Bracket(0.0, RAY_END(ray), gap, 0.0);
   if (gap <= 0.0) return false;
 
   bool found = false;
   for (int i = 1; i <= steps; ++i) {
     float t = float(i) / float(steps);
+    IF_BENT(t *= ray.end;)
     gap = gap_at(ray, t, hit);
     hit.steps += 1;
     if (!found && gap <= 0.0) {
@@ -28,6 +29,8 @@ bool linear_search(Ray ray, int steps, out Bracket bracket, out Hit hit) {
       bracket.gap_lo = gap;
     }
   }
+  IF_BENT(if (!found && leaves(ray)) hit.t = ray.end;)
+  IF_BENT(if (!found && leaves(ray)) return false;)
   return true;
 }
 #endif

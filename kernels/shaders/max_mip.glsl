@@ -12,12 +12,12 @@ Hit trace(Ray ray) {
   while (hit.status != STATUS_HIT && hit.steps < NODE_STEPS) {
     hit.steps += 1;
     Node node = node_ahead(line, hit.t, level, -1);
-    float t_exit = min(node.t_exit, 1.0);
+    float t_exit = min(node.t_exit, RAY_END(ray));
     float t_hit = INFINITE_T;
     if (level > 0) {
       float highest = node_height(node, level, hit);
-      if (1.0 - t_exit <= highest) {
-        hit.t = max(hit.t, 1.0 - highest);
+      if (RAY_LOWEST(ray, hit.t, t_exit) <= highest) {
+        hit.t = max(hit.t, RAY_AT_HEIGHT(ray, highest));
         if (level == ray.level) {  // its node is a block
           hit.status = STATUS_HIT;
           break;
@@ -29,7 +29,7 @@ Hit trace(Ray ray) {
       t_hit = cell_hit(ray, Cell(node.cell, node.t_exit), hit.t, t_exit, hit);
     }
     // The bottom plate is under every relief.
-    if (t_hit < INFINITE_T || t_exit == 1.0) hit.status = STATUS_HIT;
+    if (t_hit < INFINITE_T || t_exit == RAY_END(ray)) hit.status = STATUS_HIT;
     hit.t = min(t_hit, t_exit);
     if (node.leaves_parent && level < top) level += 1;
   }

@@ -3,7 +3,7 @@
 
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_HIT, 0, 0);
-  float depth = 1.0 - sample_map(relief_map, ray.uv, ray.level, hit.taps).x;
+  float depth = RAY_AT_HEIGHT(ray, sample_map(relief_map, ray.uv, ray.level, hit.taps).x);
   hit.t = VARIANT == VARIANT_OFFSET_LIMITED ? depth * ray.cosine : depth;
   return hit;
 }

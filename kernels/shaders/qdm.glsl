@@ -32,10 +32,10 @@ Hit trace(Ray ray) {
   for (int i = 0; i < NODE_STEPS && hit.status != STATUS_HIT; ++i) {
     hit.steps += 1;
     Node node = node_ahead(line, hit.t, level, 0);
-    float t_exit = min(node.t_exit, 1.0);
+    float t_exit = min(node.t_exit, RAY_END(ray));
     float highest = node_height(node, level, hit);
-    if (1.0 - t_exit <= highest) {
-      hit.t = max(hit.t, 1.0 - highest);
+    if (RAY_LOWEST(ray, hit.t, t_exit) <= highest) {
+      hit.t = max(hit.t, RAY_AT_HEIGHT(ray, highest));
       if (level > ray.level) {
         level -= 1;
         continue;

@@ -12,7 +12,7 @@ struct Bracket {
 
 // How far the ray is above the surface at t.
 float gap_at(Ray ray, float t, inout Hit hit) {
-  return (1.0 - t) - sample_map(relief_map, ray.uv + ray.slope * t, ray.level, hit.taps).x;
+  return RAY_HEIGHT(ray, t) - sample_map(relief_map, ray.uv + ray.slope * t, ray.level, hit.taps).x;
 }
 
 // Where a line through the bracket's ends meets zero; gap_lo > 0 >= gap_hi, so that it never divides by zero.

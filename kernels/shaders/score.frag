@@ -26,6 +26,9 @@ void main() {
 #else
   Hit hit = trace(ray);
 #endif
+#ifdef CURVED
+  end_on_surface(ray, hit);
+#endif
 #ifdef HAS_FEATURES
   put(values_of(ray, hit));
 #endif

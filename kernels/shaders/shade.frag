@@ -39,8 +39,20 @@ void main() {
 #else
   Hit hit = trace(ray);
 #endif
+#ifdef CURVED
+  end_on_surface(ray, hit);
+  if (hit.status == STATUS_PASSED) {
+    out_color = vec4(SKY, 1.0);
+    return;
+  }
+  Place place = shown_place(ray, hit);
+  vec2 uv = place.uv;
+  vec3 normal = surface_normal(normal_at(uv, gl_FragCoord.xy), place);
+#else
   vec2 uv = ray.uv + ray.slope * hit.t;
   vec3 normal = normal_at(uv, gl_FragCoord.xy);
+#define SHOWN_DEPTH hit.t
+#endif
   // Four waves a tile show where the texture was looked up, and a hit's depth darkens it: less so where the relief is
   // shallower than a tenth of a tile, so that one without depth looks like plain normal mapping.
   vec2 wave = sin(uv * (4.0 * 6.283185307));
@@ -51,5 +63,5 @@ void main() {
   shade(values_of(ray, hit), shading);
   diffuse = shading.direct;
 #endif
-  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * hit.t * min(10.0 * frame.position.w, 1.0)), 1.0);
+  out_color = vec4(albedo * (0.25 + 0.85 * diffuse) * (1.0 - 0.35 * SHOWN_DEPTH * min(10.0 * frame.position.w, 1.0)), 1.0);
 }

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <iterator>
 
 #include "kernels/judge/light.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/depth.h"
+#include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 
@@ -52,6 +54,32 @@ std::string lacks_normals(const Settings& settings) {
     return fmt::format("normals={} needs normals apart from the map, which format={} has in it",
                        settings.choice("normals"), settings.choice("format"));
   return "";
+}
+
+std::string lacks_edge(const Scene& scene) {
+  return scene.wrap == Wrap::clamp ? "" : "silhouette=clip needs wrap=clamp: a surface that closes has no edge";
+}
+
+/// What goes wrong with rays that are bent.
+std::string lacks_straight(const Settings& settings) {
+  const std::string_view row = settings.choice("silhouette");
+  if (!settings.technique().passes.empty())
+    return fmt::format("silhouette={} needs another technique than {}, whose planes straight rays cross", row,
+                       settings.technique().id);
+  for (const std::string_view id : {"fade", "over_relaxation"})
+    if (settings.active(id) != nullptr && settings.get(id) != 0)
+      return fmt::format("silhouette={} bends rays, and {}={} counts on straight ones", row, id, settings.choice(id));
+  return "";
+}
+
+/// The published distance is no parabola, which cones, cells and pyramids count on.
+std::string lacks_march(const Settings& settings) {
+  if (std::string reason = lacks_straight(settings); !reason.empty()) return reason;
+  constexpr std::array<std::string_view, 2> kMarches{"relief", "depth_slices"};
+  const std::string_view technique = settings.technique().id;
+  if (std::ranges::find(kMarches, technique) != kMarches.end() || settings.is("search", "linear")) return "";
+  return fmt::format("silhouette=quadric_exact needs a march in equal steps (relief, depth_slices, interval), not {}",
+                     technique);
 }
 
 /// Upwards a cone must be free of all of the surface: relaxed ones are right only from the top plate.
@@ -140,6 +168,7 @@ std::vector<Feature> feature_table() {
        .is_spelt_out = false,
        .is_of_all = true,
        .is_of_scene = true,
+       .ground = Ground::plane,
        .value = PixelValue{.shader = "shadow.glsl",
                            .function = "relief_shadow",
                            .meaning = "share of the light that arrives at the hit, 0 to 1",
@@ -212,6 +241,36 @@ std::vector<Feature> feature_table() {
        .is_of_scene = true,
        .needs_map = false,
        .hook = Hook::normal},
+      {.id = "silhouette",
+       .description = "how a ray ends beside the relief of a curved surface, so that its outline is seen",
+       .rows = {{.id = "none", .description = "never: every ray goes on in the plane that touches where it enters"},
+                {.id = "clip",
+                 .description = "where its hit lies beyond the unit square",
+                 .source = "[RTM] 5.4; as engines clip texture bounds",
+                 .shader = "surface_frame.glsl",
+                 .defines = {"CLIPPED"},
+                 .lacks_in = lacks_edge},
+                {.id = "quadric",
+                 .description = "where it leaves the top plate, bent as a quadric of the surface's curvature: a "
+                                "parabola, which is exact up to third order of the way",
+                 .source = "[RTM] equation 5.3, listings 5.5 to 5.7; solved cells and safe steps on it ours",
+                 .shader = "surface_bent.glsl",
+                 .defines = {"BENT_RAYS", "CLIPPED"},
+                 .caveat = "of the bent ray",
+                 .lacks = lacks_straight},
+                {.id = "quadric_exact",
+                 .description = "the same, its depth measured across the ray as published: right where the ray "
+                                "grazes, too deep by the sine of its angle elsewhere",
+                 .source = "[RTM] equation 5.2",
+                 .shader = "surface_bent.glsl",
+                 .defines = {"BENT_RAYS", "BENT_EXACTLY", "CLIPPED"},
+                 .keeps_guarantee = false,
+                 .lacks = lacks_march}},
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .is_of_scene = true,
+       .ground = Ground::curved,
+       .hook = Hook::silhouette},
       {.id = "depth",
        .description = "what the depth buffer gets, where other objects cut through the relief",
        .rows = {{.id = "none", .description = "the top plate's depth: nothing in the shader"},
@@ -235,6 +294,7 @@ std::vector<Feature> feature_table() {
        .is_spelt_out = false,
        .is_of_all = true,
        .is_of_scene = true,
+       .ground = Ground::plane,
        .value = PixelValue{.shader = "depth_frame.glsl",
                            .function = "relief_window_depth",
                            .meaning = "what the depth buffer holds of the hit, 0 on the near plane, 1 on the far one",
@@ -360,6 +420,19 @@ void judge_features(std::span<const PixelFeature> features, const FeatureValues&
                     std::span<const PixelScore> mask, FrameScore& score) {
   for (std::size_t i = 0; i < features.size(); ++i)
     judge_feature(features[i].feature->id, found[i], exact[i], mask, score);
+}
+
+std::string lacking_in(std::span<const PixelFeature> features, const Scene& scene) {
+  const bool on_curved = is_curved(scene.surface.kind);
+  for (const auto& [feature, row] : features) {
+    if (feature->ground == Ground::plane && on_curved)
+      return fmt::format("{}={} needs a plane, not a {}", feature->id, row->id, surface_row(scene.surface.kind).id);
+    if (feature->ground == Ground::curved && !on_curved)
+      return fmt::format("{}={} needs a curved surface, not a plane", feature->id, row->id);
+    if (row->lacks_in != nullptr)
+      if (std::string what = row->lacks_in(scene); !what.empty()) return what;
+  }
+  return "";
 }
 
 std::string lacking(const std::vector<const FeatureRow*>& rows, const Settings& settings) {

@@ -15,6 +15,7 @@ struct FrameScore;
 struct FrameUniforms;
 struct PixelScore;
 struct ReferenceHit;
+struct Scene;
 struct ScorePixel;
 struct TextureRay;
 class ReferenceTracer;
@@ -40,12 +41,15 @@ struct FeatureRow {
   /// kernels/shaders/<shader>; "": common.glsl has it. Of a feature with a PixelValue it defines
   /// `float <PixelValue::function>(Ray ray, Scene scene, inout Hit hit)`.
   std::string_view shader{};
+  std::vector<std::string_view> defines{};  ///< macros of Hook::silhouette
   std::string_view caveat{};    ///< what it takes off a technique's guarantee, in words; "": nothing
   bool keeps_guarantee = true;  ///< of primary rays; false: nothing is left of it
   /// What people see with it beside the feature itself: a scene may require the one without the other. "": nothing
   std::string_view also{};
   /// What it needs of the other rows and these settings do not have, in words; "" if nothing. Null: it needs nothing.
   std::string (*lacks)(const Settings& settings) = nullptr;
+  /// What it needs of the scene and this one does not have, likewise.
+  std::string (*lacks_in)(const Scene& scene) = nullptr;
   /// What it guarantees with these settings of rays that are traced for PixelValue::query; null: nothing.
   Guarantee (*guarantee_when)(const Settings& settings) = nullptr;
 };
@@ -74,7 +78,11 @@ enum class Hook {
   none,
   way,     ///< before the ray is traced: rows define `void begin_<feature>(inout Way way)`, see way.glsl
   normal,  ///< where the normal is read: rows define `vec4 normal_texel(vec2 uv, Pixel pixel)`
+  silhouette,  ///< in the frame of a curved surface: rows say what surface_frame.glsl is compiled with (`defines`)
 };
+
+/// Surfaces that a feature of the scene makes sense on, and has an exact reference for.
+enum class Ground { any, plane, curved };
 
 /// What a setting chooses beside its technique and the storage of its map: one row of each feature that the technique
 /// has. The parameter of the feature's id names the row; the rows' own parameters follow it, the last row's first. One
@@ -90,6 +98,7 @@ struct Feature {
   /// the text of the row that is chosen and of no other, and a scene may require it (tuner/decide/require.h).
   bool is_of_scene = false;
   bool needs_map = true;  ///< false: `flat` has it, too
+  Ground ground = Ground::any;
   Hook hook = Hook::none;
   std::optional<PixelValue> value{};  ///< of a feature of the scene; its rows' constants are all techniques' own
 };
@@ -141,5 +150,7 @@ void judge_features(std::span<const PixelFeature> features, const FeatureValues&
 
 /// The first thing that one of the rows lacks, "" if none does.
 [[nodiscard]] std::string lacking(const std::vector<const FeatureRow*>& rows, const Settings& settings);
+/// Likewise of the scene.
+[[nodiscard]] std::string lacking_in(std::span<const PixelFeature> features, const Scene& scene);
 
 }  // namespace reliefbench

@@ -4,6 +4,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/suggest.h"
+#include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {
@@ -145,6 +146,14 @@ bool has_free_cones(const Settings& settings) {
 bool makes_up_for_filter(const Settings& settings) {
   return settings.is("filter", "hardware") &&
          (guarantee_of(settings) != Guarantee::none || guarantee_of(settings, Query::shadow) != Guarantee::none);
+}
+
+std::string conflict(const Settings& settings, const Scene& scene) {
+  if (std::string reason = conflict(settings); !reason.empty()) return reason;
+  if (is_curved(scene.surface.kind) && !settings.technique().passes.empty())
+    return fmt::format("{} draws planes: it needs a plane, not a {}", settings.technique().id,
+                       surface_row(scene.surface.kind).id);
+  return lacking_in(frame_features(settings), scene);
 }
 
 std::string conflict(const Settings& settings) {

@@ -13,6 +13,7 @@
 #include "kernels/judge/score_pixel.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/trace/depth.h"
+#include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 
 namespace reliefbench {
@@ -146,7 +147,8 @@ std::string shared_contract() {
                                          Choice{.id = "truncated", .value = kTruncated}};
   constexpr std::array kStatuses{Choice{.id = "no_ray", .value = static_cast<int>(PixelStatus::no_ray)},
                                  Choice{.id = "hit", .value = static_cast<int>(PixelStatus::hit)},
-                                 Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)}};
+                                 Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)},
+                                 Choice{.id = "passed", .value = static_cast<int>(PixelStatus::passed)}};
   std::string text;
   for (const Sampler& sampler : kSamplers)
     text +=
@@ -164,6 +166,7 @@ std::string shared_contract() {
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
+  text += float_line("LEAST_SCALE", static_cast<float>(kLeastScale), "of a surface's sides");
   text += float_line("NEAR_PLANE", static_cast<float>(kNearPlane), "of the distance to the point that is looked at");
   text += float_line("DEPTH_RANGE", static_cast<float>(kDepthRange), "far plane over near plane");
   text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");
@@ -198,7 +201,7 @@ std::string hooks(std::span<const PixelFeature> features) {
   std::string files;
   std::string begins;
   for (const auto& [feature, row] : features) {
-    if (feature->hook == Hook::none) continue;
+    if (feature->hook == Hook::none || feature->hook == Hook::silhouette) continue;
     files += fmt::format("#include \"{}\"\n", row->shader);
     if (feature->hook == Hook::way) begins += fmt::format("  begin_{}(way);\n", feature->id);
     if (feature->hook == Hook::normal) files += "#define HAS_NORMALS\n";
@@ -212,6 +215,14 @@ std::string hooks(std::span<const PixelFeature> features) {
 }
 
 }  // namespace
+
+std::string frame_contract(std::span<const PixelFeature> features, bool has_exact_hits) {
+  std::string text = has_exact_hits ? "#define HAS_EXACT_HITS\n" : "";
+  for (const auto& [feature, row] : features)
+    if (feature->hook == Hook::silhouette && row != nullptr)
+      for (const std::string_view define : row->defines) text += fmt::format("#define {}\n", define);
+  return text + "#include \"surface_frame.glsl\"\n";
+}
 
 std::string features_contract(std::span<const PixelFeature> features) {
   if (features.empty()) return "";

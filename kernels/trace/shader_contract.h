@@ -58,6 +58,9 @@ inline constexpr const char* kExtraMap = "extra_map";
 
 /// GLSL of the constants of features' chosen rows.
 [[nodiscard]] std::string feature_parameters(std::span<const PixelFeature> features);
+/// GLSL in place of frame.glsl of a frame on a curved surface: what the chosen silhouette defines.
+/// has_exact_hits: it shades those of the reference
+[[nodiscard]] std::string frame_contract(std::span<const PixelFeature> features, bool has_exact_hits);
 /// GLSL of the features of the scene that a frame has: the constants of their chosen rows, the rows' files, and
 /// `PixelValues values_of(Ray ray, inout Hit hit)` and `void shade(PixelValues values, inout Shading shading)` over all
 /// of them. Both last stages include it as features.glsl; "" without features, so that nothing is added to their text.

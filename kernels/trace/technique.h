@@ -129,5 +129,7 @@ class Settings {
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have, a feature whose row lacks what it needs).
 [[nodiscard]] std::string conflict(const Settings& settings);
+/// Why they make no sense in this scene, or "" if they do: a silhouette on a plane, passes on a sphere.
+[[nodiscard]] std::string conflict(const Settings& settings, const Scene& scene);
 
 }  // namespace reliefbench

@@ -5,8 +5,21 @@
 #include <numbers>
 
 #include "kernels/judge/depth_range.h"
+#include "kernels/trace/surface.h"
 
 namespace reliefbench {
+
+namespace {
+
+/// Radius of the ring and of the tube, then the kind.
+std::array<float, 4> surface_numbers(const Surface& surface) {
+  if (!is_curved(surface.kind)) return {};
+  const double outer = surface.round / (2 * std::numbers::pi);
+  const double tube = surface_row(surface.kind).has_tube ? surface.tube / (2 * std::numbers::pi) : outer;
+  return {static_cast<float>(outer - tube), static_cast<float>(tube), 0, static_cast<float>(surface.kind)};
+}
+
+}  // namespace
 
 std::span<const View> view_presets() {
   static const std::array<View, 4> presets = {
@@ -61,7 +74,8 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
           .up = {f(up_x), f(up_y), f(c * half), f(kNearPlane * scene.view.distance)},
           .forward = {f(forward_x), f(forward_y), f(-s), 0},
           .light = {f(light_x), f(light_y), f(light_z), f(light_radius)},
-          .sizes = {scene.width_px, scene.height_px, map_width, map_height}};
+          .sizes = {scene.width_px, scene.height_px, map_width, map_height},
+          .surface = surface_numbers(scene.surface)};
 }
 
 std::string_view picture_id(Picture picture) { return kPictures.at(static_cast<std::size_t>(picture)).id; }
@@ -84,7 +98,28 @@ double texel_px(const Scene& scene, int map_width, int map_height) {
   return side_px / (scene.tiling * std::min(map_width, map_height));
 }
 
+namespace {
+
+ScorePixel pixel_of(const SurfaceRay& ray, Wrap wrap, double tiling) {
+  if (!ray.enters) return {};
+  const auto uv = [&](double side) {
+    const double tiles = side * tiling;
+    return static_cast<float>(wrap == Wrap::repeat ? tiles - std::floor(tiles) : tiles);
+  };
+  return {.ray = {.u = uv(ray.uv[0]),
+                  .v = uv(ray.uv[1]),
+                  .slope_u = static_cast<float>(ray.slope[0]),
+                  .slope_v = static_cast<float>(ray.slope[1])},
+          .status = static_cast<float>(PixelStatus::hit)};
+}
+
+}  // namespace
+
 ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y) {
+  if (is_curved(frame.surface_kind())) {
+    const SurfaceShape shape(frame);
+    return pixel_of(surface_ray(frame, shape, wrap, x, y), wrap, shape.tiling);
+  }
   const std::array<float, 2> ndc = {(static_cast<float>(x) + 0.5F) / static_cast<float>(frame.sizes[0]) * 2.0F - 1.0F,
                                     (static_cast<float>(y) + 0.5F) / static_cast<float>(frame.sizes[1]) * 2.0F - 1.0F};
   std::array<float, 3> direction{};

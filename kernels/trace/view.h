@@ -59,6 +59,18 @@ inline constexpr std::array kPictures{PictureRow{Picture::point, "point"},
                                       PictureRow{Picture::supersampled, "supersampled"}};
 [[nodiscard]] std::string_view picture_id(Picture picture);
 
+/// What the relief lies on; surface.h has the rows.
+enum class SurfaceKind { plane, cylinder, sphere, torus };
+struct Surface {
+  SurfaceKind kind = SurfaceKind::plane;
+  double round = 4;  ///< sides of the unit square once round it: the larger, the flatter
+  double tube = 1;   ///< a torus': once round its tube
+
+  bool operator==(const Surface&) const = default;
+};
+/// Least length of a side of the unit square on a surface, of its own: at a sphere's poles there is none.
+inline constexpr double kLeastScale = 1.0 / 1024;
+
 /// How the relief lies in the picture.
 struct Scene {
   View view;
@@ -71,6 +83,7 @@ struct Scene {
   Light light{};
   Picture reference = Picture::point;
   double occluded = 0;  ///< share of the frame, from its left, that something right before the eye hides; drawn first
+  Surface surface{};
 };
 
 /// The uniform block `Frame` of frame.glsl, std140.
@@ -81,13 +94,15 @@ struct FrameUniforms {
   std::array<float, 4> forward;       ///< xyz, unit; w = argument()
   std::array<float, 4> light;         ///< xyz, towards the light; w = tangent of its angular radius
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
+  std::array<float, 4> surface;       ///< radius of a torus' ring, or 0; radius; 0; SurfaceKind. Planes' frames lack it
 
   /// What one draw is told beside: the occluder its share of the frame, objects.frag
   /// which one it is, a pass of several its place.
   [[nodiscard]] float& argument() { return forward[3]; }
+  [[nodiscard]] SurfaceKind surface_kind() const { return static_cast<SurfaceKind>(static_cast<int>(surface[3])); }
   bool operator==(const FrameUniforms&) const = default;
 };
-static_assert(sizeof(FrameUniforms) == 96);
+static_assert(sizeof(FrameUniforms) == 112);
 [[nodiscard]] FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height);
 
 /// The same camera with every ray through another point of its pixel. x, y: from the middle, px; rows from the top
@@ -98,8 +113,9 @@ inline constexpr int kSubpixels = 4;  ///< a side, of Picture::supersampled
 /// that rays travel: what a hit that is off by a texel is off by as people see it.
 [[nodiscard]] double texel_px(const Scene& scene, int map_width, int map_height);
 
-/// The ray of one pixel, as frame.glsl makes it (same formulas in float; used by the null backend and by tests).
-/// status is no_ray for the sky and, with clamp, outside the unit square.
+/// The ray of one pixel, as frame.glsl makes it (same formulas in float; used by the null backend and by tests), or on
+/// a curved surface surface_frame.glsl (in double). status is no_ray for the sky and, with clamp, outside the unit
+/// square.
 [[nodiscard]] ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y);
 
 }  // namespace reliefbench

@@ -97,13 +97,13 @@ void LivePictures::bring(Pane& pane, const Settings& settings, const SceneSpec& 
   if (pane.failed_key == wanted) return;
   pane.failed_key.clear();
   const bool was_told = std::exchange(pane.compiles_next, false);
-  pane.failure = conflict(settings);
+  pane.failure = conflict(settings, spec.scene);
   if (!pane.failure.empty() || pane.picture_key == wanted) return;
   if (std::string key = map_key(settings, spec); pane.map_key != key) {
     if (!background_.is_busy()) fetch_map(pane, settings, spec, std::move(key));
     return;
   }
-  if (!was_told && !session_.is_compiled(settings, Target::color, spec.scene.wrap)) {
+  if (!was_told && !session_.is_compiled(settings, Target::color, spec.scene)) {
     pane.compiles_next = true;
     return;
   }
@@ -171,15 +171,15 @@ void LivePictures::keep_time(double ns) {
 void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
   const Clock::time_point start = Clock::now();
   const Settings& settings = *pane.settings;
-  const std::vector<Draw> score = session_.scored(settings, spec.scene.wrap, pane.frame.draw);
+  const std::vector<Draw> score = session_.scored(settings, spec.scene, pane.frame.draw);
   std::vector<PixelFeature> features = pixel_features(settings);
   std::vector<ScorePixel> pixels = trace_frame(session_.backend(), score);
   FeatureValues values = session_.backend().read_values(features);
-  background_.start([this, &pane, start, key = pane.picture_key, frame = pane.frame.draw.frame,
+  background_.start([this, &pane, start, key = pane.picture_key, frame = pane.frame.draw.frame, wrap = spec.scene.wrap,
                      features = std::move(features), pixels = std::move(pixels),
                      values = std::move(values)]() -> Background::Finish {
-    auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, pixels));
-    auto judged = std::make_shared<JudgedFrame>(judge(pixels, *exact, frame.sizes[2], frame.sizes[3]));
+    auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, frame, wrap, pixels));
+    auto judged = std::make_shared<JudgedFrame>(judge(frame, wrap, pixels, *exact));
     const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
     judge_features(features, values, right, judged->pixels, judged->score);
     return [this, &pane, start, key, frame, features, exact, judged, right, taps = taps_of(pixels)] {

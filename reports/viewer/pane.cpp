@@ -19,7 +19,7 @@ std::string picture_key(const Settings& settings, const SceneSpec& spec) {
                      scene.view.azimuth_deg, scene.view.elevation_deg, scene.view.distance, scene.view.fov_deg,
                      fmt::format("{} {}", scene.tiling, scene.pan), scene.light.azimuth_deg, scene.light.elevation_deg,
                      scene.light.angular_radius_deg) +
-         (scene.occluded != 0 ? fmt::format(" hidden {}", scene.occluded) : "");
+         (scene.occluded != 0 ? fmt::format(" hidden {}", scene.occluded) : "") + surface_text(scene.surface);
 }
 
 }  // namespace reliefbench

@@ -10,6 +10,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
+#include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/frame.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/timing.h"
@@ -84,9 +85,9 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     const BakedMap map = bake(spec, heights);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
-    const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene.wrap, frame.draw));
-    const std::vector<ReferenceHit> exact = exact_hits(tracer, pixels);
-    JudgedFrame judged = judge(pixels, exact, heights.width, heights.height);
+    const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene, frame.draw));
+    const std::vector<ReferenceHit> exact = exact_hits(tracer, frame.draw.frame, scene.wrap, pixels);
+    JudgedFrame judged = judge(frame.draw.frame, scene.wrap, pixels, exact);
     const std::vector<PixelFeature> features = pixel_features(row.settings);
     judge_features(features, backend.read_values(features),
                    exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,

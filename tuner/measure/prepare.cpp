@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "kernels/base/sha256.h"
+#include "kernels/base/error.h"
 #include "kernels/judge/heat_map.h"
+#include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/stages.h"
@@ -57,6 +59,7 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
   PreparedCase prepared{.spec = &c, .record = blank_record(c, key_of(scene), context_.session.device())};
   Status on_failure = Status::unsupported;
   try {
+    if (const std::string reason = conflict(c.settings, scene.scene); !reason.empty()) fail_input("{}", reason);
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
@@ -91,7 +94,7 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
 
   on_failure = Status::compile_error;
   Session::Compiled& shade =
-      session.pipeline(settings, color_target(pixel_features(settings), scene.scene.occluded > 0), scene.scene.wrap);
+      session.pipeline(settings, color_target(pixel_features(settings), scene.scene.occluded > 0), scene.scene);
   prepared.draws = session.shaded(settings, scene.scene, prepared.frame.draw);
   // Drivers compile as late as the first draw, once more for each texture format.
   const double draw_ns = context_.split.book(
@@ -114,12 +117,12 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
   const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
   const std::vector<Draw> draws =
-      context_.session.scored(prepared.spec->settings, scene.scene.wrap, prepared.frame.draw);
+      context_.session.scored(prepared.spec->settings, scene.scene, prepared.frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state);
   JudgedFrame judged = split.book(Part::judge, [&] {
-    JudgedFrame frame = judge_traced(reference, features, state.uploaded.frame);
+    JudgedFrame frame = judge_traced(reference, features, state.uploaded);
     judge_pictures({.reference = seen.picture,
                     .test = picture_,
                     .width = scene.scene.width_px,
@@ -141,8 +144,8 @@ void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFea
 }
 
 JudgedFrame Preparer::judge_traced(const Reference& reference, std::span<const PixelFeature> features,
-                                   const FrameUniforms& frame) const {
-  JudgedFrame judged = judge(pixels_, reference.hits, frame.sizes[2], frame.sizes[3]);
+                                   const UploadedScene& scene) const {
+  JudgedFrame judged = judge(scene.frame, scene.wrap, pixels_, reference.hits);
   judge_features(features, values_, reference.values, judged.pixels, judged.score);
   return judged;
 }
@@ -152,11 +155,11 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
     const std::vector<PixelFeature> features = pixel_features(c.settings);
-    const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene.wrap, frame.draw);
+    const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene, frame.draw);
     trace(draws, features);
     const Reference& reference = reference_of_traced(draws, scene, state, features);
     return context_.split.book(Part::judge,
-                               [&] { return judge_traced(reference, features, state.uploaded.frame).score; });
+                               [&] { return judge_traced(reference, features, state.uploaded).score; });
   };
   return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
 }
@@ -166,13 +169,14 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
   const std::vector<PixelFeature> features = pixel_features(c.settings);
-  const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene.wrap, frame.draw);
+  const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene, frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state);
   return context_.split.book(Part::pictures, [&] {
-    const auto [width_px, height_px, map_width, map_height] = state.uploaded.frame.sizes;
-    const std::vector<PixelScore> scores = judge_pixels(pixels_, reference.hits, map_width, map_height);
+    const int width_px = scene.scene.width_px;
+    const int height_px = scene.scene.height_px;
+    const std::vector<PixelScore> scores = judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
     return CasePictures{.frame = shade_frame(session.backend(), session.shaded(c.settings, scene.scene, frame.draw)),
                         .error = heat_map(scores, width_px, height_px),
                         .taps = taps_map(pixels_, width_px, height_px),
@@ -185,7 +189,7 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
   const std::string bake = bake_stage(map_of(c.settings).id);
   return stage_key(
       {bake, "encode", "pack", "trace", "reference", "judge"},
-      {key_of(scene).hex, setting_id(c.settings), context_.session.fragment_sha256(c.settings, Target::score),
+      {key_of(scene).hex, setting_id(c.settings), context_.session.fragment_sha256(c.settings, Target::score, scene.scene),
        context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
@@ -207,9 +211,9 @@ const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> s
   if (known != state.references.end()) return *known;
   split.book(Part::reference, [&] {
     made.rays = rays_of(pixels_);
-    made.key = reference_key(hash_of(made.rays), scene);
+    made.key = reference_key(hash_of(made.rays), scene, state.uploaded.frame);
   });
-  made.hits = hits_of_traced(scene, made.key);
+  made.hits = hits_of_traced(scene, made.key, state.uploaded.frame);
   made.values = values_of_traced(scene, made.key, made.hits, features, state.uploaded.frame);
   if (context_.seen_features && made.features != text_of(*context_.seen_features))  // nothing is compared with it
     return state.references.emplace_back(std::move(made));
@@ -220,10 +224,12 @@ const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> s
   return state.references.emplace_back(std::move(made));
 }
 
-std::vector<ReferenceHit> Preparer::hits_of_traced(const SceneSpec& scene, const std::string& key) {
+std::vector<ReferenceHit> Preparer::hits_of_traced(const SceneSpec& scene, const std::string& key,
+                                                  const FrameUniforms& frame) {
   return context_.split.book(Part::reference, [&] {
     Made<std::vector<ReferenceHit>> made = cached(context_.cache, key, hits_codec(pixels_.size()), [&] {
-      return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), pixels_);
+      return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), frame, scene.scene.wrap,
+                        pixels_);
     });
     ++(made.is_new ? references_traced_ : references_from_cache_);
     return std::move(made.value);
@@ -249,8 +255,13 @@ FeatureValues Preparer::values_of_traced(const SceneSpec& scene, const std::stri
   });
 }
 
-std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene) {
-  return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays_hash,
+std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpec& scene, const FrameUniforms& frame) {
+  // On a curved surface rays are the camera's, in the world.
+  const std::string rays = is_curved(scene.scene.surface.kind)
+                               ? fmt::format("{} {} {}", rays_hash, kSurfaceVersion,
+                                             sha256(std::as_bytes(std::span(&frame, 1))))
+                               : rays_hash;
+  return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays,
                                    scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
 }
 
@@ -262,12 +273,12 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw relief = prepared.frame.draw;
   relief.frame = moved.frame;
-  const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene.wrap, relief);
+  const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene, relief);
   trace(draws, {});
   const std::string key =
-      context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene); });
-  const std::vector<ReferenceHit> hits = hits_of_traced(scene, key);
-  moved.mask = judge_pixels(pixels_, hits, map_width, map_height);
+      context_.split.book(Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene, moved.frame); });
+  const std::vector<ReferenceHit> hits = hits_of_traced(scene, key, moved.frame);
+  moved.mask = judge_pixels(moved.frame, scene.scene.wrap, pixels_, hits);
   const FeatureValues values = values_of_traced(scene, key, hits, features, moved.frame);
   moved.reference = reference_picture({.hits = hits, .features = features, .values = values}, draws, scene, state);
   return moved;
@@ -316,7 +327,7 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
     std::vector<ReferenceHit> hits;
     FeatureValues values;
     context_.split.book(Part::reference, [&] {
-      hits = exact_hits(tracer, pixels);
+      hits = exact_hits(tracer, part_frame, scene.scene.wrap, pixels);
       values = exact_values(exact.features, tracer, part_frame, rays_of(pixels), hits);
     });
     const std::vector<std::uint8_t> picture =

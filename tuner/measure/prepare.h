@@ -107,7 +107,7 @@ class Preparer {
   void trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features);
   /// What was traced there. reference: of the same rays and features
   [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
-                                         const FrameUniforms& frame) const;
+                                         const UploadedScene& scene) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
   /// draw: that traced them
@@ -116,12 +116,14 @@ class Preparer {
   /// The one whose picture a case's is compared with. own: of the case's features
   [[nodiscard]] const Reference& seen_reference(const Reference& own, std::span<const Draw> score_frame,
                                                 const SceneSpec& scene, SceneState& state);
-  [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key);
+  [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key,
+                                                         const FrameUniforms& frame);
   /// reference_key: of the hits, which are of pixels_
   [[nodiscard]] FeatureValues values_of_traced(const SceneSpec& scene, const std::string& reference_key,
                                                const std::vector<ReferenceHit>& hits,
                                                std::span<const PixelFeature> features, const FrameUniforms& frame);
-  [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene);
+  [[nodiscard]] std::string reference_key(const std::string& rays_hash, const SceneSpec& scene,
+                                          const FrameUniforms& frame);
   /// The picture of exact hits, and of exact values of features.
   struct Exact {
     const std::vector<ReferenceHit>& hits;

@@ -11,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
+#include "kernels/trace/surface.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -23,8 +24,10 @@ constexpr double kLeastRenderLimit_s = 1;
 constexpr double kLeastRenderPatience_s = 60;  // with a device that was left behind in the middle of a frame
 constexpr double kRenderPatience = 10;         // times the limit
 
-std::string shader_key(std::string_view shader, std::span<const PixelFeature> features, const Target& target) {
-  return fmt::format("{}{}{}/{}", shader, features.empty() ? "" : "?", text_of(features),
+std::string shader_key(std::string_view shader, std::span<const PixelFeature> features, SurfaceKind surface,
+                       const Target& target) {
+  return fmt::format("{}{}{}{}/{}", shader, features.empty() ? "" : "?", text_of(features),
+                     is_curved(surface) ? fmt::format(" on {}", surface_row(surface).id) : "",
                      is_score(target) ? "score" : "shade");
 }
 
@@ -112,30 +115,33 @@ const Spirv& Session::fragment(const Source& source) {
     found = fragments_
                 .emplace(source.fragment_key,
                          source.is_beside ? compile_beside(source.shader, dialect_)
-                                          : compile_fragment(source.shader, source.target, dialect_, source.features))
+                                          : compile_fragment(source.shader, source.target, dialect_, source.features,
+                                                             source.surface))
                 .first;
   return found->second;
 }
 
-std::string Session::fragment_sha256(const Settings& settings, const Target& target) {
-  return sha256(std::as_bytes(std::span(fragment(source_of(settings, target, Wrap::repeat)))));
+std::string Session::fragment_sha256(const Settings& settings, const Target& target, const Scene& scene) {
+  return sha256(std::as_bytes(std::span(fragment(source_of(settings, target, scene)))));
 }
 
-Session::Source Session::source_of(const Settings& settings, const Target& target, Wrap wrap) const {
+Session::Source Session::source_of(const Settings& settings, const Target& target, const Scene& scene) const {
   Source source{.key = {},
                 .fragment_key = {},
                 .shader = settings.technique().id,
                 .features = frame_features(settings),
+                .surface = scene.surface.kind,
                 .target = target,
-                .constants = constants_of(&settings, wrap, sampler_of(settings))};
+                .constants = constants_of(&settings, scene.wrap, sampler_of(settings))};
   if (is_score(target)) source.target = score_target(source.features);
-  source.fragment_key = shader_key(source.shader, source.features, target);
+  source.fragment_key = shader_key(source.shader, source.features, source.surface, target);
   set_vertex(source);
   return source;
 }
 
 void Session::set_vertex(Source& source) {
-  if (source.target.has_depth && !source.is_beside) source.vertex = "plate";
+  // The plate of a curved surface is as far as anything may be: its depth is known to fragments alone.
+  if (source.target.has_depth && !source.is_beside && !is_curved(source.surface)) source.vertex = "plate";
   source.key = pipeline_key(source.fragment_key, source.constants);
   if (source.target.has_depth) source.key += fmt::format(" in {} with depth", source.vertex);
 }
@@ -153,8 +159,8 @@ Session::Compiled Session::compile(const Source& source, const Stages& stages) c
   return compiled;
 }
 
-Session::Compiled& Session::pipeline(const Settings& settings, const Target& target, Wrap wrap) {
-  return pipeline(source_of(settings, target, wrap));
+Session::Compiled& Session::pipeline(const Settings& settings, const Target& target, const Scene& scene) {
+  return pipeline(source_of(settings, target, scene));
 }
 
 Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> features, const Scene& scene) {
@@ -162,9 +168,10 @@ Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> fea
                 .fragment_key = {},
                 .shader = "reference",
                 .features = exact_ones(features),
+                .surface = scene.surface.kind,
                 .target = color_target(features, scene.occluded > 0),
                 .constants = constants_of(nullptr, scene.wrap)};
-  source.fragment_key = shader_key(source.shader, source.features, source.target);
+  source.fragment_key = shader_key(source.shader, source.features, source.surface, source.target);
   set_vertex(source);
   return pipeline(std::move(source));
 }
@@ -176,6 +183,7 @@ Draw Session::beside(std::string_view shader, std::string_view vertex, float arg
                 .vertex = vertex,
                 .is_beside = true,
                 .features = {},
+                .surface = SurfaceKind::plane,
                 .target = color_target({}, true),
                 .constants = {}};
   set_vertex(source);
@@ -202,12 +210,12 @@ std::vector<Draw> Session::with_what_is_beside(std::span<const PixelFeature> fea
 std::vector<Draw> Session::shaded(const Settings& settings, const Scene& scene, Draw relief) {
   const std::vector<PixelFeature> features = pixel_features(settings);
   const Target target = color_target(features, scene.occluded > 0);
-  relief.pipeline = pipeline(settings, target, scene.wrap).pipeline.get();
+  relief.pipeline = pipeline(settings, target, scene).pipeline.get();
   return with_what_is_beside(features, scene, passes_of(settings, relief, target));
 }
 
-std::vector<Draw> Session::scored(const Settings& settings, Wrap wrap, Draw relief) {
-  relief.pipeline = pipeline(settings, Target::score, wrap).pipeline.get();
+std::vector<Draw> Session::scored(const Settings& settings, const Scene& scene, Draw relief) {
+  relief.pipeline = pipeline(settings, Target::score, scene).pipeline.get();
   return passes_of(settings, relief, Target::score);
 }
 
@@ -230,8 +238,8 @@ void Session::compile_ahead(std::span<const Wanted> wanted) {
   if (!device().compiles_in_parallel) return;
   split_.book(Part::compile, [&] {
     std::map<std::string, Source> missing;
-    for (const auto& [settings, target, wrap] : wanted) {
-      Source source = source_of(*settings, target, wrap);
+    for (const auto& [settings, target, scene] : wanted) {
+      Source source = source_of(*settings, target, *scene);
       if (!pipelines_.contains(source.key)) missing.emplace(source.key, std::move(source));
     }
     std::vector<std::pair<const Source*, Stages>> sources;

@@ -76,10 +76,10 @@ class Session {
   };
   /// The pipeline of a technique for a target, from the run-time settings. Target::score: with what the settings'
   /// features of the scene put there, too. throws: Error(environment): compiler's words
-  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, Wrap wrap);
+  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, const Scene& scene);
   /// Whether pipeline() has it already.
-  [[nodiscard]] bool is_compiled(const Settings& settings, const Target& target, Wrap wrap) const {
-    return pipelines_.contains(source_of(settings, target, wrap).key);
+  [[nodiscard]] bool is_compiled(const Settings& settings, const Target& target, const Scene& scene) const {
+    return pipelines_.contains(source_of(settings, target, scene).key);
   }
   /// What shades the exact hits, with the exact values of these features.
   [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, const Scene& scene);
@@ -87,7 +87,7 @@ class Session {
   /// Only the relief's where the frame has no depth. relief: its textures and uniforms, without a pipeline
   [[nodiscard]] std::vector<Draw> shaded(const Settings& settings, const Scene& scene, Draw relief);
   /// The score frame of a setting, likewise.
-  [[nodiscard]] std::vector<Draw> scored(const Settings& settings, Wrap wrap, Draw relief);
+  [[nodiscard]] std::vector<Draw> scored(const Settings& settings, const Scene& scene, Draw relief);
   /// The shaded frame of exact hits.
   [[nodiscard]] std::vector<Draw> shaded_reference(std::span<const PixelFeature> features, const Scene& scene,
                                                    Draw relief);
@@ -95,13 +95,13 @@ class Session {
   struct Wanted {
     const Settings* settings = nullptr;
     Target target{};
-    Wrap wrap = Wrap::repeat;
+    const Scene* scene = nullptr;
   };
   /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline()
   /// to meet again. compile_ns then is a pipeline's time beside others.
   void compile_ahead(std::span<const Wanted> wanted);
   /// Of the settings' SPIR-V, before they are specialised.
-  [[nodiscard]] std::string fragment_sha256(const Settings& settings, const Target& target);
+  [[nodiscard]] std::string fragment_sha256(const Settings& settings, const Target& target, const Scene& scene);
   [[nodiscard]] int shaders_compiled() const { return shaders_compiled_; }
 
   /// `known`: the calibration of an earlier start of the same run, or null to settle one now.
@@ -123,6 +123,7 @@ class Session {
     std::string_view vertex = "fullscreen";
     bool is_beside = false;  ///< of compile_beside
     std::vector<PixelFeature> features;
+    SurfaceKind surface = SurfaceKind::plane;
     Target target;
     std::vector<SpecConstant> constants;
   };
@@ -133,7 +134,7 @@ class Session {
   [[nodiscard]] Stages stages_of(const Source& source);
   [[nodiscard]] const Spirv& vertex(std::string_view name);
   [[nodiscard]] const Spirv& fragment(const Source& source);
-  [[nodiscard]] Source source_of(const Settings& settings, const Target& target, Wrap wrap) const;
+  [[nodiscard]] Source source_of(const Settings& settings, const Target& target, const Scene& scene) const;
   [[nodiscard]] Compiled& pipeline(Source source);
   /// The vertex shader of its target, and its key.
   static void set_vertex(Source& source);

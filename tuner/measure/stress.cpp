@@ -235,7 +235,7 @@ class StressRun {
         here.backend = device->session.device().backend;
         Backend& backend = device->session.backend();
         const Frame frame = upload(backend, textures, device->scene);
-        const std::vector<Draw> draws = device->session.scored(settings, scene.wrap, frame.draw);
+        const std::vector<Draw> draws = device->session.scored(settings, scene, frame.draw);
         std::array frames{StressFrame(backend, draws, settings), StressFrame(backend, draws, settings)};
         const JudgedFrame judged = check_frame(frames[0], settings, stored, scene.wrap, here);
         if (!frames[0].is_same(frames[1])) fault(here, StressCheck::repeatable) = 1;

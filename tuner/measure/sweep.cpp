@@ -168,7 +168,7 @@ class DeviceSweep {
     for (const Case* c : block) {
       const Scene& scene = scene_of(config_, *c).scene;
       for (const Target& target : {color_target(pixel_features(c->settings), scene.occluded > 0), Target::score})
-        wanted.push_back({.settings = &c->settings, .target = target, .wrap = scene.wrap});
+        wanted.push_back({.settings = &c->settings, .target = target, .scene = &scene});
     }
     const auto hold = store_.mark().hold(block.front()->id());
     session_.compile_ahead(wanted);

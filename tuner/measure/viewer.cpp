@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/trace/surface_tracer.h"
 
 namespace reliefbench {
 
@@ -15,7 +16,7 @@ Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps he
       uploaded_(upload(session_.backend(), scene_.scene, heights_)) {}
 
 void Viewer::choose(const Settings& settings) {
-  if (const std::string reason = conflict(settings); !reason.empty()) fail_input("{}", reason);
+  if (const std::string reason = conflict(settings, scene_.scene); !reason.empty()) fail_input("{}", reason);
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
@@ -28,13 +29,13 @@ ViewedFrame Viewer::draw(const View& view) {
   frame_.draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
   Backend& backend = session_.backend();
   const std::vector<Draw> shade = session_.shaded(*settings_, scene_.scene, frame_.draw);
-  const std::vector<Draw> score = session_.scored(*settings_, scene_.scene.wrap, frame_.draw);
+  const std::vector<Draw> score = session_.scored(*settings_, scene_.scene, frame_.draw);
   ViewedFrame frame;
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
   frame.rgba8 = backend.read_color();
   const std::vector<ScorePixel> pixels = trace_frame(backend, score);
-  const std::vector<ReferenceHit> exact = exact_hits(tracer_, pixels);
-  frame.judged = judge(pixels, exact, heights_.width, heights_.height);
+  const std::vector<ReferenceHit> exact = exact_hits(tracer_, frame_.draw.frame, scene_.scene.wrap, pixels);
+  frame.judged = judge(frame_.draw.frame, scene_.scene.wrap, pixels, exact);
   const std::vector<PixelFeature> features = pixel_features(*settings_);
   judge_features(features, backend.read_values(features),
                  exact_values(features, tracer_, frame_.draw.frame, rays_of(pixels), exact), frame.judged.pixels,

@@ -10,8 +10,10 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 10> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",    "pan",
-                                                      "wrap",      "frame_px", "light",        "reference", "occluded"};
+constexpr std::array<std::string_view, 11> kSceneKeys{"heightmap", "views",     "relief_depth", "tiling",
+                                                      "pan",       "wrap",      "frame_px",     "light",
+                                                      "reference", "occluded", "surface"};
+constexpr std::array<std::string_view, 3> kSurfaceKeys{"kind", "round", "tube"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
 constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
                                                          "width",  "height",  "seed",   "name"};
@@ -25,12 +27,13 @@ constexpr std::array<std::string_view, 3> kPresetsSweepKeys{"presets", "quality"
 constexpr std::array<std::string_view, 2> kRuleKeys{"if", "then"};
 constexpr std::array<std::string_view, 4> kRangeKeys{"from", "to", "times", "step"};
 
-constexpr std::array<ConfigKeys, 12> kObjects{{{.object = "config", .keys = kConfigKeys},
+constexpr std::array<ConfigKeys, 13> kObjects{{{.object = "config", .keys = kConfigKeys},
                                                {.object = "scene", .keys = kSceneKeys},
                                                {.object = "heightmap", .keys = kHeightmapKeys},
                                                {.object = "view", .keys = kViewKeys},
                                                {.object = "path", .keys = kPathKeys},
                                                {.object = "light", .keys = kLightKeys},
+                                               {.object = "surface", .keys = kSurfaceKeys},
                                                {.object = "measure", .keys = kMeasureKeys},
                                                {.object = "front", .keys = kFrontKeys},
                                                {.object = "sweep", .keys = kSweepKeys},

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/trace/surface.h"
 #include "tuner/plan/config_reader.h"
 #include "tuner/plan/scene_key.h"
 
@@ -173,6 +174,26 @@ Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
   return text == "clamp" ? Wrap::clamp : Wrap::repeat;
 }
 
+/// A row's id, or {"kind", "round", "tube"}.
+Surface read_surface(const ConfigReader& reader, const JsonNode& node) {
+  const bool is_object = node.value.is_object();
+  if (is_object) reader.check_object(node, "surface");
+  const JsonNode& kind = is_object ? reader.required(node, "kind") : node;
+  const std::string id = reader.text(kind);
+  const SurfaceRow* const row = find_surface(id);
+  if (row == nullptr) reader.fail(kind, fmt::format("'{}' is {}", id, unknown_text(id, ids(surfaces()))));
+  Surface surface{.kind = row->kind};
+  const auto number = [&](std::string_view key, bool is_its_own, double& value) {
+    const JsonNode* const child = is_object ? node.find(key) : nullptr;
+    if (child == nullptr) return;
+    if (!is_its_own) reader.fail(*child, fmt::format("a {} has none", id));
+    value = reader.number(*child, {.low = 0, .above_low = true});
+  };
+  number("round", row->has_round, surface.round);
+  number("tube", row->has_tube, surface.tube);
+  return surface;
+}
+
 /// Width and height.
 std::pair<int, int> read_frame_px(const ConfigReader& reader, const JsonNode& node) {
   if (node.value.is_string()) {
@@ -203,6 +224,10 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* reference = node.find("reference")) scene.reference = read_picture(reader, *reference);
   if (const JsonNode* frame = node.find("frame_px"))
     std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
+  if (const JsonNode* surface = node.find("surface")) {
+    scene.surface = read_surface(reader, *surface);
+    if (const std::string reason = surface_fault(scene); !reason.empty()) reader.fail(*surface, reason);
+  }
   std::vector<SceneSpec> scenes;
   std::vector<double> occluded = {0};
   if (const JsonNode* shares = node.find("occluded")) {
@@ -214,7 +239,9 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
-      scenes.push_back({.id = fmt::format("{}/{}{}", heightmap.id, scene.view.id, hidden),
+      const std::string on =
+          is_curved(scene.surface.kind) ? fmt::format("_{}", surface_row(scene.surface.kind).id) : "";
+      scenes.push_back({.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, on, hidden),
                         .heightmap = heightmap.spec,
                         .scene = scene});
     }

@@ -154,6 +154,10 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
                           .bake = {},
                           .id = {}};
           planned.id = planned.planned.id();
+          if (const std::string reason = conflict(settings, config.scenes[s].scene); !reason.empty()) {
+            plan.conflicts.push_back(fmt::format("{}: {}", planned.id, reason));
+            continue;
+          }
           if (!seen.insert(planned.id).second) continue;
           if (example.empty()) example = planned.id;
           if (!filter.empty() && !glob_matches(filter, planned.id)) continue;

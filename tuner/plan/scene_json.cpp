@@ -8,6 +8,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
+#include "kernels/trace/surface.h"
 
 namespace reliefbench {
 namespace {
@@ -71,6 +72,19 @@ Picture parse_picture(const json& scene) {
   return found->kind;
 }
 
+/// Absent where it is a plane.
+Surface parse_surface(const json& scene) {
+  if (!scene.contains("surface")) return {};
+  const auto j = member<json>(scene, "surface");
+  const auto id = member<std::string>(j, "kind");
+  const SurfaceRow* const row = find_surface(id);
+  if (row == nullptr) fail_input("'surface' of a scene is '{}', none that is known", id);
+  Surface surface{.kind = row->kind};
+  if (row->has_round) surface.round = member<double>(j, "round");
+  if (row->has_tube) surface.tube = member<double>(j, "tube");
+  return surface;
+}
+
 Wrap parse_wrap(const std::string& text) {
   if (text != "repeat" && text != "clamp") fail_input("'wrap' of a scene is '{}', neither repeat nor clamp", text);
   return text == "clamp" ? Wrap::clamp : Wrap::repeat;
@@ -104,6 +118,14 @@ json light_json(const Light& light) {
           {"angular_radius_deg", light.angular_radius_deg}};
 }
 
+json surface_json(const Surface& surface) {
+  const SurfaceRow& row = surface_row(surface.kind);
+  json j = {{"kind", row.id}};
+  if (row.has_round) j["round"] = surface.round;
+  if (row.has_tube) j["tube"] = surface.tube;
+  return j;
+}
+
 json scene_json(const MeasuredScene& scene) {
   const Scene& s = scene.spec.scene;
   json j = {{"id", scene.spec.id},
@@ -119,6 +141,7 @@ json scene_json(const MeasuredScene& scene) {
   if (s.light != Light{}) j["light"] = light_json(s.light);
   if (s.reference != Picture::point) j["reference"] = picture_id(s.reference);
   if (s.occluded != 0) j["occluded"] = s.occluded;
+  if (is_curved(s.surface.kind)) j["surface"] = surface_json(s.surface);
   if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
   return j;
 }
@@ -138,7 +161,8 @@ MeasuredScene parse_scene(const json& j) {
                                          .height_px = frame_px[1].get<int>(),
                                          .light = parse_light(j),
                                          .reference = parse_picture(j),
-                                         .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0}},
+                                         .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0,
+                                         .surface = parse_surface(j)}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
   if (const auto sides = j.value("heights_texels", json::array()); !sides.empty()) {
@@ -185,7 +209,8 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
         fmt::format("frame {}x{}", s.width_px, s.height_px),
         fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
         fmt::format("reference {}", picture_id(s.reference)),
-        fmt::format("occluded {}", s.occluded)};
+        fmt::format("occluded {}", s.occluded),
+        fmt::format("surface {}", is_curved(s.surface.kind) ? surface_text(s.surface) : "plane")};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);

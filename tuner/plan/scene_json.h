@@ -18,6 +18,8 @@ namespace reliefbench {
 [[nodiscard]] nlohmann::json heightmap_json(const HeightmapSpec& spec);
 [[nodiscard]] nlohmann::json view_json(const View& view);
 [[nodiscard]] nlohmann::json light_json(const Light& light);
+/// {"kind", "round"} and, of a torus, "tube".
+[[nodiscard]] nlohmann::json surface_json(const Surface& surface);
 
 /// throws: Error(bad_input): not such an object, or its key is not that of what it says
 [[nodiscard]] MeasuredScene parse_scene(const nlohmann::json& j);

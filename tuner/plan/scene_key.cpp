@@ -7,22 +7,23 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
+#include "kernels/trace/surface.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr std::string_view kLayout = "scene 1";                       // of the text that is hashed
-constexpr std::string_view kSurface = "plane";                        // the one there is
 constexpr double positive_zero(double value) { return value + 0.0; }  // -0 is 0
 
 }  // namespace
 
 SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
   // Bound by name, so that a field which is added does not compile before it is thought of here.
-  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded] = scene;
+  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded,
+               surface] = scene;
   const auto& [name, elevation_deg, distance, fov_deg, azimuth_deg] = view;
   static_cast<void>(name);  // for people
-  std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, kSurface, width_px, height_px,
+  std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, surface_row(surface.kind).id, width_px, height_px,
                                  wrap == Wrap::repeat ? "repeat" : "clamp");
   for (const double number : {relief_depth, tiling, pan, elevation_deg, distance, fov_deg, azimuth_deg})
     text += fmt::format("|{}", positive_zero(number));
@@ -32,6 +33,7 @@ SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
       text += fmt::format("|{}", positive_zero(number));
   if (reference != Picture::point) text += fmt::format("|{}", picture_id(reference));
   if (occluded != 0) text += fmt::format("|occluded {}", occluded);
+  if (is_curved(surface.kind)) text += fmt::format("|{}", surface_text(surface));
   return {.hex = sha256(text)};
 }
 

@@ -1,0 +1,274 @@
+#include "kernels/trace/surface_tracer.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "kernels/base/parallel.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
+constexpr double kOver = 1e-9;  ///< of height: so far over the top plate a ray does not begin, whatever rounding does
+
+/// Smallest and largest of a product of ranges.
+struct Extent {
+  double low;
+  double high;
+};
+Extent product(const Extent& a, const Extent& b) {
+  const std::array corners{a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high};
+  const auto [low, high] = std::ranges::minmax(corners);
+  return {low, high};
+}
+Extent speed_of(const Moving& m) { return {m.speed - m.sway, m.speed + m.sway}; }
+
+/// A pixel's ray through the displaced surface: F(way) is its height over the surface there.
+class SurfaceWalk {
+ public:
+  SurfaceWalk(const ReferenceTracer& tracer, const SurfaceShape& shape, const SurfaceRay& ray, Wrap wrap)
+      : tracer_(tracer), shape_(shape), ray_(ray), wrap_(wrap), side_u_(shape.tiling * tracer.width()),
+        side_v_(shape.tiling * tracer.height()) {}
+
+  /// The first crossing behind `from`, into the solid or out of it; kNowhere where the ray leaves the top plate before.
+  template <bool kOutwards>
+  [[nodiscard]] double crossing(double from);
+
+ private:
+  struct Stretch {
+    double begin;
+    double end;
+  };
+  enum class Found { nothing, crossing, undecided, left };
+
+  template <bool kOutwards>
+  [[nodiscard]] Found look(const Stretch& stretch);
+  [[nodiscard]] double gap(double way) const;
+  [[nodiscard]] double refined(Stretch bracket) const;
+  [[nodiscard]] Point3 point(double way) const {
+    Point3 p = ray_.from;
+    for (std::size_t i = 0; i < 3; ++i) p.at(i) += ray_.direction.at(i) * way;
+    return p;
+  }
+
+  const ReferenceTracer& tracer_;
+  const SurfaceShape& shape_;
+  const SurfaceRay& ray_;
+  Wrap wrap_;
+  double side_u_;  ///< texels in a side of the unit square
+  double side_v_;
+  double found_ = 0;
+};
+
+/// Where in the grid of cells a stretch may be; far numbers stay small enough to be whole ones.
+std::int64_t cell_at(double texel) { return static_cast<std::int64_t>(std::floor(std::clamp(texel, -1e12, 1e12))); }
+
+double SurfaceWalk::gap(double way) const {
+  const Located at = shape_.locate(point(way), ray_.direction, 0);
+  const double x = at.u.value * side_u_ - 0.5;
+  const double y = at.v.value * side_v_ - 0.5;
+  const double fx = x - std::floor(x);
+  const double fy = y - std::floor(y);
+  const auto h = tracer_.corners(cell_at(x), cell_at(y));
+  return at.height.value - ((h.h00 * (1 - fx) + h.h10 * fx) * (1 - fy) + (h.h01 * (1 - fx) + h.h11 * fx) * fy);
+}
+
+/// The one crossing in a bracket, by regula falsi that halves where it is slow (Illinois).
+double SurfaceWalk::refined(Stretch bracket) const {
+  double begin_gap = gap(bracket.begin);
+  double end_gap = gap(bracket.end);
+  int same = 0;
+  constexpr int kMostSteps = 200;
+  for (int i = 0; i < kMostSteps && bracket.end - bracket.begin > 0.01 * kTouchWay; ++i) {
+    double middle = bracket.begin + (bracket.end - bracket.begin) * (begin_gap / (begin_gap - end_gap));
+    if (!(middle > bracket.begin && middle < bracket.end)) middle = 0.5 * (bracket.begin + bracket.end);
+    if (!(middle > bracket.begin && middle < bracket.end)) break;
+    const double middle_gap = gap(middle);
+    if ((middle_gap > 0) == (begin_gap > 0)) {
+      bracket.begin = middle;
+      begin_gap = middle_gap;
+      if (same == 1) end_gap *= 0.5;
+      same = 1;
+    } else {
+      bracket.end = middle;
+      end_gap = middle_gap;
+      if (same == -1) begin_gap *= 0.5;
+      same = -1;
+    }
+    if (middle_gap == 0) return middle;
+  }
+  return bracket.end;
+}
+
+template <bool kOutwards>
+SurfaceWalk::Found SurfaceWalk::look(const Stretch& stretch) {
+  const double half = 0.5 * (stretch.end - stretch.begin);
+  const double middle = stretch.begin + half;
+  const Located at = shape_.locate(point(middle), ray_.direction, half);
+  const double low = at.height.value - at.height.reach;
+  const double high = at.height.value + at.height.reach;
+  if (low > 1 + kOver) return Found::left;
+  const auto cells = [](const Moving& m, double side) {
+    return std::array{cell_at((m.value - m.reach) * side - 0.5), cell_at((m.value + m.reach) * side - 0.5)};
+  };
+  if (wrap_ == Wrap::clamp) {  // beyond the unit square there is no surface, and nothing leads back
+    const auto is_off = [](const Moving& m) { return m.value + m.reach < 0 || m.value - m.reach > 1; };
+    if (is_off(at.u) || is_off(at.v)) return Found::left;
+  }
+  const auto x = cells(at.u, side_u_);
+  const auto y = cells(at.v, side_v_);
+  const auto range = tracer_.height_range(x[0], y[0], x[1], y[1]);
+  if (kOutwards ? high <= range.min : low > range.max) return Found::nothing;
+  if (x[0] == x[1] && y[0] == y[1]) {
+    const auto h = tracer_.corners(x[0], y[0]);
+    const Extent along_u{side_u_ * std::min(h.h10 - h.h00, h.h11 - h.h01),
+                         side_u_ * std::max(h.h10 - h.h00, h.h11 - h.h01)};
+    const Extent along_v{side_v_ * std::min(h.h01 - h.h00, h.h11 - h.h10),
+                         side_v_ * std::max(h.h01 - h.h00, h.h11 - h.h10)};
+    const Extent by_u = product(along_u, speed_of(at.u));
+    const Extent by_v = product(along_v, speed_of(at.v));
+    const Extent fall = speed_of(at.height);
+    const Extent change{fall.low - by_u.high - by_v.high, fall.high - by_u.low - by_v.low};
+    const double steepest = std::max(std::abs(change.low), std::abs(change.high));
+    const double here = gap(middle);
+    if (kOutwards ? here + steepest * half < 0 : here - steepest * half > 0) return Found::nothing;
+    if (change.low > 0 || change.high < 0) {  // one crossing at most
+      const bool begins_under = gap(stretch.begin) <= 0;
+      const bool ends_under = gap(stretch.end) <= 0;
+      if (begins_under != kOutwards) {
+        found_ = stretch.begin;
+        return kOutwards && ends_under ? Found::nothing : Found::crossing;
+      }
+      if (ends_under == kOutwards) return Found::nothing;
+      found_ = refined(stretch);
+      return Found::crossing;
+    }
+  }
+  if (half > kTouchWay) return Found::undecided;
+  if (kOutwards && gap(stretch.end) <= 0) return Found::nothing;
+  found_ = middle;
+  return Found::crossing;
+}
+
+template <bool kOutwards>
+double SurfaceWalk::crossing(double from) {
+  // Stretches ahead, the nearest last. The whole way through the surface is no longer than its own size.
+  const double size = 2 * (shape_.ring + shape_.tube);
+  std::vector<Stretch> ahead;
+  constexpr int kFirst = 64;
+  ahead.reserve(kFirst);
+  const double step = std::min(0.25 * shape_.relief, size);
+  // A cylinder's rays may lie along it, and be as long as they like.
+  const double end = from + std::min(1e4 * step, 64 * size);
+  for (double begin = from; begin < end; begin += step) {
+    ahead.push_back({.begin = begin, .end = begin + step});
+    while (!ahead.empty()) {
+      const Stretch stretch = ahead.back();
+      ahead.pop_back();
+      switch (look<kOutwards>(stretch)) {
+        case Found::nothing:
+          break;
+        case Found::crossing:
+          return found_;
+        case Found::left:
+          return kNowhere;
+        case Found::undecided: {
+          const double middle = 0.5 * (stretch.begin + stretch.end);
+          ahead.push_back({.begin = middle, .end = stretch.end});
+          ahead.push_back({.begin = stretch.begin, .end = middle});
+        }
+      }
+    }
+  }
+  return kNowhere;
+}
+
+std::array<double, 2> exact_place(const SurfaceShape& shape, const SurfaceRay& ray, double t) {
+  const Located at = shape.locate(ray.at(t), ray.direction, 0);
+  return {at.u.value * shape.tiling, at.v.value * shape.tiling};
+}
+
+/// Between two places on the map, of which whole tiles do not count with repeat.
+double tiles_between(double a, double b, Wrap wrap) {
+  const double way = a - b;
+  return std::abs(wrap == Wrap::repeat ? way - std::round(way) : way);
+}
+
+PixelScore score_on_surface(const SurfaceShape& shape, const SurfaceRay& ray, const ScorePixel& pixel,
+                            const ReferenceHit& exact, const FrameUniforms& frame, Wrap wrap) {
+  const bool is_kept = pixel.status != static_cast<float>(PixelStatus::passed);
+  if (!is_kept || passes(exact)) {
+    if (is_kept) return {.verdict = Verdict::false_keep};
+    return {.verdict = passes(exact) ? Verdict::good : Verdict::false_kill};
+  }
+  const auto t = static_cast<double>(pixel.t);
+  const auto [u, v] = exact_place(shape, ray, exact.t_enter);
+  const double across =
+      tiles_between(static_cast<double>(pixel.ray.u) + static_cast<double>(pixel.ray.slope_u) * t, u, wrap);
+  const double up =
+      tiles_between(static_cast<double>(pixel.ray.v) + static_cast<double>(pixel.ray.slope_v) * t, v, wrap);
+  return score_pixel(pixel, exact, std::hypot(across * frame.sizes[2], up * frame.sizes[3]));
+}
+
+}  // namespace
+
+ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& shape, const SurfaceRay& ray,
+                           Wrap wrap) {
+  ReferenceHit hit{.t_enter = kNowhere, .t_exit = kNowhere};
+  if (!ray.enters) return hit;
+  SurfaceWalk walk(tracer, shape, ray, wrap);
+  const double enter = walk.crossing<false>(ray.way);
+  if (enter == kNowhere) return hit;
+  hit.t_enter = std::max(0.0, (enter - ray.way) / ray.per_t);
+  const double exit = walk.crossing<true>(enter);
+  if (exit != kNowhere) hit.t_exit = (exit - ray.way) / ray.per_t;
+  return hit;
+}
+
+std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
+                                     std::span<const ScorePixel> pixels) {
+  if (!is_curved(frame.surface_kind())) return exact_hits(tracer, pixels);
+  const SurfaceShape shape(frame);
+  const auto width = static_cast<std::size_t>(frame.sizes[0]);
+  assert(pixels.size() == width * static_cast<std::size_t>(frame.sizes[1]));
+  std::vector<ReferenceHit> hits(pixels.size());
+  constexpr std::size_t kTile = 256;
+  parallel_for(static_cast<int>((pixels.size() + kTile - 1) / kTile), 0, [&](int tile) {
+    const std::size_t first = static_cast<std::size_t>(tile) * kTile;
+    for (std::size_t i = first; i < std::min(first + kTile, pixels.size()); ++i) {
+      if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
+      const SurfaceRay ray =
+          surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+      hits[i] = trace_surface(tracer, shape, ray, wrap);
+    }
+  });
+  return hits;
+}
+
+std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
+                                     std::span<const ReferenceHit> exact) {
+  if (!is_curved(frame.surface_kind())) return judge_pixels(pixels, exact, frame.sizes[2], frame.sizes[3]);
+  const SurfaceShape shape(frame);
+  const auto width = static_cast<std::size_t>(frame.sizes[0]);
+  std::vector<PixelScore> scores(pixels.size());
+  for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) {
+      if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
+      const SurfaceRay ray =
+          surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+      scores[i] = score_on_surface(shape, ray, pixels[i], exact[i], frame, wrap);
+    }
+  });
+  return scores;
+}
+
+JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
+                  std::span<const ReferenceHit> exact) {
+  const bool covers = is_curved(frame.surface_kind());
+  return judge(pixels, judge_pixels(frame, wrap, pixels, exact), covers);
+}
+
+}  // namespace reliefbench
