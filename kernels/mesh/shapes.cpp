@@ -161,6 +161,7 @@ RawMesh teapot(int segments) {
     ring[0] *= kLidFit;
     ring[1] *= kLidFit;
   }
+  lid.back() = kBody.front();  // to the bit
   add_pieces(mesh, kBody, true, segments);
   add_pieces(mesh, kBottom, true, segments);
   add_pieces(mesh, lid, true, segments);
