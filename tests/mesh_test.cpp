@@ -76,6 +76,13 @@ RawMesh sphere(double radius, int segments) {
   return raw;
 }
 
+/// Of the quadric, a unit of length away in a direction across the normal.
+double fall_along(const MeshVertex& v, const Vector3d& direction) {
+  const double x = direction.dot(v.u_gradient.normalized());
+  const double y = direction.dot(v.v_gradient.normalized());
+  return v.curvature.dot(Vector3d(x * x, y * y, x * y));
+}
+
 TEST(FitCurvature, finds_a_quadric_and_its_mixed_term) {
   const Vector3d abc(0.7, -0.2, 0.4);
   std::vector<Vector3d> points;
@@ -110,11 +117,12 @@ TEST(MeshCurvature, is_that_of_sphere_cylinder_and_plane_whichever_way_they_are_
   const double radius = 2.5;
   for (const bool is_turned : {false, true}) {
     const Eigen::Matrix3d turn = is_turned ? some_turn() : Eigen::Matrix3d::Identity();
-    for (const MeshVertex& v : finish(turned(sphere(radius, 48), turn)).vertices) {
-      EXPECT_NEAR(v.curvature.x(), 1 / (2 * radius), 0.01 / radius);
-      EXPECT_NEAR(v.curvature.y(), 1 / (2 * radius), 0.01 / radius);
-      EXPECT_NEAR(v.curvature.z(), 0, 0.01 / radius);
-    }
+    for (const MeshVertex& v : finish(turned(sphere(radius, 48), turn)).vertices)
+      for (const double angle : {0.0, 0.7, 1.5, 2.2}) {
+        const Vector3d across = v.normal.unitOrthogonal();
+        const Vector3d direction = across * std::cos(angle) + v.normal.cross(across) * std::sin(angle);
+        ASSERT_NEAR(fall_along(v, direction), 1 / (2 * radius), 0.01 / radius);
+      }
     for (const MeshVertex& v : finish(turned(sheet({0, 0, 0}, 0.1, 8), turn)).vertices)
       EXPECT_LT(v.curvature.norm(), 1e-9);
   }
@@ -153,15 +161,13 @@ TEST(MeshCurvature, does_not_stop_at_a_seam) {
     by_place[{v.position.x(), v.position.y(), v.position.z()}].push_back(v.curvature);
   EXPECT_EQ(by_place.size(), 64U * 24U);
   for (const auto& [place, curvatures] : by_place)
-    for (const Vector3d& curvature : curvatures) EXPECT_LT((curvature - curvatures.front()).norm(), 1e-6);
+    for (const Vector3d& curvature : curvatures) ASSERT_LT((curvature - curvatures.front()).norm(), 1e-6);
 }
 
 TEST(MeshVertices, have_frames_and_mapping_scales) {
   for (const MeshVertex& v : finish(turned(sheet({0, 0, 0}, 0.25, 4, 3), some_turn())).vertices) {
     EXPECT_NEAR((v.u_gradient - 3 * some_turn().col(0)).norm(), 0, 1e-12);
     EXPECT_NEAR((v.v_gradient - 3 * some_turn().col(1)).norm(), 0, 1e-12);
-    EXPECT_NEAR((v.tangent - some_turn().col(0)).norm(), 0, 1e-12);
-    EXPECT_NEAR((v.bitangent() - some_turn().col(1)).norm(), 0, 1e-12);
   }
   // A map that is sheared: u grows along x - y / 2, and along x alone v does not grow.
   RawMesh sheared = sheet({0, 0, 0}, 0.25, 4);
@@ -170,16 +176,15 @@ TEST(MeshVertices, have_frames_and_mapping_scales) {
   for (const MeshVertex& v : finish(sheared).vertices) {
     EXPECT_LT((v.u_gradient - Vector3d(1, -0.5, 0)).norm(), 1e-12);
     EXPECT_LT((v.v_gradient - Vector3d(0, 1, 0)).norm(), 1e-12);
-    EXPECT_LT((v.tangent - Vector3d(1, 0, 0)).norm(), 1e-12);
   }
 }
 
 TEST(MeshVertices, of_degenerate_meshes_are_defined) {
   // A map of no size, and one that is mirrored.
   for (const MeshVertex& v : finish(sheet({0, 0, 0}, 0.25, 4, 0)).vertices) {
-    EXPECT_EQ(v.u_gradient, Vector3d::Zero());
-    EXPECT_NEAR(v.tangent.norm(), 1, 1e-12);
-    EXPECT_NEAR(v.tangent.dot(v.normal), 0, 1e-12);
+    EXPECT_NEAR(v.u_gradient.norm(), kLeastGradient, 1e-12);
+    EXPECT_NEAR(v.v_gradient.norm(), kLeastGradient, 1e-12);
+    EXPECT_NEAR(v.u_gradient.dot(v.normal), 0, 1e-12);
   }
   // Collapsed triangles go; what they alone named goes with them.
   RawMesh raw = sheet({0, 0, 0}, 1, 1);
@@ -239,12 +244,12 @@ TEST(Shapes, torus_is_closed_and_has_its_volume) {
 }
 
 TEST(Shapes, teapot_is_newells) {
-  for (const int segments : {1, 3, 8}) {
+  for (const int segments : {2, 3, 8}) {
     const Mesh mesh = finish(teapot(segments));
     // 32 patches; of two rows of patches, at the lid's knob and in the middle of the bottom, one edge is a point.
     EXPECT_EQ(mesh.triangles.size(), static_cast<std::size_t>(32 * 2 * segments * segments - 8 * segments));
     for (const MeshVertex& v : mesh.vertices) {
-      EXPECT_NEAR(v.normal.norm(), 1, 1e-9);
+      ASSERT_NEAR(v.normal.norm(), 1, 1e-9);
       EXPECT_TRUE(v.curvature.allFinite());
       EXPECT_TRUE(v.u_gradient.allFinite() && v.v_gradient.allFinite());
     }
@@ -266,12 +271,17 @@ TEST(Shapes, teapot_is_newells) {
   EXPECT_NEAR(high.z(), 3.15, 1e-12);
   EXPECT_GT(volume(mesh), 0);
   // On the belly normals point away from the axis; the outside bends away.
+  int on_belly = 0;
   for (const MeshVertex& v : mesh.vertices) {
     const double axial = v.position.head<2>().norm();
-    if (axial < 1.95 || axial > 2.001 || v.position.z() < 0.8) continue;
-    EXPECT_GT(v.normal.head<2>().dot(v.position.head<2>()), 0.9 * axial);
-    EXPECT_NEAR(v.curvature.x(), 0.5 / axial, 0.02);
+    if (std::abs(v.position.z() - 0.9) > 1e-9 || std::abs(axial - 2) > 0.03 ||
+        v.position.x() < -1.9)
+      continue;  // or the handle's end
+    ++on_belly;
+    ASSERT_GT(v.normal.head<2>().dot(v.position.head<2>()), 0.9 * axial);
+    ASSERT_NEAR(v.curvature.x(), 0.5 / axial, 0.05);  // quarters of it are no circles
   }
+  EXPECT_GT(on_belly, 64);
 }
 
 RawMesh read(const std::string& text) {
@@ -310,7 +320,7 @@ TEST(Obj, says_what_is_wrong_where) {
       {"v 0 0 1e999\n", "found '1e999'"},
       {"v 0 0 nan\n", "found 'nan'"},
       {"vt 0\n", "a.obj:1: expected vt and two numbers"},
-      {"vn 0 0 1 0\n", "a.obj:1: expected vn and three numbers, found '0'"},
+      {"vn 0 0 1 0\n", "a.obj:1: expected the line's end, found '0'"},
       {"vp 1 2\n", "a.obj:1: expected v, vt, vn or f, found 'vp'"},
       {points + "f 1 2 3\n", "a.obj:7: expected a corner v/vt or v/vt/vn"},
       {points + "f 1//1 2//1 3//1\n", "a.obj:7: expected a corner v/vt or v/vt/vn"},

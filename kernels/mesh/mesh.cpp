@@ -33,7 +33,6 @@ std::vector<std::uint32_t> welded(const std::vector<Vector3d>& positions) {
 struct Flat {
   double area = 0;  ///< twice
   Vector3d normal = Vector3d::Zero();
-  Vector3d along_u = Vector3d::Zero();  ///< how the position moves with u; 0 where the uv have no area
   Vector3d u_gradient = Vector3d::Zero();
   Vector3d v_gradient = Vector3d::Zero();
 };
@@ -57,8 +56,6 @@ Flat flat_of(const std::array<Vector3d, 3>& p, const std::array<Vector2d, 3>& uv
   const Vector2d d2 = uv[2] - uv[0];
   flat.u_gradient = gradient(d1.x(), d2.x());
   flat.v_gradient = gradient(d1.y(), d2.y());
-  const double turned = d1.x() * d2.y() - d2.x() * d1.y();
-  if (turned != 0) flat.along_u = (e1 * d2.y() - e2 * d1.y()) / turned;
   return flat;
 }
 
@@ -70,6 +67,29 @@ Vector3d unit_or(const Vector3d& v, const Vector3d& otherwise) {
   const double length = v.stableNorm();
   if (length > 0 && std::isfinite(length)) return v / length;
   return otherwise;
+}
+
+/// Of the triangles round a position that have the same part of the map there.
+struct Mapping {
+  double weight = 0;
+  Vector3d u_gradient = Vector3d::Zero();
+  Vector3d v_gradient = Vector3d::Zero();
+};
+/// A position, and its place in a tile.
+using MappedPlace = std::tuple<std::uint32_t, std::int64_t, std::int64_t>;
+MappedPlace mapped_place(std::uint32_t position, const Vector2d& uv) {
+  const auto in_tile = [](double x) {
+    constexpr double kPlaces = 1 << 20;
+    return static_cast<std::int64_t>(std::round((x - std::floor(x)) * kPlaces)) % static_cast<std::int64_t>(kPlaces);
+  };
+  return {position, in_tile(uv.x()), in_tile(uv.y())};
+}
+
+/// A direction of the map: no shorter than kLeastGradient.
+Vector3d direction_of(const Vector3d& gradient, const Vector3d& normal, const Vector3d& otherwise) {
+  const Vector3d level = across(gradient, normal);
+  if (level.norm() >= kLeastGradient && level.allFinite()) return level;
+  return otherwise * kLeastGradient;
 }
 
 /// Positions by the triangles' edges.
@@ -96,8 +116,6 @@ class Neighbours {
 };
 
 }  // namespace
-
-Vector3d MeshVertex::bitangent() const { return normal.cross(tangent); }
 
 Vector3d fit_curvature(const std::vector<Vector3d>& points) {
   if (points.size() < 3) return Vector3d::Zero();
@@ -131,6 +149,7 @@ Mesh finish(const RawMesh& raw) {
   Mesh mesh;
   std::vector<std::uint32_t> place_of;  // a vertex
   std::vector<Vector3d> normal_at(raw.positions.size(), Vector3d::Zero());
+  std::map<MappedPlace, Mapping> mappings;
   Neighbours neighbours;
   for (const auto& corners : raw.triangles) {
     std::array<Vector3d, 3> p;
@@ -151,20 +170,19 @@ Mesh finish(const RawMesh& raw) {
       if (is_new) {
         mesh.vertices.push_back({.position = p.at(i),
                                  .normal = has_normals ? raw.normals.at(corner.normal) : Vector3d::Zero(),
-                                 .tangent = Vector3d::Zero(),
                                  .u_gradient = Vector3d::Zero(),
                                  .v_gradient = Vector3d::Zero(),
                                  .uv = uv.at(i),
                                  .curvature = Vector3d::Zero()});
         place_of.push_back(position);
       }
-      MeshVertex& vertex = mesh.vertices[at->second];
-      vertex.tangent += flat.area * flat.along_u;
-      // With their weights in .curvature.x() until that is known.
-      vertex.u_gradient += flat.area * flat.u_gradient;
-      vertex.v_gradient += flat.area * flat.v_gradient;
-      vertex.curvature.x() += flat.area;
-      normal_at[position] += flat.normal * angle_between(p.at((i + 1) % 3) - p.at(i), p.at((i + 2) % 3) - p.at(i));
+      // Weighed by the angle, so that it does not matter how a face was cut into triangles.
+      const double angle = angle_between(p.at((i + 1) % 3) - p.at(i), p.at((i + 2) % 3) - p.at(i));
+      Mapping& mapping = mappings[mapped_place(position, uv.at(i))];
+      mapping.weight += angle;
+      mapping.u_gradient += angle * flat.u_gradient;
+      mapping.v_gradient += angle * flat.v_gradient;
+      normal_at[position] += angle * flat.normal;
       neighbours.join(position, place[corners.at((i + 1) % 3).position]);
     }
     mesh.triangles.push_back(triangle);
@@ -174,14 +192,17 @@ Mesh finish(const RawMesh& raw) {
     MeshVertex& vertex = mesh.vertices[i];
     const Vector3d smooth = unit_or(normal_at[place_of[i]], Vector3d::UnitZ());
     vertex.normal = unit_or(vertex.normal, smooth);
-    vertex.tangent = unit_or(across(vertex.tangent, vertex.normal), vertex.normal.unitOrthogonal());
-    vertex.u_gradient = across(vertex.u_gradient, vertex.normal) / vertex.curvature.x();
-    vertex.v_gradient = across(vertex.v_gradient, vertex.normal) / vertex.curvature.x();
+    const Mapping& mapping = mappings.at(mapped_place(place_of[i], vertex.uv));
+    vertex.u_gradient =
+        direction_of(mapping.u_gradient / mapping.weight, vertex.normal, vertex.normal.unitOrthogonal());
+    const Vector3d along_u = vertex.u_gradient.normalized();
+    vertex.v_gradient =
+        direction_of(mapping.v_gradient / mapping.weight, vertex.normal, vertex.normal.cross(along_u));
+    const Vector3d along_v = vertex.v_gradient.normalized();
     std::vector<Vector3d> points;
-    const Vector3d bitangent = vertex.bitangent();
     for (const std::uint32_t neighbour : neighbours.of(place_of[i])) {
       const Vector3d to = raw.positions[neighbour] - vertex.position;
-      points.emplace_back(to.dot(vertex.tangent), to.dot(bitangent), to.dot(vertex.normal));
+      points.emplace_back(to.dot(along_u), to.dot(along_v), to.dot(vertex.normal));
     }
     vertex.curvature = fit_curvature(points);
   }

@@ -27,14 +27,14 @@ struct RawMesh {
 struct MeshVertex {
   Eigen::Vector3d position;
   Eigen::Vector3d normal;      ///< unit, outwards
-  Eigen::Vector3d tangent;     ///< unit, across the normal, where u grows
-  Eigen::Vector3d u_gradient;  ///< across the normal: how far u grows along a unit of length, the mapping scale
+  /// Across the normal, where u grows most: how far along a unit of length, the mapping scale. kLeastGradient at least.
+  Eigen::Vector3d u_gradient;
   Eigen::Vector3d v_gradient;
   Eigen::Vector2d uv;
-  Eigen::Vector3d curvature;  ///< fit_curvature()
-
-  [[nodiscard]] Eigen::Vector3d bitangent() const;
+  Eigen::Vector3d curvature;  ///< fit_curvature() along both gradients
 };
+/// Where the map has no size, its directions still are.
+inline constexpr double kLeastGradient = 1e-6;
 
 struct Mesh {
   std::vector<MeshVertex> vertices;
@@ -43,15 +43,15 @@ struct Mesh {
 
 inline constexpr std::size_t kMostTriangles = 1U << 18U;
 
-/// Normals, tangents, mapping scales and curvatures of a mesh. Positions that are equal are one, whatever their uv, so
-/// that neither a normal nor a curvature stops at a seam of the map. Triangles without area are left out. Where no
-/// triangle says otherwise, a normal is +z, a tangent any, a scale 0.
+/// Normals, mapping scales and curvatures of a mesh. Positions that are equal are one, whatever their uv, so that neither
+/// a normal nor a curvature stops at a seam of the map; at one by whole tiles no mapping scale does. Triangles without
+/// area are left out. Where no triangle says otherwise, a normal is +z.
 [[nodiscard]] Mesh finish(const RawMesh& raw);
 
 /// The quadric z = -(a x^2 + b y^2 + c x y) that fits points best, along a frame's x and y and its normal z: (a, b, c).
 /// On a sphere of radius R seen from outside a = b = 1/(2R), c = 0. What the points leave open is as small as can be
 /// whichever way the frame is turned; fewer than three points are no neighbourhood: 0.
-/// points: relative to the vertex, in its frame
+/// points: relative to the vertex, in its frame; where x and y are not across each other, so is not the quadric
 /// source: [RTM] listing 5.8; the mixed term, without which axes that are not the surface's own give wrong ones, is ours
 [[nodiscard]] Eigen::Vector3d fit_curvature(const std::vector<Eigen::Vector3d>& points);
 

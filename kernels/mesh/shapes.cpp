@@ -1,4 +1,5 @@
 // Meshes from formulas.
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
@@ -71,6 +72,7 @@ Patch mirrored(const Patch& patch, const Vector3d& signs) {
 
 /// On a cubic Bezier curve at i of n. Reversed it gives the same bits, so that patches share the points of an edge.
 Vector3d on_curve(const Row& p, int i, int n) {
+  if (p[0] == p[1] && p[1] == p[2] && p[2] == p[3]) return p[0];  // a pole, whose weights' sum need not be 1
   const double t = static_cast<double>(i) / n;
   const double s = static_cast<double>(n - i) / n;
   return (p[0] * (s * s * s) + p[3] * (t * t * t)) + (p[1] * (3 * (s * s * t)) + p[2] * (3 * (s * t * t)));
@@ -102,8 +104,8 @@ class GridMesh {
     };
     for (int i = 0; i < rows; ++i)
       for (int j = 0; j < columns; ++j) {
-        mesh_.triangles.push_back({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1)});
-        mesh_.triangles.push_back({corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)});
+        mesh_.triangles.push_back({corner(i, j), corner(i, j + 1), corner(i + 1, j + 1)});
+        mesh_.triangles.push_back({corner(i, j), corner(i + 1, j + 1), corner(i + 1, j)});
       }
   }
 
@@ -113,21 +115,21 @@ class GridMesh {
 
 /// A pole's row is one point, where the normal is that of the row next to it, in the limit.
 Vector3d patch_normal(const Patch& patch, int i, int j, int n) {
-  const auto normal_at = [&](int row, int of) -> Vector3d {
-    Row down;   // v runs down the rows, u along them
+  const auto normal_at = [&](int row, int column_at, int of) -> Vector3d {
+    Row down;  // v runs down the rows, u along them
     Row at;
     for (std::size_t column = 0; column < 4; ++column) {
       const Row curve{patch[0].at(column), patch[1].at(column), patch[2].at(column), patch[3].at(column)};
       down.at(column) = along_curve(curve, row, of);
       at.at(column) = on_curve(curve, row, of);
     }
-    return on_curve(down, j, n).cross(along_curve(at, j, n));
+    return along_curve(at, column_at, of).cross(on_curve(down, column_at, of));
   };
-  const Vector3d normal = normal_at(i, n);
+  const Vector3d normal = normal_at(i, j, n);
   constexpr double kNothing = 1e-9;  // of sizes near 1
   if (normal.norm() > kNothing) return normal;
   constexpr int kNear = 1 << 12;
-  return normal_at(i * kNear + (2 * i < n ? 1 : -1), n * kNear);
+  return normal_at(i * kNear + (2 * i < n ? 1 : -1), j * kNear, n * kNear);
 }
 
 template <std::size_t kRows, typename Control>

@@ -122,7 +122,7 @@ class MeshTracer::Query {
     while (count > 0) {
       const std::uint32_t at = open.at(--count);
       const Node& node = tracer_.nodes_[at];
-      if (!(entry_of(node) <= to_)) continue;
+      if (entry_of(node) == kFar) continue;
       if (node.count == 0) {
         // The nearer child is looked at first.
         const bool swaps = entry_of(tracer_.nodes_[node.first]) < entry_of(tracer_.nodes_[at + 1]);
@@ -258,7 +258,7 @@ class MeshTracer::Query {
     }
     for (int round = 0; round < 4; ++round) {
       const auto nearest = static_cast<std::size_t>(std::ranges::min_element(begins) - begins.begin());
-      if (!(begins.at(nearest) <= to_)) return;
+      if (begins.at(nearest) == kFar || begins.at(nearest) > to_) return;
       begins.at(nearest) = kFar;
       descend(level + 1, quarters.at(nearest)[0], quarters.at(nearest)[1], quarters.at(nearest)[2]);
     }
@@ -306,7 +306,6 @@ std::optional<MeshHit> MeshTracer::trace(const MeshLine& line, Side side, double
 
 MeshRay mesh_ray(const Mesh& mesh, const MeshRelief& relief, const MeshLine& line, const MeshHit& entry) {
   Vector3d normal = Vector3d::Zero();
-  Vector3d tangent = Vector3d::Zero();
   Vector3d u_gradient = Vector3d::Zero();
   Vector3d v_gradient = Vector3d::Zero();
   Vector3d curvature = Vector3d::Zero();
@@ -315,21 +314,22 @@ MeshRay mesh_ray(const Mesh& mesh, const MeshRelief& relief, const MeshLine& lin
     const MeshVertex& vertex = mesh.vertices[mesh.triangles[entry.triangle].at(i)];
     const double weight = entry.weights(static_cast<Eigen::Index>(i));
     normal += weight * vertex.normal;
-    tangent += weight * vertex.tangent;
     u_gradient += weight * vertex.u_gradient;
     v_gradient += weight * vertex.v_gradient;
     curvature += weight * vertex.curvature;
     uv += weight * vertex.uv;
   }
   normal.stableNormalize();
+  // One that looks away is turned until it does not, as far as it must.
+  const double away = normal.dot(line.direction) + kLeastCosine;
+  if (away > 0) normal = (normal - away * line.direction).stableNormalized();
   const Vector3d level = line.direction - normal * normal.dot(line.direction);
   MeshRay ray{.uv = uv * relief.tiling, .slope = Vector2d::Zero()};
-  ray.cosine = std::max(-normal.dot(line.direction), kLeastCosine);
+  ray.cosine = -normal.dot(line.direction);
   ray.per_t = relief.depth / ray.cosine;
   ray.slope = Vector2d(u_gradient.dot(level), v_gradient.dot(level)) * (ray.per_t * relief.tiling);
-  tangent = (tangent - normal * normal.dot(tangent)).stableNormalized();
-  const double x = tangent.dot(level) / ray.cosine;
-  const double y = normal.cross(tangent).dot(level) / ray.cosine;
+  const double x = u_gradient.stableNormalized().dot(level) / ray.cosine;
+  const double y = v_gradient.stableNormalized().dot(level) / ray.cosine;
   ray.bend = relief.depth * (curvature.x() * x * x + curvature.y() * y * y + curvature.z() * x * y);
   return ray;
 }

@@ -91,7 +91,7 @@ struct MeshRay {
   Eigen::Vector2d slope;  ///< tiles per height, in the plane that touches there
   double bend = 0;        ///< how fast the surface bends away below the ray: height 1 - t + bend t^2
   double per_t = 0;       ///< the way that belongs to t = 1
-  double cosine = 0;      ///< of the angle to the interpolated normal there, kLeastCosine at least
+  double cosine = 0;      ///< of the angle to the interpolated normal there, about kLeastCosine at least
 };
 inline constexpr double kLeastCosine = 1.0 / 64;  ///< near a coarse mesh's outline normals look away
 
