@@ -111,7 +111,7 @@ TEST(Line, a_frame_is_traced_and_judged_against_its_own_rays) {
   const UploadedScene scene = upload(session.backend(), kSmallScene, heights);
   const Frame frame = upload(session.backend(),
                              pack(settings, bake(bake_spec(settings, kSmallScene.wrap), heights), kSmallScene), scene);
-  const Draw draw = frame.with(*session.pipeline(settings, Target::score, kSmallScene.wrap).pipeline);
+  const Draw draw = frame.with(*session.pipeline(settings, Target::score, kSmallScene).pipeline);
   std::vector<ScorePixel> pixels = trace_frame(session.backend(), draw);
   ASSERT_EQ(pixels.size(), 24U * 16);
   pixels.front().status = static_cast<float>(PixelStatus::no_ray);

@@ -41,7 +41,15 @@ TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
                                                             [](Scene& s) { s.light.elevation_deg = 20; },
                                                             [](Scene& s) { s.light.azimuth_deg = 20; },
                                                             [](Scene& s) { s.light.angular_radius_deg = 1; },
-                                                            [](Scene& s) { s.reference = Picture::supersampled; }};
+                                                            [](Scene& s) { s.reference = Picture::supersampled; },
+                                                            [](Scene& s) { s.surface.kind = SurfaceKind::sphere; },
+                                                            [](Scene& s) { s.surface.kind = SurfaceKind::torus; },
+                                                            [](Scene& s) {
+                                                              s.surface = {.kind = SurfaceKind::torus, .tube = 0.5};
+                                                            },
+                                                            [](Scene& s) {
+                                                              s.surface = {.kind = SurfaceKind::sphere, .round = 5};
+                                                            }};
   std::set<SceneKey> keys = {scene_key("aa", plain), scene_key("bb", plain)};
   for (const auto& change : changes) {
     Scene scene = plain;
@@ -109,7 +117,8 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
                 .height_px = 32,
                 .light = {.elevation_deg = 20, .azimuth_deg = -100, .angular_radius_deg = 0.25},
                 .reference = Picture::supersampled,
-                .occluded = 0.5}};
+                .occluded = 0.5,
+                .surface = {.kind = SurfaceKind::torus, .round = 6, .tube = 2}}};
   const MeasuredScene scene = measured_scene(spec, Heightmaps().read(spec.heightmap));
   const nlohmann::json j = scene_json(scene);
   const MeasuredScene back = parse_scene(nlohmann::json::parse(j.dump()));
@@ -118,6 +127,7 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   EXPECT_EQ(back.spec.id, "deep/mine");
   EXPECT_EQ(back.spec.scene.view, spec.scene.view);
   EXPECT_EQ(back.spec.scene.light, spec.scene.light);
+  EXPECT_EQ(back.spec.scene.surface, spec.scene.surface);
   EXPECT_EQ(back.map_width, 32);
   EXPECT_EQ(back.map_height, 16);
   EXPECT_EQ(scene_json(back), j);
@@ -137,6 +147,9 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   refused("/reference", "lines", "neither point nor supersampled");
   refused("/reference", 5, "'reference'");
   refused("/occluded", "half", "'occluded'");
+  refused("/surface/kind", "cube", "'surface'");
+  refused("/surface/round", 7, "but what it says makes");
+  refused("/surface/tube", "thin", "'tube'");
   refused("/key", "abc", "is no scene key");
   refused("/view", 1, "'id' is missing");
   EXPECT_THROW((void)parse_scene(nlohmann::json::array()), Error);
@@ -208,7 +221,7 @@ TEST(StageKeys, of_cases_name_the_stages_that_make_them) {
   const DeviceInfo& device = session.device();
   const auto inputs = [&](const Target& target) {
     return std::array{scene_key(library.loaded(scene).sha256, scene.scene).hex, setting_id(cone.settings),
-                      session.fragment_sha256(cone.settings, target), session.sampler_key(cone.settings)};
+                      session.fragment_sha256(cone.settings, target, scene.scene), session.sampler_key(cone.settings)};
   };
   const auto key = [&](std::initializer_list<std::string_view> stages, const Target& target) {
     const auto [key_of_scene, setting, shader, sampler] = inputs(target);

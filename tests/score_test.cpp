@@ -106,7 +106,9 @@ TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
   EXPECT_EQ(frame.score["taps.mean"], 5);
   EXPECT_EQ(frame.score["taps.max"], 8);
   for (const MetricRow& row : metrics())
-    EXPECT_EQ(row.value(frame.score).has_value(), std::holds_alternative<OfPixels>(row.metric->function)) << row.id;
+    EXPECT_EQ(row.value(frame.score).has_value(),
+              std::holds_alternative<OfPixels>(row.metric->function) && row.metric->feature.empty())
+        << row.id;
 }
 
 TEST(Score, AFeatureHasItsOwnMetricsAndNoOtherFrameHasThem) {
@@ -133,7 +135,8 @@ TEST(Score, FrameWithoutRaysIsZero) {
   EXPECT_EQ(frame.score.pixels, 0);
   for (const MetricRow& row : metrics())
     EXPECT_EQ(row.value(frame.score),
-              std::holds_alternative<OfPixels>(row.metric->function) ? std::optional(0.0) : std::nullopt)
+              std::holds_alternative<OfPixels>(row.metric->function) && row.metric->feature.empty() ? std::optional(0.0)
+                                                                                                   : std::nullopt)
         << row.id;
 }
 
@@ -191,7 +194,8 @@ TEST(Metrics, AreTheListThatReportsKnow) {
               testing::ElementsAre("e_xy.mean", "e_xy.p50", "e_xy.p95", "e_xy.p99", "e_xy.max", "e_z.mean", "e_z.p50",
                                    "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate", "unconverged_rate",
                                    "psnr", "flip", "ssim", "flicker", "false_lit_rate", "false_dark_rate",
-                                   "penumbra_error", "e_depth", "wrong_visible_rate", "taps.mean", "taps.max"));
+                                   "penumbra_error", "e_depth", "wrong_visible_rate", "false_kill_rate",
+                                   "false_keep_rate", "taps.mean", "taps.max"));
 }
 
 TEST(Metrics, ReadTheirOwnPlace) {

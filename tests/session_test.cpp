@@ -9,11 +9,13 @@
 namespace reliefbench {
 namespace {
 
+const Scene kAnyScene{.view = {}};
+
 std::vector<Session::Wanted> wanted_of(const std::vector<Settings>& settings) {
   std::vector<Session::Wanted> wanted;
   for (const Settings& one : settings)
     for (const Target* target : {&Target::color, &Target::score})
-      wanted.push_back({.settings = &one, .target = *target, .wrap = Wrap::repeat});
+      wanted.push_back({.settings = &one, .target = *target, .scene = &kAnyScene});
   return wanted;
 }
 
@@ -32,10 +34,10 @@ TEST(Session, what_is_compiled_ahead_is_not_compiled_again) {
   const int compiled = session.shaders_compiled();
   EXPECT_EQ(compiled, static_cast<int>(2 * settings.size()));
   for (const Session::Wanted& one : wanted_of(settings)) {
-    const Session::Compiled& pipeline = session.pipeline(*one.settings, one.target, one.wrap);
+    const Session::Compiled& pipeline = session.pipeline(*one.settings, one.target, *one.scene);
     EXPECT_NE(pipeline.pipeline, nullptr);
     EXPECT_GT(pipeline.compile_ns, 0);
-    EXPECT_EQ(pipeline.spirv_sha256, session.fragment_sha256(*one.settings, one.target));
+    EXPECT_EQ(pipeline.spirv_sha256, session.fragment_sha256(*one.settings, one.target, *one.scene));
   }
   session.compile_ahead(wanted_of(settings));
   EXPECT_EQ(session.shaders_compiled(), compiled);
@@ -51,7 +53,7 @@ TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
   const std::vector<Session::Wanted> first = {wanted_of(settings).front()};
   session.compile_ahead(first);
   EXPECT_EQ(session.shaders_compiled(), 0);
-  EXPECT_NE(session.pipeline(settings.front(), Target::color, Wrap::repeat).pipeline, nullptr);
+  EXPECT_NE(session.pipeline(settings.front(), Target::color, kAnyScene).pipeline, nullptr);
   EXPECT_EQ(session.shaders_compiled(), 1);
 }
 

@@ -33,10 +33,11 @@ inline StoredMap store_map(const Settings& settings, const Heightfield& heights,
 
 /// A technique's score pipeline; serves every map of any format and every view of one wrap.
 inline std::unique_ptr<Pipeline> score_pipeline(const Rig& rig, const Settings& settings, Wrap wrap,
-                                                const MapSampler& sampler = {}) {
+                                                const MapSampler& sampler = {},
+                                                SurfaceKind surface = SurfaceKind::plane) {
   const std::vector<PixelFeature> features = frame_features(settings);
   const Target target = score_target(features);
-  return rig.pipeline(compile_fragment(settings.technique().id, target, rig.row.dialect, features), target,
+  return rig.pipeline(compile_fragment(settings.technique().id, target, rig.row.dialect, features, surface), target,
                       constants_of(&settings, wrap, sampler), std::string(settings.technique().id));
 }
 
@@ -54,7 +55,7 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
 /// The score frame of a technique over a stored map.
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
                                            const Scene& scene, const MapSampler& sampler = {}) {
-  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler), map, scene, &settings);
+  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler, scene.surface.kind), map, scene, &settings);
 }
 
 /// Settings of a technique with some values other than the defaults.

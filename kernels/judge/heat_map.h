@@ -26,7 +26,7 @@ struct HeatMapMark {
 
 struct HeatMapLegend {
   std::span<const HeatMapStop> stops;  ///< one an octave, dark to light
-  std::span<const HeatMapMark> marks;  ///< missed, unconverged, no_ray
+  std::span<const HeatMapMark> marks;  ///< missed, unconverged, false_keep, false_kill, no_ray
 };
 
 /// What the colours of every heat map of errors mean, 1/64 to 16 texels: the scale is fixed, so any two pictures

@@ -18,10 +18,6 @@ struct Ray {
   IF_BENT(float fall; float bend; float end; float quadric;)
 };
 
-#ifdef BENT_RAYS
-#include "surface_bent.glsl"
-#endif
-
 // A pixel's image on the plane.
 struct Pixel {
   vec2 sides;      // lengths in texels, the shorter one first
@@ -34,6 +30,10 @@ struct Hit {
   int taps;   // texture instructions
   int steps;  // iterations of all loops
 };
+
+#ifdef BENT_RAYS
+#include "surface_bent.glsl"
+#endif
 
 // The half keeps the quotient off whole numbers, where a division that is an ulp off would end in another tile.
 int wrapped(int i, int n) { return clamp(WRAP == WRAP_CLAMP ? i : int(mod(float(i) + 0.5, float(n))), 0, n - 1); }

@@ -17,8 +17,8 @@ struct ConeSearch {
 
 // Whether the ray has come to the surface. An exact solution needs no tolerance, which could stop a grazing ray short
 // of a touch, and it alone tells where the sampler may read beside the ray.
-bool has_arrived(Ray ray, ConeSearch search, float t, float gap) {
-  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == RAY_END(ray);
+bool has_arrived(ConeSearch search, float t, float gap) {
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE && search.solves_surface) return t == 1.0;
   return gap <= (search.solves_surface ? 0.0 : ARRIVED);
 }
 
@@ -81,7 +81,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         hit.steps += 1;
         hit.t = reach;
         slope = -1.0;
-      } else if (has_arrived(ray, search, hit.t, sure)) {
+      } else if (has_arrived(search, RAY_SHARE(ray, hit.t), sure)) {
         hit.status = STATUS_HIT;
         pierced = gap <= 0.0 && hit.t > bracket.lo;
         bracket.hi = hit.t;

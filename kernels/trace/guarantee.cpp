@@ -1,6 +1,8 @@
 #include "kernels/trace/guarantee.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace reliefbench {
 
@@ -31,6 +33,51 @@ Kept keeps(Guarantee guarantee, const ScorePixel& pixel, const PixelScore& score
   const bool is_capped = pixel.status == static_cast<float>(PixelStatus::step_cap);
   if (guarantee != Guarantee::exact || score.verdict != Verdict::unconverged || is_capped) return Kept::yes;
   return gap_above(surface, wrap, pixel.ray, pixel.t) < kNearestGap ? Kept::unresolved : Kept::no;
+}
+
+namespace {
+
+constexpr double kBentBlur = 1e-5;  ///< of height, for each texel of the way and as much of the bend
+
+/// The t at which a coordinate of the grid next is a whole number.
+double next_border(double start, double speed, double t) {
+  if (speed == 0) return std::numeric_limits<double>::infinity();
+  const double x = start + speed * t;
+  const double border = speed > 0 ? std::floor(x) + 1 : std::ceil(x) - 1;
+  const double next = (border - start) / speed;
+  return next > t ? next : std::nextafter(t, std::numeric_limits<double>::infinity());
+}
+
+}  // namespace
+
+Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, double bend, const Heightfield& surface, Wrap wrap) {
+  if (guarantee == Guarantee::none) return Kept::yes;
+  const auto t_end = static_cast<double>(pixel.t);
+  const double travel_u = static_cast<double>(pixel.ray.slope_u) * surface.width;
+  const double travel_v = static_cast<double>(pixel.ray.slope_v) * surface.height;
+  const double blur = kBentBlur * (1 + std::hypot(travel_u, travel_v) * t_end + std::abs(bend) * t_end * t_end);
+  const double x = static_cast<double>(pixel.ray.u) * surface.width - 0.5;
+  const double y = static_cast<double>(pixel.ray.v) * surface.height - 0.5;
+  const auto gap = [&](double t) { return gap_above(surface, wrap, pixel.ray, t) + bend * t * t; };
+  double least = gap(0);
+  // Within a cell the gap is a parabola: three of its points tell the lowest.
+  for (double t = 0; t < t_end;) {
+    const double next = std::min({next_border(x, travel_u, t), next_border(y, travel_v, t), t_end});
+    const double a = gap(t);
+    const double b = gap(0.5 * (t + next));
+    const double c = next < t_end ? gap(next) : b;
+    const double curve = 2 * (a + c - 2 * b);
+    const double slope = 4 * b - 3 * a - c;
+    const double at = curve > 0 ? -slope / (2 * curve) : 0;
+    least = std::min(least, b);
+    if (at > 0 && at < 1) least = std::min(least, a + slope * at + curve * at * at);
+    if (next < t_end) least = std::min(least, c);
+    t = next;
+  }
+  if (t_end > 0 && least < -blur) return Kept::no;
+  const bool is_hit = pixel.status == static_cast<float>(PixelStatus::hit);
+  if (guarantee == Guarantee::exact && is_hit && gap(t_end) > blur) return Kept::no;
+  return Kept::yes;
 }
 
 }  // namespace reliefbench

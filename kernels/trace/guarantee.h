@@ -22,4 +22,9 @@ enum class Kept {
 [[nodiscard]] Kept keeps(Guarantee guarantee, const ScorePixel& pixel, const PixelScore& score,
                          const ReferenceHit& reference, const Heightfield& surface, Wrap wrap);
 
+/// Likewise of a ray that is bent: height 1 - t + bend t^2. Every cell on its way is looked at. What floats lose of the
+/// bend and of the ray's place is no fault.
+[[nodiscard]] Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, double bend, const Heightfield& surface,
+                              Wrap wrap);
+
 }  // namespace reliefbench

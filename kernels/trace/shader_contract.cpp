@@ -166,7 +166,6 @@ std::string shared_contract() {
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
-  text += float_line("LEAST_SCALE", static_cast<float>(kLeastScale), "of a surface's sides");
   text += float_line("NEAR_PLANE", static_cast<float>(kNearPlane), "of the distance to the point that is looked at");
   text += float_line("DEPTH_RANGE", static_cast<float>(kDepthRange), "far plane over near plane");
   text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");
@@ -221,7 +220,8 @@ std::string frame_contract(std::span<const PixelFeature> features, bool has_exac
   for (const auto& [feature, row] : features)
     if (feature->hook == Hook::silhouette && row != nullptr)
       for (const std::string_view define : row->defines) text += fmt::format("#define {}\n", define);
-  return text + "#include \"surface_frame.glsl\"\n";
+  return text + float_line("LEAST_SCALE", static_cast<float>(kLeastScale), "of a surface's sides") +
+         "#include \"surface_frame.glsl\"\n";
 }
 
 std::string features_contract(std::span<const PixelFeature> features) {

@@ -145,7 +145,7 @@ Located SurfaceShape::locate(const Point3& point, const Point3& direction, doubl
           .v = times_plus(rise, tube, 0.5)};
 }
 
-Place SurfaceShape::place_of(const Point3& point) const {
+SurfacePlace SurfaceShape::place_of(const Point3& point) const {
   const double x = point[0] - 0.5;
   const double y = point[1] - 0.5;
   const double z = point[2] + ring + tube;
@@ -215,7 +215,7 @@ SurfaceRay surface_ray(const FrameUniforms& frame, const SurfaceShape& shape, Wr
   if (!(ray.way >= 0)) return ray;
   const Point3 point = on_line(ray.from, ray.direction, ray.way);
   const Located located = shape.locate(point, ray.direction, 0);
-  const Place place = shape.place_of(point);
+  const SurfacePlace place = shape.place_of(point);
   ray.uv[0] = located.u.value;
   ray.uv[1] = located.v.value;
   ray.cosine = -dot3(ray.direction, place.normal);

@@ -49,7 +49,7 @@ struct Located {
 };
 
 /// What stands where on a top plate.
-struct Place {
+struct SurfacePlace {
   Point3 normal{};
   Point3 tangent_u{};  ///< unit
   Point3 tangent_v{};
@@ -70,7 +70,7 @@ struct SurfaceShape {
 
   /// point: the middle of a stretch of a line; half: half its length; direction: unit
   [[nodiscard]] Located locate(const Point3& point, const Point3& direction, double half) const;
-  [[nodiscard]] Place place_of(const Point3& point) const;
+  [[nodiscard]] SurfacePlace place_of(const Point3& point) const;
   /// The way to where a ray comes in at the top plate from outside; negative: it does not, or begins inside.
   [[nodiscard]] double enter(const Point3& from, const Point3& direction) const;
 };

@@ -14,17 +14,21 @@ namespace {
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 constexpr double kOver = 1e-9;  ///< of height: so far over the top plate a ray does not begin, whatever rounding does
 
-/// Smallest and largest of a product of ranges.
-struct Extent {
+/// Smallest and largest.
+struct SpeedRange {
   double low;
   double high;
+  void add(double speed) {
+    low = std::min(low, speed);
+    high = std::max(high, speed);
+  }
 };
-Extent product(const Extent& a, const Extent& b) {
+SpeedRange product(const SpeedRange& a, const SpeedRange& b) {
   const std::array corners{a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high};
   const auto [low, high] = std::ranges::minmax(corners);
   return {low, high};
 }
-Extent speed_of(const Moving& m) { return {m.speed - m.sway, m.speed + m.sway}; }
+SpeedRange speed_of(const Moving& m) { return {m.speed - m.sway, m.speed + m.sway}; }
 
 /// A pixel's ray through the displaced surface: F(way) is its height over the surface there.
 class SurfaceWalk {
@@ -122,16 +126,21 @@ SurfaceWalk::Found SurfaceWalk::look(const Stretch& stretch) {
   const auto y = cells(at.v, side_v_);
   const auto range = tracer_.height_range(x[0], y[0], x[1], y[1]);
   if (kOutwards ? high <= range.min : low > range.max) return Found::nothing;
-  if (x[0] == x[1] && y[0] == y[1]) {
-    const auto h = tracer_.corners(x[0], y[0]);
-    const Extent along_u{side_u_ * std::min(h.h10 - h.h00, h.h11 - h.h01),
-                         side_u_ * std::max(h.h10 - h.h00, h.h11 - h.h01)};
-    const Extent along_v{side_v_ * std::min(h.h01 - h.h00, h.h11 - h.h10),
-                         side_v_ * std::max(h.h01 - h.h00, h.h11 - h.h10)};
-    const Extent by_u = product(along_u, speed_of(at.u));
-    const Extent by_v = product(along_v, speed_of(at.v));
-    const Extent fall = speed_of(at.height);
-    const Extent change{fall.low - by_u.high - by_v.high, fall.high - by_u.low - by_v.low};
+  if (x[1] - x[0] <= 1 && y[1] - y[0] <= 1) {  // across borders the surface goes on without a step
+    SpeedRange along_u{kNowhere, -kNowhere};
+    SpeedRange along_v = along_u;
+    for (std::int64_t j = y[0]; j <= y[1]; ++j)
+      for (std::int64_t i = x[0]; i <= x[1]; ++i) {
+        const auto h = tracer_.corners(i, j);
+        along_u.add(side_u_ * (h.h10 - h.h00));
+        along_u.add(side_u_ * (h.h11 - h.h01));
+        along_v.add(side_v_ * (h.h01 - h.h00));
+        along_v.add(side_v_ * (h.h11 - h.h10));
+      }
+    const SpeedRange by_u = product(along_u, speed_of(at.u));
+    const SpeedRange by_v = product(along_v, speed_of(at.v));
+    const SpeedRange fall = speed_of(at.height);
+    const SpeedRange change{fall.low - by_u.high - by_v.high, fall.high - by_u.low - by_v.low};
     const double steepest = std::max(std::abs(change.low), std::abs(change.high));
     const double here = gap(middle);
     if (kOutwards ? here + steepest * half < 0 : here - steepest * half > 0) return Found::nothing;

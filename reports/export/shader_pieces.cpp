@@ -8,6 +8,7 @@
 
 #include "kernels/base/embedded.h"
 #include "reports/export/glsl_fold.h"
+#include "reports/export/straight_rays.h"
 
 namespace reliefbench {
 
@@ -98,9 +99,10 @@ class Cutter {
 void read_pieces(const std::string& file, const std::map<std::string, std::string>& generated,
                  std::set<std::string>& seen, Pieces& pieces) {
   if (!seen.insert(file).second) return;
+  if (file == "ray.glsl") return;  // its macros are written out
   const auto found = generated.find(file);
-  std::vector<std::string> lines =
-      text_lines(found != generated.end() ? found->second : embedded_text(embedded_shaders(), file));
+  std::vector<std::string> lines = straight_rays(
+      text_lines(found != generated.end() ? found->second : embedded_text(embedded_shaders(), file)));
   if (!lines.empty() && lines.front().starts_with("#ifndef ")) {  // the guard
     lines.erase(lines.begin(), lines.begin() + 2);
     lines.pop_back();

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/trace/surface_tracer.h"
 #include "reports/viewer/overlay.h"
 
 namespace reliefbench {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "kernels/trace/surface.h"
 #include "tuner/plan/setting_space.h"
 
 namespace reliefbench {

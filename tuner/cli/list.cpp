@@ -12,6 +12,7 @@
 #include "kernels/judge/score.h"
 #include "kernels/maps/map_kind.h"
 #include "kernels/maps/texel.h"
+#include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "reports/export/engine.h"
@@ -135,6 +136,18 @@ Json heightmap_rows() {
   return rows;
 }
 
+Json surface_rows() {
+  const Surface usual;
+  Json rows = Json::array();
+  for (const SurfaceRow& row : surfaces())
+    rows.push_back({{"id", row.id},
+                    {"round", row.has_round ? fmt::format("{:g}", usual.round) : "-"},
+                    {"tube", row.has_tube ? fmt::format("{:g}", usual.tube) : "-"},
+                    {"source", row.source},
+                    {"description", row.description}});
+  return rows;
+}
+
 Json view_rows() {
   Json rows = Json::array();
   for (const View& view : view_presets()) {
@@ -179,7 +192,7 @@ struct ListRow {
 };
 constexpr std::array kLists = {
     ListRow{"techniques", technique_rows}, ListRow{"features", feature_rows},   ListRow{"maps", map_rows},
-    ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},     ListRow{"encodings", encoding_rows},
+    ListRow{"surfaces", surface_rows},     ListRow{"metrics", metric_rows},       ListRow{"formats", format_rows},     ListRow{"encodings", encoding_rows},
     ListRow{"heightmaps", heightmap_rows}, ListRow{"views", view_rows},         ListRow{"backends", backend_rows},
     ListRow{"engines", engine_rows},       ListRow{"languages", language_rows},
 };
@@ -259,7 +272,7 @@ void add_list_command(CLI::App& app, int& exit_code) {
   const CLI::Option* what =
       command
           ->add_option("WHAT",
-                       "techniques | features | maps | metrics | formats | encodings | heightmaps | views | "
+                       "techniques | features | surfaces | maps | metrics | formats | encodings | heightmaps | views | "
                        "backends | engines | languages")
           ->required();
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");

@@ -193,9 +193,17 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
        context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
+std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene& scene) const {
+  std::optional<std::vector<PixelFeature>> seen = context_.seen_features;
+  if (seen && is_curved(scene.surface.kind))
+    std::erase_if(*seen, [](const PixelFeature& one) { return one.feature->ground == Ground::plane; });
+  return seen;
+}
+
 const Preparer::Reference& Preparer::seen_reference(const Reference& own, std::span<const Draw> score_frame,
                                                     const SceneSpec& scene, SceneState& state) {
-  return context_.seen_features ? reference_of_traced(score_frame, scene, state, *context_.seen_features) : own;
+  const auto seen = seen_features_in(scene.scene);
+  return seen ? reference_of_traced(score_frame, scene, state, *seen) : own;
 }
 
 const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene,
@@ -215,7 +223,8 @@ const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> s
   });
   made.hits = hits_of_traced(scene, made.key, state.uploaded.frame);
   made.values = values_of_traced(scene, made.key, made.hits, features, state.uploaded.frame);
-  if (context_.seen_features && made.features != text_of(*context_.seen_features))  // nothing is compared with it
+  const auto seen = seen_features_in(scene.scene);
+  if (seen && made.features != text_of(*seen))  // nothing is compared with it
     return state.references.emplace_back(std::move(made));
   made.picture =
       reference_picture({.hits = made.hits, .features = features, .values = made.values}, score_frame, scene, state);
@@ -286,7 +295,7 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
 
 MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   // Values that the case does not have itself are the exact ones alone.
-  const std::vector<PixelFeature> features = context_.seen_features.value_or(pixel_features(prepared.spec->settings));
+  const std::vector<PixelFeature> features = seen_features_in(scene.scene).value_or(pixel_features(prepared.spec->settings));
   std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
   for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
     frames.push_back(moved_frame(prepared, scene, state, features, i));

@@ -108,6 +108,8 @@ class Preparer {
   /// What was traced there. reference: of the same rays and features
   [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
                                          const UploadedScene& scene) const;
+  /// What pictures have of the context's seen features in a scene.
+  [[nodiscard]] std::optional<std::vector<PixelFeature>> seen_features_in(const Scene& scene) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
   /// draw: that traced them

@@ -25,11 +25,14 @@ bool is_allowed(const SceneFile& file, const Feature& feature, const FeatureRow&
   return rows == file.rows.end() || std::ranges::find(rows->second, row.id) != rows->second.end();
 }
 
-/// The settings with one row; none where it makes no sense with them.
-std::optional<Settings> with_row(Settings settings, const Feature& feature, const FeatureRow& row) {
+/// The settings with one row; none where it makes no sense with them, or in one of the views.
+std::optional<Settings> with_row(const SceneFile& file, Settings settings, const Feature& feature,
+                                 const FeatureRow& row) {
   if (settings.technique().find(feature.id) == nullptr) return std::nullopt;
   settings.set(feature.id, row.id);
-  return conflict(settings).empty() ? std::optional(settings) : std::nullopt;
+  for (const SceneSpec& spec : file.scenes)
+    if (!conflict(settings, spec.scene).empty()) return std::nullopt;
+  return settings;
 }
 
 class SpaceMaker {
@@ -78,7 +81,7 @@ class SpaceMaker {
     std::size_t best_place = 0;
     for (const FeatureRow& row : feature.rows) {
       if (&row == &feature.rows.front() || row.also != also || !is_allowed(file_, feature, row)) continue;
-      const std::optional<Settings> settings = with_row(file_.setting, feature, row);
+      const std::optional<Settings> settings = with_row(file_, file_.setting, feature, row);
       if (!settings) continue;
       tried_.push_back({.feature = std::string(also.empty() ? feature.id : also),
                         .choice = fmt::format("{}={}", feature.id, row.id),
@@ -101,7 +104,7 @@ class SpaceMaker {
     }
     add_sets(settings, set, axis + 1);
     for (const Option& option : axes_[axis].options)
-      if (const std::optional<Settings> more = with_row(settings, *axes_[axis].feature, *option.row))
+      if (const std::optional<Settings> more = with_row(file_, settings, *axes_[axis].feature, *option.row))
         add_sets(*more, set | option.set, axis + 1);
   }
 

@@ -13,6 +13,7 @@
 #include "kernels/judge/heat_map.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/guarantee.h"
+#include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/cache.h"
 #include "tuner/measure/frame.h"
 #include "tuner/measure/progress.h"
@@ -21,6 +22,9 @@
 
 namespace reliefbench {
 namespace {
+
+/// Floats tell too little of the bend of rays that graze more than this.
+constexpr double kLeastBentCosine = 0.02;
 
 std::int64_t& fault(StressResult& result, StressCheck check) {
   return result.faults.at(static_cast<std::size_t>(check));
@@ -73,29 +77,63 @@ void check_values(const StressFrame& frame, const Settings& settings, const Stor
   }
 }
 
+constexpr double kMostBentT = 4;  ///< where a bent ray ends at the latest: RAY_END of surface_bent.glsl
+
+bool bends_rays(const Settings& settings) {
+  const std::vector<PixelFeature> features = frame_features(settings);
+  return std::ranges::any_of(features, [](const PixelFeature& one) {
+    return std::ranges::find(one.row->defines, "BENT_RAYS") != one.row->defines.end();
+  });
+}
+
+/// Whether each pixel's guarantee is kept: of the very ray that it traced, which on a curved surface is not the world's.
+std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, const StoredMap& stored, Wrap wrap,
+                          Guarantee guarantee) {
+  const Heightfield& surface = stored.map.heights;
+  const std::vector<ScorePixel>& pixels = frame.pixels;
+  std::vector<Kept> kept(pixels.size(), Kept::yes);
+  if (guarantee == Guarantee::none) return kept;
+  if (bends_rays(settings)) {
+    const SurfaceShape shape(frame.uniforms);
+    const auto width = static_cast<std::size_t>(frame.uniforms.sizes[0]);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (!has_ray(pixels[i])) continue;
+      const SurfaceRay ray =
+          surface_ray(frame.uniforms, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+      if (ray.cosine >= kLeastBentCosine) kept[i] = keeps_bent(guarantee, pixels[i], ray.bend, surface, wrap);
+    }
+    return kept;
+  }
+  const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, pixels);
+  const std::vector<PixelScore> scores = judge_pixels(pixels, exact, surface.width, surface.height);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    kept[i] = keeps(guarantee, pixels[i], scores[i], exact[i], surface, wrap);
+  return kept;
+}
+
 /// What one frame says by itself.
 JudgedFrame check_frame(const StressFrame& frame, const Settings& settings, const StoredMap& stored, Wrap wrap,
                         StressResult& result) {
   const std::vector<ScorePixel>& pixels = frame.pixels;
+  const double most_t = bends_rays(settings) ? kMostBentT : 1;
   check_values(frame, settings, stored, result);
   const auto cap = static_cast<float>(step_cap(settings));
   for (const ScorePixel& pixel : pixels) {
     if (!has_ray(pixel)) continue;
     if (!is_finite(pixel)) ++fault(result, StressCheck::finite);
-    if (!(pixel.t >= 0 && pixel.t <= 1)) ++fault(result, StressCheck::inside);
+    if (!(pixel.t >= 0 && static_cast<double>(pixel.t) <= most_t)) ++fault(result, StressCheck::inside);
     if (pixel.steps > cap) ++fault(result, StressCheck::step_cap);
     if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
   }
-  const Heightfield& surface = stored.map.heights;
-  const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, pixels);
-  JudgedFrame judged = judge(pixels, exact, surface.width, surface.height);
+  const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, frame.uniforms, wrap, pixels);
+  JudgedFrame judged = judge(frame.uniforms, wrap, pixels, exact);
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.at("missed_rate");
   result.unconverged_rate = judged.score.at("unconverged_rate");
   result.e_xy_p99 = judged.score.at("e_xy.p99");
   result.e_xy_max = judged.score.at("e_xy.max");
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const Kept kept = keeps(result.guarantee, pixels[i], judged.pixels[i], exact[i], surface, wrap);
+  const std::vector<Kept> all = kept_of(frame, settings, stored, wrap, result.guarantee);
+  for (const Kept kept : all) {
     if (kept == Kept::no) ++fault(result, StressCheck::guarantee);
     if (kept == Kept::unresolved) ++result.unresolved;
   }

@@ -108,7 +108,7 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   std::vector<Settings> list;
   std::set<std::string> seen;
   const auto add = [&](const Settings& settings) {
-    if (conflict(settings).empty() && seen.insert(settings.text()).second) list.push_back(settings);
+    if (conflict(settings, extreme.scene.scene).empty() && seen.insert(settings.text()).second) list.push_back(settings);
   };
   const auto vary = [&](const Settings& from, std::string_view id, const auto& use) {
     const std::vector<std::string_view> values = choices(id);
@@ -122,7 +122,8 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   vary(usual, "search", [&](const Settings& s) { vary(s, "map", [&](const Settings& m) { vary(m, "format", add); }); });
   if (!extreme.is_large) {
     for (const std::string_view id :
-         {"encoding", "correction", "step", "filter", "refinement", "lod", "over_relaxation", "shadow", "depth"})
+         {"encoding", "correction", "step", "filter", "refinement", "lod", "over_relaxation", "shadow", "depth",
+                                      "silhouette"})
       vary(usual, id, add);
   }
   add(usual);
