@@ -166,11 +166,12 @@ TEST(SceneFile, a_camera_path_is_so_many_views) {
   EXPECT_EQ(file.scenes[3].scene.view.distance, 1);
 }
 
-/// A scene of configs/scenes in small frames, with the hard and the soft shadow alone.
+/// A scene of configs/scenes in small frames, with the hard and the soft shadow and the quadric's silhouette alone.
 SceneFile small_scene(const std::string& name) {
   SceneFile file = load_scene_file(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/scenes" / (name + ".json"));
   for (const Feature& feature : all_features()) file.rows[std::string(feature.id)] = {};
   file.rows["shadow"] = {"cone", "soft_cone"};
+  file.rows["silhouette"] = {"quadric"};
   for (SceneSpec& spec : file.scenes) spec.scene.width_px = spec.scene.height_px = 72;
   file.scenes.resize(std::min<std::size_t>(file.scenes.size(), 2));
   file.measure.samples = 3;
