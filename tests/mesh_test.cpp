@@ -100,8 +100,8 @@ TEST(FitCurvature, finds_a_quadric_and_its_mixed_term) {
 TEST(FitCurvature, defines_what_points_leave_open) {
   const Vector3d none = Vector3d::Zero();
   EXPECT_EQ(fit_curvature({}), none);
-  EXPECT_EQ(fit_curvature({{1, 0, -1}, {0, 1, -1}}), none);               // fewer than three
-  EXPECT_EQ(fit_curvature({{0, 0, 1}, {0, 0, 2}, {0, 0, 3}}), none);      // none of them aside
+  EXPECT_EQ(fit_curvature({{1, 0, -1}, {0, 1, -1}}), none);           // fewer than three
+  EXPECT_EQ(fit_curvature({{0, 0, 1}, {0, 0, 2}, {0, 0, 3}}), none);  // none of them aside
   // A cross says nothing of the mixed term: it is as small as can be.
   EXPECT_LT((fit_curvature({{1, 0, -2}, {-1, 0, -2}, {0, 1, -3}, {0, -1, -3}}) - Vector3d(2, 3, 0)).norm(), 1e-12);
   // A line that is turned gives the same quadric, turned: of trace 1 and that direction alone.
@@ -274,8 +274,7 @@ TEST(Shapes, teapot_is_newells) {
   int on_belly = 0;
   for (const MeshVertex& v : mesh.vertices) {
     const double axial = v.position.head<2>().norm();
-    if (std::abs(v.position.z() - 0.9) > 1e-9 || std::abs(axial - 2) > 0.03 ||
-        v.position.x() < -1.9)
+    if (std::abs(v.position.z() - 0.9) > 1e-9 || std::abs(axial - 2) > 0.03 || v.position.x() < -1.9)
       continue;  // or the handle's end
     ++on_belly;
     ASSERT_GT(v.normal.head<2>().dot(v.position.head<2>()), 0.9 * axial);

@@ -196,8 +196,7 @@ Mesh finish(const RawMesh& raw) {
     vertex.u_gradient =
         direction_of(mapping.u_gradient / mapping.weight, vertex.normal, vertex.normal.unitOrthogonal());
     const Vector3d along_u = vertex.u_gradient.normalized();
-    vertex.v_gradient =
-        direction_of(mapping.v_gradient / mapping.weight, vertex.normal, vertex.normal.cross(along_u));
+    vertex.v_gradient = direction_of(mapping.v_gradient / mapping.weight, vertex.normal, vertex.normal.cross(along_u));
     const Vector3d along_v = vertex.v_gradient.normalized();
     std::vector<Vector3d> points;
     for (const std::uint32_t neighbour : neighbours.of(place_of[i])) {

@@ -26,7 +26,7 @@ struct RawMesh {
 /// exact there.
 struct MeshVertex {
   Eigen::Vector3d position;
-  Eigen::Vector3d normal;      ///< unit, outwards
+  Eigen::Vector3d normal;  ///< unit, outwards
   /// Across the normal, where u grows most: how far along a unit of length, the mapping scale. kLeastGradient at least.
   Eigen::Vector3d u_gradient;
   Eigen::Vector3d v_gradient;
@@ -43,24 +43,25 @@ struct Mesh {
 
 inline constexpr std::size_t kMostTriangles = 1U << 18U;
 
-/// Normals, mapping scales and curvatures of a mesh. Positions that are equal are one, whatever their uv, so that neither
-/// a normal nor a curvature stops at a seam of the map; at one by whole tiles no mapping scale does. Triangles without
-/// area are left out. Where no triangle says otherwise, a normal is +z.
+/// Normals, mapping scales and curvatures of a mesh. Positions that are equal are one, whatever their uv, so that
+/// neither a normal nor a curvature stops at a seam of the map; at one by whole tiles no mapping scale does. Triangles
+/// without area are left out. Where no triangle says otherwise, a normal is +z.
 [[nodiscard]] Mesh finish(const RawMesh& raw);
 
 /// The quadric z = -(a x^2 + b y^2 + c x y) that fits points best, along a frame's x and y and its normal z: (a, b, c).
 /// On a sphere of radius R seen from outside a = b = 1/(2R), c = 0. What the points leave open is as small as can be
 /// whichever way the frame is turned; fewer than three points are no neighbourhood: 0.
 /// points: relative to the vertex, in its frame; where x and y are not across each other, so is not the quadric
-/// source: [RTM] listing 5.8; the mixed term, without which axes that are not the surface's own give wrong ones, is ours
+/// source: [RTM] listing 5.8; the mixed term, without which axes that are not the surface's own give wrong ones, is
+/// ours
 [[nodiscard]] Eigen::Vector3d fit_curvature(const std::vector<Eigen::Vector3d>& points);
 
 /// Moved and scaled: the middle of its box comes to `middle`, what lies farthest from there at `radius`. One of no size
 /// is moved only.
 [[nodiscard]] Mesh placed(const Mesh& mesh, const Eigen::Vector3d& middle, double radius);
 
-/// The Utah teapot, z up: Newell's 32 bicubic patches, each with the whole map on it and 2 segments^2 triangles. Blinn's
-/// flat form; the lid is as wide as the rim, so that nothing shows between them.
+/// The Utah teapot, z up: Newell's 32 bicubic patches, each with the whole map on it and 2 segments^2 triangles.
+/// Blinn's flat form; the lid is as wide as the rim, so that nothing shows between them.
 [[nodiscard]] RawMesh teapot(int segments);
 
 /// A torus round the z axis: the ring's radius 3, the tube's 1. u runs round the ring, 4 tiles, v round the tube, 1.

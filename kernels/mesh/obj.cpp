@@ -151,7 +151,8 @@ RawMesh load_obj(const std::filesystem::path& path) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(path, error);
   if (error) fail_file(path, "cannot read the mesh", error.value());
-  if (bytes > kMostObjBytes) fail_input("{}: {} bytes: a mesh may have {} at most", path.string(), bytes, kMostObjBytes);
+  if (bytes > kMostObjBytes)
+    fail_input("{}: {} bytes: a mesh may have {} at most", path.string(), bytes, kMostObjBytes);
   std::ifstream in(path);
   if (!in) fail_file(path, "cannot read the mesh", errno);
   return read_obj(in, path.string());

@@ -147,8 +147,8 @@ void add_pieces(RawMesh& mesh, const std::array<Control, kRows>& control, bool i
       grid.add(segments, segments, 1, [&](int i, int j) {
         Row at;
         for (std::size_t column = 0; column < 4; ++column)
-          at.at(column) =
-              on_curve({image[0].at(column), image[1].at(column), image[2].at(column), image[3].at(column)}, i, segments);
+          at.at(column) = on_curve({image[0].at(column), image[1].at(column), image[2].at(column), image[3].at(column)},
+                                   i, segments);
         return std::pair(on_curve(at, j, segments), patch_normal(image, i, j, segments));
       });
   }

@@ -12,9 +12,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr int kLeastLevels = 4;           ///< for the bend of a triangle's normals, however little of the map is on it
+constexpr int kLeastLevels = 4;  ///< for the bend of a triangle's normals, however little of the map is on it
 constexpr std::uint32_t kTrianglesALeaf = 4;
-constexpr double kSlack = 1e-12;          ///< of bounds, relative: more than rounding takes
+constexpr double kSlack = 1e-12;  ///< of bounds, relative: more than rounding takes
 
 std::int64_t cell_of(double texel) { return static_cast<std::int64_t>(std::floor(std::clamp(texel, -1e12, 1e12))); }
 
@@ -28,8 +28,7 @@ MeshTracer::MeshTracer(const ReferenceTracer& heights, const Mesh& mesh, const M
   double longest = 0;
   for (const auto& triangle : mesh.triangles)
     for (std::size_t i = 0; i < 3; ++i) {
-      const Vector2d edge =
-          mesh.vertices[triangle.at(i)].uv - mesh.vertices[triangle.at((i + 1) % 3)].uv;
+      const Vector2d edge = mesh.vertices[triangle.at(i)].uv - mesh.vertices[triangle.at((i + 1) % 3)].uv;
       longest = std::max(longest, edge.cwiseProduct(texels_).norm());
     }
   while (levels_ < kMostLevels && (levels_ < kLeastLevels || std::ldexp(longest, -levels_) > share)) ++levels_;
