@@ -207,6 +207,49 @@ TEST(MeshTracer, lets_no_line_through_a_closed_mesh) {
   }
 }
 
+TEST(MeshTracer, ends_at_extremes) {
+  const Heightfield map = hills(16, 11);
+  const ReferenceTracer heights(map, Wrap::repeat);
+  RawMesh constant = torus(12, 8);
+  for (Vector2d& uv : constant.uvs) uv = {0.3, 0.7};
+  RawMesh huge = torus(12, 8);
+  for (Vector2d& uv : huge.uvs) uv *= 1e6;
+  RawMesh collapsed = torus(12, 8);
+  for (std::size_t i = 0; i < collapsed.triangles.size(); i += 3) collapsed.triangles[i][1] = collapsed.triangles[i][0];
+  // A map of one point, one of millions of texels along an edge, triangles without area, and a relief that is deeper
+  // than the tube is round.
+  for (const auto& [raw, depth] : {std::pair(constant, 0.2), {huge, 0.2}, {collapsed, 0.2}, {torus(12, 8), 1.5}}) {
+    const Mesh mesh = finish(raw);
+    const MeshRelief relief{.depth = depth, .tiling = 1};
+    const MeshTracer tracer(heights, mesh, relief);
+    int hits = 0;
+    for (const MeshLine& line : lines_at(mesh, 8, 12)) {
+      const auto entry = tracer.meet(line, MeshTracer::Side::outside, 0);
+      if (entry) {
+        const MeshRay ray = mesh_ray(mesh, relief, line, *entry);
+        EXPECT_TRUE(ray.slope.allFinite() && std::isfinite(ray.bend) && std::isfinite(ray.per_t));
+        EXPECT_GE(ray.cosine, 0.99 * kLeastCosine);
+      }
+      const auto hit = tracer.trace(line, MeshTracer::Side::outside, 0);
+      if (!hit) continue;
+      ++hits;
+      EXPECT_TRUE(std::isfinite(hit->way));
+      EXPECT_GE(hit->weights.minCoeff(), -1e-9);
+      EXPECT_NEAR(hit->weights.sum(), 1, 1e-9);
+    }
+    EXPECT_GT(hits, 1);
+  }
+  // Of one point of the map the relief is a torus that is thinner by what is missing there.
+  const Mesh mesh = finish(constant);
+  const MeshTracer tracer(heights, mesh, {.depth = 0.2, .tiling = 1});
+  const MeshLine down{.from = {kTorusRing, 0, 3}, .direction = -Vector3d::UnitZ()};
+  const ReferenceTracer::Corners h = heights.corners(4, 10);  // round (4.3, 10.7), centres at whole numbers
+  const double height = std::lerp(std::lerp(h.h00, h.h10, 0.3), std::lerp(h.h01, h.h11, 0.3), 0.7);
+  const auto hit = tracer.trace(down, MeshTracer::Side::outside, 0);
+  ASSERT_TRUE(hit);
+  EXPECT_NEAR(hit->way, 2 + 0.2 * (1 - height), 1e-9);
+}
+
 /// The places of two hits on the map, in texels.
 double texels_apart(const Mesh& mesh, const MeshHit& a, const MeshHit& b, double side) {
   const auto uv = [&](const MeshHit& hit) -> Vector2d {

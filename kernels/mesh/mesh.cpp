@@ -87,7 +87,7 @@ MappedPlace mapped_place(std::uint32_t position, const Vector2d& uv) {
 
 /// A direction of the map: no shorter than kLeastGradient.
 Vector3d direction_of(const Vector3d& gradient, const Vector3d& normal, const Vector3d& otherwise) {
-  const Vector3d level = across(gradient, normal);
+  Vector3d level = across(gradient, normal);
   if (level.norm() >= kLeastGradient && level.allFinite()) return level;
   return otherwise * kLeastGradient;
 }

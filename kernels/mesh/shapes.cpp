@@ -125,7 +125,7 @@ Vector3d patch_normal(const Patch& patch, int i, int j, int n) {
     }
     return along_curve(at, column_at, of).cross(on_curve(down, column_at, of));
   };
-  const Vector3d normal = normal_at(i, j, n);
+  Vector3d normal = normal_at(i, j, n);
   constexpr double kNothing = 1e-9;  // of sizes near 1
   if (normal.norm() > kNothing) return normal;
   constexpr int kNear = 1 << 12;

@@ -158,7 +158,8 @@ class MeshTracer::Query {
       begin = std::max(begin, std::min(a, b));
       end = std::min(end, std::max(a, b));
     }
-    return begin <= end * (1 + kSlack) + kSlack ? begin : kFar;
+    if (begin <= end * (1 + kSlack) + kSlack) return begin;
+    return kFar;
   }
 
   template <bool kDisplaced>

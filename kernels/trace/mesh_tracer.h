@@ -43,8 +43,9 @@ class MeshTracer {
  public:
   /// Edges of parts in texels; halved for what the error is measured against.
   static constexpr double kShare = 1.0 / 64;
-  /// Halvings of a triangle's edge at most: of a longer edge than kShare * 2^20 texels the parts are coarser.
-  static constexpr int kMostLevels = 20;
+  /// Halvings of a triangle's edge at most: where an edge has over 1024 texels, parts are coarser than kShare, as
+  /// share() says. A line may cross as many parts as lie along its way.
+  static constexpr int kMostLevels = 16;
   static constexpr int kVersion = 1;  ///< raised when a result changes
 
   /// heights and mesh must outlive it.
