@@ -22,7 +22,7 @@ constexpr int kGroupSide = 8;  // texels
 constexpr std::size_t kShortTexels = std::size_t{512} * 512;
 
 /// Which texel of a node the quick bakers measure the distance to.
-enum Footpoint : std::int32_t { kNearest, kUnvisited, kCentre };
+enum BakeFootpoint : std::int32_t { kNearest, kUnvisited, kCentre };
 
 /// In place of the ratio of a texel whose search the device did not carry to its end.
 constexpr float kCutShort = -1;
@@ -69,31 +69,31 @@ std::string bake_contract(BakeNumbers numbers) {
 }
 
 /// A cone for every texel, from one pyramid or several.
-struct Search {
+struct BakeSearch {
   std::string_view shader;  ///< name of the .comp file
   bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
-  Footpoint footpoint = kNearest;
+  BakeFootpoint footpoint = kNearest;
   bool group_a_texel = false;  ///< a workgroup for each texel; else for 8 x 8
 };
-constexpr Search kConservative{.shader = "bake_exact"};
-constexpr Search kRelaxed{.shader = "bake_exact", .quadrants = true};
+constexpr BakeSearch kConservativeBake{.shader = "bake_exact"};
+constexpr BakeSearch kRelaxedBake{.shader = "bake_exact", .quadrants = true};
 
 struct Row {
   MapKind kind{};
-  Search search;
-  std::optional<Search> other{};  ///< the map is the mean of the two
+  BakeSearch search;
+  std::optional<BakeSearch> other{};  ///< the map is the mean of the two
   bool needs_doubles = false;
 };
 constexpr std::array kRows{
-    Row{.kind = MapKind::conservative, .search = kConservative},
-    Row{.kind = MapKind::relaxed, .search = kRelaxed},
+    Row{.kind = MapKind::conservative, .search = kConservativeBake},
+    Row{.kind = MapKind::relaxed, .search = kRelaxedBake},
     Row{.kind = MapKind::relaxed_po07,
         .search = {.shader = "bake_relaxed_po07", .group_a_texel = true},
         .needs_doubles = true},
     Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = kNearest}},
     Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = kUnvisited}},
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = kCentre}},
-    Row{.kind = MapKind::hybrid, .search = kConservative, .other = kRelaxed, .needs_doubles = true},
+    Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake, .needs_doubles = true},
 };
 constexpr std::string_view kPyramidShader = "bake_pyramid";
 constexpr std::string_view kMeanShader = "bake_mean";
@@ -118,7 +118,7 @@ QuadLevels quad_levels(const Heightfield& heights) {
 }
 
 /// Bytes of the Bake buffer of one search.
-std::vector<std::byte> bake_buffer(const BakeRequest& request, const Search& search, const QuadLevels& levels) {
+std::vector<std::byte> bake_buffer(const BakeRequest& request, const BakeSearch& search, const QuadLevels& levels) {
   const Heightfield& heights = request.heights;
   const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
   const double widest = metric.side * static_cast<double>(request.max_ratio);
@@ -182,7 +182,7 @@ class BakePasses {
 
   // Each returns the buffer of the ratios that it makes.
 
-  int add_search(const Search& search) {
+  int add_search(const BakeSearch& search) {
     const int bake = add_head(search);
     const int pyramids = search.quadrants ? 4 : 1;
     const int quads =
@@ -236,7 +236,7 @@ class BakePasses {
     return place;
   }
   int add_ratios() { return add_buffer(std::span(request_.heights.texels).size_bytes()); }
-  int add_head(const Search& search) {
+  int add_head(const BakeSearch& search) {
     heads_.push_back(bake_buffer(request_, search, levels_));
     head_ = add_buffer(heads_.back());
     return head_;

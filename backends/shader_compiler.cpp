@@ -3,12 +3,17 @@
 #include <glslang/Public/ResourceLimits.h>
 #include <glslang/Public/ShaderLang.h>
 #include <glslang/SPIRV/GlslangToSpv.h>
+#include <glslang/build_info.h>
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 
+#include "backends/spirv.h"
+#include "kernels/base/cache.h"
 #include "kernels/base/embedded.h"
 #include "kernels/base/error.h"
+#include "kernels/base/sha256.h"
 #include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 
@@ -69,7 +74,7 @@ std::string first_error(std::string_view log) {
   return line;
 }
 
-Spirv compile(const Source& source) {
+Spirv translate(const Source& source) {
   static const GlslangProcess process;
 
   const char* const text_data = source.text.data();
@@ -105,6 +110,44 @@ Spirv compile(const Source& source) {
   Spirv spirv;
   glslang::GlslangToSpv(*program.getIntermediate(source.stage), spirv, &options);
   return spirv;
+}
+
+/// All that the words of a translation depend on: any of the binary's files may be included.
+std::string spirv_key(const Source& source) {
+  static const std::string files = [] {
+    std::string texts;
+    for (const EmbeddedFile& file : embedded_shaders()) texts.append(file.name).append("\n").append(file.text);
+    return sha256(texts);
+  }();
+  std::string key = fmt::format(
+      "spirv 1, glslang {}.{}.{}{} {}, stage {}, dialect {}\n{}\n{}\n{}\n", GLSLANG_VERSION_MAJOR,
+      GLSLANG_VERSION_MINOR, GLSLANG_VERSION_PATCH, GLSLANG_VERSION_FLAVOR, glslang::GetSpirvGeneratorVersion(),
+      static_cast<int>(source.stage), static_cast<int>(source.dialect), files, source.file, sha256(source.text));
+  for (const auto& [name, included] : source.includes)
+    key += fmt::format("{} {} {}\n", name, included.name, sha256(included.text));
+  return key;
+}
+
+const Codec<Spirv>& spirv_codec() {
+  static const Codec<Spirv> codec{.write =
+                                      [](const Spirv& spirv) {
+                                        const auto bytes = std::as_bytes(std::span(spirv));
+                                        return std::vector<std::byte>(bytes.begin(), bytes.end());
+                                      },
+                                  .read = [](std::span<const std::byte> bytes) -> std::optional<Spirv> {
+                                    if (bytes.empty() || bytes.size() % sizeof(std::uint32_t) != 0) return std::nullopt;
+                                    Spirv spirv(bytes.size() / sizeof(std::uint32_t));
+                                    std::memcpy(spirv.data(), bytes.data(), bytes.size());
+                                    return spirv.front() == kSpirvMagic ? std::optional(std::move(spirv))
+                                                                        : std::nullopt;
+                                  }};
+  return codec;
+}
+
+/// glslang's tables alone take a quarter of a second to set up, so what was translated before is read.
+Spirv compile(const Source& source) {
+  const Cache cache(Cache::default_folder());
+  return cached(cache, spirv_key(source), spirv_codec(), [&] { return translate(source); }).value;
 }
 
 /// One of the binary's own files.

@@ -11,7 +11,6 @@ namespace reliefbench {
 namespace {
 
 // The SPIR-V specification: 2.3 physical layout, 3.7 storage classes, 3.20 decorations, 3.52 instructions.
-constexpr std::uint32_t kMagic = 0x07230203;
 constexpr std::size_t kHeaderWords = 5;
 enum Opcode : std::uint32_t {
   kOpName = 5,
@@ -90,7 +89,7 @@ void Module::take(std::uint32_t opcode, Words operands) {
 }
 
 Module parse(Words spirv) {
-  if (spirv.size() < kHeaderWords || spirv[0] != kMagic) fail_environment("not a SPIR-V module");
+  if (spirv.size() < kHeaderWords || spirv[0] != kSpirvMagic) fail_environment("not a SPIR-V module");
   Module module;
   std::uint32_t opcode = 0;
   for (std::size_t at = kHeaderWords; at < spirv.size();) {

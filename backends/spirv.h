@@ -8,6 +8,9 @@
 
 namespace reliefbench {
 
+/// The first word of a SPIR-V module in this machine's byte order.
+inline constexpr std::uint32_t kSpirvMagic = 0x07230203;
+
 /// A specialization constant of a SPIR-V module.
 struct DeclaredConstant {
   std::uint32_t id;  ///< constant_id in GLSL

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -55,6 +56,7 @@ struct Rig {
   std::unique_ptr<Backend> backend;
   Spirv vertex;
   std::unique_ptr<Texture> plain;
+  mutable std::map<std::string, std::unique_ptr<Pipeline>> kept{};  ///< by what they are compiled of: trace_frame()
 };
 
 /// The words of the Error(environment) that `action` throws.

@@ -1,4 +1,4 @@
-#include "tuner/measure/cache.h"
+#include "kernels/base/cache.h"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "backends/gpu_bake.h"
+#include "backends/spirv.h"
 #include "kernels/base/error.h"
 #include "kernels/trace/technique.h"
 #include "tests/command.h"
@@ -20,9 +21,30 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-constexpr std::uint32_t kMagic = 0x07230203;
-
 class ShaderCompiler : public ::testing::TestWithParam<Dialect> {};
+
+/// Where translations are kept until the end of the scope: a folder that is empty at first.
+class CacheOfItsOwn {
+ public:
+  explicit CacheOfItsOwn(std::filesystem::path folder) : folder_(std::move(folder)) {
+    if (const char* before = std::getenv(kVariable); before != nullptr) before_ = before;
+    setenv(kVariable, folder_.c_str(), 1);
+  }
+  ~CacheOfItsOwn() { before_ ? setenv(kVariable, before_->c_str(), 1) : unsetenv(kVariable); }
+  CacheOfItsOwn(const CacheOfItsOwn&) = delete;
+  CacheOfItsOwn& operator=(const CacheOfItsOwn&) = delete;
+
+  [[nodiscard]] std::vector<std::filesystem::path> files() const {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) files.push_back(entry.path());
+    return files;
+  }
+
+ private:
+  static constexpr const char* kVariable = "RELIEFBENCH_CACHE";
+  std::filesystem::path folder_;
+  std::optional<std::string> before_{};
+};
 
 /// The stored strings of a module, as a debugger shows them (OpName and OpEntryPoint literals).
 bool contains_text(const Spirv& spirv, std::string_view text) {
@@ -46,15 +68,47 @@ TEST_P(ShaderCompiler, every_stage_becomes_a_module_of_the_dialects_version) {
        {compile_vertex(GetParam()), compile_load(GetParam()), compile_fragment("flat", Target::color, GetParam()),
         compile_fragment("reference", Target::score, GetParam())}) {
     ASSERT_GT(spirv.size(), 5u);
-    EXPECT_EQ(spirv[0], kMagic);
+    EXPECT_EQ(spirv[0], kSpirvMagic);
     EXPECT_EQ(spirv[1], version);
     EXPECT_TRUE(contains_text(spirv, "main"));
   }
 }
 
 TEST_P(ShaderCompiler, the_module_is_the_same_every_time) {
-  EXPECT_EQ(compile_fragment("flat", Target::color, GetParam()), compile_fragment("flat", Target::color, GetParam()));
-  EXPECT_EQ(compile_vertex(GetParam()), compile_vertex(GetParam()));
+  const TempFolder folder;
+  std::vector<Spirv> modules;
+  for (const char* cache : {"first", "second"}) {
+    const CacheOfItsOwn empty(folder / cache);
+    modules.push_back(compile_fragment("flat", Target::color, GetParam()));
+  }
+  EXPECT_EQ(modules[0], modules[1]);
+}
+
+TEST_P(ShaderCompiler, what_was_translated_is_read_again_unless_it_is_damaged) {
+  const TempFolder folder;
+  const CacheOfItsOwn cache(folder / "cache");
+  const Spirv module = compile_load(GetParam());
+  ASSERT_EQ(cache.files().size(), 1U);
+  const std::filesystem::path kept = cache.files().front();
+  std::filesystem::create_hard_link(kept, folder / "as_written");
+  EXPECT_EQ(compile_load(GetParam()), module);
+  EXPECT_TRUE(std::filesystem::equivalent(kept, folder / "as_written"));
+  std::fstream(kept, std::ios::in | std::ios::out | std::ios::binary).seekp(100).put('?');
+  EXPECT_EQ(compile_load(GetParam()), module);
+  EXPECT_FALSE(std::filesystem::equivalent(kept, folder / "as_written"));  // written anew
+  EXPECT_EQ(cache.files().size(), 1U);
+}
+
+TEST_P(ShaderCompiler, each_text_dialect_and_include_is_a_translation_of_its_own) {
+  const TempFolder folder;
+  const CacheOfItsOwn cache(folder / "cache");
+  for (const char* t : {"0.25", "0.5"}) {
+    const std::string text = fmt::format("Hit trace(Ray ray) {{ return Hit({}, STATUS_HIT, 0, 0); }}\n", t);
+    (void)compile_fragment({.name = "probe.glsl", .text = text}, Target::score, GetParam());
+  }
+  (void)compile_load(Dialect::vulkan);
+  (void)compile_load(Dialect::opengl);
+  EXPECT_EQ(cache.files().size(), 4U);
 }
 
 TEST_P(ShaderCompiler, names_are_kept_for_debuggers) {
@@ -133,7 +187,7 @@ TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator)
 
 TEST_P(ShaderCompiler, it_works_again_after_an_error) {
   (void)compile_error("syntax error", GetParam());
-  EXPECT_EQ(compile_vertex(GetParam())[0], kMagic);
+  EXPECT_EQ(compile_vertex(GetParam())[0], kSpirvMagic);
 }
 
 INSTANTIATE_TEST_SUITE_P(dialects, ShaderCompiler, ::testing::Values(Dialect::vulkan, Dialect::opengl),

@@ -52,11 +52,16 @@ inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Pipeline& pipel
   return trace_frame(*rig.backend, settings == nullptr ? std::vector{draw} : passes_of(*settings, draw, Target::score));
 }
 
-/// The score frame of a technique over a stored map.
+/// The score frame of a technique over a stored map. A pipeline is compiled once for all frames of a rig.
 inline std::vector<ScorePixel> trace_frame(const Rig& rig, const Settings& settings, const StoredMap& map,
                                            const Scene& scene, const MapSampler& sampler = {}) {
-  return trace_frame(rig, *score_pipeline(rig, settings, scene.wrap, sampler, scene.surface.kind), map, scene,
-                     &settings);
+  std::string key = fmt::format("{} {}", settings.technique().id, static_cast<int>(scene.surface.kind));
+  for (const PixelFeature& feature : frame_features(settings)) key += fmt::format(" {}", feature.row->id);
+  for (const SpecConstant& constant : constants_of(&settings, scene.wrap, sampler))
+    key += fmt::format(" {}={}", constant.id, constant.value);
+  std::unique_ptr<Pipeline>& pipeline = rig.kept[key];
+  if (!pipeline) pipeline = score_pipeline(rig, settings, scene.wrap, sampler, scene.surface.kind);
+  return trace_frame(rig, *pipeline, map, scene, &settings);
 }
 
 /// Settings of a technique with some values other than the defaults.

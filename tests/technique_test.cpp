@@ -281,23 +281,25 @@ TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
 
 TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
   on_every_device([](const Rig& rig) {
-    for (const float height : {0.0F, 0.5F, 1.0F}) {
-      const Heightfield map = {.width = 8, .height = 8, .texels = std::vector<float>(64, height)};
-      for (const Technique& technique : techniques()) {
-        if (technique.id == "flat") continue;
-        Settings settings(technique);
-        settings.set("format", float_format(technique));
-        if (technique.id == "parallax") settings.set("variant", "plain");
-        if (technique.find("binary_steps") != nullptr) settings.set("binary_steps", 16);
-        if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 500);
-        if (technique.id == "depth_slices") settings.set("slices", 4096);
-        if (technique.id == "depth_passes") settings.set("passes", 512);
-        const double tolerance = technique.id == "depth_slices"   ? 1.0 / 4096
-                                 : technique.id == "depth_passes" ? 1.0 / 512
-                                                                  : 1e-4;
+    for (const Technique& technique : techniques()) {
+      if (technique.id == "flat") continue;
+      Settings settings(technique);
+      settings.set("format", float_format(technique));
+      if (technique.id == "parallax") settings.set("variant", "plain");
+      if (technique.find("binary_steps") != nullptr) settings.set("binary_steps", 16);
+      if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 500);
+      if (technique.id == "depth_slices") settings.set("slices", 4096);
+      if (technique.id == "depth_passes") settings.set("passes", 512);
+      const double tolerance = technique.id == "depth_slices"   ? 1.0 / 4096
+                               : technique.id == "depth_passes" ? 1.0 / 512
+                                                                : 1e-4;
+      const auto pipeline = score_pipeline(rig, settings, Wrap::repeat);
+      for (const float height : {0.0F, 0.5F, 1.0F}) {
+        const Heightfield map = {.width = 8, .height = 8, .texels = std::vector<float>(64, height)};
+        const StoredMap stored = store_map(settings, map, Wrap::repeat);
         for (const View& view : view_presets()) {
           const Scene scene{.view = view, .width_px = 16, .height_px = 16};
-          for (const ScorePixel& pixel : trace_frame(rig, settings, store_map(settings, map, scene.wrap), scene)) {
+          for (const ScorePixel& pixel : trace_frame(rig, *pipeline, stored, scene, &settings)) {
             if (static_cast<PixelStatus>(pixel.status) == PixelStatus::no_ray) continue;
             ASSERT_EQ(static_cast<PixelStatus>(pixel.status), PixelStatus::hit) << settings.text() << " " << view.id;
             ASSERT_NEAR(pixel.t, 1 - height, tolerance) << settings.text() << " " << view.id;

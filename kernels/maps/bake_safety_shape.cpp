@@ -22,7 +22,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kBlock = 4;  // cells along the least node
+constexpr int kLeastNode = 4;  // cells along the least node
 
 struct Interval {
   double low = std::numeric_limits<double>::infinity();
@@ -139,8 +139,8 @@ class RadiusSearch {
       tile_x_ = request.heights.width;
       tile_y_ = request.heights.height;
     }
-    int columns = nodes_of(cells_.columns(), kBlock);
-    int rows = nodes_of(cells_.rows(), kBlock);
+    int columns = nodes_of(cells_.columns(), kLeastNode);
+    int rows = nodes_of(cells_.rows(), kLeastNode);
     Level level{.columns = columns, .shapes = {}};
     for (int y = 0; y < rows; ++y) {
       for (int x = 0; x < columns; ++x) level.shapes.push_back(block_shape(x, y));
@@ -201,8 +201,8 @@ class RadiusSearch {
   /// body(i, j) for the cells of a least node, counted from the first cell.
   template <class Body>
   void for_each_cell(int x, int y, const Body& body) const {
-    for (int j = y * kBlock; j < std::min((y + 1) * kBlock, cells_.rows()); ++j) {
-      for (int i = x * kBlock; i < std::min((x + 1) * kBlock, cells_.columns()); ++i) body(i, j);
+    for (int j = y * kLeastNode; j < std::min((y + 1) * kLeastNode, cells_.rows()); ++j) {
+      for (int i = x * kLeastNode; i < std::min((x + 1) * kLeastNode, cells_.columns()); ++i) body(i, j);
     }
   }
 
@@ -217,7 +217,7 @@ class RadiusSearch {
     stack[count++] = {0, 0, static_cast<int>(levels_.size()) - 1};
     while (count > 0) {
       const Node node = stack[--count];
-      const int side = kBlock << node.level;
+      const int side = kLeastNode << node.level;
       const double x = dx + node.x * side;
       const double y = dy + node.y * side;
       if (distance2(gap(x, side), gap(y, side)) >= best) continue;

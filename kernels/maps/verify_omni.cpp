@@ -9,7 +9,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kFloatRounding = 0x1p-24;  ///< of a hit, before the format's
+constexpr double kHitRounding = 0x1p-24;  ///< of a hit, before the format's
 
 /// Half the way to the format's farther neighbour of a value in [0, 1].
 double half_code(float stored, TexelType type) {
@@ -39,7 +39,7 @@ TableVerdict verify_omni(const VerifyRequest& request) {
       const double off = std::abs(static_cast<double>(value) - exact);
       ++found.values;
       found.worst_off = std::max(found.worst_off, off);
-      if (!(off <= half_code(value, request.format.type) + kFloatRounding)) ++found.wrong;
+      if (!(off <= half_code(value, request.format.type) + kHitRounding)) ++found.wrong;
     }
   });
   TableVerdict sum;

@@ -22,7 +22,7 @@ ImU32 color_of(const Rgb& rgb) { return IM_COL32(rgb[0], rgb[1], rgb[2], 255); }
 ImTextureID texture_of(const ScreenPicture& picture) { return const_cast<ScreenPicture*>(&picture); }
 
 /// The largest place for a frame in its own proportions, in whole texels where it can be.
-Area fitted(const Area& area, const ScreenPicture& frame) {
+Area fitted_into(const Area& area, const ScreenPicture& frame) {
   const auto width = static_cast<float>(frame.width_px);
   const auto height = static_cast<float>(frame.height_px);
   float scale = std::min(area.width / width, area.height / height);
@@ -138,7 +138,7 @@ void draw_pictures(const PanelContext& context, const Area& area) {
   ViewChoice& choice = context.choice;
   const Side left = left_side(context);
   const Side right = right_side(context);
-  const Area frame = fitted(area, *left.picture);
+  const Area frame = fitted_into(area, *left.picture);
   const float end = frame.left + frame.width;
   float split = std::round(frame.left + static_cast<float>(choice.split) * frame.width);
   if (choice.blinks) split = std::fmod(ImGui::GetTime(), 2 * kBlink_s) < kBlink_s ? end : frame.left;

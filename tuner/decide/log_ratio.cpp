@@ -10,7 +10,6 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMedianOfSquare = 0.4549;  // of a standard normal variable
 
 int whole_df(double df) { return static_cast<int>(std::min<double>(df, kMostDf)); }
@@ -29,7 +28,7 @@ double excess_variance(std::span<const Residual> residuals) {
     std::vector<double> ratios;
     for (const Residual& residual : residuals) {
       const double variance = residual.variance + excess;
-      ratios.push_back(variance > 0 ? residual.square / variance : (residual.square > 0 ? kInfinity : 0));
+      ratios.push_back(variance > 0 ? residual.square / variance : (residual.square > 0 ? INFINITY : 0));
     }
     return median(ratios);
   };
@@ -52,7 +51,7 @@ double LogRatio::p() const {
 }
 
 double LogRatio::margin(double confidence) const {
-  if (df < 1) return kInfinity;
+  if (df < 1) return INFINITY;
   return error == 0 ? 0 : error * student_t_quantile(1 - confidence, df);
 }
 
@@ -88,7 +87,7 @@ LogRatios::LogRatios(std::span<const RatioCase> cases) {
     const double samples =
         1 / static_cast<double>(cases[i].base.logs.size()) + 1 / static_cast<double>(cases[i].now.logs.size());
     const bool is_known = prior.df + entry.df > 0;
-    entry.variance = is_known ? entry.shifts * prior.moderated(entry.variance, entry.df) * samples : kInfinity;
+    entry.variance = is_known ? entry.shifts * prior.moderated(entry.variance, entry.df) * samples : INFINITY;
     entry.df = entry.shifts == 0 ? kMostDf : whole_df(prior.df + entry.df);
   }
   set_between_runs(cases);

@@ -2,9 +2,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "kernels/base/cache.h"
 #include "kernels/judge/score.h"
 #include "tuner/measure/bake.h"
-#include "tuner/measure/cache.h"
 
 namespace reliefbench {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tuner/measure/cache.h"
+#include "kernels/base/cache.h"
 #include "tuner/measure/frame.h"
 #include "tuner/measure/wall_split.h"
 #include "tuner/plan/scene_key.h"

@@ -8,13 +8,13 @@
 #include <memory>
 #include <optional>
 
+#include "kernels/base/cache.h"
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/heat_map.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/guarantee.h"
 #include "kernels/trace/surface_tracer.h"
-#include "tuner/measure/cache.h"
 #include "tuner/measure/frame.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/session.h"

@@ -1,4 +1,4 @@
-#include "tuner/measure/cache.h"
+#include "kernels/base/cache.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,6 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
-#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {
