@@ -14,7 +14,7 @@ namespace reliefbench {
 namespace {
 
 constexpr std::size_t kFewestOfLevel = 4;   // what the null table was made with
-constexpr double kLeastLogNoise = 1e-6;        // of a log: what a double's sums are good for, and no clock is
+constexpr double kLeastLogNoise = 1e-6;     // of a log: what a double's sums are good for, and no clock is
 constexpr double kFalseSteps = 0.0005;      // series of a look that show a step and have none
 constexpr double kFalseDrifts = 0.001;      // series of a look that show a drift and have none
 constexpr std::size_t kSoon = 5;            // nights within which smallest_shift would be found
