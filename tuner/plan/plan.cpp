@@ -8,7 +8,9 @@
 #include <unordered_set>
 
 #include "kernels/base/error.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
@@ -146,6 +148,8 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
   std::unordered_set<std::string> seen;
   std::string example;
   check_combinations(config);
+  std::vector<bool> is_solid;
+  for (const SceneSpec& scene : config.scenes) is_solid.push_back(reliefbench::is_solid(scene.heightmap));
   std::size_t cases = 0;
   for (const SweepSpec& sweep : config.sweeps) {
     const Expansion expansion = expand(sweep, config.path);
@@ -166,7 +170,7 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
                           .bake = {},
                           .id = {}};
           planned.id = planned.planned.id();
-          if (const std::string reason = conflict(settings, config.scenes[s].scene); !reason.empty()) {
+          if (const std::string reason = conflict(settings, config.scenes[s].scene, is_solid[s]); !reason.empty()) {
             plan.conflicts.push_back(fmt::format("{}: {}", planned.id, reason));
             continue;
           }
@@ -179,6 +183,8 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
         }
   }
   if (all.empty()) {
+    if (seen.empty() && !plan.conflicts.empty())
+      fail_input("{}: no case: {}", config.path.string(), plan.conflicts.front());
     if (seen.empty()) fail_input("{}: no case: there is no backend to run it on", config.path.string());
     const std::string asked = key.empty()      ? fmt::format("filter '{}'", filter)
                               : filter.empty() ? fmt::format("key '{}'", key)
