@@ -194,7 +194,8 @@ TEST(Metrics, AreTheListThatReportsKnow) {
                                         "e_z.p50", "e_z.p95", "e_z.p99", "e_z.max", "missed_rate", "inside_rate",
                                         "unconverged_rate", "psnr", "flip", "ssim", "flicker", "false_lit_rate",
                                         "false_dark_rate", "penumbra_error", "e_depth", "wrong_visible_rate",
-                                        "false_kill_rate", "false_keep_rate", "taps.mean", "taps.max"));
+                                        "false_kill_rate", "false_keep_rate", "false_hole_rate", "false_solid_rate",
+                                        "coverage_error", "taps.mean", "taps.max"));
 }
 
 TEST(Metrics, ReadTheirOwnPlace) {
@@ -206,7 +207,7 @@ TEST(Metrics, ReadTheirOwnPlace) {
   EXPECT_EQ(score["e_xy.p99"], 4);
   EXPECT_EQ(score["e_z.mean"], 6);
   EXPECT_EQ(score["psnr"], 14);
-  EXPECT_EQ(score.at("taps.max"), 26);
+  EXPECT_EQ(score.at("taps.max"), 29);
   score["psnr"].reset();
   EXPECT_FALSE(find_metric("psnr").value(score).has_value());
   EXPECT_TRUE(find_metric("psnr").none_is_best());

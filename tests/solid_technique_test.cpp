@@ -1,4 +1,5 @@
 // Techniques of solids on devices, held to the exact reference on the heights as they are stored.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -219,6 +220,11 @@ TEST(SolidSettings, run_on_heightmaps_of_two_heights_alone) {
   EXPECT_NE(heights_conflict(settings_of("cone", {{"shadow", "linear"}}), true), "");
   EXPECT_NE(heights_conflict(settings_of("relief", {{"depth", "write"}}), true), "");
   EXPECT_EQ(heights_conflict(settings_of("relief", {{"fade", "distance"}}), true), "");
+  const Scene plane{.view = {}};
+  const Scene sphere{.view = {}, .surface = {.kind = SurfaceKind::sphere}};
+  EXPECT_EQ(conflict(settings_of("double_mip"), plane, true), "");
+  EXPECT_THAT(conflict(settings_of("double_mip"), sphere, true), testing::HasSubstr("needs a plane, not a sphere"));
+  EXPECT_THAT(conflict(settings_of("relief"), sphere, true), testing::HasSubstr("needs a plane, not a sphere"));
 }
 
 TEST(SolidSettings, need_a_format_with_room_for_two_heights) {

@@ -122,7 +122,7 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.relaxed_po07 2", "7048a069c46e"},
                                                     {"bake.safety_shape 1", "a864ae0d17ae"},
                                                     {"encode 1", "17891125c519"},
-                                                    {"judge 2", "be14e8339c85"},
+                                                    {"judge 3", "be14e8339c85"},
                                                     {"pack 1", "518f06010e87"},
                                                     {"reference 1", "5fbb2ce04c31"}};
   std::map<std::string, int> versions;

@@ -25,8 +25,8 @@ inline constexpr std::array kAggregates{// in the order of Aggregate
                                         AggregateRow{"max", "maximum"}};
 
 /// Metric::feature of what tells which rays pass: through a solid, or beside the relief of a curved surface.
-inline constexpr std::string_view kSolid = "solid";
-inline constexpr std::string_view kSilhouette = "silhouette";
+inline constexpr std::string_view kOfSolid = "solid";
+inline constexpr std::string_view kOfSilhouette = "silhouette";
 
 inline constexpr std::array kMean{Aggregate::mean};
 inline constexpr std::array kMeanAndMax{Aggregate::mean, Aggregate::max};
@@ -189,7 +189,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels of a curved surface that show no relief and should",
            .no_value = NoValue::unmeasured,
-           .feature = kSilhouette,
+           .feature = kOfSilhouette,
            .function = is_false_kill},
     Metric{.id = "false_keep_rate",
            .unit = "share",
@@ -197,7 +197,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels of a curved surface that show relief and should not: its silhouette is beside them",
            .no_value = NoValue::unmeasured,
-           .feature = kSilhouette,
+           .feature = kOfSilhouette,
            .function = is_false_keep},
     Metric{.id = "false_hole_rate",
            .unit = "share",
@@ -205,7 +205,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels whose ray passed a solid that it should have met",
            .no_value = NoValue::unmeasured,
-           .feature = kSolid,
+           .feature = kOfSolid,
            .function = is_false_kill},
     Metric{.id = "false_solid_rate",
            .unit = "share",
@@ -213,7 +213,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels whose ray stopped and should have passed the solid",
            .no_value = NoValue::unmeasured,
-           .feature = kSolid,
+           .feature = kOfSolid,
            .function = is_false_keep},
     Metric{.id = "coverage_error",
            .unit = "share",
@@ -221,7 +221,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels that show the solid in place of what is behind it, or the other way round",
            .no_value = NoValue::unmeasured,
-           .feature = kSolid,
+           .feature = kOfSolid,
            .function = is_false_coverage},
     Metric{.id = "taps",
            .unit = "taps",

@@ -251,7 +251,7 @@ std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::sp
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
                   int map_height, bool is_solid) {
-  return judge(pixels, judge_pixels(pixels, reference, map_width, map_height), is_solid ? kSolid : "");
+  return judge(pixels, judge_pixels(pixels, reference, map_width, map_height), is_solid ? kOfSolid : "");
 }
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing) {

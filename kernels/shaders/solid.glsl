@@ -19,7 +19,8 @@ float solid_gap(Ray ray, float t, inout Hit hit) {
   return heights.x > heights.y ? gap : max(gap, ARRIVED);
 }
 
-void narrow(Ray ray, float t, inout Bracket b, inout Hit hit) {
+// Whether the ray is outside the solid at t, which is then that end of the bracket.
+bool is_outside(Ray ray, float t, inout Bracket b, inout Hit hit) {
   float gap = solid_gap(ray, t, hit);
   if (gap > 0.0) {
     b.lo = t;
@@ -28,20 +29,33 @@ void narrow(Ray ray, float t, inout Bracket b, inout Hit hit) {
     b.hi = t;
     b.gap_hi = gap;
   }
+  return gap > 0.0;
 }
 
 // As refine(), in solids.
 void refine_solid(Ray ray, Bracket b, inout Hit hit) {
   if (REFINEMENT == REFINEMENT_NONE) hit.t = b.hi;
   if (REFINEMENT == REFINEMENT_SECANT) {
-    for (int i = 0; i < SECANT_STEPS; ++i) narrow(ray, interpolated(b), b, hit);
+    for (int i = 0; i < SECANT_STEPS; ++i) is_outside(ray, interpolated(b), b, hit);
     hit.steps += SECANT_STEPS;
     hit.t = interpolated(b);
   }
   if (REFINEMENT == REFINEMENT_BINARY) {
-    for (int i = 0; i < BINARY_STEPS; ++i) narrow(ray, 0.5 * (b.lo + b.hi), b, hit);
+    for (int i = 0; i < BINARY_STEPS; ++i) is_outside(ray, 0.5 * (b.lo + b.hi), b, hit);
     hit.steps += BINARY_STEPS;
     hit.t = 0.5 * (b.lo + b.hi);
+  }
+  if (REFINEMENT == REFINEMENT_CONTACT) {
+    float near = b.lo;
+    float apart = (b.hi - b.lo) / float(CONTACT_STEPS);
+    hit.t = b.hi;
+    for (int i = 1; i < CONTACT_STEPS; ++i) {
+      float t = near + apart * float(i);
+      hit.steps += 1;
+      if (is_outside(ray, t, b, hit)) continue;
+      hit.t = t;
+      break;
+    }
   }
 }
 #endif

@@ -273,7 +273,7 @@ std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std:
 
 JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, bool is_solid, std::span<const ScorePixel> pixels,
                   std::span<const ReferenceHit> exact) {
-  const std::string_view passing = is_curved(frame.surface_kind()) ? kSilhouette : is_solid ? kSolid : "";
+  const std::string_view passing = is_curved(frame.surface_kind()) ? kOfSilhouette : is_solid ? kOfSolid : "";
   return judge(pixels, judge_pixels(frame, wrap, pixels, exact), passing);
 }
 

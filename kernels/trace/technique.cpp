@@ -113,9 +113,9 @@ Guarantee solid_cone_guarantee(const Settings& settings) {
 }
 
 /// Features of the scene that solids do not have yet: coarser levels, a relief that is left, rays from the hit, depths
-/// of rays that pass.
+/// of rays that pass, curved surfaces.
 std::vector<FeatureUse> without_solids(std::vector<FeatureUse> uses = {}) {
-  for (const std::string_view id : {"shadow", "lod", "fade", "depth"})
+  for (const std::string_view id : {"shadow", "lod", "fade", "silhouette", "depth"})
     uses.push_back({.feature = id, .is_absent = true});
   return uses;
 }

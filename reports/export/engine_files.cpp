@@ -135,6 +135,9 @@ class Folder {
     if (has_value_of(shader.settings, Query::depth))
       fail_input("no engine's recipe passes what depth={} needs; export it without --for",
                  shader.settings.choice("depth"));
+    if (shader.settings.technique().is_of_solids())
+      fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
+                 shader.settings.technique().id);
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
       if (is_set) values_.flags.insert(flag);
