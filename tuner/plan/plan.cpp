@@ -8,9 +8,7 @@
 #include <unordered_set>
 
 #include "kernels/base/error.h"
-#include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_names.h"
-#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
@@ -148,8 +146,6 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
   std::unordered_set<std::string> seen;
   std::string example;
   check_combinations(config);
-  std::vector<bool> is_solid;
-  for (const SceneSpec& scene : config.scenes) is_solid.push_back(reliefbench::is_solid(scene.heightmap));
   std::size_t cases = 0;
   for (const SweepSpec& sweep : config.sweeps) {
     const Expansion expansion = expand(sweep, config.path);
@@ -170,7 +166,9 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
                           .bake = {},
                           .id = {}};
           planned.id = planned.planned.id();
-          if (const std::string reason = conflict(settings, config.scenes[s].scene, is_solid[s]); !reason.empty()) {
+          if (const std::string reason =
+                  conflict(settings, config.scenes[s].scene, is_solid(config.scenes[s].heightmap));
+              !reason.empty()) {
             plan.conflicts.push_back(fmt::format("{}: {}", planned.id, reason));
             continue;
           }
