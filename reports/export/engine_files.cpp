@@ -135,7 +135,7 @@ class Folder {
     if (has_value_of(shader.settings, Query::depth))
       fail_input("no engine's recipe passes what depth={} needs; export it without --for",
                  shader.settings.choice("depth"));
-    if (shader.settings.technique().is_of_solids())
+    if (shader.settings.technique().is_of_solids() && engine_.id != kPlainEngine)
       fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
                  shader.settings.technique().id);
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
