@@ -132,7 +132,7 @@ class Folder {
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
     values_.words["header"] = shipped_header(shader, engine_.name);
-    if (has_value_of(shader.settings, Query::depth))
+    if (has_value_of(shader.settings, Query::depth) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe passes what depth={} needs; export it without --for",
                  shader.settings.choice("depth"));
     if (shader.settings.technique().is_of_solids() && engine_.id != kPlainEngine)

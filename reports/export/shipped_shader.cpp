@@ -216,6 +216,7 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
   values.words["depths"] = has_value_of(settings, Query::depth) ? ", vec2(0.1, 100.0), eye_depths" : "";
   if (settings.technique().reads_map()) values.flags.insert("map");
   if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");
+  if (settings.technique().is_of_solids()) values.flags.insert("passes");
   return text + filled_template("example.glsl", values);
 }
 
