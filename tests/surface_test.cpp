@@ -226,7 +226,7 @@ TEST(Surface, faults_are_said_in_a_line) {
 TEST(Surface, settings_and_scenes_that_do_not_fit_are_refused) {
   const Scene plane{.view = {}};
   const Scene sphere = curved_scene(SurfaceKind::sphere);
-  const auto why = [](std::string_view setting, const Scene& scene) { 
+  const auto why = [](std::string_view setting, const Scene& scene) {
     return conflict(parse_setting(setting), scene, false);
   };
   EXPECT_EQ(why("cone?silhouette=quadric", sphere), "");

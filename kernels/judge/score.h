@@ -36,7 +36,8 @@ struct JudgedFrame {
 /// is_solid: rays may pass through
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
                                 int map_width, int map_height, bool is_solid = false);
-/// Of pixels that were judged already. passing: whose metrics of rays that pass count, kOfSolid or kOfSilhouette; "": none
+/// Of pixels that were judged already. passing: whose metrics of rays that pass count, kOfSolid or kOfSilhouette; "":
+/// none
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> scores,
                                 std::string_view passing);
 
