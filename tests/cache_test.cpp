@@ -12,6 +12,7 @@
 #include "kernels/maps/distance_map.h"
 #include "tests/full_record.h"
 #include "tests/temp_folder.h"
+#include "tests/test_heightmap.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/plan/setting_space.h"
@@ -102,7 +103,7 @@ TEST(CachedValues, of_another_size_or_kind_are_absent) {
 }
 
 TEST(CachedValues, every_kind_bakes_as_many_as_are_expected) {
-  const Heightfield heights = load_heightmap({.source = "fbm", .width = 12, .height = 7});
+  const Heightfield heights = on_the_bottom(load_heightmap({.source = "fbm", .width = 12, .height = 7}));
   for (const MapRow& map : map_kinds()) {
     if (map.content == MapContent::heights) continue;
     std::vector<MapValue> parameters;

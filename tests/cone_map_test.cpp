@@ -13,6 +13,7 @@
 #include "kernels/base/error.h"
 #include "tests/cone_test_maps.h"
 #include "tests/slow_cone_map.h"
+#include "tests/test_heightmap.h"
 
 namespace reliefbench {
 namespace {
@@ -35,7 +36,7 @@ TEST(ConeMap, RowsAreFoundByKindAndHaveDistinctIds) {
 }
 
 TEST(ConeMap, EveryRowBakesEveryCorrectionItNames) {
-  const Heightfield map = fbm_map(16, 16);
+  const Heightfield map = on_the_bottom(fbm_map(16, 16));
   for (const MapRow& row : map_kinds()) {
     for (const Correction correction : row.corrections) {
       const auto ratios = row.bake({.heights = map, .correction = correction, .threads = 1});

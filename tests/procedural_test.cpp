@@ -19,7 +19,9 @@ Heightfield make(std::string_view id, int width, int height, std::uint32_t seed 
 }
 
 std::string heights_digest(const Heightfield& field) {
-  return sha256(std::as_bytes(std::span(field.texels))).substr(0, 16);
+  const std::string tops = sha256(std::as_bytes(std::span(field.texels)));
+  return field.is_solid() ? sha256(tops + sha256(std::as_bytes(std::span(field.floors)))).substr(0, 16)
+                          : tops.substr(0, 16);
 }
 
 TEST(Procedural, HasRangeAndSizeAtEverySize) {
@@ -29,8 +31,10 @@ TEST(Procedural, HasRangeAndSizeAtEverySize) {
       EXPECT_EQ(field.width, width);
       EXPECT_EQ(field.height, height);
       ASSERT_EQ(field.texels.size(), static_cast<std::size_t>(width * height));
-      EXPECT_TRUE(std::all_of(field.texels.begin(), field.texels.end(), [](float h) { return h >= 0 && h <= 1; }))
-          << row.id << " " << width << "x" << height;
+      ASSERT_EQ(field.floors.size(), row.is_solid ? field.texels.size() : 0);
+      for (const std::vector<float>* heights : {&field.texels, &field.floors})
+        EXPECT_TRUE(std::ranges::all_of(*heights, [](float h) { return h >= 0 && h <= 1; }))
+            << row.id << " " << width << "x" << height;
     }
   }
 }
@@ -38,9 +42,11 @@ TEST(Procedural, HasRangeAndSizeAtEverySize) {
 // The same bits on every machine: results of different machines compare only then.
 TEST(Procedural, BitsArePinned) {
   const std::map<std::string_view, std::string> expected{
-      {"fbm", "1bfe928f3c3c0b58"},      {"ridged", "a2431bc45c3af4fb"},  {"bricks", "5a108ec34f946f61"},
-      {"spikes", "41ca8088000825f5"},   {"checker", "9844a91220676d48"}, {"cliff", "d2fc392ecf3a1b8b"},
-      {"pyramids", "6adc202b20630a72"}, {"plateau", "56f48eef642cb1c7"}, {"constant", "c419e641fef3766a"},
+      {"fbm", "1bfe928f3c3c0b58"},      {"ridged", "a2431bc45c3af4fb"},     {"bricks", "5a108ec34f946f61"},
+      {"spikes", "41ca8088000825f5"},   {"checker", "9844a91220676d48"},    {"cliff", "d2fc392ecf3a1b8b"},
+      {"pyramids", "6adc202b20630a72"}, {"plateau", "56f48eef642cb1c7"},    {"constant", "c419e641fef3766a"},
+      {"ball", "d18f2d31e32e5118"},     {"half_torus", "37638badb4ef563d"}, {"goblet", "d2ba011cbb623cc3"},
+      {"grille", "e929e1ff8945a1da"},   {"specks", "9cbbc8cdbe9d7410"},     {"nothing", "fb63ebde3b103a01"},
   };
   ASSERT_EQ(expected.size(), procedurals().size());
   for (const ProceduralRow& row : procedurals())
@@ -49,7 +55,8 @@ TEST(Procedural, BitsArePinned) {
 
 TEST(Procedural, SeedChangesTheRandomOnesOnly) {
   for (const ProceduralRow& row : procedurals()) {
-    const bool random = row.id == "fbm" || row.id == "ridged" || row.id == "bricks" || row.id == "spikes";
+    const bool random = row.id == "fbm" || row.id == "ridged" || row.id == "bricks" || row.id == "spikes" ||
+                        row.id == "specks" || row.id == "nothing";
     EXPECT_EQ(heights_digest(row.generate(64, 64, 1)) != heights_digest(row.generate(64, 64, 2)), random) << row.id;
     EXPECT_EQ(heights_digest(row.generate(64, 64, 1)), heights_digest(row.generate(64, 64, 1))) << row.id;
   }

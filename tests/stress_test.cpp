@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/append_file.h"
@@ -42,8 +43,9 @@ TEST(Extremes, TheBuiltInOnesAreReadAndTouchEveryTechnique) {
   EXPECT_GE(extremes.list.size(), 20U);
   for (const Technique& technique : techniques())
     for (const Extreme& extreme : extremes.list) {
-      // Planes that are drawn are parallel to a plane.
-      const bool is_drawn = technique.passes.empty() || !is_curved(extreme.scene.scene.surface.kind);
+      // Planes that are drawn are parallel to a plane; what traces solids needs one.
+      const bool is_drawn = (technique.passes.empty() || !is_curved(extreme.scene.scene.surface.kind)) &&
+                            (!technique.is_of_solids() || is_solid(extreme.scene.heightmap));
       EXPECT_EQ(stress_settings(technique, extremes.changes, extreme).empty(), !is_drawn)
           << technique.id << " at " << extreme.id;
     }
@@ -102,7 +104,23 @@ TEST_P(StressOnDevices, every_technique_holds_in_a_small_scene) {
     EXPECT_TRUE(result.holds()) << result.technique << "?" << result.settings;
     EXPECT_GT(result.pixels, 0);
   }
-  EXPECT_EQ(report.pictures.size(), techniques().size());
+  const auto of_reliefs = std::ranges::count_if(techniques(), std::not_fn(&Technique::is_of_solids));
+  EXPECT_EQ(report.pictures.size(), static_cast<std::size_t>(of_reliefs));
+}
+
+TEST_P(StressOnDevices, techniques_of_solids_hold_on_a_solid_and_run_on_nothing_else) {
+  const Extremes extremes = parse_extremes(extremes_text("}, {\"id\": \"two\", \"about\": \"a solid\", \"scene\": "
+                                                         "{\"heightmap\": {\"source\": \"specks\", \"width\": 16, "
+                                                         "\"height\": 16}, \"views\": \"oblique\"}"),
+                                           "x.json");
+  const StressReport report =
+      run_stress(extremes, {.backends = {std::string(row().id)}, .filter = "double_*", .quiet = true});
+  EXPECT_GT(report.results.size(), 10U);
+  for (const StressResult& result : report.results) {
+    EXPECT_EQ(result.extreme, "two");
+    EXPECT_EQ(result.skipped, "");
+    EXPECT_TRUE(result.holds()) << result.technique << "?" << result.settings;
+  }
 }
 
 // That a check can fail: the null device's hits stop short of the surface, whatever the technique promises.

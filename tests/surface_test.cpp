@@ -80,11 +80,11 @@ TEST(SurfaceTracer, a_constant_height_is_a_smaller_surface_of_its_kind) {
         double inner = way_to_inner(shape, ray, height);
         // A ring's far side is seen past its near one: another fragment's.
         const bool is_behind =
-            kind == SurfaceKind::torus && inner >= 0 && passes(hit) && inner > ray.way + 2 * shape.tube;
+            kind == SurfaceKind::torus && inner >= 0 && hit.passes() && inner > ray.way + 2 * shape.tube;
         if (is_behind) inner = -1;
-        ASSERT_EQ(passes(hit), inner < 0) << surface_row(kind).id << " " << height;
-        passed += passes(hit) ? 1 : 0;
-        if (passes(hit)) return;
+        ASSERT_EQ(hit.passes(), inner < 0) << surface_row(kind).id << " " << height;
+        passed += hit.passes() ? 1 : 0;
+        if (hit.passes()) return;
         ASSERT_NEAR(ray.way + hit.t_enter * ray.per_t, inner, 1e-8) << surface_row(kind).id;
       });
       EXPECT_GT(passed, 10) << surface_row(kind).id << " " << height;  // its silhouette is inside the top plate's
@@ -177,11 +177,11 @@ TEST(SurfaceTracer, agrees_with_a_slow_march_and_never_skips) {
           const ReferenceHit hit = trace_surface(tracer, shape, ray, wrap);
           const auto expected = static_cast<double>(slow.first_hit(ray));
           const double way = ray.way + hit.t_enter * ray.per_t;
-          passed += passes(hit) ? 1 : 0;
-          if (passes(hit) && expected < 0) return;
-          if (!passes(hit) && expected >= 0 && std::abs(way - expected) <= 1e-8) return;
+          passed += hit.passes() ? 1 : 0;
+          if (hit.passes() && expected < 0) return;
+          if (!hit.passes() && expected >= 0 && std::abs(way - expected) <= 1e-8) return;
           // Nothing but an earlier touch that the march stepped over.
-          ASSERT_FALSE(passes(hit)) << surface_row(kind).id << " " << source << ": " << expected;
+          ASSERT_FALSE(hit.passes()) << surface_row(kind).id << " " << source << ": " << expected;
           ASSERT_TRUE(expected < 0 || way < expected) << surface_row(kind).id << " " << source << " " << way - expected;
           ASSERT_NEAR(static_cast<double>(slow.at(ray, way).gap), 0, 1e-7) << surface_row(kind).id << " " << source;
           ++found_more;
@@ -198,7 +198,7 @@ TEST(SurfaceTracer, leaves_the_solid_where_it_ends) {
   int ended = 0;
   each_ray(curved_scene(SurfaceKind::sphere, 0.2), 16, [&](const SurfaceShape& shape, const SurfaceRay& ray) {
     const ReferenceHit hit = trace_surface(tracer, shape, ray, Wrap::repeat);
-    if (passes(hit) || !(hit.t_exit < 1e300)) return;
+    if (hit.passes() || !(hit.t_exit < 1e300)) return;
     ++ended;
     const SlowSurface slow(map, shape, Wrap::repeat);
     ASSERT_GE(hit.t_exit, hit.t_enter);
@@ -226,7 +226,9 @@ TEST(Surface, faults_are_said_in_a_line) {
 TEST(Surface, settings_and_scenes_that_do_not_fit_are_refused) {
   const Scene plane{.view = {}};
   const Scene sphere = curved_scene(SurfaceKind::sphere);
-  const auto why = [](std::string_view setting, const Scene& scene) { return conflict(parse_setting(setting), scene); };
+  const auto why = [](std::string_view setting, const Scene& scene) {
+    return conflict(parse_setting(setting), scene, false);
+  };
   EXPECT_EQ(why("cone?silhouette=quadric", sphere), "");
   EXPECT_THAT(why("cone?silhouette=quadric", plane), HasSubstr("needs a curved surface"));
   EXPECT_THAT(why("cone?shadow=cone", sphere), HasSubstr("needs a plane, not a sphere"));
@@ -284,19 +286,19 @@ JudgedFrame judged_frame(const Rig& rig, const Settings& settings, const Heightf
   const StoredMap map = store_map(settings, heights, scene.wrap);
   const std::vector<ScorePixel> pixels = trace_frame(rig, settings, map, scene);
   const FrameUniforms frame = frame_uniforms(scene, heights.width, heights.height);
-  return judge(frame, scene.wrap, pixels,
+  return judge(frame, scene.wrap, false, pixels,
                exact_hits(ReferenceTracer(map.surface, scene.wrap), frame, scene.wrap, pixels));
 }
 
 std::vector<Settings> with_every_silhouette(const Technique& technique, const Scene& scene) {
   std::vector<Settings> list;
   const Settings plain(technique);
-  if (conflict(plain, scene).empty()) list.push_back(plain);
+  if (conflict(plain, scene, technique.is_of_solids()).empty()) list.push_back(plain);
   if (technique.find("silhouette") == nullptr) return list;
   for (const char* row : {"clip", "quadric", "quadric_exact"}) {
     Settings settings(technique);
     settings.set("silhouette", row);
-    if (conflict(settings, scene).empty()) list.push_back(settings);
+    if (conflict(settings, scene, technique.is_of_solids()).empty()) list.push_back(settings);
   }
   return list;
 }

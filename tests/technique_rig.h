@@ -7,6 +7,7 @@
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "tests/backend_rig.h"
+#include "tests/test_heightmap.h"
 #include "tuner/measure/frame.h"
 #include "tuner/measure/session.h"
 
@@ -23,7 +24,10 @@ struct StoredMap {
   Heightfield surface;  ///< heights as stored
 };
 
+/// heights: of a relief, they are a solid on the bottom plate to techniques of solids
 inline StoredMap store_map(const Settings& settings, const Heightfield& heights, Wrap wrap) {
+  if (settings.technique().is_of_solids() && !heights.is_solid())
+    return store_map(settings, on_the_bottom(heights), wrap);
   if (!settings.technique().reads_map())  // flat reads no map: any will do
     return {.textures = pack_heights(heights, find_format("r32f")), .surface = heights};
   BakedMap map = bake(bake_spec(settings, wrap), heights);

@@ -212,7 +212,7 @@ int other_value(const Param& param) { return param.fallback < param.max ? param.
 /// The format that rounds nothing and holds any of the technique's maps.
 std::string_view float_format(const Technique& technique) {
   int ratios = 0;
-  for (const MapKind map : technique.maps) ratios = std::max(ratios, find_map(map).ratios);
+  for (const MapKind map : technique.maps) ratios = std::max(ratios, values_beside(find_map(map)));
   return ratios == 0 ? "r32f" : (ratios == 1 ? "rg32f" : "r32f+rgba32f");
 }
 
@@ -223,9 +223,9 @@ void make_sensitive(Settings& settings) {
   const std::string_view id = technique.id;
   if (technique.guarantee != Guarantee::none && technique.find("correction") != nullptr) {
     settings.set("correction", "none");
-    settings.set("step", "cell_max");
+    if (technique.find("step") != nullptr) settings.set("step", "cell_max");
   }
-  if (id == "max_mip" || id == "qdm") settings.set("node_steps", 4);
+  if (id == "max_mip" || id == "qdm" || id == "double_mip") settings.set("node_steps", 4);
   if (id == "distance") settings.set("sphere_steps", 4);
   if (settings.active("texels_a_step") != nullptr) settings.set("least_steps", 1);
   if (technique.find("cone_steps") != nullptr) settings.set("cone_steps", 8);
@@ -295,6 +295,7 @@ TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
                                                                 : 1e-4;
       const auto pipeline = score_pipeline(rig, settings, Wrap::repeat);
       for (const float height : {0.0F, 0.5F, 1.0F}) {
+        if (technique.is_of_solids() && height == 0) continue;  // no thickness: it passes
         const Heightfield map = {.width = 8, .height = 8, .texels = std::vector<float>(64, height)};
         const StoredMap stored = store_map(settings, map, Wrap::repeat);
         for (const View& view : view_presets()) {

@@ -13,9 +13,16 @@ struct Heightfield {
   int width = 0;
   int height = 0;
   std::vector<float> texels;
+  /// Of a solid, as many: the heights of its lower surface, bilinear too. It fills what is between the surfaces
+  /// wherever texels are over floors; elsewhere there is nothing, and a ray may pass. Empty: a relief, solid down to
+  /// the bottom.
+  std::vector<float> floors{};
 
-  [[nodiscard]] float at(int x, int y) const {
-    return texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  [[nodiscard]] float at(int x, int y) const { return texels[index(x, y)]; }
+  [[nodiscard]] bool is_solid() const { return !floors.empty(); }
+  [[nodiscard]] float floor_at(int x, int y) const { return floors[index(x, y)]; }
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   }
 };
 

@@ -100,7 +100,8 @@ ChannelChoice choose_channel(const Image& image, std::string_view channel, const
 }
 
 /// "512x512, 16-bit grey (alpha ignored)"
-std::string reading_of(const Image& image, const ChannelChoice& choice) {
+/// floor: index of the floor's channel; -1: none
+std::string reading_of(const Image& image, const ChannelChoice& choice, int floor) {
   const bool is_grey = colours(image) < 3;
   const bool is_alpha = choice.first == image.alpha;
   std::string taken = "channel " + image.channels[static_cast<std::size_t>(choice.first)];
@@ -109,47 +110,68 @@ std::string reading_of(const Image& image, const ChannelChoice& choice) {
   if (choice.is_luminance) taken = "luminance";
   std::vector<std::string> ignored;
   for (int i = 0; i < static_cast<int>(image.channels.size()); ++i) {
-    const bool is_taken = i == choice.first || (choice.is_luminance && i < 3);
+    const bool is_taken = i == choice.first || i == floor || (choice.is_luminance && i < 3);
     if (!is_taken) ignored.push_back(i == image.alpha ? "alpha" : image.channels[static_cast<std::size_t>(i)]);
   }
   return fmt::format("{}x{}, {} {}{}", image.width, image.height, image.sample, taken,
                      ignored.empty() ? "" : fmt::format(" ({} ignored)", fmt::join(ignored, ", ")));
 }
 
-void check_finite(const Heightfield& heights, const std::string& name) {
-  const auto bad =
-      std::find_if_not(heights.texels.begin(), heights.texels.end(), [](float h) { return std::isfinite(h); });
-  if (bad == heights.texels.end()) return;
-  const auto i = bad - heights.texels.begin();
+void check_finite(const Heightfield& heights, const std::vector<float>& values, const std::string& name) {
+  const auto bad = std::find_if_not(values.begin(), values.end(), [](float h) { return std::isfinite(h); });
+  if (bad == values.end()) return;
+  const auto i = bad - values.begin();
   fail_input("{}: the pixel at ({}, {}) is {}; heights must be finite", name, i % heights.width, i / heights.width,
              *bad);
 }
 
-void check_range(const Heightfield& heights, const std::string& name) {
-  const auto bad = std::find_if(heights.texels.begin(), heights.texels.end(), [](float h) { return h < 0 || h > 1; });
-  if (bad == heights.texels.end()) return;
-  const auto i = bad - heights.texels.begin();
+void check_range(const Heightfield& heights, const std::vector<float>& values, const std::string& name) {
+  const auto bad = std::find_if(values.begin(), values.end(), [](float h) { return h < 0 || h > 1; });
+  if (bad == values.end()) return;
+  const auto i = bad - values.begin();
   fail_input("{}: the pixel at ({}, {}) is {}; heights must lie in [0, 1] (set normalise to stretch them)", name,
              i % heights.width, i / heights.width, *bad);
 }
 
-void stretch(std::vector<float>& texels) {
-  const auto [low, high] = std::minmax_element(texels.begin(), texels.end());
-  const double base = *low;
-  const double range = *high - base;
-  for (float& texel : texels) texel = range > 0 ? static_cast<float>((texel - base) / range) : 0.0F;
+/// The range of both surfaces to [0, 1].
+void stretch(Heightfield& heights) {
+  const auto [low, high] = std::minmax_element(heights.texels.begin(), heights.texels.end());
+  double base = *low;
+  double end = *high;
+  for (const float floor : heights.floors) {
+    base = std::min<double>(base, floor);
+    end = std::max<double>(end, floor);
+  }
+  const double range = end - base;
+  for (std::vector<float>* values : {&heights.texels, &heights.floors})
+    for (float& height : *values) height = range > 0 ? static_cast<float>((height - base) / range) : 0.0F;
 }
 
-Heightfield read_heightmap(const fs::path& path, std::string_view channel, bool normalise, std::string& reading) {
+struct Channels {
+  std::string_view heights;
+  std::string_view floors;
+};
+
+Heightfield read_heightmap(const fs::path& path, const Channels& channels, bool normalise, std::string& reading) {
   const std::string name = path.string();
   const Image image = load_image(path);
-  const ChannelChoice choice = choose_channel(image, channel, name);
+  const ChannelChoice choice = choose_channel(image, channels.heights, name);
   Heightfield heights{
       .width = image.width, .height = image.height, .texels = channel_values(image, choice.first, choice.is_luminance)};
-  check_finite(heights, name);
-  if (normalise) stretch(heights.texels);
-  check_range(heights, name);
-  reading = fmt::format("{}: {}{}", name, reading_of(image, choice), normalise ? ", normalised" : "");
+  int floor = -1;
+  if (!channels.floors.empty()) {
+    const ChannelChoice floors = choose_channel(image, channels.floors, name);
+    heights.floors = channel_values(image, floors.first, floors.is_luminance);
+    floor = floors.first;
+  }
+  check_finite(heights, heights.texels, name);
+  check_finite(heights, heights.floors, name);
+  if (normalise) stretch(heights);
+  check_range(heights, heights.texels, name);
+  check_range(heights, heights.floors, name);
+  reading = fmt::format("{}: {}{}{}", name, reading_of(image, choice, floor),
+                        heights.is_solid() ? fmt::format(", floor {}", channels.floors) : "",
+                        normalise ? ", normalised" : "");
   return heights;
 }
 
@@ -174,17 +196,17 @@ Heightfield generate(const ProceduralRow& row, const HeightmapSpec& spec) {
 Heightfield resolve(const HeightmapSpec& spec, std::string& reading) {
   if (const ProceduralRow* row = find_row(procedurals(), spec.source)) {
     Heightfield heights = generate(*row, spec);
-    if (spec.normalise) stretch(heights.texels);
+    if (spec.normalise) stretch(heights);
     return heights;
   }
   if (const KnownHeightmapRow* row = find_row(known_heightmaps(), spec.source))
-    return read_heightmap(find_known(*row), spec.channel == "auto" ? row->channel : spec.channel,
+    return read_heightmap(find_known(*row), {spec.channel == "auto" ? row->channel : spec.channel, spec.floor},
                           spec.normalise || row->normalise, reading);
   std::error_code ignored;
   if (!fs::exists(spec.source, ignored))
     fail_input("heightmap '{}': no such file; the known names are {}, {}", spec.source, ids(known_heightmaps()),
                ids(procedurals()));
-  return read_heightmap(spec.source, spec.channel, spec.normalise, reading);
+  return read_heightmap(spec.source, {spec.channel, spec.floor}, spec.normalise, reading);
 }
 
 }  // namespace
@@ -200,16 +222,26 @@ std::vector<fs::path> heightmap_folders() {
   return folders;
 }
 
+bool is_solid(const HeightmapSpec& spec) {
+  const ProceduralRow* const row = find_row(procedurals(), spec.source);
+  return row == nullptr ? !spec.floor.empty() : row->is_solid;
+}
+
 std::span<const std::string_view> heightmap_channels() { return kChannels; }
+std::span<const std::string_view> floor_channels() { return std::span(kChannels).subspan(1); }
 
 Heightfield load_heightmap(const HeightmapSpec& spec, std::string* reading) {
   if (std::find(kChannels.begin(), kChannels.end(), spec.channel) == kChannels.end())
     fail_input("heightmap '{}': unknown channel '{}'; the choices are {}", spec.source, spec.channel,
                fmt::join(kChannels, ", "));
+  if (!spec.floor.empty() && std::ranges::find(floor_channels(), spec.floor) == floor_channels().end())
+    fail_input("heightmap '{}': unknown floor channel '{}'; the choices are {}", spec.source, spec.floor,
+               fmt::join(floor_channels(), ", "));
   std::string text;
   Heightfield heights = resolve(spec, text);
   if (spec.invert)
-    for (float& texel : heights.texels) texel = 1.0F - texel;
+    for (std::vector<float>* values : {&heights.texels, &heights.floors})
+      for (float& height : *values) height = 1.0F - height;
   if (reading != nullptr) *reading = text.empty() || !spec.invert ? text : text + ", inverted";
   return heights;
 }

@@ -19,6 +19,8 @@ struct HeightmapSpec {
   int width = 256;               ///< texels; procedural sources only
   int height = 256;              ///< texels; procedural sources only
   std::uint32_t seed = 1;        ///< procedural sources only
+  /// Channel of the lower surface's heights, as `channel`, but never auto; "": a relief. Images only
+  std::string floor{};
 };
 
 /// A procedural heightmap: one row, one function.
@@ -26,8 +28,11 @@ struct ProceduralRow {
   std::string_view id;
   std::string_view description;
   Heightfield (*generate)(int width, int height, std::uint32_t seed);
+  bool is_solid = false;  ///< it has floors
 };
 [[nodiscard]] std::span<const ProceduralRow> procedurals();
+/// Whether what is read by this has floors.
+[[nodiscard]] bool is_solid(const HeightmapSpec& spec);
 
 /// A real heightmap that `./dev setup` fetches; the file lies in a heightmap folder (heightmap_folders()).
 struct KnownHeightmapRow {
@@ -45,6 +50,8 @@ struct KnownHeightmapRow {
 
 /// What `channel` may be: auto, r, g, b, a, luminance.
 [[nodiscard]] std::span<const std::string_view> heightmap_channels();
+/// What `floor` may be: those but auto.
+[[nodiscard]] std::span<const std::string_view> floor_channels();
 
 /// Resolves, reads and checks a heightmap. Channel `auto` of a grey image is grey, whatever its alpha; of a colour
 /// image it is alpha if that is not constant, else luminance (Rec. 709 weights on the stored values) if R, G and B

@@ -7,13 +7,15 @@
 namespace reliefbench {
 
 std::string heights_sha256(const Heightfield& heights) {
-  return sha256(
-      fmt::format("{}x{} {}", heights.width, heights.height, sha256(std::as_bytes(std::span(heights.texels)))));
+  std::string text =
+      fmt::format("{}x{} {}", heights.width, heights.height, sha256(std::as_bytes(std::span(heights.texels))));
+  if (heights.is_solid()) text += fmt::format(" floors {}", sha256(std::as_bytes(std::span(heights.floors))));
+  return sha256(text);
 }
 
 const LoadedHeights& Heightmaps::read(const HeightmapSpec& spec) {
-  const std::string key = fmt::format("{}|{}|{}|{}x{}|{}|{}", spec.channel, spec.invert, spec.normalise, spec.width,
-                                      spec.height, spec.seed, spec.source);
+  const std::string key = fmt::format("{}|{}|{}|{}|{}x{}|{}|{}", spec.channel, spec.floor, spec.invert, spec.normalise,
+                                      spec.width, spec.height, spec.seed, spec.source);
   if (const auto found = read_.find(key); found != read_.end()) return found->second;
   LoadedHeights loaded{};
   loaded.field = load_heightmap(spec, &loaded.reading);

@@ -138,6 +138,75 @@ Heightfield constant(int width, int height, std::uint32_t) {
   return sampled(width, height, [](double, double) { return 0.5; });
 }
 
+/// Of the first sign, so that surfaces go on smoothly where they cross.
+double signed_root(double square) { return square < 0 ? -std::sqrt(-square) : std::sqrt(square); }
+
+/// A solid between middle - reach(u, v) and middle + reach(u, v), both cut to [0, 1]: nothing where that is negative.
+template <typename Reach>
+Heightfield solid_round(int width, int height, double middle, const Reach& reach) {
+  Heightfield solid =
+      sampled(width, height, [&](double u, double v) { return std::clamp(middle + reach(u, v), 0.0, 1.0); });
+  solid.floors =
+      sampled(width, height, [&](double u, double v) { return std::clamp(middle - reach(u, v), 0.0, 1.0); }).texels;
+  return solid;
+}
+
+Heightfield ball(int width, int height, std::uint32_t) {
+  constexpr double kRadius = 0.375;  // and 0.4 of the height
+  return solid_round(width, height, 0.5, [](double u, double v) {
+    const double q = ((u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5)) / (kRadius * kRadius);
+    return 0.4 * signed_root(1 - q);
+  });
+}
+
+Heightfield half_torus(int width, int height, std::uint32_t) {
+  constexpr double kRadius = 0.28;
+  constexpr double kTube = 0.125;
+  constexpr double kFloor = 0.125;
+  Heightfield solid = sampled(width, height, [](double u, double v) {
+    const double from_tube = std::sqrt((u - 0.5) * (u - 0.5) + (v - 0.5) * (v - 0.5)) - kRadius;
+    return std::max(0.0, kFloor + 0.75 * signed_root(1 - from_tube * from_tube / (kTube * kTube)));
+  });
+  solid.floors.assign(solid.texels.size(), static_cast<float>(kFloor));
+  return solid;
+}
+
+Heightfield goblet(int width, int height, std::uint32_t) {
+  constexpr double kEnd = 0.0625;  // of its axis, which lies along v
+  return solid_round(width, height, 0.5, [](double u, double v) {
+    const double along = 2 * v - 1;
+    const double radius = 0.0625 + 0.3 * along * along;
+    const double round = signed_root(radius * radius - (u - 0.5) * (u - 0.5));
+    return std::min(1.25 * round, 4 * (std::min(v, 1 - v) - kEnd));
+  });
+}
+
+Heightfield grille(int width, int height, std::uint32_t) {
+  constexpr double kHalf = 0.15;  // a bar's half width, in steps between bars
+  const auto bar = [](double x) {
+    const double from_axis = (4 * x - std::floor(4 * x) - 0.5) / kHalf;
+    return signed_root(1 - from_axis * from_axis);
+  };
+  return solid_round(width, height, 0.5, [&](double u, double v) { return 0.25 * std::max(bar(u), bar(v)); });
+}
+
+Heightfield specks(int width, int height, std::uint32_t seed) {
+  Heightfield solid = spikes(width, height, seed);
+  solid.floors.reserve(solid.texels.size());
+  for (float& texel : solid.texels) {
+    solid.floors.push_back(texel > 0 ? 0.25F * texel : 0.5F);
+    if (texel == 0) texel = 0.5F;
+  }
+  return solid;
+}
+
+Heightfield nothing(int width, int height, std::uint32_t seed) {
+  Heightfield solid = fbm(width, height, seed);
+  for (const float texel : solid.texels) solid.floors.push_back(0.5F + 0.5F * texel);
+  for (float& texel : solid.texels) texel *= 0.5F;
+  return solid;
+}
+
 constexpr std::array kProcedurals{
     ProceduralRow{.id = "fbm", .description = "rolling terrain: octaves of value noise", .generate = fbm},
     ProceduralRow{.id = "ridged", .description = "sharp crests: octaves of folded noise", .generate = ridged},
@@ -150,6 +219,24 @@ constexpr std::array kProcedurals{
     ProceduralRow{.id = "pyramids", .description = "4x4 square pyramids: plane faces", .generate = pyramids},
     ProceduralRow{.id = "plateau", .description = "a flat top with steep sides on flat ground", .generate = plateau},
     ProceduralRow{.id = "constant", .description = "0.5 everywhere", .generate = constant},
+    ProceduralRow{
+        .id = "ball", .description = "a solid: a ball in the middle of nothing", .generate = ball, .is_solid = true},
+    ProceduralRow{.id = "half_torus",
+                  .description = "a solid: the upper half of a torus",
+                  .generate = half_torus,
+                  .is_solid = true},
+    ProceduralRow{
+        .id = "goblet", .description = "a solid: a figure of revolution, lying", .generate = goblet, .is_solid = true},
+    ProceduralRow{
+        .id = "grille", .description = "a solid: round bars, 4x4 holes a tile", .generate = grille, .is_solid = true},
+    ProceduralRow{.id = "specks",
+                  .description = "a solid: single texels, no thickness between them",
+                  .generate = specks,
+                  .is_solid = true},
+    ProceduralRow{.id = "nothing",
+                  .description = "a solid whose floor is over its top everywhere: all rays pass",
+                  .generate = nothing,
+                  .is_solid = true},
 };
 
 }  // namespace

@@ -33,10 +33,11 @@ constexpr std::array<HeatMapStop, 11> kTapStops = {{{1, {68, 1, 84}},
                                                     {512, {189, 223, 38}},
                                                     {1024, {253, 231, 37}}}};
 
-constexpr std::array<HeatMapMark, 5> kMarks = {{{Verdict::missed, "missed: stepped over the first hit", {255, 0, 255}},
+constexpr std::array<HeatMapMark, 6> kMarks = {{{Verdict::missed, "missed: stepped over the first hit", {255, 0, 255}},
                                                 {Verdict::unconverged, "unconverged: stopped early", {0, 229, 255}},
-                                                {Verdict::false_keep, "kept: beyond the silhouette", {0, 96, 255}},
-                                                {Verdict::false_kill, "killed: within the silhouette", {64, 255, 64}},
+                                                {Verdict::false_keep, "kept: its ray should pass", {0, 96, 255}},
+                                                {Verdict::false_kill, "killed: its ray should hit", {64, 255, 64}},
+                                                {Verdict::passed, "passed", {160, 160, 160}},
                                                 {Verdict::no_ray, "no ray", {128, 128, 128}}}};
 
 Rgb ramp_color(std::span<const HeatMapStop> stops, double value) {

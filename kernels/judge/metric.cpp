@@ -13,20 +13,25 @@ namespace {
 
 constexpr float kHalfLit = 0.5F;
 
-template <typename Value>
-void append(const JudgedPixels& pixels, std::vector<float>& values, const Value& value) {
+bool takes_hits(const PixelScore& score) { return has_hits(score); }
+bool takes_rays(const PixelScore& score) { return is_judged(score); }
+
+/// takes: which pixels count
+template <typename Value, typename Takes>
+void append(const JudgedPixels& pixels, std::vector<float>& values, const Takes& takes, const Value& value) {
   std::size_t size = values.size();
   values.resize(size + pixels.scores.size());
   // Every value is written and those without a ray are overwritten: no branch that is as often mistaken as foreseen.
   for (std::size_t i = 0; i < pixels.scores.size(); ++i) {
     values[size] = value(pixels.traced[i], pixels.scores[i]);
-    size += is_judged(pixels.scores[i]) ? 1 : 0;
+    size += takes(pixels.scores[i]) ? 1 : 0;
   }
   values.resize(size);
 }
 
 void append_if(const JudgedPixels& pixels, std::vector<float>& values, Verdict verdict) {
-  append(pixels, values, [&](const ScorePixel&, const PixelScore& s) { return s.verdict == verdict ? 1.0F : 0.0F; });
+  append(pixels, values, takes_hits,
+         [&](const ScorePixel&, const PixelScore& s) { return s.verdict == verdict ? 1.0F : 0.0F; });
 }
 
 /// The rows with the texts that they point to.
@@ -69,10 +74,10 @@ class Registry {
 }  // namespace
 
 void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append(pixels, values, [](const ScorePixel&, const PixelScore& score) { return score.e_xy; });
+  append(pixels, values, takes_hits, [](const ScorePixel&, const PixelScore& score) { return score.e_xy; });
 }
 void e_z_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append(pixels, values, [](const ScorePixel&, const PixelScore& score) { return score.e_z; });
+  append(pixels, values, takes_hits, [](const ScorePixel&, const PixelScore& score) { return score.e_z; });
 }
 void missed_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append_if(pixels, values, Verdict::missed);
@@ -83,15 +88,13 @@ void inside_values(const JudgedPixels& pixels, std::vector<float>& values) {
 void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append_if(pixels, values, Verdict::unconverged);
 }
-void false_kill_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append_if(pixels, values, Verdict::false_kill);
-}
-void false_keep_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append_if(pixels, values, Verdict::false_keep);
-}
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append(pixels, values, [](const ScorePixel& traced, const PixelScore&) { return traced.taps; });
+  append(pixels, values, takes_rays, [](const ScorePixel& traced, const PixelScore&) { return traced.taps; });
 }
+
+bool is_false_kill(Verdict verdict) { return verdict == Verdict::false_kill; }
+bool is_false_keep(Verdict verdict) { return verdict == Verdict::false_keep; }
+bool is_false_coverage(Verdict verdict) { return is_false_kill(verdict) || is_false_keep(verdict); }
 
 float false_lit(float found, float exact) { return found >= kHalfLit && exact < kHalfLit ? 1.0F : 0.0F; }
 float false_dark(float found, float exact) { return found < kHalfLit && exact >= kHalfLit ? 1.0F : 0.0F; }

@@ -24,6 +24,10 @@ inline constexpr std::array kAggregates{// in the order of Aggregate
                                         AggregateRow{"p95", "95th percentile"}, AggregateRow{"p99", "99th percentile"},
                                         AggregateRow{"max", "maximum"}};
 
+/// Metric::feature of what tells which rays pass: through a solid, or beside the relief of a curved surface.
+inline constexpr std::string_view kOfSolid = "solid";
+inline constexpr std::string_view kOfSilhouette = "silhouette";
+
 inline constexpr std::array kMean{Aggregate::mean};
 inline constexpr std::array kMeanAndMax{Aggregate::mean, Aggregate::max};
 inline constexpr std::array kDistribution{Aggregate::mean, Aggregate::p50, Aggregate::p95, Aggregate::p99,
@@ -39,6 +43,7 @@ enum class NoValue {
 /// A metric's function, by what it looks at.
 using OfPixels = void (*)(const JudgedPixels& pixels,
                           std::vector<float>& values);  ///< appends one a judged pixel, none negative
+using OfVerdict = bool (*)(Verdict verdict);            ///< whether a pixel counts: of rays that may pass
 using OfPictures = std::optional<double> (*)(const PicturePair& pictures, std::span<const PixelScore> mask);
 using OfFeature = float (*)(float found, float exact);  ///< of a pixel that has both, not negative
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
@@ -56,7 +61,7 @@ struct Metric {
   std::string_view column{};   ///< id of its number that tables show whatever the front's metric is; "": none
   bool counts_work = false;    ///< foretells the frame's time
   std::string_view feature{};  ///< of the scene: a frame without it has no value. OfFeature compares its values
-  std::variant<OfPixels, OfPictures, OfMotion, OfFeature> function;
+  std::variant<OfPixels, OfPictures, OfMotion, OfFeature, OfVerdict> function;
 };
 
 void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values);
@@ -65,8 +70,9 @@ void missed_values(const JudgedPixels& pixels, std::vector<float>& values);
 void inside_values(const JudgedPixels& pixels, std::vector<float>& values);
 void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values);
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
-void false_kill_values(const JudgedPixels& pixels, std::vector<float>& values);
-void false_keep_values(const JudgedPixels& pixels, std::vector<float>& values);
+[[nodiscard]] bool is_false_kill(Verdict verdict);
+[[nodiscard]] bool is_false_keep(Verdict verdict);
+[[nodiscard]] bool is_false_coverage(Verdict verdict);
 [[nodiscard]] float false_lit(float found, float exact);
 [[nodiscard]] float false_dark(float found, float exact);
 [[nodiscard]] float penumbra_error(float found, float exact);
@@ -183,16 +189,40 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels of a curved surface that show no relief and should",
            .no_value = NoValue::unmeasured,
-           .feature = "silhouette",
-           .function = false_kill_values},
+           .feature = kOfSilhouette,
+           .function = is_false_kill},
     Metric{.id = "false_keep_rate",
            .unit = "share",
            .low = 0,
            .high = 1,
            .description = "pixels of a curved surface that show relief and should not: its silhouette is beside them",
            .no_value = NoValue::unmeasured,
-           .feature = "silhouette",
-           .function = false_keep_values},
+           .feature = kOfSilhouette,
+           .function = is_false_keep},
+    Metric{.id = "false_hole_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels whose ray passed a solid that it should have met",
+           .no_value = NoValue::unmeasured,
+           .feature = kOfSolid,
+           .function = is_false_kill},
+    Metric{.id = "false_solid_rate",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels whose ray stopped and should have passed the solid",
+           .no_value = NoValue::unmeasured,
+           .feature = kOfSolid,
+           .function = is_false_keep},
+    Metric{.id = "coverage_error",
+           .unit = "share",
+           .low = 0,
+           .high = 1,
+           .description = "pixels that show the solid in place of what is behind it, or the other way round",
+           .no_value = NoValue::unmeasured,
+           .feature = kOfSolid,
+           .function = is_false_coverage},
     Metric{.id = "taps",
            .unit = "taps",
            .low = 0,

@@ -6,30 +6,13 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
+#include "kernels/judge/quadratic.h"
 #include "kernels/judge/ray_axis.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-
-/// F(s) = f0 + b s + a s^2 for s in [0, length]: height of the ray above the surface inside one cell.
-struct Quadratic {
-  double f0;
-  double b;
-  double a;
-  double f1;  ///< F(length), from the expression that the next cell uses for its f0
-  double length;
-
-  [[nodiscard]] Quadratic negated() const { return {-f0, -b, -a, -f1, length}; }
-};
-
-/// b^2 - 4 a f0 without cancellation (Kahan's difference of products).
-double discriminant(const Quadratic& f) {
-  const double product = 4 * f.a * f.f0;
-  const double error = std::fma(-4 * f.a, f.f0, product);
-  return std::fma(f.b, f.b, -product) + error;
-}
 
 /// The first crossing from above to below. Needs f0 >= 0.
 /// crossed: f1 is on the far side, so a root exists whatever rounding does to the coefficients
@@ -108,6 +91,10 @@ ReferenceTracer::ReferenceTracer(const Heightfield& heights, Wrap wrap)
     for (int x = 0; x <= cells_x_; ++x) {
       corners_.push_back(heights.at(wrapped(x - border, width_, wrap), wrapped(y - border, height_, wrap)));
     }
+  }
+  if (heights.is_solid()) {
+    build_solid(heights);
+    return;
   }
   const auto [low, high] = std::minmax_element(heights.texels.begin(), heights.texels.end());
   bounds_ = {*low, *high};
@@ -271,9 +258,12 @@ double ReferenceTracer::Walk::leave() {
   return find<true>();
 }
 
-double ReferenceTracer::first_hit(const TextureRay& ray) const { return Walk(*this, ray).enter(); }
+double ReferenceTracer::first_hit(const TextureRay& ray) const {
+  return floors_.empty() ? Walk(*this, ray).enter() : trace(ray).t_enter;
+}
 
 ReferenceHit ReferenceTracer::trace(const TextureRay& ray) const {
+  if (!floors_.empty()) return trace_solid(ray);
   Walk walk(*this, ray);
   const double t_enter = walk.enter();
   return {.t_enter = t_enter, .t_exit = walk.leave()};

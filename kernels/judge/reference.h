@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,11 @@ struct TextureRay {
 
 /// The exact first solid interval along a ray.
 struct ReferenceHit {
-  double t_enter = 0;  ///< first t with z(t) <= surface; always exists in [0, 1] since heights are >= 0
-  double t_exit = 0;   ///< end of that solid interval; +infinity where the ray stays inside to the bottom
+  /// First t with z(t) <= surface, in [0, 1] since heights are >= 0. Of a solid: first t at which the ray is between
+  /// both surfaces. +infinity where the ray passes: through a solid, or beside what lies on a curved surface
+  double t_enter = 0;
+  double t_exit = 0;  ///< end of that solid interval; +infinity where the ray stays inside to the bottom, or passes
+  [[nodiscard]] bool passes() const { return t_enter == std::numeric_limits<double>::infinity(); }
 };
 
 /// A ray that rises from the surface: p(s) = (u + slope_u s, v + slope_v s) when it has risen by s, in heights.
@@ -34,7 +38,8 @@ struct RisingRay {
   double lift = 0;  ///< and by so much higher
 };
 
-/// Exact first hits of rays on the bilinear surface, in double precision, cell by cell.
+/// Exact first hits of rays on the bilinear surface, in double precision, cell by cell. Where the heights have floors
+/// (Heightfield::floors), on the solid between both surfaces: closed, in cells with a texel over its floor.
 /// Immutable after construction; trace() is safe from many threads.
 class ReferenceTracer {
  public:
@@ -42,7 +47,7 @@ class ReferenceTracer {
 
   /// The ray's floats are taken exactly. A touch (in and out at one point) has t_exit == t_enter. A ray that is not
   /// finite, or whose travel exceeds kMaxTravel, counts as parallel to the plate: it enters at the highest texel's
-  /// height and never leaves.
+  /// height and never leaves; it passes a solid.
   [[nodiscard]] ReferenceHit trace(const TextureRay& ray) const;
   [[nodiscard]] double first_hit(const TextureRay& ray) const;  ///< trace(ray).t_enter, for less work
   [[nodiscard]] std::vector<ReferenceHit> trace(std::span<const TextureRay> rays, int threads = 0) const;
@@ -50,7 +55,7 @@ class ReferenceTracer {
   /// Whether nothing of the surface stands over the ray, up to the highest texel. A ray that lies
   /// under it by no more than kTouch is not under it, so that one along the surface itself is lit. A position on the
   /// way has 52 bits; where that is coarser than kTouch, a shadow's edge lies by as much aside. A ray that is not
-  /// finite, or whose travel exceeds kMaxTravel, is as good as level: it is not lit.
+  /// finite, or whose travel exceeds kMaxTravel, is as good as level: it is not lit. Of heights without floors.
   [[nodiscard]] bool is_lit(const RisingRay& ray) const;
 
   /// The four texels round a cell of the bilinear surface: at its lower corner, along x, along y, across.
@@ -86,9 +91,12 @@ class ReferenceTracer {
   };
   class Walk;
   class LightWalk;
+  class SolidWalk;
 
   void build_levels();
   [[nodiscard]] int padded(std::int64_t cell, int side, int cells) const;
+  void build_solid(const Heightfield& heights);
+  [[nodiscard]] ReferenceHit trace_solid(const TextureRay& ray) const;
 
   Wrap wrap_;
   int width_;  ///< of the map, texels
@@ -97,6 +105,7 @@ class ReferenceTracer {
   int cells_y_;
   std::vector<float> corners_;  ///< (cells_x_ + 1) x (cells_y_ + 1): the texels, wrapped on
   std::vector<Level> levels_;   ///< [0] is empty: a cell's bounds are found from its corners
+  std::vector<float> floors_;   ///< of a solid, as corners_; levels_ then bound its parts, from [0] on
   Bounds bounds_{};             ///< of the whole map
 };
 

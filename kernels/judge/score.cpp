@@ -44,12 +44,10 @@ PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, int
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
   const double travel_v = static_cast<double>(pixel.ray.slope_v) * map_height;
   const double travel_texels = std::sqrt(travel_u * travel_u + travel_v * travel_v);
+  if (const auto passed = score_passed(pixel, reference)) return *passed;
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
   return score_pixel(pixel, reference, std::abs(static_cast<double>(pixel.t) - reference.t_enter) * travel_texels);
 }
-
-/// Whether a metric tells of rays that pass beside the relief.
-bool is_of_passing(const Metric& metric) { return metric.feature == "silhouette"; }
 
 /// Sums in eight lanes: one addition need not wait for the one before.
 double sum_of(std::span<const float> values) {
@@ -80,6 +78,7 @@ class MetricValues {
     }
   }
 
+  [[nodiscard]] bool is_empty() const { return count_ == 0; }
   [[nodiscard]] double mean() const { return sum_ / static_cast<double>(count_); }
   [[nodiscard]] double max() const { return static_cast<double>(max_); }
   /// By nearest rank: the smallest value that at least `percent` of all do not exceed.
@@ -172,6 +171,15 @@ void each_metric(FrameScore& score, const Use& use) {
   }
 }
 
+/// Which rays passed, and which should have.
+void judge_coverage(std::string_view feature, std::span<const PixelScore> scores, FrameScore& score) {
+  each_metric<OfVerdict>(score, [&](const Metric& metric, OfVerdict is_wrong, const auto& numbers) {
+    if (metric.feature != feature) return;
+    const auto wrong = std::ranges::count_if(scores, [&](const PixelScore& one) { return is_wrong(one.verdict); });
+    numbers.front() = score.pixels == 0 ? 0 : static_cast<double>(wrong) / static_cast<double>(score.pixels);
+  });
+}
+
 }  // namespace
 
 PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
@@ -179,6 +187,13 @@ PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, d
     return {.e_xy = std::numeric_limits<float>::max(), .e_z = 1, .verdict = Verdict::missed};
   const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
   return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
+}
+
+std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference) {
+  const bool passed = pixel.status == static_cast<float>(PixelStatus::passed);
+  if (reference.passes()) return PixelScore{.verdict = passed ? Verdict::passed : Verdict::false_keep};
+  if (passed) return PixelScore{.verdict = Verdict::false_kill};
+  return std::nullopt;
 }
 
 std::int64_t judged_count(std::span<const PixelScore> scores) {
@@ -235,23 +250,24 @@ std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::sp
 }
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
-                  int map_height) {
-  return judge(pixels, judge_pixels(pixels, reference, map_width, map_height), false);
+                  int map_height, bool is_solid) {
+  return judge(pixels, judge_pixels(pixels, reference, map_width, map_height), is_solid ? kOfSolid : "");
 }
 
-JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, bool may_pass) {
+JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing) {
   JudgedFrame frame{.score = {}, .pixels = std::move(judged)};
   frame.score.pixels = judged_count(frame.pixels);
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
-    if (is_of_passing(metric) && !may_pass) return;
     std::ranges::fill(numbers, 0);
     if (frame.score.pixels == 0) return;
     const std::span<const PixelScore> scores = frame.pixels;
     MetricValues values(pixels.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
       function({.traced = pixels.subspan(first, count), .scores = scores.subspan(first, count)}, into);
     });
+    if (values.is_empty()) return;
     std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
   });
+  if (!passing.empty()) judge_coverage(passing, frame.pixels, frame.score);
   return frame;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,8 @@ namespace reliefbench {
                                                    std::span<const ReferenceHit> reference, int map_width,
                                                    int map_height);
 
+/// The same of one pixel whose ray passes, as it was found or in truth; none where there are two hits.
+[[nodiscard]] std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference);
 /// The same of one pixel whose hit is e_xy texels off.
 [[nodiscard]] PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy);
 
@@ -28,11 +31,15 @@ struct JudgedFrame {
 /// The exact first hits of a score frame's rays; of a pixel without one {}, which no judgement looks at.
 [[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<const ScorePixel> pixels);
 
-/// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0.
+/// Hits -> score, by judge_pixels(). Where no pixel has a ray every number is 0, and errors of hits are where no ray
+/// that should meet something does.
+/// is_solid: rays may pass through
 [[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
-                                int map_width, int map_height);
-/// Of pixels that were judged already. may_pass: whether rays may pass beside the relief, so that those metrics count
-[[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> scores, bool may_pass);
+                                int map_width, int map_height, bool is_solid = false);
+/// Of pixels that were judged already. passing: whose metrics of rays that pass count, kOfSolid or kOfSilhouette; "":
+/// none
+[[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> scores,
+                                std::string_view passing);
 
 /// Fills in the metrics of a feature of the scene. found, exact: its values; mask: of the same frame
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,

@@ -30,6 +30,7 @@ enum class Verdict : std::uint8_t {
   missed,       ///< t >= t_exit: the first solid was stepped over (not where t is a float next to t_enter)
   inside,       ///< e_xy > 1/2 and in the first solid: a refinement would find the hit
   unconverged,  ///< e_xy > 1/2 and stopped before the surface, or inside but at the step cap
+  passed,       ///< rightly: the ray meets nothing
   false_kill,   ///< it passed, but the exact ray hits
   false_keep,   ///< it hit, but the exact ray passes
 };
@@ -40,6 +41,10 @@ struct PixelScore {
   Verdict verdict = Verdict::no_ray;
 };
 [[nodiscard]] inline bool is_judged(const PixelScore& score) { return score.verdict != Verdict::no_ray; }
+/// Whether there are two hits, a found one and an exact one, which can be compared.
+[[nodiscard]] inline bool has_hits(const PixelScore& score) {
+  return is_judged(score) && score.verdict < Verdict::passed;
+}
 [[nodiscard]] std::int64_t judged_count(std::span<const PixelScore> scores);
 
 /// The pixels of a frame as they were traced and as they were judged; frame size, row-major.

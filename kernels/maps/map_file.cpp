@@ -30,15 +30,18 @@ std::string png(const TextureImage& image, const Metadata& metadata) {
 }
 
 std::string exr(const MapStorage& storage, const MapTextures& textures, const Metadata& metadata) {
-  const UnpackedMap map = unpack_map(textures, storage.format, storage.encoding);
+  const bool is_solid = storage.map.is_solid;
+  const UnpackedMap map = unpack_map(textures, storage.format, storage.encoding, is_solid);
   const auto ratios = static_cast<std::size_t>(storage.map.ratios);
-  const auto stored_ratios = static_cast<std::size_t>(storage.format.ratios());
+  const auto stored_ratios = static_cast<std::size_t>(storage.format.ratios() - (is_solid ? 1 : 0));
   std::vector<std::string> names{"H"};
+  if (is_solid) names.emplace_back("F");
   for (std::size_t k = 0; k < ratios; ++k) names.push_back(k == 0 ? "C" : fmt::format("C{}", k + 1));
   std::vector<float> pixels;
   pixels.reserve(map.heights.texels.size() * names.size());
   for (std::size_t i = 0; i < map.heights.texels.size(); ++i) {
     pixels.push_back(map.heights.texels[i]);
+    if (is_solid) pixels.push_back(map.heights.floors[i]);
     for (std::size_t k = 0; k < ratios; ++k) pixels.push_back(map.ratios[i * stored_ratios + k]);
   }
   return encode_exr({.width = map.heights.width,

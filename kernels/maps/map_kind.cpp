@@ -10,6 +10,7 @@
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/omni_table.h"
 #include "kernels/maps/pyramid_map.h"
+#include "kernels/maps/solid_map.h"
 
 namespace reliefbench {
 namespace {
@@ -23,6 +24,10 @@ constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
 
 std::vector<float> bake_nothing(const BakeRequest& request) {
   check_bakeable(request.heights);
+  return {};
+}
+std::vector<float> bake_solid_nothing(const BakeRequest& request) {
+  check_solid(request.heights);
   return {};
 }
 
@@ -199,6 +204,39 @@ constexpr std::array kMaps{
            .promise = MapPromise::exact_rays,
            .bake = bake_omni,
            .refusal = omni_refusal,
+           .version = 1},
+    MapRow{.kind = MapKind::double_height,
+           .id = "double_height",
+           .description = "two heights: a solid's upper and lower surface",
+           .source = "[RTM] double depth",
+           .guarantee = "the heights as the format rounds them",
+           .content = MapContent::heights,
+           .corrections = kNone,
+           .is_solid = true,
+           .bake = bake_solid_nothing,
+           .version = 1},
+    MapRow{.kind = MapKind::double_cone,
+           .id = "double_cone",
+           .description = "two heights, and two conservative cones: one up from the upper surface, one down from the "
+                          "lower one",
+           .source = "cones [DUM06], downwards ours",
+           .guarantee = "neither cone contains a texel centre's surface point; with `safe`, no point of the solid",
+           .content = MapContent::ratios,
+           .ratios = 2,
+           .corrections = kSafe,
+           .promise = MapPromise::conservative,
+           .is_solid = true,
+           .bake = bake_double_cone,
+           .version = 1},
+    MapRow{.kind = MapKind::double_mip,
+           .id = "double_mip",
+           .description = "two heights, and a mip chain of the cells' highest tops and lowest floors",
+           .source = "[TIS08], with floors ours",
+           .guarantee = "no point of the solid is above or below the node that covers it",
+           .content = MapContent::pyramid,
+           .corrections = kNone,
+           .is_solid = true,
+           .bake = bake_double_mip,
            .version = 1},
 };
 

@@ -24,7 +24,10 @@ enum class MapKind {
   max_mip,
   quadtree,
   distance,
-  omni
+  omni,
+  double_height,
+  double_cone,
+  double_mip
 };
 
 /// What `bake --verify` holds a map to.
@@ -39,7 +42,7 @@ enum class MapPromise {
 enum class MapContent {
   heights,  ///< nothing: the heights are the map
   ratios,   ///< MapRow::ratios cone ratios a texel, interleaved, row-major
-  pyramid,  ///< levels of a mip chain below one another, level 0 first (see level_side)
+  pyramid,  ///< levels of a mip chain below one another, level 0 first (see level_side); of solids two values a node
   volume,   ///< slices of width x height texels, bottom slice first
   table,    ///< one texel a ray, row by row of a texture that has its size from the parameters alone (OmniTable)
 };
@@ -109,6 +112,7 @@ struct MapRow {
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
   std::span<const MapParam> parameters{};   ///< of its own
   MapPromise promise = MapPromise::none;
+  bool is_solid = false;    ///< of heights with floors, which it keeps beside them; others see the upper surface alone
   bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
   bool sees_pairs = false;  ///< its baker looks at nearly every pair of texels: days for large maps
   std::vector<float> (*bake)(const BakeRequest&);
@@ -119,6 +123,9 @@ struct MapRow {
 [[nodiscard]] std::span<const MapRow> map_kinds();
 [[nodiscard]] const MapRow& find_map(MapKind kind);
 [[nodiscard]] const MapRow& find_map(std::string_view id);  ///< throws: Error(bad_input) listing the choices
+
+/// What a map keeps beside its heights in a texel: floors and ratios.
+[[nodiscard]] inline int values_beside(const MapRow& map) { return map.ratios + (map.is_solid ? 1 : 0); }
 
 /// throws: Error(bad_input) if either side is under 2 texels, or the texels are not width x height
 void check_bakeable(const Heightfield& heights);

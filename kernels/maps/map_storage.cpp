@@ -7,7 +7,21 @@
 namespace reliefbench {
 namespace {
 
+/// Floors come before ratios.
+std::string solid_format_conflict(const MapRow& map, const Format& format) {
+  if (format.with_normal || format.ratios() < values_beside(map))
+    return fmt::format("format {} has no room for the {} that a {} map keeps beside its heights", format.id,
+                       map.ratios > 0 ? "floor and cones" : "floor", map.id);
+  if (format.ratios() > values_beside(map) + 1)
+    return fmt::format("format {} has 4 values beside the height, a {} map fills {}", format.id, map.id,
+                       values_beside(map));
+  if (map.content == MapContent::pyramid && format.extra_channels > 0)
+    return fmt::format("format {} has a texture for floors, where a {} map has its pyramid", format.id, map.id);
+  return "";
+}
+
 std::string format_conflict(const MapRow& map, const Format& format) {
+  if (map.is_solid) return solid_format_conflict(map, format);
   if (format.ratios() < map.ratios)
     return fmt::format("format {} has room for {} cone ratios, a {} map needs {}", format.id, format.ratios(), map.id,
                        map.ratios);

@@ -81,31 +81,45 @@ void write_normals(TextureImage& image, const MapSource& source) {
   });
 }
 
+/// Channel of the first ratio, in the texture that holds them; floors come before.
+int first_ratio(const Format& format, bool is_solid) {
+  return (format.extra_channels > 0 ? 0 : 1) + (is_solid ? 1 : 0);
+}
+
 /// How ratios are kept.
 struct RatioLayout {
-  int ratios;  ///< that the map has
+  const MapRow& map;
   const Format& format;
   const Encoding& encoding;
 };
 
 void write_ratios(MapTextures& textures, const Heightfield& heights, std::span<const float> values,
                   const RatioLayout& layout, std::size_t first_texel = 0) {
-  const int have = layout.ratios;
+  const int have = layout.map.ratios;
   const Format& format = layout.format;
-  const int first = format.extra_channels > 0 ? 0 : 1;  // channel of the first ratio
+  const int first = first_ratio(format, layout.map.is_solid);
   TextureImage& image = format.extra_channels > 0 ? *textures.extra : textures.relief;
   for_each_texel(heights, [&](std::size_t i) {
-    for (int k = 0; k < format.ratios(); ++k) {
+    for (int k = 0; k < format.ratios() - (layout.map.is_solid ? 1 : 0); ++k) {
       const float ratio = k < have ? values[i * static_cast<std::size_t>(have) + static_cast<std::size_t>(k)] : 0;
-      write_code(image, first_texel + i, first + k, floor_code(ratio, heights.texels[i], format.type, layout.encoding));
+      write_code(image, first_texel + i, first + k,
+                 floor_code(ratio, cone_height(heights, i, k), format.type, layout.encoding));
     }
+  });
+}
+
+void write_floors(MapTextures& textures, const Heightfield& heights, const Format& format) {
+  TextureImage& image = format.extra_channels > 0 ? *textures.extra : textures.relief;
+  const int channel = first_ratio(format, false);
+  for_each_texel(heights, [&](std::size_t i) {
+    write_code(image, i, channel, nearest_code(heights.floors[i], image.layout.type));
   });
 }
 
 /// The coarse levels of a map of heights and ratios. Normals are looked up in the base alone.
 void write_mips(MapTextures& textures, const MapSource& source, const RatioLayout& layout) {
   std::size_t first = source.heights.texels.size();
-  for (const MipLevel& level : mip_chain(source.heights, source.values, layout.ratios, source.wrap, source.mips)) {
+  for (const MipLevel& level : mip_chain(source.heights, source.values, layout.map.ratios, source.wrap, source.mips)) {
     write_heights(textures.relief, level.heights, first);
     write_ratios(textures, level.heights, level.ratios, layout, first);
     first += level.heights.texels.size();
@@ -116,8 +130,10 @@ void write_mips(MapTextures& textures, const MapSource& source, const RatioLayou
 TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) {
   const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
   TextureImage image = blank(heights.width, heights.height, layout, chain_length(heights));
-  assert(values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size());
-  for (std::size_t i = 0; i < values.size(); ++i) write_code(image, i, 0, nearest_code(values[i], layout.type));
+  const auto channels = static_cast<std::size_t>(layout.channels);
+  assert(values.size() * static_cast<std::size_t>(layout.bytes()) == image.texels.size() * channels);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    write_code(image, i / channels, static_cast<int>(i % channels), nearest_code(values[i], layout.type));
   return image;
 }
 
@@ -160,7 +176,8 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
   write_heights(textures.relief, heights);
   if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra(), levels);
   if (format.with_normal) write_normals(textures.relief, source);
-  const RatioLayout layout{.ratios = map.ratios, .format = format, .encoding = encoding};
+  if (map.is_solid) write_floors(textures, heights, format);
+  const RatioLayout layout{.map = map, .format = format, .encoding = encoding};
   switch (map.content) {
     case MapContent::heights:
       break;
@@ -182,15 +199,16 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
   return textures;
 }
 
-UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding) {
+UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding, bool is_solid) {
   const TextureImage& relief = textures.relief;
   UnpackedMap unpacked{.heights = {.width = relief.width, .height = relief.height, .texels = read_channel(relief, 0)},
                        .ratios = {}};
   const TextureImage& image = format.extra_channels > 0 ? textures.extra.value() : relief;
-  const int first = format.extra_channels > 0 ? 0 : 1;
+  const int first = first_ratio(format, is_solid);
+  if (is_solid) unpacked.heights.floors = read_channel(image, first - 1);
   for (std::size_t i = 0; i < unpacked.heights.texels.size(); ++i)
-    for (int k = 0; k < format.ratios(); ++k)
-      unpacked.ratios.push_back(encoding.decode(read_value(image, i, first + k), unpacked.heights.texels[i]));
+    for (int k = 0; k < format.ratios() - (is_solid ? 1 : 0); ++k)
+      unpacked.ratios.push_back(encoding.decode(read_value(image, i, first + k), cone_height(unpacked.heights, i, k)));
   return unpacked;
 }
 

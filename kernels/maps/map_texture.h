@@ -39,9 +39,15 @@ struct MapSource {
 /// Decodes packed textures again (tests, --verify): what the shader sees at texel centres.
 struct UnpackedMap {
   Heightfield heights;
-  std::vector<float> ratios;  ///< Format::ratios() a texel, interleaved
+  std::vector<float> ratios;  ///< Format::ratios() a texel, interleaved; of a solid one less, its floors taken off
 };
-[[nodiscard]] UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding);
+/// is_solid: the map's heights have floors
+[[nodiscard]] UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding,
+                                     bool is_solid = false);
+/// What a ratio of a solid's map is decoded with: of the first one the top, of the second one the mirrored floor.
+[[nodiscard]] inline float cone_height(const Heightfield& heights, std::size_t texel, int ratio) {
+  return heights.is_solid() && ratio == 1 ? 1.0F - heights.floors[texel] : heights.texels[texel];
+}
 
 /// One channel of one level, decoded from its texel type.
 [[nodiscard]] std::vector<float> read_channel(const TextureImage& image, int channel, int level = 0);

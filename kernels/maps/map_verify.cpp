@@ -2,14 +2,28 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/maps/solid_map.h"
 #include "kernels/maps/verify_cones.h"
 
 namespace reliefbench {
 namespace {
 
+/// Of a solid: the upward cones, or the downward ones, everything mirrored.
+StoredCones solid_cones(const VerifyRequest& request, int channel) {
+  const bool is_apart = request.format.extra_channels > 0;
+  const TextureImage& image = is_apart ? request.textures.extra.value() : request.textures.relief;
+  const int first = is_apart ? 0 : 1;
+  Heightfield heights = unpack_map(request.textures, request.format, request.encoding, true).heights;
+  if (channel == 1) heights = mirrored_floors(heights);
+  heights.floors.clear();
+  return {std::move(heights), read_channel(image, first + 1 + channel), request.encoding, request.wrap, false};
+}
+
 StoredCones stored_cones(const VerifyRequest& request, int channel) {
+  if (request.map.is_solid) return solid_cones(request, channel);
   return {request.textures, request.format, request.encoding, request.wrap, request.correction == Correction::min4,
           channel};
 }

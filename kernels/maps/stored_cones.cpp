@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace reliefbench {
 namespace {
@@ -14,14 +15,16 @@ double bilinear(const std::array<double, 4>& corners, double fx, double fy) {
 
 StoredCones::StoredCones(const MapTextures& textures, const Format& format, const Encoding& encoding, Wrap wrap,
                          bool is_min4, int channel)
-    : encoding_(encoding),
-      wrap_(wrap),
-      is_min4_(is_min4),
-      heights_({.width = textures.relief.width,
-                .height = textures.relief.height,
-                .texels = read_channel(textures.relief, 0)}) {
-  const bool is_apart = format.extra_channels > 0;
-  stored_ = read_channel(is_apart ? textures.extra.value() : textures.relief, (is_apart ? 0 : 1) + channel);
+    : StoredCones({.width = textures.relief.width,
+                   .height = textures.relief.height,
+                   .texels = read_channel(textures.relief, 0)},
+                  format.extra_channels > 0 ? read_channel(textures.extra.value(), channel)
+                                            : read_channel(textures.relief, 1 + channel),
+                  encoding, wrap, is_min4) {}
+
+StoredCones::StoredCones(Heightfield heights, std::vector<float> stored, const Encoding& encoding, Wrap wrap,
+                         bool is_min4)
+    : encoding_(encoding), wrap_(wrap), is_min4_(is_min4), heights_(std::move(heights)), stored_(std::move(stored)) {
   ratios_.reserve(stored_.size());
   for (std::size_t i = 0; i < stored_.size(); ++i) ratios_.push_back(encoding_.decode(stored_[i], heights_.texels[i]));
 }

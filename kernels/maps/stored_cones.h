@@ -13,6 +13,8 @@ class StoredCones {
   /// is_min4: the cone of a point is the least of its four texels' (Correction::min4). channel: which of the ratios
   StoredCones(const MapTextures& textures, const Format& format, const Encoding& encoding, Wrap wrap, bool is_min4,
               int channel = 0);
+  /// stored: one value a texel
+  StoredCones(Heightfield heights, std::vector<float> stored, const Encoding& encoding, Wrap wrap, bool is_min4);
 
   /// Four texels, (0,0), (1,0), (0,1), (1,1).
   struct Cell {

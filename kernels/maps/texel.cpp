@@ -133,7 +133,8 @@ std::uint32_t nearest_code(float value, TexelType type) {
 
 Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
   Heightfield quantised = heights;
-  for (float& texel : quantised.texels) texel = value_of(nearest_code(texel, type), type);
+  for (std::vector<float>* values : {&quantised.texels, &quantised.floors})
+    for (float& height : *values) height = value_of(nearest_code(height, type), type);
   return quantised;
 }
 

@@ -41,10 +41,14 @@ void main() {
 #endif
 #ifdef CURVED
   end_on_surface(ray, hit);
+#endif
+#ifdef MAY_PASS
   if (hit.status == STATUS_PASSED) {
     out_color = vec4(SKY, 1.0);
     return;
   }
+#endif
+#ifdef CURVED
   Place place = shown_place(ray, hit);
   vec2 uv = place.uv;
   vec3 normal = surface_normal(normal_at(uv, gl_FragCoord.xy), place);

@@ -1,6 +1,7 @@
 // A frame on a curved surface, in place of frame.glsl: its camera, and the rays of its pixels, which are straight in
 // the world and go on in the plane that touches the surface where they enter. `surface.glsl` is the surface's own file.
 #define CURVED
+#define MAY_PASS
 #include "common.glsl"
 #include "frame_block.glsl"
 

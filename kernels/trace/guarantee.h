@@ -9,7 +9,8 @@ namespace reliefbench {
 inline constexpr double kThinnestSolid = 0x1p-23;  ///< of t: holds less than two floats, so rounding alone may pass it
 inline constexpr double kNearestGap = 0x1p-22;     ///< of height: nearer than this a ray may count as having arrived
 
-/// Height of the ray above the surface at t, in double precision; negative inside the relief.
+/// Height of the ray above the surface at t, in double precision; negative inside the relief. Of a solid the height
+/// over its upper surface or under its lower one, whichever is more.
 [[nodiscard]] double gap_above(const Heightfield& surface, Wrap wrap, const TextureRay& ray, double t);
 
 enum class Kept {

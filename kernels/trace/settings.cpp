@@ -148,11 +148,25 @@ bool makes_up_for_filter(const Settings& settings) {
          (guarantee_of(settings) != Guarantee::none || guarantee_of(settings, Query::shadow) != Guarantee::none);
 }
 
-std::string conflict(const Settings& settings, const Scene& scene) {
+std::string heights_conflict(const Settings& settings, bool is_solid) {
+  const std::string_view technique = settings.technique().id;
+  if (settings.technique().is_of_solids() && !is_solid)
+    return fmt::format("{} is of solids: it needs a heightmap of two heights a texel", technique);
+  const std::vector<PixelFeature> valued = pixel_features(settings);
+  if (is_solid && !valued.empty())
+    return fmt::format("{} of a solid, a heightmap of two heights a texel, is not traced", valued.front().feature->id);
+  return "";
+}
+
+std::string conflict(const Settings& settings, const Scene& scene, bool is_solid) {
   if (std::string reason = conflict(settings); !reason.empty()) return reason;
   if (is_curved(scene.surface.kind) && !settings.technique().passes.empty())
     return fmt::format("{} draws planes: it needs a plane, not a {}", settings.technique().id,
                        surface_row(scene.surface.kind).id);
+  if (is_curved(scene.surface.kind) && is_solid)
+    return fmt::format("a solid, a heightmap of two heights a texel, needs a plane, not a {}",
+                       surface_row(scene.surface.kind).id);
+  if (std::string reason = heights_conflict(settings, is_solid); !reason.empty()) return reason;
   return lacking_in(frame_features(settings), scene);
 }
 

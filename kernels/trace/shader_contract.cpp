@@ -27,7 +27,7 @@ struct Sampler {
 };
 // Binding 0 is the uniform block `Frame`.
 constexpr std::array kSamplers{
-    Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them"},
+    Sampler{kReliefMap, 1, "r = height; g = stored cone ratio and ba = normal where it has them; of a solid g = floor"},
     Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
     Sampler{kReferenceMap, 3, "r = exact t of this pixel; gba = exact values of features"},
     Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid, volume or table"},

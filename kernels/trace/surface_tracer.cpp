@@ -212,11 +212,7 @@ double tiles_between(double a, double b, Wrap wrap) {
 
 PixelScore score_on_surface(const SurfaceShape& shape, const SurfaceRay& ray, const ScorePixel& pixel,
                             const ReferenceHit& exact, const FrameUniforms& frame, Wrap wrap) {
-  const bool is_kept = pixel.status != static_cast<float>(PixelStatus::passed);
-  if (!is_kept || passes(exact)) {
-    if (is_kept) return {.verdict = Verdict::false_keep};
-    return {.verdict = passes(exact) ? Verdict::good : Verdict::false_kill};
-  }
+  if (const auto passed = score_passed(pixel, exact)) return *passed;
   const auto t = static_cast<double>(pixel.t);
   const auto [u, v] = exact_place(shape, ray, exact.t_enter);
   const double across =
@@ -275,10 +271,10 @@ std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std:
   return scores;
 }
 
-JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
+JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, bool is_solid, std::span<const ScorePixel> pixels,
                   std::span<const ReferenceHit> exact) {
-  const bool covers = is_curved(frame.surface_kind());
-  return judge(pixels, judge_pixels(frame, wrap, pixels, exact), covers);
+  const std::string_view passing = is_curved(frame.surface_kind()) ? kOfSilhouette : is_solid ? kOfSolid : "";
+  return judge(pixels, judge_pixels(frame, wrap, pixels, exact), passing);
 }
 
 }  // namespace reliefbench

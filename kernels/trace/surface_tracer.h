@@ -15,13 +15,12 @@ inline constexpr int kSurfaceVersion = 1;  ///< of exact hits on curved surfaces
 
 /// The exact solid interval along a pixel's ray. t counts as if the plane that touches where the ray enters were the
 /// surface: 0 there, 1 on that plane's bottom plate; a curved surface's bottom may lie beyond. A ray that leaves
-/// through the top plate has t_enter = infinity: the pixel is not covered. Cells are told apart by bounds of first and
+/// through the top plate passes. Cells are told apart by bounds of first and
 /// second order; a stretch that they do not decide at kTouchWay counts as a touch. A hit lies within that of the exact
 /// one.
 [[nodiscard]] ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& shape,
                                          const SurfaceRay& ray, Wrap wrap);
 inline constexpr double kTouchWay = 1e-11;  ///< in sides of the unit square
-[[nodiscard]] inline bool passes(const ReferenceHit& hit) { return !(hit.t_enter < 1e300); }
 
 /// Of a score frame; of a pixel without a ray {}.
 [[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
@@ -33,7 +32,8 @@ inline constexpr double kTouchWay = 1e-11;  ///< in sides of the unit square
 [[nodiscard]] std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap,
                                                    std::span<const ScorePixel> pixels,
                                                    std::span<const ReferenceHit> exact);
-[[nodiscard]] JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
-                                std::span<const ReferenceHit> exact);
+/// is_solid: the heights have floors
+[[nodiscard]] JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, bool is_solid,
+                                std::span<const ScorePixel> pixels, std::span<const ReferenceHit> exact);
 
 }  // namespace reliefbench

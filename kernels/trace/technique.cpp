@@ -108,6 +108,18 @@ Guarantee cone_guarantee(const Settings& settings) {
   return settings.is("step", "cell_quad") && !reads_levels(settings) ? Guarantee::exact : Guarantee::never_skips;
 }
 
+Guarantee solid_cone_guarantee(const Settings& settings) {
+  return settings.is("correction", "safe") ? Guarantee::exact : Guarantee::none;
+}
+
+/// Features of the scene that solids do not have yet: coarser levels, a relief that is left, rays from the hit, depths
+/// of rays that pass, curved surfaces.
+std::vector<FeatureUse> without_solids(std::vector<FeatureUse> uses = {}) {
+  for (const std::string_view id : {"shadow", "lod", "fade", "silhouette", "depth"})
+    uses.push_back({.feature = id, .is_absent = true});
+  return uses;
+}
+
 std::vector<Technique> rows() {
   const std::vector<MapKind> cone_maps{MapKind::conservative, MapKind::quick, MapKind::quick_naive,
                                        MapKind::quick_published, MapKind::quick_centre};
@@ -272,6 +284,38 @@ std::vector<Technique> rows() {
            "are read as those",
        .source = "[RTM] 5.9, listing 5.9; octahedral directions, fetches and interpolation ours",
        .disagreement = 0.05},
+      {.id = "double_relief",
+       .description = "of solids: linear search for a step between both surfaces, then refinement; a ray may pass",
+       .maps = {MapKind::double_height},
+       .params = joined({{linear_steps()}, refinement("binary", 5), {loop()}}),
+       .storage = StorageUse{.format = "rg8"},
+       .features = without_solids(),
+       .guarantee = Guarantee::none,
+       .guarantee_note = "may step over solids thinner than one linear step: false holes",
+       .source = "[RTM] listing 5.3, RM_DOUBLEDEPTH"},
+      {.id = "double_cone",
+       .description =
+           "of solids: cone stepping over the upper surface and under the lower one, the cells solved; a ray "
+           "may pass",
+       .maps = {MapKind::double_cone},
+       .params = {cone_steps(64)},
+       .storage = StorageUse{.format = "r16+rgba16", .correction = "safe"},
+       .features = without_solids(),
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "with correction=safe on the heights as stored, wherever cone_steps are enough",
+       .source = "cones [DUM06], downwards ours; cell steps [BVBV24]",
+       .guarantee_when = solid_cone_guarantee},
+      {.id = "double_mip",
+       .description = "of solids: down a pyramid of the cells' highest tops and lowest floors, the cells solved; a ray "
+                      "may pass",
+       .maps = {MapKind::double_mip},
+       .params = {node_steps()},
+       .storage = StorageUse{.format = "rg16"},
+       .features = without_solids({{.feature = "filter", .is_absent = true}}),
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "on the heights as stored, wherever node_steps are enough",
+       .source = "[TIS08], with floors ours",
+       .guarantee_when = [](const Settings& /*settings*/) { return Guarantee::exact; }},
   };
 }
 

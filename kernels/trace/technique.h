@@ -61,6 +61,8 @@ struct Technique {
 
   [[nodiscard]] const Param* find(std::string_view param_id) const;
   [[nodiscard]] bool reads_map() const { return storage.has_value(); }
+  /// Whether it traces solids, heights with floors, and those alone: its rays may pass.
+  [[nodiscard]] bool is_of_solids() const { return find_map(maps.front()).is_solid; }
 };
 [[nodiscard]] const std::vector<Technique>& techniques();
 [[nodiscard]] const Technique& find_technique(std::string_view id);  ///< throws: Error(bad_input) listing the choices
@@ -129,7 +131,9 @@ class Settings {
 /// Why these settings make no sense together, or "" if they do (a one-channel format for a cone map, a correction
 /// that the map kind does not have, a feature whose row lacks what it needs).
 [[nodiscard]] std::string conflict(const Settings& settings);
-/// Why they make no sense in this scene, or "" if they do: a silhouette on a plane, passes on a sphere.
-[[nodiscard]] std::string conflict(const Settings& settings, const Scene& scene);
+/// Why they make no sense on heights that have floors, or have none; "" if they do.
+[[nodiscard]] std::string heights_conflict(const Settings& settings, bool is_solid);
+/// Why they make no sense in this scene, or "" if they do: a silhouette on a plane, passes or a solid on a sphere.
+[[nodiscard]] std::string conflict(const Settings& settings, const Scene& scene, bool is_solid);
 
 }  // namespace reliefbench

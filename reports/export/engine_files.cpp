@@ -132,9 +132,12 @@ class Folder {
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
     values_.words["header"] = shipped_header(shader, engine_.name);
-    if (has_value_of(shader.settings, Query::depth))
+    if (has_value_of(shader.settings, Query::depth) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe passes what depth={} needs; export it without --for",
                  shader.settings.choice("depth"));
+    if (shader.settings.technique().is_of_solids() && engine_.id != kPlainEngine)
+      fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
+                 shader.settings.technique().id);
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
       if (is_set) values_.flags.insert(flag);

@@ -131,7 +131,8 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
 }  // namespace
 
 Export make_export(const ExportJob& job, Heightmaps heightmaps) {
-  if (const std::string reason = conflict(job.settings); !reason.empty()) fail_input("{}", reason);
+  for (const std::string& reason : {conflict(job.settings), heights_conflict(job.settings, is_solid(job.heightmap))})
+    if (!reason.empty()) fail_input("{}", reason);
   if (!job.settings.technique().passes.empty())
     fail_input("{} is several draws a frame, not a function to ship; depth_slices finds the same hits in one",
                job.settings.technique().id);

@@ -18,15 +18,20 @@ std::string relief_channels(const MapStorage& storage) {
   std::string text = "r = height, 1 on top";
   if (storage.map.ratios > 0 && storage.format.extra_channels == 0)
     text += fmt::format("; g = cone ratio, stored as {}", storage.encoding.id);
+  if (storage.map.is_solid && storage.format.extra_channels == 0) text += "; g = height of the lower surface";
   if (storage.format.with_normal) text += "; b, a = x, y of the normal, each times 0.5 + 0.5";
   return text;
 }
 
 std::string extra_channels(const MapStorage& storage) {
   const std::string_view description = storage.map.description;
+  if (storage.map.is_solid && storage.map.content == MapContent::ratios)
+    return fmt::format("r = height of the lower surface; g, b = ratios of the cones up and down, stored as {}",
+                       storage.encoding.id);
+  if (storage.map.is_solid && storage.map.content == MapContent::heights) return "r = height of the lower surface";
   switch (storage.map.content) {
     case MapContent::pyramid:
-      return fmt::format("r = {}", description);
+      return fmt::format("{} = {}", storage.map.is_solid ? "r, g" : "r", description);
     case MapContent::volume:
       return fmt::format("r = {}; its slices below one another, the bottom one first", description);
     case MapContent::table:
@@ -66,7 +71,7 @@ std::string entry(const Settings& settings) {
 struct ReliefSurface {{
   vec2 uv;             // of the hit, in tiles: for every other texture
   float height;        // of the hit, 1 = on the plane
-  bool hit;            // false: the steps were used up before
+  bool hit;            // false: the steps were used up before{}
   float depth_offset;  // way from the plane to the hit, in sides of a tile
   int taps;            // texture instructions
 {}}};
@@ -83,7 +88,8 @@ ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief
   return surface;
 }}
 )",
-      members, is_lit ? ", const vec3 light_ts, const float light_radius" : "",
+      settings.technique().is_of_solids() ? ", or the ray passes at height 0: discard it" : "", members,
+      is_lit ? ", const vec3 light_ts, const float light_radius" : "",
       has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", way_lines(settings), values);
 }
 
@@ -210,6 +216,7 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
   values.words["depths"] = has_value_of(settings, Query::depth) ? ", vec2(0.1, 100.0), eye_depths" : "";
   if (settings.technique().reads_map()) values.flags.insert("map");
   if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");
+  if (settings.technique().is_of_solids()) values.flags.insert("passes");
   return text + filled_template("example.glsl", values);
 }
 

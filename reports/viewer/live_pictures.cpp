@@ -98,7 +98,7 @@ void LivePictures::bring(Pane& pane, const Settings& settings, const SceneSpec& 
   if (pane.failed_key == wanted) return;
   pane.failed_key.clear();
   const bool was_told = std::exchange(pane.compiles_next, false);
-  pane.failure = conflict(settings, spec.scene);
+  pane.failure = conflict(settings, spec.scene, heights().field.is_solid());
   if (!pane.failure.empty() || pane.picture_key == wanted) return;
   if (std::string key = map_key(settings, spec); pane.map_key != key) {
     if (!background_.is_busy()) fetch_map(pane, settings, spec, std::move(key));
@@ -180,7 +180,7 @@ void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
                      features = std::move(features), pixels = std::move(pixels),
                      values = std::move(values)]() -> Background::Finish {
     auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, frame, wrap, pixels));
-    auto judged = std::make_shared<JudgedFrame>(judge(frame, wrap, pixels, *exact));
+    auto judged = std::make_shared<JudgedFrame>(judge(frame, wrap, heights().field.is_solid(), pixels, *exact));
     const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
     judge_features(features, values, right, judged->pixels, judged->score);
     return [this, &pane, start, key, frame, features, exact, judged, right, taps = taps_of(pixels)] {

@@ -21,7 +21,9 @@ std::vector<std::uint8_t> taps_picture(const OverlayPixels& pixels) {
   return taps_map(found, pixels.width_px, pixels.height_px);
 }
 
-bool is_mark_over_frame(Verdict verdict) { return verdict == Verdict::missed || verdict == Verdict::unconverged; }
+bool is_mark_over_frame(Verdict verdict) {
+  return verdict == Verdict::missed || verdict == Verdict::unconverged || is_false_coverage(verdict);
+}
 
 /// Marks of what failed; nothing elsewhere.
 std::vector<std::uint8_t> marks_picture(const OverlayPixels& pixels) {

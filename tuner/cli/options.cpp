@@ -16,6 +16,12 @@ void add_channel_options(CLI::App& command, ReadingArguments& arguments) {
       .add_option("--channel", arguments.channel,
                   fmt::format("of the heightmap's file: {}; default: auto", fmt::join(channels, " | ")))
       ->check(CLI::IsMember(channels));
+  const std::vector<std::string> floors(floor_channels().begin(), floor_channels().end());
+  command
+      .add_option(
+          "--floor", arguments.floor,
+          fmt::format("channel of a solid's lower surface: {}; default: none, a relief", fmt::join(floors, " | ")))
+      ->check(CLI::IsMember(floors));
   command.add_flag("--invert", arguments.invert, "the heightmap holds depths: white is low");
   command.add_flag("--normalise", arguments.normalise, "stretch the heights to the whole of 0 to 1");
 }
@@ -28,6 +34,7 @@ void add_reading_options(CLI::App& command, ReadingArguments& arguments) {
 
 void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments) {
   if (arguments.channel) spec.channel = *arguments.channel;
+  if (arguments.floor) spec.floor = *arguments.floor;
   spec.invert = spec.invert || arguments.invert;
   spec.normalise = spec.normalise || arguments.normalise;
   if (!arguments.size.empty()) set_size(spec, arguments.size);

@@ -27,14 +27,15 @@ inline CLI::Option* add_switch(CLI::App& command, const std::string& name, const
 /// How a heightmap is read, as every command that takes one asks. What is not said stays as it is.
 struct ReadingArguments {
   std::optional<std::string> channel{};
+  std::optional<std::string> floor{};
   bool invert = false;
   bool normalise = false;
   std::string size{};
   std::optional<std::uint32_t> seed{};
 };
-/// Adds --channel, --invert and --normalise; `arguments` must outlive the parse.
+/// Adds --channel, --floor, --invert and --normalise; `arguments` must outlive the parse.
 void add_channel_options(CLI::App& command, ReadingArguments& arguments);
-/// Adds --channel, --invert, --normalise, --size and --seed; `arguments` must outlive the parse.
+/// Adds --channel, --floor, --invert, --normalise, --size and --seed; `arguments` must outlive the parse.
 void add_reading_options(CLI::App& command, ReadingArguments& arguments);
 void set_reading(HeightmapSpec& spec, const ReadingArguments& arguments);  ///< throws: Error(bad_input): --size
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <utility>
 
+#include "kernels/base/error.h"
 #include "kernels/image/heightmaps.h"
 #include "tuner/results/stages.h"
 
@@ -38,6 +39,10 @@ BakedValues bake_on_cpu(const MapRow& map, const BakeRequest& request, const std
 BakedMap bake(const BakeSpec& spec, const Heightfield& heights, const Baker& baker) {
   const MapStorage& storage = spec.storage;
   BakedMap map{.heights = quantise_heights(heights, storage.format.type)};
+  if (storage.map.is_solid && !heights.is_solid())
+    fail_input("{}: the heightmap has one height a texel; a solid needs two (\"floor\" says where the second one is)",
+               storage.map.id);
+  if (!storage.map.is_solid) map.heights.floors.clear();  // it sees the upper surface alone
   const BakeRequest request{.heights = map.heights,
                             .wrap = spec.wrap,
                             .correction = storage.correction,

@@ -92,9 +92,9 @@ void check(const BakeJob& job) {
 void count_ratios(const BakeJob& job, const MapTextures& textures, BakeResult& result) {
   const MapStorage& storage = job.spec.storage;
   if (storage.map.ratios == 0) return;
-  const auto stored = static_cast<std::size_t>(storage.format.ratios());
+  const auto stored = static_cast<std::size_t>(storage.format.ratios() - (storage.map.is_solid ? 1 : 0));
   const auto filled = static_cast<std::size_t>(storage.map.ratios);
-  const std::vector<float> ratios = unpack_map(textures, storage.format, storage.encoding).ratios;
+  const std::vector<float> ratios = unpack_map(textures, storage.format, storage.encoding, storage.map.is_solid).ratios;
   double sum = 0;
   double closed = 0;
   for (std::size_t i = 0; i < ratios.size(); ++i) {

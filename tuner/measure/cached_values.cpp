@@ -138,7 +138,7 @@ std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
   for (int level = 0; std::max(heights.width, heights.height) >> level > 0; ++level)
     nodes += static_cast<std::size_t>(level_side(heights.width, level)) *
              static_cast<std::size_t>(level_side(heights.height, level));
-  return nodes;
+  return map.is_solid ? 2 * nodes : nodes;
 }
 
 Codec<std::vector<ReferenceHit>> hits_codec(std::size_t hits) {

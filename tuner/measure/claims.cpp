@@ -90,7 +90,7 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
     const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene, frame.draw));
     const std::vector<ReferenceHit> exact = exact_hits(tracer, frame.draw.frame, scene.wrap, pixels);
-    JudgedFrame judged = judge(frame.draw.frame, scene.wrap, pixels, exact);
+    JudgedFrame judged = judge(frame.draw.frame, scene.wrap, heights.is_solid(), pixels, exact);
     const std::vector<PixelFeature> features = pixel_features(row.settings);
     judge_features(features, backend.read_values(features),
                    exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,

@@ -34,6 +34,7 @@ UploadedScene upload(Backend& backend, const Scene& scene, const Heightfield& he
                                      .texels = std::as_bytes(std::span(normals)),
                                      .wrap = scene.wrap}),
           .wrap = scene.wrap,
+          .is_solid = heights.is_solid(),
           .frame = frame_uniforms(scene, heights.width, heights.height)};
 }
 

@@ -19,6 +19,7 @@ namespace reliefbench {
 struct UploadedScene {
   std::unique_ptr<Texture> normals{};
   Wrap wrap = Wrap::repeat;
+  bool is_solid = false;  ///< rays may pass
   FrameUniforms frame{};
 };
 /// heights: as they were read

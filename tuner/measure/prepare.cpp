@@ -59,7 +59,7 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
   PreparedCase prepared{.spec = &c, .record = blank_record(c, key_of(scene), context_.session.device())};
   Status on_failure = Status::unsupported;
   try {
-    if (const std::string reason = conflict(c.settings, scene.scene); !reason.empty()) fail_input("{}", reason);
+    if (const std::string reason = conflict(c.settings, scene.scene, is_solid(scene.heightmap)); !reason.empty()) fail_input("{}", reason);
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);
@@ -144,7 +144,7 @@ void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFea
 
 JudgedFrame Preparer::judge_traced(const Reference& reference, std::span<const PixelFeature> features,
                                    const UploadedScene& scene) const {
-  JudgedFrame judged = judge(scene.frame, scene.wrap, pixels_, reference.hits);
+  JudgedFrame judged = judge(scene.frame, scene.wrap, scene.is_solid, pixels_, reference.hits);
   judge_features(features, values_, reference.values, judged.pixels, judged.score);
   return judged;
 }

@@ -34,6 +34,9 @@ class SceneStudy {
                    .timeout_s = file.measure.timeout_s,
                    .flicker_frames = file.measure.flicker_frames,
                    .seen_features = exact_features()}) {
+    for (const SceneSpec& scene : file.scenes)
+      if (is_solid(scene.heightmap))
+        fail_input("{}: light and depth of a solid, a heightmap of two heights a texel, are not traced", scene.id);
     session_.set_timeout(file.measure.timeout_s);
     session_.calibrate(file.measure.batch_ms, nullptr);
   }

@@ -31,7 +31,7 @@ std::optional<Settings> with_row(const SceneFile& file, Settings settings, const
   if (settings.technique().find(feature.id) == nullptr) return std::nullopt;
   settings.set(feature.id, row.id);
   for (const SceneSpec& spec : file.scenes)
-    if (!conflict(settings, spec.scene).empty()) return std::nullopt;
+    if (!conflict(settings, spec.scene, is_solid(spec.heightmap)).empty()) return std::nullopt;
   return settings;
 }
 

@@ -91,7 +91,7 @@ bool bends_rays(const Settings& settings) {
 std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, const StoredMap& stored, Wrap wrap,
                           Guarantee guarantee) {
   const Heightfield& surface = stored.map.heights;
-  const std::vector<ScorePixel>& pixels = frame.pixels;
+  std::vector<ScorePixel> pixels = frame.pixels;
   std::vector<Kept> kept(pixels.size(), Kept::yes);
   if (guarantee == Guarantee::none) return kept;
   if (bends_rays(settings)) {
@@ -105,6 +105,10 @@ std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, co
     }
     return kept;
   }
+  // Where a surface is clipped, a ray passes by its hit: it has one all the same.
+  if (!surface.is_solid())
+    for (ScorePixel& pixel : pixels)
+      if (pixel.status == static_cast<float>(PixelStatus::passed)) pixel.status = static_cast<float>(PixelStatus::hit);
   const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, pixels);
   const std::vector<PixelScore> scores = judge_pixels(pixels, exact, surface.width, surface.height);
   for (std::size_t i = 0; i < pixels.size(); ++i)
@@ -127,7 +131,7 @@ JudgedFrame check_frame(const StressFrame& frame, const Settings& settings, cons
     if (pixel.status == static_cast<float>(PixelStatus::step_cap)) ++result.capped;
   }
   const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, frame.uniforms, wrap, pixels);
-  JudgedFrame judged = judge(frame.uniforms, wrap, pixels, exact);
+  JudgedFrame judged = judge(frame.uniforms, wrap, stored.map.heights.is_solid(), pixels, exact);
   result.pixels = judged.score.pixels;
   result.missed_rate = judged.score.at("missed_rate");
   result.unconverged_rate = judged.score.at("unconverged_rate");
@@ -207,11 +211,13 @@ class StressRun {
     for (const Extreme& extreme : extremes_.list) {
       std::vector<std::pair<std::string, Planned>> here;  // by bake
       for (const Technique& technique : techniques())
-        for (Settings& settings : stress_settings(technique, changes, extreme))
-          if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
-            std::string bake = bake_text(settings, extreme.scene);
-            here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});
-          }
+        // Others see the upper surface of a solid alone, as if it were a relief: extremes of that are above.
+        if (technique.is_of_solids() == is_solid(extreme.scene.heightmap))
+          for (Settings& settings : stress_settings(technique, changes, extreme))
+            if (options_.filter.empty() || glob_matches(options_.filter, name_of(extreme, settings))) {
+              std::string bake = bake_text(settings, extreme.scene);
+              here.emplace_back(std::move(bake), Planned{&extreme, std::move(settings)});
+            }
       std::ranges::stable_sort(here, {}, &std::pair<std::string, Planned>::first);
       for (auto& [bake, planned] : here) planned_.push_back(std::move(planned));
     }

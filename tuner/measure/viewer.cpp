@@ -16,7 +16,7 @@ Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps he
       uploaded_(upload(session_.backend(), scene_.scene, heights_)) {}
 
 void Viewer::choose(const Settings& settings) {
-  if (const std::string reason = conflict(settings, scene_.scene); !reason.empty()) fail_input("{}", reason);
+  if (const std::string reason = conflict(settings, scene_.scene, heights_.is_solid()); !reason.empty()) fail_input("{}", reason);
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
@@ -35,7 +35,7 @@ ViewedFrame Viewer::draw(const View& view) {
   frame.rgba8 = backend.read_color();
   const std::vector<ScorePixel> pixels = trace_frame(backend, score);
   const std::vector<ReferenceHit> exact = exact_hits(tracer_, frame_.draw.frame, scene_.scene.wrap, pixels);
-  frame.judged = judge(frame_.draw.frame, scene_.scene.wrap, pixels, exact);
+  frame.judged = judge(frame_.draw.frame, scene_.scene.wrap, heights_.is_solid(), pixels, exact);
   const std::vector<PixelFeature> features = pixel_features(*settings_);
   judge_features(features, backend.read_values(features),
                  exact_values(features, tracer_, frame_.draw.frame, rays_of(pixels), exact), frame.judged.pixels,

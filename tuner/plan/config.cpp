@@ -39,7 +39,7 @@ void read_front(const ConfigReader& reader, const JsonNode& node, Config& config
 
 bool same_heightmap(const HeightmapSpec& a, const HeightmapSpec& b) {
   const auto fields = [](const HeightmapSpec& s) {
-    return std::tie(s.source, s.channel, s.invert, s.normalise, s.width, s.height, s.seed);
+    return std::tie(s.source, s.channel, s.floor, s.invert, s.normalise, s.width, s.height, s.seed);
   };
   return fields(a) == fields(b);
 }

@@ -15,8 +15,8 @@ constexpr std::array<std::string_view, 11> kSceneKeys{"heightmap", "views",    "
                                                       "reference", "occluded", "surface"};
 constexpr std::array<std::string_view, 3> kSurfaceKeys{"kind", "round", "tube"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
-constexpr std::array<std::string_view, 8> kHeightmapKeys{"source", "channel", "invert", "normalise",
-                                                         "width",  "height",  "seed",   "name"};
+constexpr std::array<std::string_view, 9> kHeightmapKeys{"source", "channel", "floor", "invert", "normalise",
+                                                         "width",  "height",  "seed",  "name"};
 constexpr std::array<std::string_view, 5> kViewKeys{"id", "elevation_deg", "distance", "fov_deg", "azimuth_deg"};
 constexpr std::array<std::string_view, 3> kLightKeys{"elevation_deg", "azimuth_deg", "angular_radius_deg"};
 constexpr std::array<std::string_view, 7> kMeasureKeys{

@@ -16,7 +16,7 @@ namespace {
 constexpr int kHeightmapSideMin = 2;      // texels: one cell of the bilinear surface
 constexpr int kHeightmapSideMax = 16384;  // texels
 constexpr double kPanMost = 1e3;          // sides of the unit square
-constexpr std::array<std::string_view, 1> kImageOnly{"channel"};
+constexpr std::array<std::string_view, 2> kImageOnly{"channel", "floor"};
 constexpr std::array<std::string_view, 3> kProceduralOnly{"width", "height", "seed"};
 
 /// A part of a scene id; the characters between such parts are those that ids, globs and links use otherwise.
@@ -82,6 +82,12 @@ NamedHeightmap read_heightmap(const ConfigReader& reader, const JsonNode& node, 
       if (const std::vector<std::string_view> known(heightmap_channels().begin(), heightmap_channels().end());
           !contains(known, spec.channel))
         reader.fail(*channel, fmt::format("'{}' is {}", spec.channel, unknown_text(spec.channel, known)));
+    }
+    if (const JsonNode* floor = node.find("floor")) {
+      spec.floor = reader.text(*floor);
+      if (const std::vector<std::string_view> known(floor_channels().begin(), floor_channels().end());
+          !contains(known, spec.floor))
+        reader.fail(*floor, fmt::format("'{}' is {}", spec.floor, unknown_text(spec.floor, known)));
     }
     if (const JsonNode* invert = node.find("invert")) spec.invert = reader.flag(*invert);
     if (const JsonNode* normalise = node.find("normalise")) spec.normalise = reader.flag(*normalise);

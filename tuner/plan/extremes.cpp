@@ -108,7 +108,8 @@ std::vector<Settings> stress_settings(const Technique& technique, const std::vec
   std::vector<Settings> list;
   std::set<std::string> seen;
   const auto add = [&](const Settings& settings) {
-    if (conflict(settings, extreme.scene.scene).empty() && seen.insert(settings.text()).second)
+    if (conflict(settings, extreme.scene.scene, is_solid(extreme.scene.heightmap)).empty() &&
+        seen.insert(settings.text()).second)
       list.push_back(settings);
   };
   const auto vary = [&](const Settings& from, std::string_view id, const auto& use) {

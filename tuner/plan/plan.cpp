@@ -166,7 +166,9 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
                           .bake = {},
                           .id = {}};
           planned.id = planned.planned.id();
-          if (const std::string reason = conflict(settings, config.scenes[s].scene); !reason.empty()) {
+          if (const std::string reason =
+                  conflict(settings, config.scenes[s].scene, is_solid(config.scenes[s].heightmap));
+              !reason.empty()) {
             plan.conflicts.push_back(fmt::format("{}: {}", planned.id, reason));
             continue;
           }
@@ -179,6 +181,8 @@ Plan make_plan(const Config& config, std::span<const std::string> backend_ids, s
         }
   }
   if (all.empty()) {
+    if (seen.empty() && !plan.conflicts.empty())
+      fail_input("{}: no case: {}", config.path.string(), plan.conflicts.front());
     if (seen.empty()) fail_input("{}: no case: there is no backend to run it on", config.path.string());
     const std::string asked = key.empty()      ? fmt::format("filter '{}'", filter)
                               : filter.empty() ? fmt::format("key '{}'", key)

@@ -39,6 +39,7 @@ HeightmapSpec parse_heightmap(const json& j) {
                      .channel = member<std::string>(j, "channel"),
                      .invert = member<bool>(j, "invert"),
                      .normalise = member<bool>(j, "normalise")};
+  if (j.contains("floor")) spec.floor = member<std::string>(j, "floor");
   if (!is_procedural(spec)) return spec;
   spec.width = member<int>(j, "width");
   spec.height = member<int>(j, "height");
@@ -100,6 +101,7 @@ bool is_pair_of(const json& sides, int most) {
 
 json heightmap_json(const HeightmapSpec& spec) {
   json j = {{"source", spec.source}, {"channel", spec.channel}, {"invert", spec.invert}, {"normalise", spec.normalise}};
+  if (!spec.floor.empty()) j["floor"] = spec.floor;
   if (is_procedural(spec)) j.update({{"width", spec.width}, {"height", spec.height}, {"seed", spec.seed}});
   return j;
 }

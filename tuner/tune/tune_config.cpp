@@ -28,6 +28,7 @@ json heightmap_value(const HeightmapSpec& spec) {
   const HeightmapSpec usual;
   json value = {{"source", spec.source}};
   if (spec.channel != usual.channel) value["channel"] = spec.channel;
+  if (!spec.floor.empty()) value["floor"] = spec.floor;
   if (spec.invert) value["invert"] = true;
   if (spec.normalise) value["normalise"] = true;
   if (spec.width != usual.width) value["width"] = spec.width;

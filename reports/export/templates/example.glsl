@@ -11,6 +11,7 @@ void main() {
 ?fragdepth   vec2 eye_depths = vec2(eye_depth, eye_depth * @depth@ / -in_view_ts.z);
   ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@@lights@@depths@);
 ?clamp   if (any(lessThan(in_uv, vec2(0.0))) || any(greaterThan(in_uv, vec2(1.0)))) discard;
+?passes   if (!surface.hit && surface.height <= 0.0) discard;
 ?map   vec3 normal = relief_normal(@normal_maps@surface.uv, @depth@);
 !map   vec3 normal = vec3(0.0, 0.0, 1.0);
   float diffuse = max(dot(normal, light), 0.0);

@@ -1,0 +1,25 @@
+#pragma once
+#include <cmath>
+
+namespace reliefbench {
+
+/// F(s) = f0 + b s + a s^2 for s in [0, length]: height of a ray above a surface inside one cell.
+struct Quadratic {
+  double f0;
+  double b;
+  double a;
+  double f1;  ///< F(length), from the expression that the next cell uses for its f0
+  double length;
+
+  [[nodiscard]] double at(double s) const { return f0 + (b + a * s) * s; }
+  [[nodiscard]] Quadratic negated() const { return {-f0, -b, -a, -f1, length}; }
+};
+
+/// b^2 - 4 a f0 without cancellation (Kahan's difference of products).
+[[nodiscard]] inline double discriminant(const Quadratic& f) {
+  const double product = 4 * f.a * f.f0;
+  const double error = std::fma(-4 * f.a, f.f0, product);
+  return std::fma(f.b, f.b, -product) + error;
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,250 @@
+// Exact first hits on a solid between two bilinear surfaces.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kernels/judge/quadratic.h"
+#include "kernels/judge/ray_axis.h"
+#include "kernels/judge/reference.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kPasses = std::numeric_limits<double>::infinity();
+/// A ray that enters by one surface may be outside of the other one by this much of height: where both are entered at
+/// once, rounding may see either too late.
+constexpr double kRim = 0x1p-50;
+
+/// Where F falls to zero from above, s in [0, length], or kPasses. It does so once at most.
+double falling_root(const Quadratic& f) {
+  const bool is_above = f.f0 > 0;
+  const bool is_below_then = f.f1 <= 0;
+  const bool turns = std::abs(f.b) < 2 * std::abs(f.a) * f.length;  // inside the cell
+  const bool dips = is_above && f.a > 0 && f.b < 0 && turns;
+  const bool arcs = !is_above && is_below_then && f.a < 0 && f.b > 0 && turns;
+  const bool must = is_above && is_below_then;
+  if (!must && !dips && !arcs) return kPasses;
+  const double disc = discriminant(f);
+  if (!must && disc < 0) return kPasses;
+  const double root = std::sqrt(std::max(disc, 0.0));
+  const double s = f.b <= 0 ? 2 * f.f0 / (root - f.b) : (f.b + root) / (-2 * f.a);
+  // Also where rounding made 0/0 or a root just beyond the end.
+  return s < f.length ? s : f.length;
+}
+
+/// Where F, not above zero at `from`, rises over it, s in [from, length], or kPasses.
+double rising_root(const Quadratic& f, double from) {
+  const bool must = f.f1 > 0;
+  if (!must && !(f.a < 0 && f.b > 0)) return kPasses;  // it would have to come back
+  const double disc = discriminant(f);
+  if (!must && disc < 0) return kPasses;
+  const double root = std::sqrt(std::max(disc, 0.0));
+  const double s = f.b <= 0 ? (root - f.b) / (2 * f.a) : -2 * f.f0 / (f.b + root);
+  if (s >= from && s < f.length) return s;
+  if (!must) return kPasses;
+  return s < from ? from : f.length;
+}
+
+}  // namespace
+
+/// A ray on its way down, as Walk goes. Nodes that hold nothing at the ray's heights are skipped on the way to the
+/// solid.
+class ReferenceTracer::SolidWalk {
+ public:
+  SolidWalk(const ReferenceTracer& map, const TextureRay& ray)
+      : map_(map),
+        x_(start_cell(static_cast<double>(ray.u), map.width_, map.wrap_), static_cast<double>(ray.slope_u) * map.width_,
+           map.cells_x_, map.wrap_),
+        y_(start_cell(static_cast<double>(ray.v), map.height_, map.wrap_),
+           static_cast<double>(ray.slope_v) * map.height_, map.cells_y_, map.wrap_) {}
+
+  [[nodiscard]] ReferenceHit trace();
+
+ private:
+  enum class Entered { inside, by_x, by_y };
+
+  /// How far the ray is over the upper surface and under the lower one, on its way through a cell.
+  struct Gaps {
+    Quadratic over;
+    Quadratic under;
+    [[nodiscard]] bool begin_inside() const { return over.f0 <= 0 && under.f0 <= 0; }
+  };
+
+  [[nodiscard]] const Bounds& bounds() const {
+    const Level& level = map_.levels_[static_cast<std::size_t>(level_)];
+    return level.nodes[static_cast<std::size_t>(y_.node) * static_cast<std::size_t>(level.width) +
+                       static_cast<std::size_t>(x_.node)];
+  }
+  [[nodiscard]] static bool is_empty(const Bounds& bounds) { return bounds.min > bounds.max; }
+  [[nodiscard]] bool is_beside(const Bounds& bounds) const {
+    return is_empty(bounds) || 1 - t_next_ > static_cast<double>(bounds.max) ||
+           1 - t_ < static_cast<double>(bounds.min);
+  }
+  void find_exit();
+  [[nodiscard]] Quadratic gap(const std::vector<float>& corners) const;
+  [[nodiscard]] Gaps gaps() const { return {.over = gap(map_.corners_), .under = gap(map_.floors_).negated()}; }
+  void advance(bool is_inside);
+  [[nodiscard]] double enter();
+  [[nodiscard]] double leave(double t_enter);
+
+  const ReferenceTracer& map_;
+  RayAxis x_;
+  RayAxis y_;
+  double t_ = 0;       ///< entry of the node
+  double t_next_ = 0;  ///< and exit
+  double t_end_ = 1;   ///< at the lowest floor
+  int level_ = 0;
+  int top_level_ = 0;
+  bool leaves_by_x_ = false;
+  Entered entered_ = Entered::inside;
+};
+
+void ReferenceTracer::SolidWalk::find_exit() {
+  const double tx = x_.exit(level_);
+  const double ty = y_.exit(level_);
+  leaves_by_x_ = tx <= ty;
+  t_next_ = std::min(std::max(std::min(tx, ty), t_), t_end_);
+}
+
+/// Height of the ray over a surface in this cell. Exact on the edges, where both neighbours see the same two corners.
+Quadratic ReferenceTracer::SolidWalk::gap(const std::vector<float>& corners) const {
+  const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
+  const float* const row = &corners[static_cast<std::size_t>(y_.node) * stride + static_cast<std::size_t>(x_.node)];
+  const double h00 = row[0], h10 = row[1], h01 = row[stride], h11 = row[stride + 1];
+  const auto above = [&](double t, double fx, double fy) {
+    return (1 - t) - ((h00 * (1 - fx) + h10 * fx) * (1 - fy) + (h01 * (1 - fx) + h11 * fx) * fy);
+  };
+  const double fx0 = entered_ == Entered::by_x ? 1 - x_.forward : x_.fraction(t_);
+  const double fy0 = entered_ == Entered::by_y ? 1 - y_.forward : y_.fraction(t_);
+  const bool at_edge = t_next_ < t_end_;
+  const double fx1 = at_edge && leaves_by_x_ ? x_.forward : x_.fraction(t_next_);
+  const double fy1 = at_edge && !leaves_by_x_ ? y_.forward : y_.fraction(t_next_);
+  const double twist = (h00 - h10) + (h11 - h01);
+  return {.f0 = above(t_, fx0, fy0),
+          .b = -1 - ((h10 - h00 + twist * fy0) * x_.speed + (h01 - h00 + twist * fx0) * y_.speed),
+          .a = -twist * x_.speed * y_.speed,
+          .f1 = above(t_next_, fx1, fy1),
+          .length = t_next_ - t_};
+}
+
+void ReferenceTracer::SolidWalk::advance(bool is_inside) {
+  t_ = t_next_;
+  entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
+  RayAxis& crossed = leaves_by_x_ ? x_ : y_;
+  const bool new_parent = (crossed.node & 1) == crossed.forward;
+  crossed.cross(level_);
+  if (is_inside || !new_parent || level_ == top_level_) return;
+  ++level_;
+  x_.node >>= 1;
+  y_.node >>= 1;
+}
+
+double ReferenceTracer::SolidWalk::enter() {
+  for (;;) {
+    find_exit();
+    const Bounds& here = bounds();
+    const bool is_skipped = is_beside(here);
+    if (level_ > 0 && !is_skipped) {
+      const double t_highest = 1.0 - static_cast<double>(here.max);
+      if (t_highest > t_) {
+        t_ = t_highest;
+        entered_ = Entered::inside;
+      }
+      --level_;
+      x_.descend(level_, t_);
+      y_.descend(level_, t_);
+      continue;
+    }
+    if (!is_skipped) {
+      const Gaps here_gaps = gaps();
+      if (here_gaps.begin_inside()) return t_;
+      const double by_top = falling_root(here_gaps.over);
+      const double by_floor = falling_root(here_gaps.under);
+      double s = kPasses;
+      if (by_top != kPasses && here_gaps.under.at(by_top) <= kRim) s = by_top;
+      if (by_floor < s && here_gaps.over.at(by_floor) <= kRim) s = by_floor;
+      if (s != kPasses) return t_ + s;
+    }
+    if (t_next_ == t_end_) return kPasses;
+    advance(false);
+  }
+}
+
+double ReferenceTracer::SolidWalk::leave(double t_enter) {
+  for (double from = t_enter - t_;; from = 0) {
+    if (is_empty(bounds())) return t_;
+    const Gaps here = gaps();
+    const double s = std::min(rising_root(here.over, from), rising_root(here.under, from));
+    if (s != kPasses) return t_ + s;
+    if (t_next_ == t_end_) return t_end_ < 1 ? t_end_ : kPasses;  // under the lowest floor
+    advance(true);
+    find_exit();
+  }
+}
+
+ReferenceHit ReferenceTracer::SolidWalk::trace() {
+  constexpr ReferenceHit kNone{.t_enter = kPasses, .t_exit = kPasses};
+  const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
+  if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return kNone;
+  if (is_empty(map_.bounds_)) return kNone;
+  t_ = std::clamp(1.0 - static_cast<double>(map_.bounds_.max), 0.0, 1.0);
+  t_end_ = std::clamp(1.0 - static_cast<double>(map_.bounds_.min), t_, 1.0);
+  x_.seek(t_, map_.wrap_);
+  y_.seek(t_, map_.wrap_);
+  top_level_ = static_cast<int>(map_.levels_.size()) - 1;
+  level_ = std::min(top_level_, std::ilogb(std::max((t_end_ - t_) * travel, 1.0)));
+  x_.node >>= level_;
+  y_.node >>= level_;
+  const double t_enter = enter();
+  return t_enter == kPasses ? kNone : ReferenceHit{.t_enter = t_enter, .t_exit = leave(t_enter)};
+}
+
+ReferenceHit ReferenceTracer::trace_solid(const TextureRay& ray) const { return SolidWalk(*this, ray).trace(); }
+
+void ReferenceTracer::build_solid(const Heightfield& heights) {
+  const int border = wrap_ == Wrap::clamp ? 1 : 0;
+  floors_.reserve(corners_.size());
+  for (int y = 0; y <= cells_y_; ++y)
+    for (int x = 0; x <= cells_x_; ++x)
+      floors_.push_back(heights.floor_at(wrapped(x - border, width_, wrap_), wrapped(y - border, height_, wrap_)));
+  constexpr Bounds kEmpty{.min = std::numeric_limits<float>::max(), .max = std::numeric_limits<float>::lowest()};
+  Level level{.width = cells_x_, .nodes = {}};
+  level.nodes.reserve(static_cast<std::size_t>(cells_x_) * static_cast<std::size_t>(cells_y_));
+  const std::size_t stride = static_cast<std::size_t>(cells_x_) + 1;
+  for (int y = 0; y < cells_y_; ++y)
+    for (int x = 0; x < cells_x_; ++x) {
+      const std::size_t first = static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x);
+      Bounds bounds = kEmpty;
+      bool has_solid = false;
+      for (const std::size_t corner : {first, first + 1, first + stride, first + stride + 1}) {
+        has_solid = has_solid || corners_[corner] > floors_[corner];
+        bounds = {.min = std::min(bounds.min, floors_[corner]), .max = std::max(bounds.max, corners_[corner])};
+      }
+      level.nodes.push_back(has_solid ? bounds : kEmpty);
+    }
+  int height = cells_y_;
+  while (level.width > 1 || height > 1) {
+    const int fine_width = level.width;
+    const int fine_height = height;
+    Level next{.width = (fine_width - 1) / 2 + 1, .nodes = {}};
+    height = (fine_height - 1) / 2 + 1;
+    next.nodes.reserve(static_cast<std::size_t>(next.width) * static_cast<std::size_t>(height));
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < next.width; ++x) {
+        Bounds bounds = kEmpty;
+        for (int j = 2 * y; j < std::min(2 * y + 2, fine_height); ++j)
+          for (int i = 2 * x; i < std::min(2 * x + 2, fine_width); ++i) {
+            const Bounds& part = level.nodes[static_cast<std::size_t>(j) * static_cast<std::size_t>(fine_width) +
+                                             static_cast<std::size_t>(i)];
+            bounds = {.min = std::min(bounds.min, part.min), .max = std::max(bounds.max, part.max)};
+          }
+        next.nodes.push_back(bounds);
+      }
+    levels_.push_back(std::move(level));
+    level = std::move(next);
+  }
+  bounds_ = level.nodes.front();
+  levels_.push_back(std::move(level));
+}
+
+}  // namespace reliefbench
