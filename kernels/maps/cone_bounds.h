@@ -25,8 +25,7 @@ struct BoundRequest {
   Wrap wrap = Wrap::repeat;
   Subdivision by{};
   float max_ratio = 1;  ///< wider cones do not matter
-  /// Only points in the sector round this axis bound the cone (quad).
-  std::optional<ConeView::Normal> axis{};
+  std::optional<Wedge> wedge{};  ///< only points in it bound the cone
   int threads = 0;
 };
 

@@ -139,7 +139,8 @@ bool has_free_cones(const Settings& settings) {
   const MapStorage storage = storage_of(settings);
   const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
                        storage.correction == Correction::min4;
-  constexpr std::array kConservative{MapKind::conservative, MapKind::quick, MapKind::quick_naive, MapKind::quad};
+  constexpr std::array kConservative{MapKind::conservative, MapKind::quick, MapKind::quick_naive, MapKind::quad,
+                                     MapKind::sector};
   return is_safe && std::ranges::find(kConservative, storage.map.kind) != kConservative.end();
 }
 
