@@ -207,6 +207,7 @@ std::vector<MapTextures> cone_layers(const MapRow& map, const MapTextures& textu
   const int count = sector_count(parameters);
   const SectorAtlas atlas(count, width, height);
   std::vector<MapTextures> layers;
+  layers.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k)
     layers.push_back({.relief = unpacked_layer(textures.extra.value(), atlas, k, width, height)});
   return layers;

@@ -16,7 +16,7 @@ inline constexpr std::array<std::string_view, 3> kSectorCounts{"4", "8", "16"};
 inline constexpr MapParam kSectors{.id = "sectors",
                                    .description = "sectors of directions, each with a cone of its own",
                                    .max = 2,
-                                   .fallback = 1,
+                                   .fallback = 0,
                                    .choices = kSectorCounts,
                                    .is_constant = true};
 
