@@ -281,7 +281,7 @@ std::vector<Technique> rows() {
        .features = {{.feature = "lod", .is_absent = true}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "with correction safe or certified on the heights as stored: exact with cell_quad, "
-                         "never_skips with plain; cell_max skips the rest of a cell untested",
+                         "never_skips with plain where filter=manual; cell_max skips the rest of a cell untested",
        .source = "ours; of four sectors QDCSM; cell steps [BVBV24]",
        .guarantee_when = cone_guarantee},
       {.id = "sector_relaxed",
