@@ -138,7 +138,8 @@ RC_GTEST_PROP(SectorMapProperty, HasTheBitsOfAllPairs, ()) {
 TEST(SectorMap, SectorsAreWithinTheirWedgesWhateverTheFloats) {
   for (const int count : kCounts) {
     for (int i = 0; i < 40000; ++i) {
-      const double angle = i < 20000 ? i * 1e-3 : (i % 16) * std::numbers::pi / 8 + static_cast<double>(i - 30000) * 1e-11;
+      const double angle =
+          i < 20000 ? i * 1e-3 : (i % 16) * std::numbers::pi / 8 + static_cast<double>(i - 30000) * 1e-11;
       const auto u = static_cast<float>(std::cos(angle));
       const auto v = static_cast<float>(std::sin(angle));
       // As the shader has it, in float.
@@ -225,10 +226,8 @@ TEST(SectorMap, SafeConesNeverMeetTheInterpolatedSurface) {
 TEST(SectorMap, SafeConesSeeWhatTheBorderGoesOnAs) {
   const Heightfield spike = make_map(12, 12, [](int x, int y) { return x == 11 && y == 8 ? 1.0F : 0.0F; });
   const BakeRequest request{.heights = spike, .wrap = Wrap::clamp, .correction = Correction::safe, .threads = 1};
-  const ConeSearch search{.heights = spike,
-                          .wrap = Wrap::clamp,
-                          .metric = cone_metric(12, 12, Correction::safe),
-                          .threads = 1};
+  const ConeSearch search{
+      .heights = spike, .wrap = Wrap::clamp, .metric = cone_metric(12, 12, Correction::safe), .threads = 1};
   for (const int count : kCounts) {
     BakeRequest of_count = request;
     of_count.parameters = sectors_of(count);
@@ -281,11 +280,8 @@ MapVerdict baked_and_verified(MapKind kind, const Heightfield& heights, Correcti
   const Format& stored = find_format(format);
   const Heightfield quantised = quantise_heights(heights, stored.type);
   const std::vector<MapValue> parameters = sectors_of(count);
-  const std::vector<float> values = map.bake({.heights = quantised,
-                                              .wrap = wrap,
-                                              .correction = correction,
-                                              .parameters = parameters,
-                                              .threads = 1});
+  const std::vector<float> values =
+      map.bake({.heights = quantised, .wrap = wrap, .correction = correction, .parameters = parameters, .threads = 1});
   const MapTextures textures =
       pack_map({.map = map, .heights = quantised, .values = values, .wrap = wrap, .parameters = parameters}, stored,
                find_encoding("sqrt"));
@@ -305,10 +301,9 @@ TEST(SectorMap, SafeOnesAreProvedAsTheyAreStored) {
     for (const Heightfield& heights : {make(12, 12), make(15, 7)})
       for (const Wrap wrap : kWraps)
         for (const int count : kCounts)
-          for (const auto& [correction, format] : {std::pair(Correction::safe, "rg8"),
-                                                   std::pair(Correction::certified, "rg16f")}) {
-            const MapVerdict verdict =
-                baked_and_verified(MapKind::sector, heights, correction, wrap, count, format);
+          for (const auto& [correction, format] :
+               {std::pair(Correction::safe, "rg8"), std::pair(Correction::certified, "rg16f")}) {
+            const MapVerdict verdict = baked_and_verified(MapKind::sector, heights, correction, wrap, count, format);
             EXPECT_EQ(verdict.texels, count * heights.width * heights.height);
             EXPECT_EQ(verdict.texels_too_wide, 0);
             EXPECT_EQ(verdict.cells.proved, verdict.cells.cells) << count << " " << correction_id(correction);

@@ -115,8 +115,8 @@ std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& can
 // every point p the part of its interpolated cone that lies in the sector is disjoint from the bilinear surface.
 // Proof: let q be a point of the surface whose offset o from p is in the sector. The coupling of the theorem at
 // Correction pairs corners a of p's cell and b of q's cell; per axis their offset is one of the two whole numbers round
-// o's, which is o itself where that is whole. So it is less than one texel from o, b counts for a, and the proof goes on
-// with these pairs only. A normal n of the sector has n.o >= 0, so n.(b - a) > -(|n.x| + |n.y|), where only whole
+// o's, which is o itself where that is whole. So it is less than one texel from o, b counts for a, and the proof goes
+// on with these pairs only. A normal n of the sector has n.o >= 0, so n.(b - a) > -(|n.x| + |n.y|), where only whole
 // numbers can stand: with n = (1, 0) that is b.x >= a.x, so that nothing behind an axis counts. Directions are in uv,
 // where a texel is not square; half-planes stay half-planes. Of what lies outside a clamped map see search_wedge.
 std::vector<float> bake_sector(const BakeRequest& request) {
@@ -146,8 +146,7 @@ std::vector<float> bake_sector_relaxed(const BakeRequest& request) {
                           .threads = request.threads};
   return layers(request, [&](const Wedge& wedge) {
     const auto [x, y] = wedge.quadrant;
-    const Heightfield limiting =
-        limiting_heights(heights, request.wrap, static_cast<int>(x), static_cast<int>(y));
+    const Heightfield limiting = limiting_heights(heights, request.wrap, static_cast<int>(x), static_cast<int>(y));
     return with_minimum(search_wedge(search, limiting, heights.width, heights.height, wedge, wedge.safe_margin),
                         request);
   });

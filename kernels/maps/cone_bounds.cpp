@@ -30,11 +30,8 @@ Search search(const BoundRequest& request, Correction correction) {
   const ConeMetric metric = cone_metric(width, height, correction);
   const double nearest = std::sqrt(std::min(metric.weight_x, metric.weight_y) - metric.slack) / metric.side;
   const float max_ratio = request.max_ratio * kBeyond;
-  const ConeSearch points{.heights = fine,
-                          .wrap = request.wrap,
-                          .metric = metric,
-                          .max_ratio = max_ratio,
-                          .threads = request.threads};
+  const ConeSearch points{
+      .heights = fine, .wrap = request.wrap, .metric = metric, .max_ratio = max_ratio, .threads = request.threads};
   std::vector<float> ratios;
   if (!request.wedge) {
     ratios = search_cones(points);

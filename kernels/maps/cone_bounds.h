@@ -24,7 +24,7 @@ struct BoundRequest {
   const Heightfield& heights;
   Wrap wrap = Wrap::repeat;
   Subdivision by{};
-  float max_ratio = 1;  ///< wider cones do not matter
+  float max_ratio = 1;           ///< wider cones do not matter
   std::optional<Wedge> wedge{};  ///< only points in it bound the cone
   int threads = 0;
 };

@@ -17,8 +17,7 @@ struct ConePart {
 };
 
 StoredCones stored_cones(const VerifyRequest& request, const MapTextures& textures, int channel) {
-  return {textures,    request.format, request.encoding, request.wrap, request.correction == Correction::min4,
-          channel};
+  return {textures, request.format, request.encoding, request.wrap, request.correction == Correction::min4, channel};
 }
 
 std::vector<ConePart> parts_of(const VerifyRequest& request) {
@@ -27,8 +26,8 @@ std::vector<ConePart> parts_of(const VerifyRequest& request) {
     const std::vector<MapTextures> layers = cone_layers(request.map, request.textures, request.parameters);
     const auto count = static_cast<int>(layers.size());
     for (int k = 0; k < count; ++k)
-      parts.push_back({.cones = stored_cones(request, layers[static_cast<std::size_t>(k)], 0),
-                       .wedge = sector_wedge(k, count)});
+      parts.push_back(
+          {.cones = stored_cones(request, layers[static_cast<std::size_t>(k)], 0), .wedge = sector_wedge(k, count)});
     return parts;
   }
   const bool is_quad = request.map.kind == MapKind::quad;
@@ -52,10 +51,8 @@ MapVerdict verify_relaxed(const VerifyRequest& request) {
   std::optional<StoredCones> radii;
   if (request.map.kind == MapKind::safety_shape) radii = stored_cones(request, request.textures, 1);
   for (const ConePart& part : parts_of(request)) {
-    const RelaxedCones cones{.cones = part.cones,
-                             .radii = radii ? &*radii : nullptr,
-                             .wedge = part.wedge,
-                             .threads = request.threads};
+    const RelaxedCones cones{
+        .cones = part.cones, .radii = radii ? &*radii : nullptr, .wedge = part.wedge, .threads = request.threads};
     verdict.texels += static_cast<std::int64_t>(part.cones.heights().texels.size());
     texels.add(verify_relaxed_texels(cones));
     add(verdict.rays, verify_rays(cones, request.rays));

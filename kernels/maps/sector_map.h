@@ -45,9 +45,9 @@ inline constexpr float kAtlasRounding = 0x1p-21F;
 /// search_cones of the targets in a wedge. Under clamp the surface goes on beyond the map's border as it is there, and
 /// so do the cones. Of points p and q whose offset is in the wedge, at least one of them outside, the nearest points of
 /// the map then are at an offset in the wedge's quadrant, and no farther, but maybe not in the wedge. One of them is on
-/// the border: p's on one that q is not beyond, or q's on one that p is not beyond. So owners on the borders behind them
-/// see the whole quadrant, and targets on the borders before them are seen in all of it.
-/// search: without views. candidates: the heights that count as targets. width, height: texels along one uv
+/// the border: p's on one that q is not beyond, or q's on one that p is not beyond. So owners on the borders behind
+/// them see the whole quadrant, and targets on the borders before them are seen in all of it. search: without views.
+/// candidates: the heights that count as targets. width, height: texels along one uv
 [[nodiscard]] std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& candidates, int width,
                                               int height, const Wedge& wedge, double margin);
 

@@ -12,7 +12,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kProofGuard = 1 + 0x1p-40;                   // over the rounding of an interpolation in double
+constexpr double kProofGuard = 1 + 0x1p-40;  // over the rounding of an interpolation in double
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double in_tile(double uv) { return uv - std::floor(uv); }

@@ -73,8 +73,8 @@ class LimitingTexels {
   [[nodiscard]] bool is_limiting(int x, int y, const Apex& apex) const {
     const int dx = x - apex.x;
     const int dy = y - apex.y;
-    if (wedge_ && !has_direction(*wedge_, static_cast<double>(dx) / heights_.width,
-                                 static_cast<double>(dy) / heights_.height))
+    if (wedge_ &&
+        !has_direction(*wedge_, static_cast<double>(dx) / heights_.width, static_cast<double>(dy) / heights_.height))
       return false;
     const int step_x = dx >= 0 ? 1 : -1;
     const int step_y = dy >= 0 ? 1 : -1;

@@ -192,8 +192,8 @@ std::string parameters_contract(const Technique& technique) {
 }
 
 std::map<std::string, std::string> stand_ins(const Technique& technique) {
-  const bool has_sectors = std::ranges::any_of(
-      technique.maps, [](MapKind kind) { return find_map(kind).content == MapContent::sectors; });
+  const bool has_sectors =
+      std::ranges::any_of(technique.maps, [](MapKind kind) { return find_map(kind).content == MapContent::sectors; });
   if (!has_sectors) return {};
   return {{"cone_sample.glsl", std::string(embedded_text(embedded_shaders(), "sector_sample.glsl"))}};
 }

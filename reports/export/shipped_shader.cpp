@@ -30,9 +30,8 @@ std::string extra_channels(const MapStorage& storage) {
     case MapContent::volume:
       return fmt::format("r = {}; its slices below one another, the bottom one first", description);
     case MapContent::sectors:
-      return fmt::format(
-          "r = height, g = cone ratio, stored as {}: {}; every layer within a border of one texel", storage.encoding.id,
-          description);
+      return fmt::format("r = height, g = cone ratio, stored as {}: {}; every layer within a border of one texel",
+                         storage.encoding.id, description);
     case MapContent::table:
       return fmt::format("r = {}, 0 on top, 1 at the bottom", description);
     default:
