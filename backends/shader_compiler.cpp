@@ -174,6 +174,9 @@ Spirv compile_last_stage(const ShaderText& technique, std::string parameters, co
                     generated("features.glsl", features_contract(features)),
                     generated("feature_outputs.glsl", feature_outputs(features)),
                     {kTechniqueFile, technique}};
+  const auto row = std::ranges::find(techniques(), technique.name.substr(0, technique.name.find('.')), &Technique::id);
+  if (row != techniques().end())
+    for (const auto& [file, text] : stand_ins(*row)) includes.insert(generated(file, text));
   if (is_curved(surface)) {
     includes.insert(generated("frame.glsl", frame_contract(features, technique.name == kReferenceFile)));
     includes.insert(generated("surface.glsl", fmt::format("#include \"{}\"\n", surface_row(surface).shader)));

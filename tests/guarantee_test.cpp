@@ -49,6 +49,10 @@ std::vector<Promise> promises() {
   for (const std::string_view format : {"r8+rgba8", "r16+rgba16"})
     list.push_back({"quad_cone", exact, {{"format", format}}});
   list.push_back({"quad_cone", never_skips, {{"step", "plain"}}});
+  for (const auto& [sectors, format, encoding] :
+       {std::tuple("4", "rg8", "sqrt"), std::tuple("8", "rg16", "h_tan"), std::tuple("16", "rg16f", "ratio")})
+    list.push_back({"sector_cone", exact, {{"sectors", sectors}, {"format", format}, {"encoding", encoding}}});
+  list.push_back({"sector_cone", never_skips, {{"step", "plain"}, {"correction", "certified"}}});
   for (const std::string_view technique : {"cone", "quad_cone"})
     list.push_back({technique, exact, {{"over_relaxation", "1_3"}}});
   list.push_back({"cone", never_skips, {{"step", "plain"}, {"format", "rg32f"}, {"over_relaxation", "auto"}}});

@@ -71,7 +71,8 @@ std::vector<Settings> sampled_promises() {
           sampled("cone", {{"correction", "min4"}}),
           sampled("cone", {{"format", "rg8"}, {"encoding", "atan"}}),
           sampled("cone", {{"lod", "footprint"}, {"encoding", "h_tan"}}),
-          sampled("quad_cone")};
+          sampled("quad_cone"),
+          sampled("sector_cone")};
 }
 
 std::vector<Extreme> extremes_of(std::span<const std::string_view> ids) {

@@ -121,6 +121,8 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.relaxed 1", "f6c4a2898e9d"},
                                                     {"bake.relaxed_po07 2", "7048a069c46e"},
                                                     {"bake.safety_shape 1", "a864ae0d17ae"},
+                                                    {"bake.sector 1", "7532a645b582"},
+                                                    {"bake.sector_relaxed 1", "c5697449432f"},
                                                     {"encode 1", "17891125c519"},
                                                     {"judge 3", "be14e8339c85"},
                                                     {"pack 1", "518f06010e87"},

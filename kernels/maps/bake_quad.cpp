@@ -10,7 +10,7 @@ namespace reliefbench {
 std::vector<float> bake_quad(const BakeRequest& request) {
   check_request(request, MapKind::quad);
   const Heightfield& heights = request.heights;
-  constexpr std::size_t kCount = kQuadAxes.size();
+  constexpr std::size_t kCount = kQuadWedges.size();
   const double margin = request.correction == Correction::safe ? 1 : 0;
   std::vector<float> quads(kCount * heights.texels.size());
   for (std::size_t k = 0; k < kCount; ++k) {
@@ -19,7 +19,7 @@ std::vector<float> bake_quad(const BakeRequest& request) {
                       .wrap = request.wrap,
                       .metric = cone_metric(heights.width, heights.height, request.correction),
                       .max_ratio = request.max_ratio,
-                      .views = {sector_view(heights, heights.width, heights.height, kQuadAxes.at(k), margin)},
+                      .views = {wedge_view(heights, heights.width, heights.height, kQuadWedges.at(k), margin)},
                       .threads = request.threads});
     if (request.correction != Correction::none) ratios = min3x3(ratios, heights.width, heights.height, request.wrap);
     for (std::size_t i = 0; i < ratios.size(); ++i) quads[kCount * i + k] = ratios[i];

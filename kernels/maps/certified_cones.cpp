@@ -5,6 +5,7 @@
 #include "kernels/maps/cone_bounds.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/cone_search.h"
+#include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
@@ -108,13 +109,18 @@ FineRatios limits_at_points(const FineRatios& cells, Wrap wrap) {
 
 }  // namespace
 
-std::vector<float> certified_cones(const BakeRequest& request) {
+std::vector<float> certified_cones(const BakeRequest& request) { return certified_cones(request, std::nullopt); }
+
+std::vector<float> certified_cones(const BakeRequest& request, const std::optional<Wedge>& wedge) {
   const Heightfield& heights = request.heights;
   int k = kPerTexel;
   while (!is_affordable(heights.width, heights.height, subdivision(heights.width, heights.height, k))) k /= 2;
   const Subdivision by = subdivision(heights.width, heights.height, k);
-  BoundRequest bounds{
-      .heights = heights, .wrap = request.wrap, .max_ratio = request.max_ratio, .threads = request.threads};
+  BoundRequest bounds{.heights = heights,
+                      .wrap = request.wrap,
+                      .max_ratio = request.max_ratio,
+                      .wedge = wedge,
+                      .threads = request.threads};
   const FineRatios of_cells = lower_cone_bounds(bounds);
   bounds.by = by;
   FineRatios of_fine_cells = lower_cone_bounds(bounds);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/maps/cone_search.h"
+#include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
@@ -27,18 +28,21 @@ Search search(const BoundRequest& request, Correction correction) {
   const int width = request.heights.width * by_x;
   const int height = request.heights.height * by_y;
   const ConeMetric metric = cone_metric(width, height, correction);
-  std::vector<ConeView> views;
-  if (request.axis) views = {sector_view(fine, width, height, *request.axis, correction == Correction::safe ? 1 : 0)};
   const double nearest = std::sqrt(std::min(metric.weight_x, metric.weight_y) - metric.slack) / metric.side;
   const float max_ratio = request.max_ratio * kBeyond;
-  return {.found = {.width = fine.width,
-                    .height = fine.height,
-                    .ratios = search_cones({.heights = fine,
-                                            .wrap = request.wrap,
-                                            .metric = metric,
-                                            .max_ratio = max_ratio,
-                                            .views = views,
-                                            .threads = request.threads})},
+  const ConeSearch points{
+      .heights = fine, .wrap = request.wrap, .metric = metric, .max_ratio = max_ratio, .threads = request.threads};
+  std::vector<float> ratios;
+  if (!request.wedge) {
+    ratios = search_cones(points);
+  } else if (correction == Correction::safe) {
+    ratios = search_wedge(points, fine, width, height, *request.wedge, request.wedge->safe_margin);
+  } else {
+    ConeSearch seen = points;
+    seen.views = {wedge_view(fine, width, height, *request.wedge, 0)};
+    ratios = search_cones(seen);
+  }
+  return {.found = {.width = fine.width, .height = fine.height, .ratios = std::move(ratios)},
           .max_ratio = max_ratio,
           .guard = request.by == Subdivision{} ? 0 : kRiseError / nearest};
 }

@@ -24,9 +24,8 @@ struct BoundRequest {
   const Heightfield& heights;
   Wrap wrap = Wrap::repeat;
   Subdivision by{};
-  float max_ratio = 1;  ///< wider cones do not matter
-  /// Only points in the sector round this axis bound the cone (quad).
-  std::optional<ConeView::Normal> axis{};
+  float max_ratio = 1;           ///< wider cones do not matter
+  std::optional<Wedge> wedge{};  ///< only points in it bound the cone
   int threads = 0;
 };
 

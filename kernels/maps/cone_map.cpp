@@ -48,20 +48,20 @@ ConeMetric cone_metric(int width, int height, Correction correction) {
 ConeView quadrant_view(const Heightfield& candidates, int x, int y) {
   const ConeView::Normal across{.x = static_cast<double>(x), .y = 0};
   const ConeView::Normal along{.x = 0, .y = static_cast<double>(y)};
-  return {.candidates = &candidates, .normals = {across, along, along}};
+  return {.candidates = &candidates, .normals = {{across, along}}};
 }
 
-ConeView sector_view(const Heightfield& candidates, int width, int height, ConeView::Normal axis, double margin) {
+ConeView wedge_view(const Heightfield& candidates, int width, int height, const Wedge& wedge, double margin) {
   // In a unit in which a step between texels is a whole number along both axes.
   const int common = std::gcd(width, height);
   const double step_x = height / common;  // NOLINT(bugprone-integer-division): divides
   const double step_y = width / common;   // NOLINT(bugprone-integer-division): divides
-  const auto [x, y] = axis;
-  return {.candidates = &candidates,
-          .normals = {{{.x = (x + y) * step_x, .y = (x + y) * step_y},
-                       {.x = (x - y) * step_x, .y = (y - x) * step_y},
-                       {.x = x, .y = y}}},
-          .margin = margin};
+  ConeView view{.candidates = &candidates, .normals = wedge.normals, .margin = margin};
+  for (ConeView::Normal& normal : view.normals) {
+    normal.x *= step_x;
+    normal.y *= step_y;
+  }
+  return view;
 }
 
 }  // namespace reliefbench

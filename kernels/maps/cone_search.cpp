@@ -150,6 +150,7 @@ class Packet {
     using Number = hn::TFromD<T>;
     auto is_seen = hn::Eq(dx, dx);
     for (const ConeView::Normal& normal : view_->normals) {
+      if (normal.x == 0 && normal.y == 0) break;
       const double slack = (view_->margin + reach) * (std::abs(normal.x) + std::abs(normal.y));
       const auto along = hn::Add(hn::Mul(dx, hn::Set(tag, static_cast<Number>(normal.x))),
                                  hn::Mul(dy, hn::Set(tag, static_cast<Number>(normal.y))));

@@ -36,25 +36,34 @@ class PairKey {
   [[nodiscard]] virtual double operator()(const ConePair& pair) const = 0;
 };
 
-/// Texels that count, as the owner of a cone sees them: those at an offset o (texels) with, for all three normals n,
+/// Texels that count, as the owner of a cone sees them: those at an offset o (texels) with, for all normals n,
 /// n.x o.x + n.y o.y + margin (|n.x| + |n.y|) >= 0, that is those within `margin` texels of where the half-planes meet.
 /// Under repeat the offsets are those to every image of a texel, not to the nearest one alone.
 struct ConeView {
   struct Normal {
     double x = 0, y = 0;  ///< whole numbers
   };
+  using Normals = std::array<Normal, 4>;    ///< those after the first of length 0 do not count
   const Heightfield* candidates = nullptr;  ///< heights of the texels that count, negative where one does not
-  std::array<Normal, 3> normals{};
+  Normals normals{};
   double margin = 0;
+};
+/// A sector of the directions in uv: where the half-planes of all normals meet.
+struct Wedge {
+  ConeView::Normals normals{};
+  ConeView::Normal quadrant{};  ///< the signs of the quadrant that it is within; 0: it is in none
+  double safe_margin = 1;       ///< texels within which targets count beside it, for `safe`
 };
 /// The quadrant of the signs x and y, its axes included.
 [[nodiscard]] ConeView quadrant_view(const Heightfield& candidates, int x, int y);
-/// The sector of 90 degrees in uv round an axis, one of whose coordinates is 0 and the other 1 or -1; its edges
-/// included. width, height: texels along one uv, which a finer grid under clamp has less of
-[[nodiscard]] ConeView sector_view(const Heightfield& candidates, int width, int height, ConeView::Normal axis,
-                                   double margin);
-/// The sectors of `quad`, in the order of its ratios.
-inline constexpr std::array<ConeView::Normal, 4> kQuadAxes{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+/// A wedge, its edges included. width, height: texels along one uv, which a finer grid under clamp has less of
+[[nodiscard]] ConeView wedge_view(const Heightfield& candidates, int width, int height, const Wedge& wedge,
+                                  double margin);
+/// The sectors of `quad`, 90 degrees round +x, -x, +y and -y, in the order of its ratios.
+inline constexpr std::array<Wedge, 4> kQuadWedges{{{.normals = {{{1, 1}, {1, -1}, {1, 0}}}},
+                                                   {.normals = {{{-1, -1}, {-1, 1}, {-1, 0}}}},
+                                                   {.normals = {{{1, 1}, {-1, 1}, {0, 1}}}},
+                                                   {.normals = {{{-1, -1}, {1, -1}, {0, -1}}}}}};
 
 /// The heights of the texels whose cell in the quadrant of the signs x and y goes down along an edge, -1 for the
 /// others: the candidates of a relaxed cone in that quadrant [BVBV24].

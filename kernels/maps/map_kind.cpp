@@ -10,6 +10,7 @@
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/omni_table.h"
 #include "kernels/maps/pyramid_map.h"
+#include "kernels/maps/sector_map.h"
 #include "kernels/maps/solid_map.h"
 
 namespace reliefbench {
@@ -21,6 +22,7 @@ constexpr std::array kConservative{Correction::none, Correction::min3x3, Correct
 constexpr std::array kQuick{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
 constexpr std::array kSafe{Correction::none, Correction::min3x3, Correction::safe};
 constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
+constexpr std::array kSector{Correction::none, Correction::min3x3, Correction::safe, Correction::certified};
 
 std::vector<float> bake_nothing(const BakeRequest& request) {
   check_bakeable(request.heights);
@@ -237,6 +239,34 @@ constexpr std::array kMaps{
            .corrections = kNone,
            .is_solid = true,
            .bake = bake_double_mip,
+           .version = 1},
+    MapRow{.kind = MapKind::sector,
+           .id = "sector",
+           .description = "a conservative cone for each of 4, 8 or 16 sectors of directions; height and ratio of a "
+                          "sector together, a layer for each sector in one texture",
+           .source = "ours; of four sectors QDCSM",
+           .guarantee =
+               "a sector of a cone contains no texel centre's surface point; with `safe`, no point of the surface",
+           .content = MapContent::sectors,
+           .ratios = 1,
+           .corrections = kSector,
+           .parameters = {&kSectors, 1},
+           .promise = MapPromise::conservative,
+           .bake = bake_sector,
+           .version = 1},
+    MapRow{.kind = MapKind::sector_relaxed,
+           .id = "sector_relaxed",
+           .description = "a relaxed cone for each of 4, 8 or 16 sectors of directions, stored as `sector`",
+           .source = "[BVBV24] algorithm 2 in each sector",
+           .guarantee = "a ray over a texel crosses the surface at most once inside its sector's cone; `safe` is not "
+                        "proved for relaxed cones",
+           .content = MapContent::sectors,
+           .ratios = 1,
+           .corrections = kSafe,
+           .parameters = {&kSectors, 1},
+           .promise = MapPromise::relaxed,
+           .is_relaxed = true,
+           .bake = bake_sector_relaxed,
            .version = 1},
 };
 

@@ -27,7 +27,9 @@ enum class MapKind {
   omni,
   double_height,
   double_cone,
-  double_mip
+  double_mip,
+  sector,
+  sector_relaxed
 };
 
 /// What `bake --verify` holds a map to.
@@ -45,6 +47,7 @@ enum class MapContent {
   pyramid,  ///< levels of a mip chain below one another, level 0 first (see level_side); of solids two values a node
   volume,   ///< slices of width x height texels, bottom slice first
   table,    ///< one texel a ray, row by row of a texture that has its size from the parameters alone (OmniTable)
+  sectors,  ///< one cone ratio a texel for each sector of directions, a layer of width x height after the other
 };
 
 /// What makes interpolated cones safe.
@@ -108,7 +111,7 @@ struct MapRow {
   std::string_view source;
   std::string_view guarantee;  ///< what holds at texel centres, in words
   MapContent content;
-  int ratios = 0;                           ///< cone ratios a texel
+  int ratios = 0;                           ///< cone ratios a texel, or a texel of a layer
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
   std::span<const MapParam> parameters{};   ///< of its own
   MapPromise promise = MapPromise::none;

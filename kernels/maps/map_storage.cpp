@@ -29,6 +29,10 @@ std::string format_conflict(const MapRow& map, const Format& format) {
     return fmt::format("format {} has a texture for ratios, which a {} map does not fill", format.id, map.id);
   if (map.ratios == 1 && format.extra_channels > 1)
     return fmt::format("format {} has 4 cone ratios, a {} map fills one", format.id, map.id);
+  if (map.content == MapContent::sectors) {
+    if (format.channels == 2) return "";
+    return fmt::format("format {} is not of two channels, height and ratio, as a {} map has them", format.id, map.id);
+  }
   if (map.content != MapContent::heights && map.content != MapContent::ratios && format.channels > 1)
     return fmt::format("format {} has room for cone ratios, which a {} map does not have", format.id, map.id);
   return "";
@@ -48,6 +52,8 @@ std::string ratio_conflict(const MapStorage& storage) {
   const TexelType type = storage.format.type;
   const bool is_unorm = type == TexelType::unorm8 || type == TexelType::unorm16;
   const std::string_view encoding = storage.encoding.id;
+  if (storage.max_ratio > 1 && storage.map.content == MapContent::sectors)
+    return fmt::format("ratios of a {} map are at most 1", storage.map.id);
   if (storage.max_ratio > 1 && is_unorm && encoding != "h_tan" && encoding != "atan")
     return fmt::format("{} cannot hold a ratio over 1 as {}", storage.format.id, encoding);
   return "";

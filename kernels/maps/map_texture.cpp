@@ -10,6 +10,7 @@
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/mip_chain.h"
 #include "kernels/maps/omni_table.h"
+#include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
@@ -159,7 +160,74 @@ TextureImage packed_table(const MapSource& source, const TexelLayout& layout) {
   return image;
 }
 
+/// Column and row of a layer's first texel in the atlas, inside its border.
+struct LayerPlace {
+  int x, y;
+};
+LayerPlace place_of_layer(const SectorAtlas& atlas, int layer, int width, int height) {
+  return {.x = layer % atlas.columns * (width + 2) + 1, .y = layer / atlas.columns * (height + 2) + 1};
+}
+
+/// Every layer with its border.
+TextureImage packed_sectors(const MapSource& source, const Format& format, const Encoding& encoding) {
+  const Heightfield& heights = source.heights;
+  const int count = sector_count(source.parameters);
+  const SectorAtlas atlas(count, heights.width, heights.height);
+  TextureImage image = blank(atlas.width, atlas.height, format.relief());
+  assert(source.values.size() == heights.texels.size() * static_cast<std::size_t>(count));
+  parallel_for(count * heights.height, 0, [&](int row) {
+    const int layer = row / heights.height;
+    const int y = row % heights.height;
+    const LayerPlace place = place_of_layer(atlas, layer, heights.width, heights.height);
+    const auto ratios = source.values.subspan(static_cast<std::size_t>(layer) * heights.texels.size());
+    for (int x = 0; x < heights.width; ++x) {
+      const std::size_t texel = texel_count(heights.width, y) + static_cast<std::size_t>(x);
+      const float height = heights.texels[texel];
+      const std::uint32_t height_code = nearest_code(height, format.type);
+      const std::uint32_t ratio_code = floor_code(ratios[texel], height, format.type, encoding);
+      // The texel, and where it stands in for one on the other side of the border.
+      for (const int j : {-1, y, heights.height}) {
+        if (wrapped(j, heights.height, source.wrap) != y) continue;
+        for (const int i : {-1, x, heights.width}) {
+          if (wrapped(i, heights.width, source.wrap) != x) continue;
+          const std::size_t to = texel_count(atlas.width, place.y + j) + static_cast<std::size_t>(place.x + i);
+          write_code(image, to, 0, height_code);
+          write_code(image, to, 1, ratio_code);
+        }
+      }
+    }
+  });
+  return image;
+}
+
+/// One layer of an atlas, without its border.
+TextureImage unpacked_layer(const TextureImage& image, const SectorAtlas& atlas, int layer, int width, int height) {
+  TextureImage result = blank(width, height, image.layout);
+  const LayerPlace place = place_of_layer(atlas, layer, width, height);
+  const auto bytes = static_cast<std::size_t>(image.layout.bytes());
+  for (int y = 0; y < height; ++y) {
+    const std::size_t from = texel_count(atlas.width, place.y + y) + static_cast<std::size_t>(place.x);
+    std::memcpy(result.texels.data() + texel_count(width, y) * bytes, image.texels.data() + from * bytes,
+                static_cast<std::size_t>(width) * bytes);
+  }
+  return result;
+}
+
 }  // namespace
+
+std::vector<MapTextures> cone_layers(const MapRow& map, const MapTextures& textures,
+                                     std::span<const MapValue> parameters) {
+  if (map.content != MapContent::sectors) return {textures};
+  const int width = textures.relief.width;
+  const int height = textures.relief.height;
+  const int count = sector_count(parameters);
+  const SectorAtlas atlas(count, width, height);
+  std::vector<MapTextures> layers;
+  layers.reserve(static_cast<std::size_t>(count));
+  for (int k = 0; k < count; ++k)
+    layers.push_back({.relief = unpacked_layer(textures.extra.value(), atlas, k, width, height)});
+  return layers;
+}
 
 MapTextures pack_heights(const Heightfield& heights, const Format& format) {
   MapTextures textures{.relief = blank(heights.width, heights.height, format.relief())};
@@ -172,7 +240,9 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
   const bool has_levels =
       mips != Mips::none && (map.content == MapContent::heights || map.content == MapContent::ratios);
   const int levels = has_levels ? chain_length(heights) : 1;
-  MapTextures textures{.relief = blank(heights.width, heights.height, format.relief(), levels)};
+  const TexelLayout layout_of_relief =
+      map.content == MapContent::sectors ? TexelLayout{.type = format.type, .channels = 1} : format.relief();
+  MapTextures textures{.relief = blank(heights.width, heights.height, layout_of_relief, levels)};
   write_heights(textures.relief, heights);
   if (format.extra_channels > 0) textures.extra = blank(heights.width, heights.height, format.extra(), levels);
   if (format.with_normal) write_normals(textures.relief, source);
@@ -193,6 +263,9 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
       break;
     case MapContent::table:
       textures.extra = packed_table(source, format.relief());
+      break;
+    case MapContent::sectors:
+      textures.extra = packed_sectors(source, format, encoding);
       break;
   }
   if (has_levels) write_mips(textures, source, layout);

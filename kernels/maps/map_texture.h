@@ -33,6 +33,11 @@ struct MapSource {
 /// more ratio channels than the map, those are 0.
 [[nodiscard]] MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding);
 
+/// Its cones as textures of one map each, height and ratio in a texel: the layers of a sector map, without their
+/// borders; of another map itself.
+[[nodiscard]] std::vector<MapTextures> cone_layers(const MapRow& map, const MapTextures& textures,
+                                                   std::span<const MapValue> parameters);
+
 /// Heights alone.
 [[nodiscard]] MapTextures pack_heights(const Heightfield& heights, const Format& format);
 

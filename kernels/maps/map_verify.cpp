@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/maps/sector_map.h"
 #include "kernels/maps/solid_map.h"
 #include "kernels/maps/verify_cones.h"
 
@@ -22,21 +23,57 @@ StoredCones solid_cones(const VerifyRequest& request, int channel) {
   return {std::move(heights), read_channel(image, first + 1 + channel), request.encoding, request.wrap, false};
 }
 
-StoredCones stored_cones(const VerifyRequest& request, int channel) {
+/// Cones of one kind that a map has, for all directions or for those in a wedge.
+struct ConePart {
+  StoredCones cones;
+  std::optional<Wedge> wedge{};
+};
+
+StoredCones stored_cones(const VerifyRequest& request, const MapTextures& textures, int channel) {
   if (request.map.is_solid) return solid_cones(request, channel);
-  return {request.textures, request.format, request.encoding, request.wrap, request.correction == Correction::min4,
-          channel};
+  return {textures, request.format, request.encoding, request.wrap, request.correction == Correction::min4, channel};
+}
+
+std::vector<ConePart> parts_of(const VerifyRequest& request) {
+  std::vector<ConePart> parts;
+  if (request.map.content == MapContent::sectors) {
+    const std::vector<MapTextures> layers = cone_layers(request.map, request.textures, request.parameters);
+    const auto count = static_cast<int>(layers.size());
+    for (int k = 0; k < count; ++k)
+      parts.push_back(
+          {.cones = stored_cones(request, layers[static_cast<std::size_t>(k)], 0), .wedge = sector_wedge(k, count)});
+    return parts;
+  }
+  const bool is_quad = request.map.kind == MapKind::quad;
+  const int channels = is_quad || request.map.is_solid ? request.map.ratios : 1;
+  for (int channel = 0; channel < channels; ++channel) {
+    parts.push_back({.cones = stored_cones(request, request.textures, channel)});
+    if (is_quad) parts.back().wedge = kQuadWedges.at(static_cast<std::size_t>(channel));
+  }
+  return parts;
+}
+
+void add(RayVerdict& sum, const RayVerdict& rays) {
+  sum.rays += rays.rays;
+  sum.crossing_twice += rays.crossing_twice;
+  keep_worse(sum.worst, rays.worst);
 }
 
 MapVerdict verify_relaxed(const VerifyRequest& request) {
-  const StoredCones cones = stored_cones(request, 0);
+  MapVerdict verdict;
+  TexelVerdict texels;
   std::optional<StoredCones> radii;
-  if (request.map.kind == MapKind::safety_shape) radii = stored_cones(request, 1);
-  const TexelVerdict texels = verify_relaxed_texels(cones, request.threads);
-  return {.texels = static_cast<std::int64_t>(cones.heights().texels.size()),
-          .texels_too_wide = texels.too_wide,
-          .worst_texel = texels.worst,
-          .rays = verify_rays(cones, radii ? &*radii : nullptr, request.rays, request.threads)};
+  if (request.map.kind == MapKind::safety_shape) radii = stored_cones(request, request.textures, 1);
+  for (const ConePart& part : parts_of(request)) {
+    const RelaxedCones cones{
+        .cones = part.cones, .radii = radii ? &*radii : nullptr, .wedge = part.wedge, .threads = request.threads};
+    verdict.texels += static_cast<std::int64_t>(part.cones.heights().texels.size());
+    texels.add(verify_relaxed_texels(cones));
+    add(verdict.rays, verify_rays(cones, request.rays));
+  }
+  verdict.texels_too_wide = texels.too_wide;
+  verdict.worst_texel = texels.worst;
+  return verdict;
 }
 
 void add(CellVerdict& sum, const CellVerdict& cells) {
@@ -51,14 +88,11 @@ void add(CellVerdict& sum, const CellVerdict& cells) {
 MapVerdict verify_conservative(const VerifyRequest& request) {
   MapVerdict verdict;
   TexelVerdict texels;
-  const bool is_quad = request.map.kind == MapKind::quad;
-  for (int channel = 0; channel < request.map.ratios; ++channel) {
-    const StoredCones cones = stored_cones(request, channel);
-    ConservativeCones part{.cones = cones, .axis = {}, .threads = request.threads};
-    if (is_quad) part.axis = kQuadAxes.at(static_cast<std::size_t>(channel));
-    verdict.texels += static_cast<std::int64_t>(cones.heights().texels.size());
-    texels.add(verify_conservative_texels(part));
-    add(verdict.cells, verify_cells(part, request.finest));
+  for (const ConePart& part : parts_of(request)) {
+    const ConservativeCones cones{.cones = part.cones, .wedge = part.wedge, .threads = request.threads};
+    verdict.texels += static_cast<std::int64_t>(part.cones.heights().texels.size());
+    texels.add(verify_conservative_texels(cones));
+    add(verdict.cells, verify_cells(cones, request.finest));
   }
   verdict.texels_too_wide = texels.too_wide;
   verdict.worst_texel = texels.worst;
@@ -73,7 +107,8 @@ MapVerdict verify_map(const VerifyRequest& request) {
     const TableVerdict table = verify_omni(request);
     return {.table = table, .broken = table.wrong > 0};
   }
-  if (map.content != MapContent::ratios) fail_input("a {} map has no cones to verify", map.id);
+  if (map.content != MapContent::ratios && map.content != MapContent::sectors)
+    fail_input("a {} map has no cones to verify", map.id);
   MapVerdict verdict = map.is_relaxed ? verify_relaxed(request) : verify_conservative(request);
   if (map.promise == MapPromise::none) return verdict;
   verdict.broken = verdict.texels_too_wide > 0 || verdict.cells.broken > 0 || verdict.rays.crossing_twice > 0;

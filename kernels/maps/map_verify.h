@@ -7,7 +7,7 @@
 namespace reliefbench {
 
 struct VerifyRequest {
-  const MapRow& map;  ///< content: ratios or table
+  const MapRow& map;  ///< content: ratios, sectors or table
   const MapTextures& textures;
   const Format& format;
   const Encoding& encoding;
@@ -50,7 +50,7 @@ struct TableVerdict {
 
 /// What a stored map was found to be.
 struct MapVerdict {
-  std::int64_t texels = 0;           ///< cones at texel centres; quad has four a texel, and four of each cell
+  std::int64_t texels = 0;           ///< cones at texel centres; one a sector, and as many of each cell
   std::int64_t texels_too_wide = 0;  ///< cones at texel centres that another texel's surface point forbids; exact
   WorstCone worst_texel{};
   CellVerdict cells{};  ///< conservative cones
@@ -67,12 +67,12 @@ struct MapVerdict {
 ///
 /// Conservative cones: texel centres are compared with the exact ratios, cells with the bounds of cone_bounds.h on
 /// grids 1, 2, 4, 8 times finer, as far as cells are undecided (within kMaxFineSide).
-/// The sectors of `quad` each by itself, likewise.
+/// The sectors of `quad` and of sector maps each by itself, likewise.
 /// Relaxed cones: a texel is too wide where its cone holds a texel v whose surface descends away from the apex u,
 /// (v-u).grad H(v) < 0 on either side of v ([BVBV24] section 5); between texels, rays are traced exactly; that finds
 /// what is wrong, but proves nothing. safety_shape's rays are seen inside the union of its cone and cylinder.
 /// Tables: every value is traced again, from the heights as they are stored.
-/// throws: Error(bad_input): the map's content is neither ratios nor a table
+/// throws: Error(bad_input): the map's content is none of these
 [[nodiscard]] MapVerdict verify_map(const VerifyRequest& request);
 [[nodiscard]] TableVerdict verify_omni(const VerifyRequest& request);  ///< the part for tables
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -13,8 +12,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kProofGuard = 1 + 0x1p-40;                   // over the rounding of an interpolation in double
-constexpr double kInSector = std::numbers::sqrt2 / 2 + 1e-9;  // cosine of 45 degrees, and a guard
+constexpr double kProofGuard = 1 + 0x1p-40;  // over the rounding of an interpolation in double
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 double in_tile(double uv) { return uv - std::floor(uv); }
@@ -26,7 +24,7 @@ class CellProof {
  public:
   explicit CellProof(const ConservativeCones& request)
       : cones_(request.cones),
-        axis_(request.axis),
+        wedge_(request.wedge),
         threads_(request.threads),
         greatest_(cones_.greatest()),
         states_(static_cast<std::size_t>(cones_.cells_x()) * static_cast<std::size_t>(cones_.cells_y())) {}
@@ -37,7 +35,7 @@ class CellProof {
                                .wrap = cones_.wrap(),
                                .by = by,
                                .max_ratio = greatest_,
-                               .axis = axis_,
+                               .wedge = wedge_,
                                .threads = threads_};
     FineRatios lower = lower_cone_bounds(request);
     if (!lower_.ratios.empty()) keep_coarser(lower, lower_);
@@ -111,12 +109,12 @@ class CellProof {
     const double along_y = cones_.heights().height * ((h01 - h00) * (1 - fx) + (h11 - h10) * fx);
     const auto leaves = [](double along, double f) { return (along < 0 && f == 0) || (along > 0 && f == 1); };
     if (leaves(along_x, fx) || leaves(along_y, fy)) return kInfinity;
-    if (axis_ && along_x * axis_->x + along_y * axis_->y < std::hypot(along_x, along_y) * kInSector) return kInfinity;
+    if (wedge_ && !has_direction(*wedge_, along_x, along_y)) return kInfinity;
     return 1 / std::hypot(along_x, along_y);
   }
 
   const StoredCones& cones_;
-  std::optional<ConeView::Normal> axis_;
+  std::optional<Wedge> wedge_;
   int threads_;
   float greatest_;
   Subdivision by_{};
@@ -126,6 +124,14 @@ class CellProof {
 };
 
 }  // namespace
+
+bool has_direction(const Wedge& wedge, double u, double v) {
+  constexpr double kGuard = 1e-9;
+  const double length = std::hypot(u, v);
+  return std::ranges::all_of(wedge.normals, [&](const ConeView::Normal& n) {
+    return n.x * u + n.y * v >= kGuard * std::hypot(n.x, n.y) * length;
+  });
+}
 
 void keep_worse(WorstCone& worst, const WorstCone& other) {
   if (other.factor > worst.factor) worst = other;
@@ -140,7 +146,7 @@ TexelVerdict verify_conservative_texels(const ConservativeCones& request) {
   const StoredCones& cones = request.cones;
   const Heightfield& heights = cones.heights();
   std::vector<ConeView> views;
-  if (request.axis) views = {sector_view(heights, heights.width, heights.height, *request.axis, 0)};
+  if (request.wedge) views = {wedge_view(heights, heights.width, heights.height, *request.wedge, 0)};
   const std::vector<float> exact = search_cones({.heights = heights,
                                                  .wrap = cones.wrap(),
                                                  .metric = cone_metric(heights.width, heights.height, Correction::none),

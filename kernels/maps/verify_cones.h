@@ -21,19 +21,28 @@ struct TexelVerdict {
 };
 void keep_worse(WorstCone& worst, const WorstCone& other);
 
-/// Conservative cones, or the sectors of such cones round an axis.
+/// Conservative cones, or what a wedge has of such cones.
 struct ConservativeCones {
   const StoredCones& cones;
-  std::optional<ConeView::Normal> axis{};
+  std::optional<Wedge> wedge{};
   int threads = 0;
 };
 /// Texels whose open cone holds another texel's surface point.
 [[nodiscard]] TexelVerdict verify_conservative_texels(const ConservativeCones& request);
 [[nodiscard]] CellVerdict verify_cells(const ConservativeCones& request, int finest);
 
+/// Whether the wedge has a direction in uv, by more than rounding.
+[[nodiscard]] bool has_direction(const Wedge& wedge, double u, double v);
+
+/// Relaxed cones, or what a wedge has of them.
+struct RelaxedCones {
+  const StoredCones& cones;
+  const StoredCones* radii = nullptr;  ///< of cylinders that they are united with (safety_shape)
+  std::optional<Wedge> wedge{};
+  int threads = 0;
+};
 /// Texels whose open cone holds a texel's surface point that descends away from the apex.
-[[nodiscard]] TexelVerdict verify_relaxed_texels(const StoredCones& cones, int threads);
-/// radii: of cylinders that the cones are united with (safety_shape), or null
-[[nodiscard]] RayVerdict verify_rays(const StoredCones& cones, const StoredCones* radii, int rays, int threads);
+[[nodiscard]] TexelVerdict verify_relaxed_texels(const RelaxedCones& request);
+[[nodiscard]] RayVerdict verify_rays(const RelaxedCones& request, int rays);
 
 }  // namespace reliefbench

@@ -15,8 +15,8 @@ namespace {
 /// Texels inside one cone that descend away from its apex, by a descent through the max pyramid.
 class LimitingTexels {
  public:
-  explicit LimitingTexels(const StoredCones& cones)
-      : heights_(cones.heights()), wrap_(cones.wrap()), pyramid_(heights_) {}
+  explicit LimitingTexels(const RelaxedCones& request)
+      : heights_(request.cones.heights()), wrap_(request.cones.wrap()), wedge_(request.wedge), pyramid_(heights_) {}
 
   /// returns: the greatest factor by which the cone is too wide; 1 if it is not
   [[nodiscard]] double worst_factor(int x, int y, float ratio) const {
@@ -73,6 +73,9 @@ class LimitingTexels {
   [[nodiscard]] bool is_limiting(int x, int y, const Apex& apex) const {
     const int dx = x - apex.x;
     const int dy = y - apex.y;
+    if (wedge_ &&
+        !has_direction(*wedge_, static_cast<double>(dx) / heights_.width, static_cast<double>(dy) / heights_.height))
+      return false;
     const int step_x = dx >= 0 ? 1 : -1;
     const int step_y = dy >= 0 ? 1 : -1;
     const double here = at(x, y);
@@ -87,6 +90,7 @@ class LimitingTexels {
 
   const Heightfield& heights_;
   Wrap wrap_;
+  std::optional<Wedge> wedge_;
   MaxPyramid pyramid_;
 };
 
@@ -125,15 +129,10 @@ ConeRay cone_ray(const StoredCones& cones, int i) {
           .t = t};
 }
 
-/// Relaxed cones, and what they are united with.
-struct Shapes {
-  const StoredCones& cones;
-  const StoredCones* radii;
-};
-
-void trace(const Shapes& shapes, const ReferenceTracer& tracer, const ConeRay& cone_ray, RayVerdict& verdict) {
+void trace(const RelaxedCones& shapes, const ReferenceTracer& tracer, const ConeRay& cone_ray, RayVerdict& verdict) {
   constexpr double kTouch = 1e-9;  // no thicker than rounding
   const auto& [ray, t] = cone_ray;
+  if (shapes.wedge && !has_direction(*shapes.wedge, double{ray.slope_u}, double{ray.slope_v})) return;
   // The apex is where the ray's floats lead.
   const double u = ray.u + double{ray.slope_u} * t;
   const double v = ray.v + double{ray.slope_v} * t;
@@ -157,11 +156,12 @@ void trace(const Shapes& shapes, const ReferenceTracer& tracer, const ConeRay& c
 
 }  // namespace
 
-TexelVerdict verify_relaxed_texels(const StoredCones& cones, int threads) {
+TexelVerdict verify_relaxed_texels(const RelaxedCones& request) {
+  const StoredCones& cones = request.cones;
   const Heightfield& heights = cones.heights();
-  const LimitingTexels limiting(cones);
+  const LimitingTexels limiting(request);
   std::vector<TexelVerdict> rows(static_cast<std::size_t>(heights.height));
-  parallel_for(heights.height, threads, [&](int y) {
+  parallel_for(heights.height, request.threads, [&](int y) {
     const auto row = static_cast<std::size_t>(y);
     for (int x = 0; x < heights.width; ++x) {
       const std::size_t texel = row * static_cast<std::size_t>(heights.width) + static_cast<std::size_t>(x);
@@ -176,13 +176,14 @@ TexelVerdict verify_relaxed_texels(const StoredCones& cones, int threads) {
   return verdict;
 }
 
-RayVerdict verify_rays(const StoredCones& cones, const StoredCones* radii, int rays, int threads) {
+RayVerdict verify_rays(const RelaxedCones& request, int rays) {
   constexpr int kBatch = 4096;
+  const StoredCones& cones = request.cones;
   const ReferenceTracer tracer(cones.heights(), cones.wrap());
   std::vector<RayVerdict> batches(static_cast<std::size_t>((rays + kBatch - 1) / kBatch));
-  parallel_for(static_cast<int>(batches.size()), threads, [&](int batch) {
+  parallel_for(static_cast<int>(batches.size()), request.threads, [&](int batch) {
     for (int i = batch * kBatch; i < std::min((batch + 1) * kBatch, rays); ++i)
-      trace({cones, radii}, tracer, cone_ray(cones, i), batches[static_cast<std::size_t>(batch)]);
+      trace(request, tracer, cone_ray(cones, i), batches[static_cast<std::size_t>(batch)]);
   });
   RayVerdict verdict;
   for (const RayVerdict& batch : batches) {

@@ -5,13 +5,6 @@ const int SHAPE_CONE = 0;    // one ratio
 const int SHAPE_QUAD = 1;    // four, one for each quarter of the directions: +x, -x, +y, -y
 const int SHAPE_SAFETY = 2;  // one, and the radius of a cylinder
 
-struct Relief {
-  float height;
-  float ratio;   // of the cone
-  float radius;  // uv, whatever the height; 0 without a cylinder
-  float behind;  // as ratio, for rays the other way
-};
-
 // Which of the stored ratios is for rays of this slope; that of rays the other way differs in the lowest bit.
 int ratio_channel(int shape, vec2 slope) {
   if (shape != SHAPE_QUAD) return 0;
@@ -53,21 +46,7 @@ vec2 sample_min4(vec2 uv, int level, inout int taps) {
   return vec2(height, min(min(ratios.x, ratios.y), min(ratios.z, ratios.w)));
 }
 
-// What the sampler's results may be off by, beside its weights.
-float sampler_error() { return float(SAMPLER_ERROR) * SAMPLER_UNIT; }
-
-// The surface as high and the cone as narrow as they may be then.
-Relief cautious(float height, float stored) {
-  float narrowest = ENCODING == ENCODING_ATAN ? min(stored + sampler_error(), 1.0) : max(stored - sampler_error(), 0.0);
-  float ratio = decoded_ratio(narrowest, height - sampler_error());
-  return Relief(height + sampler_error(), ratio, 0.0, ratio);
-}
-
-Relief decoded_relief(float height, float stored) {
-  if (SAMPLER_ERROR != SAMPLER_ERROR_NONE) return cautious(height, stored);
-  float ratio = decoded_ratio(stored, height);
-  return Relief(height, ratio, 0.0, ratio);
-}
+#include "read_relief.glsl"
 
 // The map under the ray at t, as a technique with this shape reads it.
 Relief sample_relief(Ray ray, float t, int shape, int channel, inout int taps) {

@@ -139,8 +139,12 @@ bool has_free_cones(const Settings& settings) {
   const MapStorage storage = storage_of(settings);
   const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
                        storage.correction == Correction::min4;
-  constexpr std::array kConservative{MapKind::conservative, MapKind::quick, MapKind::quick_naive, MapKind::quad};
-  return is_safe && std::ranges::find(kConservative, storage.map.kind) != kConservative.end();
+  constexpr std::array kConservative{MapKind::conservative, MapKind::quick, MapKind::quick_naive, MapKind::quad,
+                                     MapKind::sector};
+  if (!is_safe || std::ranges::find(kConservative, storage.map.kind) == kConservative.end()) return false;
+  // Where a sampler reads a sector's cone beside the ray, little is sure of the last 1/256 of the height: only solved
+  // cells lead on from there, so that plain steps rather promise nothing.
+  return storage.map.kind != MapKind::sector || !settings.is("filter", "hardware") || settings.is("step", "cell_quad");
 }
 
 bool makes_up_for_filter(const Settings& settings) {

@@ -8,11 +8,13 @@
 #include <cmath>
 #include <span>
 
+#include "kernels/base/embedded.h"
 #include "kernels/base/error.h"
 #include "kernels/judge/depth_range.h"
 #include "kernels/judge/score_pixel.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/omni_table.h"
+#include "kernels/maps/sector_map.h"
 #include "kernels/trace/depth.h"
 #include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
@@ -169,6 +171,8 @@ std::string shared_contract() {
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");
   text +=
       float_line("OMNI_TILE", kOmniTile, "in depths of the relief for which a table's directions are evenly spread");
+  text += float_line("SECTOR_TANGENT", kSectorTangent, "of pi / 8");
+  text += float_line("ATLAS_ROUNDING", kAtlasRounding, "of coordinates in a sector map, as a share of its side");
   text += float_line("NEAR_PLANE", static_cast<float>(kNearPlane), "of the distance to the point that is looked at");
   text += float_line("DEPTH_RANGE", static_cast<float>(kDepthRange), "far plane over near plane");
   text += float_line("FARTHEST", kFarthest, "in depth buffers, before an empty frame");
@@ -185,6 +189,13 @@ std::string parameters_contract(const Technique& technique) {
   for (const Param& param : technique.params)
     if (is_own(param)) text += param_lines(param);
   return text;
+}
+
+std::map<std::string, std::string> stand_ins(const Technique& technique) {
+  const bool has_sectors =
+      std::ranges::any_of(technique.maps, [](MapKind kind) { return find_map(kind).content == MapContent::sectors; });
+  if (!has_sectors) return {};
+  return {{"cone_sample.glsl", std::string(embedded_text(embedded_shaders(), "sector_sample.glsl"))}};
 }
 
 std::string feature_parameters(std::span<const PixelFeature> features) {
@@ -295,7 +306,10 @@ std::vector<SpecConstant> constants_of(const Settings* settings, Wrap wrap, cons
     constants.push_back({.id = kLayoutConstant, .value = layout_of(storage.format)});
   }
   if (makes_up_for_filter(*settings)) {
-    constants.push_back({.id = kSamplerShiftConstant, .value = in_sampler_units(error.shift)});
+    // An atlas is always read a little beside the ray.
+    const bool has_atlas = map_of(*settings).content == MapContent::sectors;
+    constants.push_back(
+        {.id = kSamplerShiftConstant, .value = std::max(in_sampler_units(error.shift), has_atlas ? 1 : 0)});
     constants.push_back({.id = kSamplerErrorConstant, .value = in_sampler_units(error.value)});
   }
   return constants;

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -55,6 +56,10 @@ inline constexpr const char* kExtraMap = "extra_map";
 /// GLSL of a technique's own run-time parameters: named choices, and a specialization constant with the row's default
 /// for each. The shaders include it as parameters.glsl, before the technique's own file.
 [[nodiscard]] std::string parameters_contract(const Technique& technique);
+
+/// Shader files that others stand for in a technique's text: name, text. How its map keeps cones says which file is
+/// included as cone_sample.glsl.
+[[nodiscard]] std::map<std::string, std::string> stand_ins(const Technique& technique);
 
 /// GLSL of the constants of features' chosen rows.
 [[nodiscard]] std::string feature_parameters(std::span<const PixelFeature> features);

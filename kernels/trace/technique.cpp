@@ -316,6 +316,29 @@ std::vector<Technique> rows() {
        .guarantee_note = "on the heights as stored, wherever node_steps are enough",
        .source = "[TIS08], with floors ours",
        .guarantee_when = [](const Settings& /*settings*/) { return Guarantee::exact; }},
+      {.id = "sector_cone",
+       .description = "conservative cone stepping with a cone for each of 4, 8 or 16 sectors of directions, one fetch "
+                      "a step",
+       .maps = {MapKind::sector},
+       .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {loop()}}),
+       .storage = StorageUse{.format = "rg16", .correction = "safe", .has_max_ratio = false},
+       .features = {{.feature = "lod", .is_absent = true}},
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "with correction safe or certified on the heights as stored: exact with cell_quad, "
+                         "never_skips with plain where filter=manual; cell_max skips the rest of a cell untested",
+       .source = "ours; of four sectors QDCSM; cell steps [BVBV24]",
+       .guarantee_when = cone_guarantee},
+      {.id = "sector_relaxed",
+       .description = "relaxed cone stepping with a cone for each of 4, 8 or 16 sectors of directions, then refinement",
+       .maps = {MapKind::sector_relaxed},
+       .params = joined({{cone_steps(15), step("plain")}, refinement("binary"), {loop()}}),
+       .storage = StorageUse{.format = "rg16", .has_max_ratio = false},
+       .features = {{.feature = "lod", .is_absent = true}},
+       .guarantee = Guarantee::none,
+       .guarantee_note = "cones are right only for rays that start at the top plate, so later steps can skip [BES12]; "
+                         "an ulp decides whether a step has pierced thin relief",
+       .source = "[PO07] listing 18-3; sectors ours",
+       .disagreement = 0.05},
   };
 }
 

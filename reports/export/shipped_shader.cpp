@@ -16,7 +16,7 @@ namespace {
 /// "r = height (1 = top), g = cone ratio, stored as sqrt"
 std::string relief_channels(const MapStorage& storage) {
   std::string text = "r = height, 1 on top";
-  if (storage.map.ratios > 0 && storage.format.extra_channels == 0)
+  if (storage.map.content == MapContent::ratios && storage.format.extra_channels == 0)
     text += fmt::format("; g = cone ratio, stored as {}", storage.encoding.id);
   if (storage.map.is_solid && storage.format.extra_channels == 0) text += "; g = height of the lower surface";
   if (storage.format.with_normal) text += "; b, a = x, y of the normal, each times 0.5 + 0.5";
@@ -34,6 +34,9 @@ std::string extra_channels(const MapStorage& storage) {
       return fmt::format("{} = {}", storage.map.is_solid ? "r, g" : "r", description);
     case MapContent::volume:
       return fmt::format("r = {}; its slices below one another, the bottom one first", description);
+    case MapContent::sectors:
+      return fmt::format("r = height, g = cone ratio, stored as {}: {}; every layer within a border of one texel",
+                         storage.encoding.id, description);
     case MapContent::table:
       return fmt::format("r = {}, 0 on top, 1 at the bottom", description);
     default:
@@ -170,6 +173,7 @@ Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
   GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
               .roots = shipped_entries(shipped),
               .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
+  cut.generated.merge(stand_ins(technique));
   cut.files.emplace_back("feature_parameters.glsl");
   cut.generated.emplace("feature_parameters.glsl", feature_parameters(frame_features(shipped.settings)));
   for (const FeatureRow* row : rows_of(shipped.settings))

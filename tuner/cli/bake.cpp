@@ -200,6 +200,19 @@ void bake_command(const BakeArguments& arguments, int& exit_code) {
   if (result.verdict->undecided) exit_code = static_cast<int>(Exit::inconclusive);
 }
 
+/// Kinds may share a parameter.
+void add_map_options(CLI::App& command, std::map<std::string_view, std::optional<std::string>>& parameters) {
+  std::map<std::string_view, std::string> owners;
+  for (const MapRow& map : map_kinds())
+    for (const MapParam& param : map.parameters)
+      owners[param.id] += fmt::format("{}{}", owners[param.id].empty() ? "" : ", ", map.id);
+  for (const MapRow& map : map_kinds())
+    for (const MapParam& param : map.parameters)
+      if (!parameters.contains(param.id))
+        command.add_option(option_of(param.id), parameters[param.id],
+                           fmt::format("{} only: {}", owners[param.id], param.description));
+}
+
 }  // namespace
 
 void add_bake_command(CLI::App& app, int& exit_code) {
@@ -214,10 +227,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
                       "see `reliefbench list formats`; default: the smallest of 16 bits a channel that fits");
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->capture_default_str();
   command->add_option("--max-ratio", arguments->max_ratio, "widest cone: 1 | unbounded")->capture_default_str();
-  for (const MapRow& map : map_kinds())
-    for (const MapParam& param : map.parameters)
-      command->add_option(option_of(param.id), arguments->parameters[param.id],
-                          fmt::format("{} only: {}", map.id, param.description));
+  add_map_options(*command, arguments->parameters);
   add_reading_options(*command, arguments->reading);
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
   command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();

@@ -82,7 +82,7 @@ BakedMap bake_on_device(const BakeJob& job, const Heightfield& heights, BakeTime
 void check(const BakeJob& job) {
   if (const std::string reason = conflict(job.spec.storage); !reason.empty()) fail_input("{}", reason);
   const MapContent content = job.spec.storage.map.content;
-  if (job.verify && content != MapContent::ratios && content != MapContent::table)
+  if (job.verify && content != MapContent::ratios && content != MapContent::sectors && content != MapContent::table)
     fail_input("a {} map has no cones to verify", job.spec.storage.map.id);
   if (job.output.empty()) return;
   if (const std::string reason = file_conflict(job.output, job.spec.storage); !reason.empty()) fail_input("{}", reason);
@@ -94,16 +94,18 @@ void count_ratios(const BakeJob& job, const MapTextures& textures, BakeResult& r
   if (storage.map.ratios == 0) return;
   const auto stored = static_cast<std::size_t>(storage.format.ratios() - (storage.map.is_solid ? 1 : 0));
   const auto filled = static_cast<std::size_t>(storage.map.ratios);
-  const std::vector<float> ratios = unpack_map(textures, storage.format, storage.encoding, storage.map.is_solid).ratios;
   double sum = 0;
   double closed = 0;
-  for (std::size_t i = 0; i < ratios.size(); ++i) {
-    if (i % stored >= filled) continue;
-    sum += ratios[i];
-    closed += ratios[i] == 0 ? 1 : 0;
+  double count = 0;
+  for (const MapTextures& layer : cone_layers(storage.map, textures, job.spec.parameters)) {
+    const std::vector<float> ratios = unpack_map(layer, storage.format, storage.encoding, storage.map.is_solid).ratios;
+    for (std::size_t i = 0; i < ratios.size(); ++i) {
+      if (i % stored >= filled) continue;
+      sum += ratios[i];
+      closed += ratios[i] == 0 ? 1 : 0;
+      count += 1;
+    }
   }
-  const std::size_t texels = ratios.size() / stored;
-  const auto count = static_cast<double>(texels * filled);
   result.mean_ratio = sum / count;
   result.closed_share = closed / count;
 }

@@ -12,6 +12,7 @@
 #include "kernels/judge/metric.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/omni_table.h"
+#include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
@@ -125,6 +126,8 @@ std::size_t baked_value_count(const MapRow& map, const BakeRequest& request) {
       return 0;
     case MapContent::ratios:
       return texels * static_cast<std::size_t>(map.ratios);
+    case MapContent::sectors:
+      return texels * static_cast<std::size_t>(sector_count(request.parameters));
     case MapContent::volume:
       return texels * static_cast<std::size_t>(request.value(kDistanceSlices));
     case MapContent::table: {

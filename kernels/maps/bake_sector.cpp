@@ -1,0 +1,155 @@
+#include <cassert>
+
+#include "kernels/base/error.h"
+#include "kernels/maps/cone_map.h"
+#include "kernels/maps/sector_map.h"
+
+namespace reliefbench {
+namespace {
+
+// Whole numbers on either side of tan(pi / 8) = 0.414213562: 70/169 = 0.414201, 29/70 = 0.414286. The shader's product
+// is off by 1e-7 of it at most.
+struct Slope {
+  double rise, run;
+};
+constexpr Slope kUnderTangent{.rise = 70, .run = 169};
+constexpr Slope kOverTangent{.rise = 29, .run = 70};
+static_assert(kUnderTangent.rise / kUnderTangent.run < 0.41421);
+static_assert(kOverTangent.rise / kOverTangent.run > 0.41428);
+
+// Less than one texel per axis, and by less than any offset in whole numbers can tell: sums of a wedge's normal and
+// texels are whole, and |x| + |y| of a normal is under 2^22 up to 16384 texels a side.
+constexpr double kLessThanOne = 1 - 0x1p-24;
+
+/// The targets of a border in front of what looks in a quadrant.
+Heightfield far_borders(const Heightfield& candidates, const ConeView::Normal& quadrant) {
+  Heightfield borders = candidates;
+  const int column = quadrant.x > 0 ? candidates.width - 1 : 0;
+  const int row = quadrant.y > 0 ? candidates.height - 1 : 0;
+  auto texel = borders.texels.begin();
+  for (int y = 0; y < borders.height; ++y)
+    for (int x = 0; x < borders.width; ++x, ++texel)
+      if (x != column && y != row) *texel = -1;
+  return borders;
+}
+
+/// Ratios of one sector after the other, as `ratios_of` has them.
+/// Beyond a ratio of 1 images of a repeated texel count that are farther away than search_cones looks.
+template <typename Ratios>
+std::vector<float> layers(const BakeRequest& request, const Ratios& ratios_of) {
+  if (request.max_ratio > 1) fail_input("ratios of a sector map are at most 1");
+  const int count = sector_count(request.parameters);
+  std::vector<float> all;
+  all.reserve(static_cast<std::size_t>(count) * request.heights.texels.size());
+  for (int k = 0; k < count; ++k) {
+    const std::vector<float> layer = ratios_of(sector_wedge(k, count));
+    all.insert(all.end(), layer.begin(), layer.end());
+  }
+  return all;
+}
+
+std::vector<float> with_minimum(std::vector<float> ratios, const BakeRequest& request) {
+  if (request.correction == Correction::none) return ratios;
+  return min3x3(ratios, request.heights.width, request.heights.height, request.wrap);
+}
+
+}  // namespace
+
+int sector_count(std::span<const MapValue> parameters) { return 4 << given_value(parameters, kSectors); }
+
+Wedge sector_wedge(int k, int count) {
+  assert(k >= 0 && k < count);
+  const double x = (k & 1) == 0 ? 1 : -1;
+  const double y = (k & 2) == 0 ? 1 : -1;
+  Wedge wedge{.normals = {{{x, 0}, {0, y}}}, .quadrant = {x, y}, .safe_margin = kLessThanOne};
+  if (count == 4) return wedge;
+  const bool is_steep = (k & 4) != 0;
+  const auto normal = [&](double along, double across) {
+    return is_steep ? ConeView::Normal{.x = x * across, .y = y * along}
+                    : ConeView::Normal{.x = x * along, .y = y * across};
+  };
+  if (count == 8) {
+    wedge.normals[2] = normal(1, -1);
+  } else if ((k & 8) == 0) {
+    wedge.normals[2] = normal(kOverTangent.rise, -kOverTangent.run);
+  } else {
+    wedge.normals[2] = normal(1, -1);
+    wedge.normals[3] = normal(-kUnderTangent.rise, kUnderTangent.run);
+  }
+  return wedge;
+}
+
+SectorAtlas::SectorAtlas(int count, int map_width, int map_height)
+    : columns(count == 4 ? 2 : 4),
+      rows(count / columns),
+      width(columns * (map_width + 2)),
+      height(rows * (map_height + 2)) {}
+
+std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& candidates, int width, int height,
+                                const Wedge& wedge, double margin) {
+  const auto [x, y] = wedge.quadrant;
+  const bool is_whole = wedge.normals[2].x == 0 && wedge.normals[2].y == 0;
+  const bool is_bounded = search.wrap == Wrap::clamp && x != 0 && !is_whole;
+  ConeSearch seen = search;
+  seen.views = {wedge_view(candidates, width, height, wedge, margin)};
+  if (!is_bounded) return search_cones(seen);
+  const auto quadrant_of = [x = static_cast<int>(x), y = static_cast<int>(y)](const Heightfield& targets) {
+    return quadrant_view(targets, x, y);
+  };
+  const Heightfield borders = far_borders(candidates, wedge.quadrant);
+  seen.views.push_back(quadrant_of(borders));
+  std::vector<float> ratios = search_cones(seen);
+  seen.views = {quadrant_of(candidates)};
+  const std::vector<float> of_quadrant = search_cones(seen);
+  const int column = x > 0 ? 0 : candidates.width - 1;
+  const int row = y > 0 ? 0 : candidates.height - 1;
+  std::size_t texel = 0;
+  for (int j = 0; j < candidates.height; ++j)
+    for (int i = 0; i < candidates.width; ++i, ++texel)
+      if (i == column || j == row) ratios[texel] = of_quadrant[texel];
+  return ratios;
+}
+
+// What makes `safe` true in a sector. Theorem: let S_a be as at Correction, but over the texels b alone whose offset
+// from a, less than one texel per axis moved, is in the sector. If every ratio is at most the 3x3 minimum of S, then at
+// every point p the part of its interpolated cone that lies in the sector is disjoint from the bilinear surface.
+// Proof: let q be a point of the surface whose offset o from p is in the sector. The coupling of the theorem at
+// Correction pairs corners a of p's cell and b of q's cell; per axis their offset is one of the two whole numbers round
+// o's, which is o itself where that is whole. So it is less than one texel from o, b counts for a, and the proof goes
+// on with these pairs only. A normal n of the sector has n.o >= 0, so n.(b - a) > -(|n.x| + |n.y|), where only whole
+// numbers can stand: with n = (1, 0) that is b.x >= a.x, so that nothing behind an axis counts. Directions are in uv,
+// where a texel is not square; half-planes stay half-planes. Of what lies outside a clamped map see search_wedge.
+std::vector<float> bake_sector(const BakeRequest& request) {
+  check_request(request, MapKind::sector);
+  const Heightfield& heights = request.heights;
+  const ConeSearch search{.heights = heights,
+                          .wrap = request.wrap,
+                          .metric = cone_metric(heights.width, heights.height, request.correction),
+                          .max_ratio = request.max_ratio,
+                          .threads = request.threads};
+  return layers(request, [&](const Wedge& wedge) {
+    if (request.correction == Correction::certified) return certified_cones(request, wedge);
+    const double margin = request.correction == Correction::safe ? wedge.safe_margin : 0;
+    return with_minimum(search_wedge(search, heights, heights.width, heights.height, wedge, margin), request);
+  });
+}
+
+// A ray over a texel u, in the sector, goes down through the surface in a cell whose corners are less than one texel
+// per axis from where it does: those may be beside the sector, and always count.
+std::vector<float> bake_sector_relaxed(const BakeRequest& request) {
+  check_request(request, MapKind::sector_relaxed);
+  const Heightfield& heights = request.heights;
+  const ConeSearch search{.heights = heights,
+                          .wrap = request.wrap,
+                          .metric = cone_metric(heights.width, heights.height, request.correction),
+                          .max_ratio = request.max_ratio,
+                          .threads = request.threads};
+  return layers(request, [&](const Wedge& wedge) {
+    const auto [x, y] = wedge.quadrant;
+    const Heightfield limiting = limiting_heights(heights, request.wrap, static_cast<int>(x), static_cast<int>(y));
+    return with_minimum(search_wedge(search, limiting, heights.width, heights.height, wedge, wedge.safe_margin),
+                        request);
+  });
+}
+
+}  // namespace reliefbench
