@@ -323,13 +323,15 @@ MeshRay mesh_ray(const Mesh& mesh, const MeshRelief& relief, const MeshLine& lin
   // One that looks away is turned until it does not, as far as it must.
   const double away = normal.dot(line.direction) + kLeastCosine;
   if (away > 0) normal = (normal - away * line.direction).stableNormalized();
-  const Vector3d level = line.direction - normal * normal.dot(line.direction);
+  u_gradient -= normal * normal.dot(u_gradient);
+  v_gradient -= normal * normal.dot(v_gradient);
   MeshRay ray{.uv = uv * relief.tiling, .slope = Vector2d::Zero()};
   ray.cosine = -normal.dot(line.direction);
   ray.per_t = relief.depth / ray.cosine;
-  ray.slope = Vector2d(u_gradient.dot(level), v_gradient.dot(level)) * (ray.per_t * relief.tiling);
-  const double x = u_gradient.stableNormalized().dot(level) / ray.cosine;
-  const double y = v_gradient.stableNormalized().dot(level) / ray.cosine;
+  ray.slope =
+      Vector2d(u_gradient.dot(line.direction), v_gradient.dot(line.direction)) * (ray.per_t * relief.tiling);
+  const double x = u_gradient.stableNormalized().dot(line.direction) / ray.cosine;
+  const double y = v_gradient.stableNormalized().dot(line.direction) / ray.cosine;
   ray.bend = relief.depth * (curvature.x() * x * x + curvature.y() * y * y + curvature.z() * x * y);
   return ray;
 }

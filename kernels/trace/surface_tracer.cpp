@@ -5,8 +5,10 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "kernels/base/parallel.h"
+#include "kernels/trace/mesh_frame.h"
 
 namespace reliefbench {
 namespace {
@@ -210,13 +212,25 @@ double tiles_between(double a, double b, Wrap wrap) {
   return std::abs(wrap == Wrap::repeat ? way - std::round(way) : way);
 }
 
+/// Of a pixel that does not show what the exact ray does: some relief or none. None: it does.
+std::optional<PixelScore> score_of_cover(const ScorePixel& pixel, const ReferenceHit& exact) {
+  const bool is_kept = pixel.status != static_cast<float>(PixelStatus::passed);
+  if (is_kept && !passes(exact)) return std::nullopt;
+  if (is_kept) return PixelScore{.verdict = Verdict::false_keep};
+  return PixelScore{.verdict = passes(exact) ? Verdict::good : Verdict::false_kill};
+}
+
+PixelScore score_on_mesh(const ScorePixel& pixel, const ReferenceHit& exact, const FrameUniforms& frame) {
+  if (pixel.status == static_cast<float>(PixelStatus::no_ray) || is_unknown(exact)) return {};
+  if (const auto score = score_of_cover(pixel, exact)) return *score;
+  const double texels = std::hypot(static_cast<double>(pixel.ray.slope_u) * frame.sizes[2],
+                                   static_cast<double>(pixel.ray.slope_v) * frame.sizes[3]);
+  return score_pixel(pixel, exact, std::abs(static_cast<double>(pixel.t) - exact.t_enter) * texels);
+}
+
 PixelScore score_on_surface(const SurfaceShape& shape, const SurfaceRay& ray, const ScorePixel& pixel,
                             const ReferenceHit& exact, const FrameUniforms& frame, Wrap wrap) {
-  const bool is_kept = pixel.status != static_cast<float>(PixelStatus::passed);
-  if (!is_kept || passes(exact)) {
-    if (is_kept) return {.verdict = Verdict::false_keep};
-    return {.verdict = passes(exact) ? Verdict::good : Verdict::false_kill};
-  }
+  if (const auto score = score_of_cover(pixel, exact)) return *score;
   const auto t = static_cast<double>(pixel.t);
   const auto [u, v] = exact_place(shape, ray, exact.t_enter);
   const double across =
@@ -241,8 +255,10 @@ ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& sh
 }
 
 std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
-                                     std::span<const ScorePixel> pixels) {
+                                     std::span<const ScorePixel> pixels, const Mesh* mesh) {
   if (!is_curved(frame.surface_kind())) return exact_hits(tracer, pixels);
+  if (frame.surface_kind() == SurfaceKind::mesh)
+    return exact_hits_on_mesh(MeshFrame(tracer, *mesh, frame), frame, pixels);
   const SurfaceShape shape(frame);
   const auto width = static_cast<std::size_t>(frame.sizes[0]);
   assert(pixels.size() == width * static_cast<std::size_t>(frame.sizes[1]));
@@ -262,9 +278,15 @@ std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameU
 std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
                                      std::span<const ReferenceHit> exact) {
   if (!is_curved(frame.surface_kind())) return judge_pixels(pixels, exact, frame.sizes[2], frame.sizes[3]);
+  std::vector<PixelScore> scores(pixels.size());
+  if (frame.surface_kind() == SurfaceKind::mesh) {
+    std::ranges::transform(pixels, exact, scores.begin(), [&](const ScorePixel& pixel, const ReferenceHit& hit) {
+      return score_on_mesh(pixel, hit, frame);
+    });
+    return scores;
+  }
   const SurfaceShape shape(frame);
   const auto width = static_cast<std::size_t>(frame.sizes[0]);
-  std::vector<PixelScore> scores(pixels.size());
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i) {
       if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
