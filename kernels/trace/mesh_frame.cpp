@@ -41,7 +41,8 @@ Mesh load_mesh(const Surface& surface) {
 }
 
 MeshFrame::MeshFrame(const ReferenceTracer& heights, const Mesh& mesh, const FrameUniforms& frame)
-    : mesh_(mesh),
+    : heights_(heights),
+      mesh_(mesh),
       frame_(frame),
       relief_{.depth = static_cast<double>(frame.position[3]) / static_cast<double>(frame.right[3]),
               .tiling = static_cast<double>(frame.right[3])},
@@ -62,6 +63,8 @@ std::optional<MeshFrame::Entry> MeshFrame::entry(int x, int y) const {
 }
 
 ReferenceHit MeshFrame::trace(const Entry& entry) const {
+  if (relief_.depth == 0)  // all of its heights are in one place
+    return heights_.trace(TextureRay{.u = static_cast<float>(entry.ray.uv.x()), .v = static_cast<float>(entry.ray.uv.y())});
   const auto t_of = [&](const MeshHit& hit) { return std::max(0.0, (hit.way - entry.hit.way) / entry.ray.per_t); };
   const auto out = tracer_.meet(entry.line, MeshTracer::Side::inside, entry.hit.way);
   const double end = out ? out->way : kNever;

@@ -34,6 +34,7 @@ class MeshFrame {
   [[nodiscard]] std::optional<MeshHit> hit_at(const Entry& entry, double t) const;
 
  private:
+  const ReferenceTracer& heights_;
   const Mesh& mesh_;
   const FrameUniforms& frame_;
   MeshRelief relief_;

@@ -12,6 +12,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
 #include "kernels/trace/surface.h"
+#include "tuner/measure/frame.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {

@@ -219,6 +219,17 @@ Surface read_surface(const ConfigReader& reader, const JsonNode& node, const std
   return surface;
 }
 
+/// What a scene's id has of its surface.
+std::string surface_part(const Surface& surface) {
+  if (!is_curved(surface.kind)) return "";
+  std::string part = fmt::format("_{}", surface_row(surface.kind).id);
+  if (surface.kind != SurfaceKind::mesh) return part;
+  std::string name = std::filesystem::path(surface.mesh).stem().string();
+  for (char& letter : name)
+    if (!is_name({&letter, 1})) letter = '_';
+  return part + "_" + name;
+}
+
 /// Width and height.
 std::pair<int, int> read_frame_px(const ConfigReader& reader, const JsonNode& node) {
   if (node.value.is_string()) {
@@ -264,9 +275,7 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
-      const std::string on =
-          is_curved(scene.surface.kind) ? fmt::format("_{}", surface_row(scene.surface.kind).id) : "";
-      scenes.push_back({.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, on, hidden),
+      scenes.push_back({.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), hidden),
                         .heightmap = heightmap.spec,
                         .scene = scene});
     }
