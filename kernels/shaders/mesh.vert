@@ -1,5 +1,6 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#define CURVED  // the block is the fragment shader's
 #include "platform.glsl"
 #include "contract.glsl"
 #include "eye.glsl"

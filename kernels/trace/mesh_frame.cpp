@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNoHit = std::numeric_limits<double>::infinity();
 constexpr double kSameWay = 1e-9;  ///< in sides of the unit square: what rounding makes of one point's way
 
 Vector3d first_three(const std::array<float, 4>& numbers) {
@@ -67,11 +67,11 @@ ReferenceHit MeshFrame::trace(const Entry& entry) const {
     return heights_.trace(TextureRay{.u = static_cast<float>(entry.ray.uv.x()), .v = static_cast<float>(entry.ray.uv.y())});
   const auto t_of = [&](const MeshHit& hit) { return std::max(0.0, (hit.way - entry.hit.way) / entry.ray.per_t); };
   const auto out = tracer_.meet(entry.line, MeshTracer::Side::inside, entry.hit.way);
-  const double end = out ? out->way : kNever;
+  const double end = out ? out->way : kNoHit;
   const auto hit = tracer_.trace(entry.line, MeshTracer::Side::outside, entry.hit.way - kSameWay, end);
-  if (!hit) return {.t_enter = kNever, .t_exit = kNever};
+  if (!hit) return {.t_enter = kNoHit, .t_exit = kNoHit};
   const auto exit = tracer_.trace(entry.line, MeshTracer::Side::inside, hit->way, end);
-  return {.t_enter = t_of(*hit), .t_exit = exit ? t_of(*exit) : kNever};
+  return {.t_enter = t_of(*hit), .t_exit = exit ? t_of(*exit) : kNoHit};
 }
 
 std::optional<MeshHit> MeshFrame::hit_at(const Entry& entry, double t) const {
@@ -95,7 +95,7 @@ std::vector<ReferenceHit> exact_hits_on_mesh(const MeshFrame& mesh, const FrameU
     };
     // What is shown of it is as good as any.
     if (!entry)
-      hits[i] = {.t_enter = kNever, .t_exit = -1};
+      hits[i] = {.t_enter = kNoHit, .t_exit = -1};
     else if (!is_same())
       hits[i].t_exit = -1;
   });
