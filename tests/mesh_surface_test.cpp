@@ -75,8 +75,7 @@ class MeshSurfaceTest : public BackendTest {
 INSTANTIATE_TEST_SUITE_P(AllBackends, MeshSurfaceTest, ::testing::Values("opengl", "vulkan"), backend_name);
 
 std::size_t count_of(const std::vector<ScorePixel>& pixels, PixelStatus status) {
-  return static_cast<std::size_t>(
-      std::ranges::count(pixels, static_cast<float>(status), &ScorePixel::status));
+  return static_cast<std::size_t>(std::ranges::count(pixels, static_cast<float>(status), &ScorePixel::status));
 }
 
 // A device's corners lie on a grid of 1/256 pixel: on edges an exact line may meet another triangle, or none.
@@ -247,8 +246,9 @@ Config config_on(const TempFolder& folder, const std::string& surface) {
                       folder / "config.json");
 }
 
-constexpr const char* kSquareObj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-                                   "f 1/1 2/2 3/3 4/4\n";
+constexpr const char* kSquareObj =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    "f 1/1 2/2 3/3 4/4\n";
 
 TEST(MeshSurface, is_named_or_a_file_and_is_its_content) {
   const TempFolder folder;

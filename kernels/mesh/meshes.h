@@ -32,8 +32,8 @@ struct MeshTexels {
   int height = 0;
   std::vector<float> rgba;
 };
-inline constexpr int kMeshTexels = 5;         ///< a corner
-inline constexpr int kMeshTexelsBits = 11;    ///< the image is 2^this wide
+inline constexpr int kMeshTexels = 5;       ///< a corner
+inline constexpr int kMeshTexelsBits = 11;  ///< the image is 2^this wide
 [[nodiscard]] MeshTexels mesh_texels(const Mesh& mesh);
 /// SHA-256 of those.
 [[nodiscard]] std::string mesh_sha256(const Mesh& mesh);

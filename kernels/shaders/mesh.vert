@@ -42,6 +42,6 @@ void main() {
   vec2 planes = near_and_far();
   float scale = planes.y / (planes.y - planes.x);
   // y runs down the frame, as eye_direction() has it.
-  gl_Position = vec4(dot(seen, right) - shift.x * depth, shift.y * depth - dot(seen, up), scale * (depth - planes.x),
-                     depth);
+  gl_Position =
+      vec4(dot(seen, right) - shift.x * depth, shift.y * depth - dot(seen, up), scale * (depth - planes.x), depth);
 }

@@ -22,7 +22,7 @@ struct Place {
 #ifdef ON_MESH
 #define FALL_ALONG(place, along) (dot(place.curvature, along * along) + place.mixed * along.x * along.y)
 #else
-#define FALL_ALONG(place, along) dot(place.curvature, along * along)
+#define FALL_ALONG(place, along) dot(place.curvature, along* along)
 #define exact_place(point) place_of(point)
 #endif
 

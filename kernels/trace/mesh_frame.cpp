@@ -17,9 +17,7 @@ using Eigen::Vector3d;
 constexpr double kNoHit = std::numeric_limits<double>::infinity();
 constexpr double kSameWay = 1e-9;  ///< in sides of the unit square: what rounding makes of one point's way
 
-Vector3d first_three(const std::array<float, 4>& numbers) {
-  return Eigen::Vector3f(numbers.data()).cast<double>();
-}
+Vector3d first_three(const std::array<float, 4>& numbers) { return Eigen::Vector3f(numbers.data()).cast<double>(); }
 
 /// Calls use(pixel, x, y) on all threads.
 template <typename Use>
@@ -64,7 +62,8 @@ std::optional<MeshFrame::Entry> MeshFrame::entry(int x, int y) const {
 
 ReferenceHit MeshFrame::trace(const Entry& entry) const {
   if (relief_.depth == 0)  // all of its heights are in one place
-    return heights_.trace(TextureRay{.u = static_cast<float>(entry.ray.uv.x()), .v = static_cast<float>(entry.ray.uv.y())});
+    return heights_.trace(
+        TextureRay{.u = static_cast<float>(entry.ray.uv.x()), .v = static_cast<float>(entry.ray.uv.y())});
   const auto t_of = [&](const MeshHit& hit) { return std::max(0.0, (hit.way - entry.hit.way) / entry.ray.per_t); };
   const auto out = tracer_.meet(entry.line, MeshTracer::Side::inside, entry.hit.way);
   const double end = out ? out->way : kNoHit;

@@ -9,8 +9,8 @@
 
 namespace reliefbench {
 
-// Frames of a relief on a mesh. A pixel is of the nearest triangle that is seen from outside: its ray ends in the relief
-// under it, or where the line leaves the mesh again. What stands behind that is another fragment's.
+// Frames of a relief on a mesh. A pixel is of the nearest triangle that is seen from outside: its ray ends in the
+// relief under it, or where the line leaves the mesh again. What stands behind that is another fragment's.
 
 /// The mesh of a scene's surface.
 /// throws: as scene_mesh(); Error(bad_input): its file has changed since Surface::sha256 was made
@@ -41,8 +41,8 @@ class MeshFrame {
   MeshTracer tracer_;
 };
 
-/// Exact hits of a score frame's pixels. Where a device rasterises another triangle than the exact line meets, as it may
-/// on edges, the pixel's ray is another one's, and nothing can be said of it: is_unknown().
+/// Exact hits of a score frame's pixels. Where a device rasterises another triangle than the exact line meets, as it
+/// may on edges, the pixel's ray is another one's, and nothing can be said of it: is_unknown().
 [[nodiscard]] std::vector<ReferenceHit> exact_hits_on_mesh(const MeshFrame& mesh, const FrameUniforms& frame,
                                                            std::span<const ScorePixel> pixels);
 [[nodiscard]] inline bool is_unknown(const ReferenceHit& hit) { return hit.t_exit < hit.t_enter; }

@@ -328,8 +328,7 @@ MeshRay mesh_ray(const Mesh& mesh, const MeshRelief& relief, const MeshLine& lin
   MeshRay ray{.uv = uv * relief.tiling, .slope = Vector2d::Zero()};
   ray.cosine = -normal.dot(line.direction);
   ray.per_t = relief.depth / ray.cosine;
-  ray.slope =
-      Vector2d(u_gradient.dot(line.direction), v_gradient.dot(line.direction)) * (ray.per_t * relief.tiling);
+  ray.slope = Vector2d(u_gradient.dot(line.direction), v_gradient.dot(line.direction)) * (ray.per_t * relief.tiling);
   const double x = u_gradient.stableNormalized().dot(line.direction) / ray.cosine;
   const double y = v_gradient.stableNormalized().dot(line.direction) / ray.cosine;
   ray.bend = relief.depth * (curvature.x() * x * x + curvature.y() * y * y + curvature.z() * x * y);

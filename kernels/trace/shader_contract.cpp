@@ -34,7 +34,8 @@ constexpr std::array kSamplers{
     Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
     Sampler{kReferenceMap, 3, "r = exact t of this pixel; gba = exact values of features"},
     Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid, volume or table"},
-    Sampler{.name = kMeshMap, .binding = 5, .holds = "MESH_TEXELS a corner, three corners a triangle", .is_of_mesh = true},
+    Sampler{
+        .name = kMeshMap, .binding = 5, .holds = "MESH_TEXELS a corner, three corners a triangle", .is_of_mesh = true},
 };
 
 /// How a relief map lies in its textures.

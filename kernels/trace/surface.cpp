@@ -43,8 +43,9 @@ constexpr std::array kSurfaces{
                .has_tube = true},
     SurfaceRow{.kind = SurfaceKind::mesh,
                .id = "mesh",
-               .description = "triangles with curvature at their corners, 0.45 sides of the unit square from its middle "
-                              "at most: teapot, torus, or an OBJ file with vt",
+               .description =
+                   "triangles with curvature at their corners, 0.45 sides of the unit square from its middle "
+                   "at most: teapot, torus, or an OBJ file with vt",
                .source = "[RTM] 5.4, listing 5.8; its exact hits are ours",
                .shader = "surface_mesh.glsl",
                .has_mesh = true}};

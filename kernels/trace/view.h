@@ -63,8 +63,8 @@ inline constexpr std::array kPictures{PictureRow{Picture::point, "point"},
 enum class SurfaceKind { plane, cylinder, sphere, torus, mesh };
 struct Surface {
   SurfaceKind kind = SurfaceKind::plane;
-  double round = 4;  ///< sides of the unit square once round it: the larger, the flatter
-  double tube = 1;   ///< a torus': once round its tube
+  double round = 4;             ///< sides of the unit square once round it: the larger, the flatter
+  double tube = 1;              ///< a torus': once round its tube
   std::string mesh = "teapot";  ///< a named one (meshes.h), or an OBJ file
   int segments = 8;             ///< how finely a named one is cut
   std::string sha256{};         ///< of the mesh as it was read (mesh_sha256); "": it was not

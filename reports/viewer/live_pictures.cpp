@@ -108,7 +108,8 @@ void LivePictures::bring(Pane& pane, const Settings& settings, const SceneSpec& 
     if (!background_.is_busy()) fetch_map(pane, settings, spec, std::move(key));
     return;
   }
-  if (!was_told && !session_.is_compiled(settings, color_target(pixel_features(settings), needs_depth(spec.scene)), spec.scene)) {
+  if (!was_told &&
+      !session_.is_compiled(settings, color_target(pixel_features(settings), needs_depth(spec.scene)), spec.scene)) {
     pane.compiles_next = true;
     return;
   }

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "backends/backend.h"
-#include "kernels/mesh/mesh.h"
 #include "kernels/maps/map_texture.h"
+#include "kernels/mesh/mesh.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "tuner/measure/bake.h"

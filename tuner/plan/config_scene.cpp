@@ -275,9 +275,10 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
-      scenes.push_back({.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), hidden),
-                        .heightmap = heightmap.spec,
-                        .scene = scene});
+      scenes.push_back(
+          {.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), hidden),
+           .heightmap = heightmap.spec,
+           .scene = scene});
     }
   };
   for (const JsonNode& item : reader.items(reader.required(node, "views"))) {
