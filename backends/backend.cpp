@@ -77,15 +77,18 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
           .wrap = wrap};
 }
 
-Target color_target(std::span<const PixelFeature> features, bool is_occluded) {
+bool needs_depth(const Scene& scene) { return scene.occluded > 0 || scene.surface.kind == SurfaceKind::mesh; }
+
+Target color_target(std::span<const PixelFeature> features, bool has_depth) {
   Target target = Target::color;
   const auto has_objects = [](const PixelFeature& one) { return shows_in_objects(*one.feature); };
-  target.has_depth = is_occluded || std::ranges::any_of(features, has_objects);
+  target.has_depth = has_depth || std::ranges::any_of(features, has_objects);
   return target;
 }
 
-Target score_target(std::span<const PixelFeature> features) {
+Target score_target(std::span<const PixelFeature> features, bool has_depth) {
   Target target = Target::score;
+  target.has_depth = has_depth;
   for (const PixelFeature& one : with_values(features))
     target.attachments.push_back(
         {.name = one.feature->value->output, .layout = {.type = TexelType::float32, .channels = 1}});

@@ -67,10 +67,13 @@ struct Target {
 inline const Target Target::color{.attachments = {{"out_color", {.type = TexelType::unorm8, .channels = 4}}}};
 inline const Target Target::score{.attachments = {{"out_ray", {.type = TexelType::float32, .channels = 4}},
                                                   {"out_hit", {.type = TexelType::float32, .channels = 4}}}};
-/// Target::color, with depth where a feature of the scene has objects beside the relief, or something hides it.
-[[nodiscard]] Target color_target(std::span<const PixelFeature> features, bool is_occluded);
+/// Whether draws of such a scene do not cover the frame, or one another: something hides the relief, or its surface is
+/// of triangles.
+[[nodiscard]] bool needs_depth(const Scene& scene);
+/// Target::color, with depth where the scene needs it or a feature has objects beside the relief.
+[[nodiscard]] Target color_target(std::span<const PixelFeature> features, bool has_depth);
 /// Target::score, with an attachment of one float for each feature of the scene that the frame has.
-[[nodiscard]] Target score_target(std::span<const PixelFeature> features);
+[[nodiscard]] Target score_target(std::span<const PixelFeature> features, bool has_depth = false);
 /// Whether it is Target::score, with or without features.
 [[nodiscard]] bool is_score(const Target& target);
 inline constexpr Attachment kDepth{.name = "depth", .layout = {.type = TexelType::float32, .channels = 1}};

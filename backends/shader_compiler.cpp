@@ -178,8 +178,9 @@ Spirv compile_last_stage(const ShaderText& technique, std::string parameters, co
   if (row != techniques().end())
     for (const auto& [file, text] : stand_ins(*row)) includes.insert(generated(file, text));
   if (is_curved(surface)) {
-    includes.insert(generated("frame.glsl", frame_contract(features, technique.name == kReferenceFile)));
+    includes.insert(generated("frame.glsl", frame_contract(features, surface, technique.name == kReferenceFile)));
     includes.insert(generated("surface.glsl", fmt::format("#include \"{}\"\n", surface_row(surface).shader)));
+    if (surface_row(surface).has_mesh) includes.insert(generated("mesh_contract.glsl", mesh_contract()));
   }
   return compile_stage(is_score(target) ? "score.frag" : "shade.frag", EShLangFragment, dialect, std::move(includes));
 }
@@ -204,7 +205,8 @@ Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect) {
 }
 
 Spirv compile_vertex(Dialect dialect, std::string_view name) {
-  return compile_stage(fmt::format("{}.vert", name), EShLangVertex, dialect, {shared_constants()});
+  return compile_stage(fmt::format("{}.vert", name), EShLangVertex, dialect,
+                       {shared_constants(), generated("mesh_contract.glsl", mesh_contract())});
 }
 
 Spirv compile_beside(std::string_view name, Dialect dialect) {

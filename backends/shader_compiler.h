@@ -33,7 +33,7 @@ struct ShaderText {
 [[nodiscard]] Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect);
 
 /// A vertex shader of the binary's own: the full-screen triangle at depth 0 ("fullscreen") or at the top plate's depth
-/// ("plate"), or a rectangle before the eye ("occluder").
+/// ("plate"), a rectangle before the eye ("occluder"), or the triangles of a mesh ("mesh").
 [[nodiscard]] Spirv compile_vertex(Dialect dialect, std::string_view name = "fullscreen");
 
 /// A fragment shader of the binary's own that is no trace's: what frames hold beside the relief.

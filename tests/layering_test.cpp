@@ -47,7 +47,7 @@ const std::vector<Top> kTops = {
      {{"cli"}, {"tune"}, {"measure"}, {"decide"}, {"history"}, {"results"}, {"plan"}, {"search"}},
      {"kernels", "backends"}},
     {"backends", {{"window"}, {"opengl", "vulkan"}, {""}}, {"kernels"}},
-    {"kernels", {{"trace"}, {"maps"}, {"judge"}, {"image"}, {"base"}}, {}}};
+    {"kernels", {{"trace"}, {"maps"}, {"judge"}, {"image", "mesh"}, {"base"}}, {}}};
 
 /// Where a file of the project stands: its top folder and its room.
 std::pair<std::string, std::string> place_of(const std::string& file) {

@@ -46,7 +46,9 @@ TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
       [](Scene& s) { s.surface.kind = SurfaceKind::sphere; },
       [](Scene& s) { s.surface.kind = SurfaceKind::torus; },
       [](Scene& s) { s.surface = {.kind = SurfaceKind::torus, .tube = 0.5}; },
-      [](Scene& s) { s.surface = {.kind = SurfaceKind::sphere, .round = 5}; }};
+      [](Scene& s) { s.surface = {.kind = SurfaceKind::sphere, .round = 5}; },
+      [](Scene& s) { s.surface.kind = SurfaceKind::mesh; },
+      [](Scene& s) { s.surface = {.kind = SurfaceKind::mesh, .sha256 = "aa"}; }};
   std::set<SceneKey> keys = {scene_key("aa", plain), scene_key("bb", plain)};
   for (const auto& change : changes) {
     Scene scene = plain;

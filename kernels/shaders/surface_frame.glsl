@@ -14,7 +14,18 @@ struct Place {
   vec2 scale;      // lengths of such sides along the tangents
   vec2 curvature;  // along them; > 0 where the surface bends away from the eye
   float height;    // 1 on the top plate
+#ifdef ON_MESH
+  float mixed;  // curvature that no turn of these tangents takes away: of the product of the ways along both
+#endif
 };
+
+// Twice how much the surface falls under its tangent plane, a way `along` both tangents from a place.
+#ifdef ON_MESH
+#define FALL_ALONG(place, along) (dot(place.curvature, along * along) + place.mixed * along.x * along.y)
+#else
+#define FALL_ALONG(place, along) dot(place.curvature, along* along)
+#define exact_place(point) place_of(point)
+#endif
 
 // The surface touches z = 0 from below in the middle of the unit square.
 vec3 on_surface(vec3 world) { return world - vec3(0.5, 0.5, 0.0); }
@@ -40,8 +51,8 @@ bool ray_at(Place place, vec3 direction, out Ray ray) {
   ray.cosine = fall * inversesqrt(dot(direction, direction));
   ray.level = 0;
 #ifdef BENT_RAYS
-  bend_ray(0.5 * surface_relief() * dot(place.curvature, along * along), ray);
-  ray.quadric = 0.5 * surface_relief() * dot(place.curvature, along * along) / max(dot(along, along), 1e-12);
+  bend_ray(0.5 * surface_relief() * FALL_ALONG(place, along), ray);
+  ray.quadric = 0.5 * surface_relief() * FALL_ALONG(place, along) / max(dot(along, along), 1e-12);
 #endif
   return true;
 }
@@ -78,7 +89,7 @@ Place shown_place(Ray ray, Hit hit) {
 #ifdef HAS_EXACT_HITS
   vec3 direction = eye_direction(gl_FragCoord.xy);
   float per_t = surface_relief() / -dot(direction, entered.normal);
-  Place place = place_of(on_surface(frame.position.xyz) + direction * (entered_way + hit.t * per_t));
+  Place place = exact_place(on_surface(frame.position.xyz) + direction * (entered_way + hit.t * per_t));
   place.uv *= frame.right.w;
 #else
   Place place = entered;

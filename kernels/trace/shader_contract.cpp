@@ -15,7 +15,9 @@
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/omni_table.h"
 #include "kernels/maps/sector_map.h"
+#include "kernels/mesh/meshes.h"
 #include "kernels/trace/depth.h"
+#include "kernels/trace/mesh_tracer.h"
 #include "kernels/trace/surface.h"
 #include "kernels/trace/technique.h"
 
@@ -26,6 +28,7 @@ struct Sampler {
   const char* name;
   int binding;
   std::string_view holds;
+  bool is_of_mesh = false;  ///< declared where there is one alone
 };
 // Binding 0 is the uniform block `Frame`.
 constexpr std::array kSamplers{
@@ -33,6 +36,8 @@ constexpr std::array kSamplers{
     Sampler{kNormalMap, 2, "xyz * 0.5 + 0.5"},
     Sampler{kReferenceMap, 3, "r = exact t of this pixel; gba = exact values of features"},
     Sampler{kExtraMap, 4, "what a map keeps apart: stored ratios, pyramid, volume or table"},
+    Sampler{
+        .name = kMeshMap, .binding = 5, .holds = "MESH_TEXELS a corner, three corners a triangle", .is_of_mesh = true},
 };
 
 /// How a relief map lies in its textures.
@@ -118,6 +123,15 @@ std::int32_t in_sampler_units(double error) {
   return static_cast<std::int32_t>(std::ceil(error / static_cast<double>(kSamplerUnit)));
 }
 
+std::string sampler_lines(bool of_mesh) {
+  std::string text;
+  for (const Sampler& sampler : kSamplers)
+    if (sampler.is_of_mesh == of_mesh)
+      text += fmt::format("layout(BINDING({})) uniform sampler2D {};  // {}\n", sampler.binding, sampler.name,
+                          sampler.holds);
+  return text;
+}
+
 Layout layout_of(const Format& format) {
   if (format.with_normal) return kWithNormal;
   return format.extra_channels > 0 ? kSplit : kTogether;
@@ -152,10 +166,7 @@ std::string shared_contract() {
                                  Choice{.id = "hit", .value = static_cast<int>(PixelStatus::hit)},
                                  Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)},
                                  Choice{.id = "passed", .value = static_cast<int>(PixelStatus::passed)}};
-  std::string text;
-  for (const Sampler& sampler : kSamplers)
-    text +=
-        fmt::format("layout(BINDING({})) uniform sampler2D {};  // {}\n", sampler.binding, sampler.name, sampler.holds);
+  std::string text = sampler_lines(false);
   text += "\n" + shared_lines("wrap", kWrapConstant, kWraps);
   for (const Param* param : shared_params()) text += param_lines(*param);
   text += shared_lines("layout", kLayoutConstant, kLayouts);
@@ -229,13 +240,20 @@ std::string hooks(std::span<const PixelFeature> features) {
 
 }  // namespace
 
-std::string frame_contract(std::span<const PixelFeature> features, bool has_exact_hits) {
+std::string frame_contract(std::span<const PixelFeature> features, SurfaceKind surface, bool has_exact_hits) {
   std::string text = has_exact_hits ? "#define HAS_EXACT_HITS\n" : "";
+  if (surface_row(surface).has_mesh) text += "#define ON_MESH\n";
   for (const auto& [feature, row] : features)
     if (feature->hook == Hook::silhouette && row != nullptr)
       for (const std::string_view define : row->defines) text += fmt::format("#define {}\n", define);
   return text + float_line("LEAST_SCALE", static_cast<float>(kLeastScale), "of a surface's sides") +
          "#include \"surface_frame.glsl\"\n";
+}
+
+std::string mesh_contract() {
+  return sampler_lines(true) + int_line("MESH_TEXELS", kMeshTexels, "of mesh_map, a corner") +
+         int_line("MESH_WIDTH_BITS", kMeshTexelsBits, "mesh_map is 2^this wide") +
+         float_line("LEAST_COSINE", static_cast<float>(kLeastCosine), "of a ray to the normal where it enters");
 }
 
 std::string features_contract(std::span<const PixelFeature> features) {

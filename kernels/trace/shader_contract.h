@@ -12,6 +12,7 @@
 namespace reliefbench {
 
 class Settings;
+enum class SurfaceKind;
 struct Technique;
 
 // What C++ and the shaders must agree on, from one definition: the rows and constants of C++, as GLSL.
@@ -46,6 +47,7 @@ inline constexpr const char* kReliefMap = "relief_map";
 inline constexpr const char* kNormalMap = "normal_map";
 inline constexpr const char* kReferenceMap = "reference_map";
 inline constexpr const char* kExtraMap = "extra_map";
+inline constexpr const char* kMeshMap = "mesh_map";
 /// Where a sampler's texture is bound in both APIs.
 [[nodiscard]] int binding_of(std::string_view sampler);
 
@@ -65,7 +67,10 @@ inline constexpr const char* kExtraMap = "extra_map";
 [[nodiscard]] std::string feature_parameters(std::span<const PixelFeature> features);
 /// GLSL in place of frame.glsl of a frame on a curved surface: what the chosen silhouette defines.
 /// has_exact_hits: it shades those of the reference
-[[nodiscard]] std::string frame_contract(std::span<const PixelFeature> features, bool has_exact_hits);
+[[nodiscard]] std::string frame_contract(std::span<const PixelFeature> features, SurfaceKind surface,
+                                         bool has_exact_hits);
+/// GLSL of how a mesh lies in its image (mesh_texels), for shaders that read it.
+[[nodiscard]] std::string mesh_contract();
 /// GLSL of the features of the scene that a frame has: the constants of their chosen rows, the rows' files, and
 /// `PixelValues values_of(Ray ray, inout Hit hit)` and `void shade(PixelValues values, inout Shading shading)` over all
 /// of them. Both last stages include it as features.glsl; "" without features, so that nothing is added to their text.

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <numbers>
+
+#include "kernels/mesh/meshes.h"
 
 namespace reliefbench {
 namespace {
@@ -37,7 +40,15 @@ constexpr std::array kSurfaces{
                .source = "[RTM] 5.4; its exact hits are ours",
                .shader = "surface_torus.glsl",
                .has_round = true,
-               .has_tube = true}};
+               .has_tube = true},
+    SurfaceRow{.kind = SurfaceKind::mesh,
+               .id = "mesh",
+               .description =
+                   "triangles with curvature at their corners, 0.45 sides of the unit square from its middle "
+                   "at most: teapot, torus, or an OBJ file with vt",
+               .source = "[RTM] 5.4, listing 5.8; its exact hits are ours",
+               .shader = "surface_mesh.glsl",
+               .has_mesh = true}};
 
 double dot3(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Point3 on_line(const Point3& from, const Point3& direction, double way) {
@@ -88,6 +99,8 @@ const SurfaceRow* find_surface(std::string_view id) {
 std::string surface_fault(const Scene& scene) {
   const SurfaceRow& row = surface_row(scene.surface.kind);
   if (!is_curved(row.kind)) return "";
+  if (row.has_mesh)
+    return scene.wrap == Wrap::clamp ? "a mesh needs wrap=repeat: where its map ends, its own uv say" : "";
   const double round = scene.surface.round;
   const double tube = scene.surface.tube;
   const double radius = (row.has_tube ? tube : round) / kTurn;
@@ -107,6 +120,10 @@ std::string surface_fault(const Scene& scene) {
 std::string surface_text(const Surface& surface) {
   const SurfaceRow& row = surface_row(surface.kind);
   if (!is_curved(row.kind)) return "";
+  if (row.has_mesh)
+    return find_named_mesh(surface.mesh) == nullptr
+               ? fmt::format("mesh {}", std::filesystem::path(surface.mesh).filename().string())
+               : fmt::format("mesh {} of {} segments", surface.mesh, surface.segments);
   return fmt::format("{} of {:g} round{}", row.id, surface.round,
                      row.has_tube ? fmt::format(" and {:g} tube", surface.tube) : "");
 }

@@ -18,6 +18,7 @@ struct SurfaceRow {
   std::string_view shader;  ///< kernels/shaders/<shader>: `enter`, `place_of`; "": frame.glsl has it
   bool has_round = false;   ///< which of Surface's numbers mean something
   bool has_tube = false;
+  bool has_mesh = false;
 };
 [[nodiscard]] std::span<const SurfaceRow> surfaces();
 [[nodiscard]] const SurfaceRow& surface_row(SurfaceKind kind);
@@ -28,7 +29,7 @@ struct SurfaceRow {
 /// Why a scene's surface cannot be as it is said, "" if it can: a relief that is deeper than the surface is round, a
 /// seam, a tube as wide as its ring.
 [[nodiscard]] std::string surface_fault(const Scene& scene);
-/// " on a sphere of 4 round" for people; "" for a plane.
+/// "sphere of 4 round" for people; "" for a plane.
 [[nodiscard]] std::string surface_text(const Surface& surface);
 
 using Point3 = std::array<double, 3>;
@@ -58,7 +59,7 @@ struct SurfacePlace {
 };
 
 /// A curved surface in numbers, in sides of the unit square. It touches z = 0 from below at the middle of the unit
-/// square, which is its (u, v) = (1/2, 1/2) with u along x and v along y.
+/// square, which is its (u, v) = (1/2, 1/2) with u along x and v along y. No mesh: of those see mesh_frame.h.
 struct SurfaceShape {
   explicit SurfaceShape(const FrameUniforms& frame);
 

@@ -5,8 +5,10 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "kernels/base/parallel.h"
+#include "kernels/trace/mesh_frame.h"
 
 namespace reliefbench {
 namespace {
@@ -210,6 +212,14 @@ double tiles_between(double a, double b, Wrap wrap) {
   return std::abs(wrap == Wrap::repeat ? way - std::round(way) : way);
 }
 
+PixelScore score_on_mesh(const ScorePixel& pixel, const ReferenceHit& exact, const FrameUniforms& frame) {
+  if (pixel.status == static_cast<float>(PixelStatus::no_ray) || is_unknown(exact)) return {};
+  if (const auto passed = score_passed(pixel, exact)) return *passed;
+  const double texels = std::hypot(static_cast<double>(pixel.ray.slope_u) * frame.sizes[2],
+                                   static_cast<double>(pixel.ray.slope_v) * frame.sizes[3]);
+  return score_pixel(pixel, exact, std::abs(static_cast<double>(pixel.t) - exact.t_enter) * texels);
+}
+
 PixelScore score_on_surface(const SurfaceShape& shape, const SurfaceRay& ray, const ScorePixel& pixel,
                             const ReferenceHit& exact, const FrameUniforms& frame, Wrap wrap) {
   if (const auto passed = score_passed(pixel, exact)) return *passed;
@@ -237,8 +247,10 @@ ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& sh
 }
 
 std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
-                                     std::span<const ScorePixel> pixels) {
+                                     std::span<const ScorePixel> pixels, const Mesh* mesh) {
   if (!is_curved(frame.surface_kind())) return exact_hits(tracer, pixels);
+  if (frame.surface_kind() == SurfaceKind::mesh)
+    return exact_hits_on_mesh(MeshFrame(tracer, *mesh, frame), frame, pixels);
   const SurfaceShape shape(frame);
   const auto width = static_cast<std::size_t>(frame.sizes[0]);
   assert(pixels.size() == width * static_cast<std::size_t>(frame.sizes[1]));
@@ -258,9 +270,15 @@ std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameU
 std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
                                      std::span<const ReferenceHit> exact) {
   if (!is_curved(frame.surface_kind())) return judge_pixels(pixels, exact, frame.sizes[2], frame.sizes[3]);
+  std::vector<PixelScore> scores(pixels.size());
+  if (frame.surface_kind() == SurfaceKind::mesh) {
+    std::ranges::transform(pixels, exact, scores.begin(), [&](const ScorePixel& pixel, const ReferenceHit& hit) {
+      return score_on_mesh(pixel, hit, frame);
+    });
+    return scores;
+  }
   const SurfaceShape shape(frame);
   const auto width = static_cast<std::size_t>(frame.sizes[0]);
-  std::vector<PixelScore> scores(pixels.size());
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
     for (std::size_t i = first; i < first + count; ++i) {
       if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;

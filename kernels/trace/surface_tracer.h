@@ -7,6 +7,8 @@
 
 namespace reliefbench {
 
+struct Mesh;
+
 // Exact hits of frames on any surface. On a plane they are those of the rays that pixels say they traced. On a curved
 // one they are those of the pixels' straight rays in the world with the displaced surface itself, from where they enter
 // at the top plate to where they leave it again; what stands behind that is another fragment's.
@@ -22,13 +24,14 @@ inline constexpr int kSurfaceVersion = 1;  ///< of exact hits on curved surfaces
                                          const SurfaceRay& ray, Wrap wrap);
 inline constexpr double kTouchWay = 1e-11;  ///< in sides of the unit square
 
-/// Of a score frame; of a pixel without a ray {}.
+/// Of a score frame; of a pixel without a ray {}. mesh: that the frame is on, if it is on one
 [[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
-                                                   std::span<const ScorePixel> pixels);
+                                                   std::span<const ScorePixel> pixels, const Mesh* mesh = nullptr);
 
 /// What pixels' hits are worth against exact_hits() of the same frame. On a curved surface e_xy is the way between both
 /// hits' places on the map, in texels, and pixels that should not be covered, or are not but should, have a verdict of
-/// their own and no distance.
+/// their own and no distance. On a mesh, whose map may go on anywhere, it is the way along the pixel's ray, as on a
+/// plane.
 [[nodiscard]] std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap,
                                                    std::span<const ScorePixel> pixels,
                                                    std::span<const ReferenceHit> exact);

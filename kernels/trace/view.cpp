@@ -14,6 +14,7 @@ namespace {
 /// Radius of the ring and of the tube, then the kind.
 std::array<float, 4> surface_numbers(const Surface& surface) {
   if (!is_curved(surface.kind)) return {};
+  if (surface.kind == SurfaceKind::mesh) return {0, 0, 0, static_cast<float>(surface.kind)};
   const double outer = surface.round / (2 * std::numbers::pi);
   const double tube = surface_row(surface.kind).has_tube ? surface.tube / (2 * std::numbers::pi) : outer;
   return {static_cast<float>(outer - tube), static_cast<float>(tube), 0, static_cast<float>(surface.kind)};
@@ -116,6 +117,7 @@ ScorePixel pixel_of(const SurfaceRay& ray, Wrap wrap, double tiling) {
 }  // namespace
 
 ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y) {
+  if (frame.surface_kind() == SurfaceKind::mesh) return {};
   if (is_curved(frame.surface_kind())) {
     const SurfaceShape shape(frame);
     return pixel_of(surface_ray(frame, shape, wrap, x, y), wrap, shape.tiling);

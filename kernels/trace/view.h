@@ -60,11 +60,14 @@ inline constexpr std::array kPictures{PictureRow{Picture::point, "point"},
 [[nodiscard]] std::string_view picture_id(Picture picture);
 
 /// What the relief lies on; surface.h has the rows.
-enum class SurfaceKind { plane, cylinder, sphere, torus };
+enum class SurfaceKind { plane, cylinder, sphere, torus, mesh };
 struct Surface {
   SurfaceKind kind = SurfaceKind::plane;
-  double round = 4;  ///< sides of the unit square once round it: the larger, the flatter
-  double tube = 1;   ///< a torus': once round its tube
+  double round = 4;             ///< sides of the unit square once round it: the larger, the flatter
+  double tube = 1;              ///< a torus': once round its tube
+  std::string mesh = "teapot";  ///< a named one (meshes.h), or an OBJ file
+  int segments = 8;             ///< how finely a named one is cut
+  std::string sha256{};         ///< of the mesh as it was read (mesh_sha256); "": it was not
 
   bool operator==(const Surface&) const = default;
 };
@@ -115,7 +118,7 @@ inline constexpr int kSubpixels = 4;  ///< a side, of Picture::supersampled
 
 /// The ray of one pixel, as frame.glsl makes it (same formulas in float; used by the null backend and by tests), or on
 /// a curved surface surface_frame.glsl (in double). status is no_ray for the sky and, with clamp, outside the unit
-/// square.
+/// square. Of a mesh, which frames do not have in numbers, there is none.
 [[nodiscard]] ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y);
 
 }  // namespace reliefbench

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/trace/mesh_frame.h"
 #include "kernels/trace/surface_tracer.h"
 #include "reports/viewer/overlay.h"
 
@@ -46,6 +47,9 @@ LivePictures::LivePictures(const Window& window, LivePicturesOptions options)
       library_(cache_, background_split_, std::move(options.heightmaps)),
       heights_(library_.loaded(options.spec)),
       tracer_(heights_.field, options.spec.scene.wrap),
+      mesh_(options.spec.scene.surface.kind == SurfaceKind::mesh
+                ? std::make_unique<const Mesh>(load_mesh(options.spec.scene.surface))
+                : nullptr),
       left_(*screen_, options.spec.scene.width_px, options.spec.scene.height_px),
       right_(*screen_, options.spec.scene.width_px, options.spec.scene.height_px),
       reference_(screen_->make_picture(options.spec.scene.width_px, options.spec.scene.height_px)) {}
@@ -104,7 +108,8 @@ void LivePictures::bring(Pane& pane, const Settings& settings, const SceneSpec& 
     if (!background_.is_busy()) fetch_map(pane, settings, spec, std::move(key));
     return;
   }
-  if (!was_told && !session_.is_compiled(settings, Target::color, spec.scene)) {
+  if (!was_told &&
+      !session_.is_compiled(settings, color_target(pixel_features(settings), needs_depth(spec.scene)), spec.scene)) {
     pane.compiles_next = true;
     return;
   }
@@ -128,6 +133,7 @@ void LivePictures::fetch_map(Pane& pane, const Settings& settings, const SceneSp
                                                                .height = heights_.field.height,
                                                                .texels = std::as_bytes(std::span(made->normals)),
                                                                .wrap = spec.scene.wrap}),
+                         .uploaded_mesh = mesh_ ? upload(session_.backend(), *mesh_) : UploadedMesh{},
                          .wrap = spec.scene.wrap};
         pane.frame = upload(session_.backend(), made->map, pane.uploaded);
         pane.settings.reset();
@@ -179,10 +185,11 @@ void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
   background_.start([this, &pane, start, key = pane.picture_key, frame = pane.frame.draw.frame, wrap = spec.scene.wrap,
                      features = std::move(features), pixels = std::move(pixels),
                      values = std::move(values)]() -> Background::Finish {
-    auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, frame, wrap, pixels));
+    auto exact = std::make_shared<std::vector<ReferenceHit>>(exact_hits(tracer_, frame, wrap, pixels, mesh_.get()));
     auto judged = std::make_shared<JudgedFrame>(judge(frame, wrap, heights().field.is_solid(), pixels, *exact));
-    const FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
+    FeatureValues right = exact_values(features, tracer_, frame, rays_of(pixels), *exact);
     judge_features(features, values, right, judged->pixels, judged->score);
+    if (mesh_) right = places_on_mesh(MeshFrame(tracer_, *mesh_, frame), frame, *exact);
     return [this, &pane, start, key, frame, features, exact, judged, right, taps = taps_of(pixels)] {
       judge_after_ = Clock::now() + (Clock::now() - start);  // half of the time is the pictures'
       pane.judged_key = key;
@@ -199,10 +206,7 @@ void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
 void LivePictures::draw_reference(const std::vector<ReferenceHit>& hits, const std::vector<PixelFeature>& features,
                                   const FeatureValues& values, const FrameUniforms& frame) {
   const std::unique_ptr<Texture> exact = upload_exact(session_.backend(), hits, values, frame);
-  const Draw relief{.textures = {{kReliefMap, left_.uploaded.normals.get()},
-                                 {kNormalMap, left_.uploaded.normals.get()},
-                                 {kReferenceMap, exact.get()}},
-                    .frame = frame};
+  const Draw relief = reference_draw(left_.uploaded, *exact, frame);
   session_.backend().render(session_.shaded_reference(features, left_.scene, relief), 1, Timer::fenced_wall);
   screen_->keep(*reference_);
 }

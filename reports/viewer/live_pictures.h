@@ -87,6 +87,7 @@ class LivePictures {
   MapLibrary library_;  // the background's alone, from the constructor on
   const LoadedHeights& heights_;
   ReferenceTracer tracer_;
+  std::unique_ptr<const Mesh> mesh_;  ///< null: the relief lies on none
   Timer timer_ = Timer::fenced_wall;
   Pane left_;
   Pane right_;

@@ -143,6 +143,8 @@ Json surface_rows() {
     rows.push_back({{"id", row.id},
                     {"round", row.has_round ? fmt::format("{:g}", usual.round) : "-"},
                     {"tube", row.has_tube ? fmt::format("{:g}", usual.tube) : "-"},
+                    {"mesh", row.has_mesh ? usual.mesh : "-"},
+                    {"segments", row.has_mesh ? fmt::format("{}", usual.segments) : "-"},
                     {"source", row.source},
                     {"description", row.description}});
   return rows;

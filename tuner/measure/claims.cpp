@@ -89,7 +89,8 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
     const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene, frame.draw));
-    const std::vector<ReferenceHit> exact = exact_hits(tracer, frame.draw.frame, scene.wrap, pixels);
+    const std::vector<ReferenceHit> exact =
+        exact_hits(tracer, frame.draw.frame, scene.wrap, pixels, uploaded.mesh.get());
     JudgedFrame judged = judge(frame.draw.frame, scene.wrap, heights.is_solid(), pixels, exact);
     const std::vector<PixelFeature> features = pixel_features(row.settings);
     judge_features(features, backend.read_values(features),

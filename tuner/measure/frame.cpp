@@ -3,11 +3,24 @@
 #include <span>
 
 #include "kernels/image/heightmap.h"
+#include "kernels/mesh/meshes.h"
+#include "kernels/trace/mesh_frame.h"
 
 namespace reliefbench {
 namespace {
 
 constexpr std::size_t kMostChannels = 4;
+
+/// Of the relief of a scene, without its map.
+Draw draw_of(const UploadedScene& scene, const FrameUniforms& frame) {
+  const Texture* const normals = scene.normals.get();  // any texture where the map has none
+  Draw draw{.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}}, .frame = frame};
+  if (const UploadedMesh& mesh = scene.uploaded_mesh; mesh.corners) {
+    draw.textures[kMeshMap] = mesh.corners.get();
+    draw.vertices = mesh.vertices;
+  }
+  return draw;
+}
 
 }  // namespace
 
@@ -25,7 +38,21 @@ std::optional<MapTextures> pack(const Settings& settings, const BakedMap& map, c
                   storage.format, storage.encoding);
 }
 
+UploadedMesh upload(Backend& backend, const Mesh& mesh) {
+  const MeshTexels image = mesh_texels(mesh);
+  return {.corners = backend.upload({.width = image.width,
+                                     .height = image.height,
+                                     .layout = {.type = TexelType::float32, .channels = 4},
+                                     .texels = std::as_bytes(std::span(image.rgba)),
+                                     .wrap = Wrap::clamp,
+                                     .filter = Filter::nearest}),
+          .vertices = static_cast<int>(3 * mesh.triangles.size())};
+}
+
 UploadedScene upload(Backend& backend, const Scene& scene, const Heightfield& heights) {
+  std::unique_ptr<const Mesh> mesh;
+  if (scene.surface.kind == SurfaceKind::mesh) mesh = std::make_unique<const Mesh>(load_mesh(scene.surface));
+  UploadedMesh uploaded_mesh = mesh ? upload(backend, *mesh) : UploadedMesh{};
   std::vector<std::uint8_t> normals = normal_map(heights, scene.wrap, scene.relief_depth);
   const int levels = append_levels(normals, heights.width, heights.height);
   return {.normals = backend.upload({.width = heights.width,
@@ -33,6 +60,8 @@ UploadedScene upload(Backend& backend, const Scene& scene, const Heightfield& he
                                      .levels = levels,
                                      .texels = std::as_bytes(std::span(normals)),
                                      .wrap = scene.wrap}),
+          .mesh = std::move(mesh),
+          .uploaded_mesh = std::move(uploaded_mesh),
           .wrap = scene.wrap,
           .is_solid = heights.is_solid(),
           .frame = frame_uniforms(scene, heights.width, heights.height)};
@@ -45,9 +74,7 @@ Draw Frame::with(const Pipeline& pipeline) const {
 }
 
 Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene) {
-  const Texture* const normals = scene.normals.get();  // any texture where the map has none
-  Frame frame{
-      .draw = {.textures = {{kReliefMap, normals}, {kNormalMap, normals}, {kExtraMap, normals}}, .frame = scene.frame}};
+  Frame frame{.draw = draw_of(scene, scene.frame)};
   if (!map) return frame;
   frame.relief = backend.upload(texture_desc(map->relief, scene.wrap));
   frame.draw.textures[kReliefMap] = frame.relief.get();
@@ -72,6 +99,12 @@ std::unique_ptr<Texture> upload_exact(Backend& backend, std::span<const Referenc
                          .texels = std::as_bytes(std::span(texels)),
                          .wrap = Wrap::clamp,
                          .filter = Filter::nearest});
+}
+
+Draw reference_draw(const UploadedScene& scene, const Texture& exact, const FrameUniforms& frame) {
+  Draw draw = draw_of(scene, frame);
+  draw.textures[kReferenceMap] = &exact;
+  return draw;
 }
 
 std::vector<Draw> passes_of(const Settings& settings, const Draw& relief, const Target& target) {

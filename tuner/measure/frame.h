@@ -6,6 +6,7 @@
 
 #include "backends/backend.h"
 #include "kernels/maps/map_texture.h"
+#include "kernels/mesh/mesh.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "tuner/measure/bake.h"
@@ -15,14 +16,23 @@ namespace reliefbench {
 /// Map -> textures, in the settings' format and encoding. Nothing where their technique reads no map.
 [[nodiscard]] std::optional<MapTextures> pack(const Settings& settings, const BakedMap& map, const Scene& scene);
 
+/// What a relief's mesh is on a device.
+struct UploadedMesh {
+  std::unique_ptr<Texture> corners{};  ///< null: there is no mesh
+  int vertices = 0;
+};
+[[nodiscard]] UploadedMesh upload(Backend& backend, const Mesh& mesh);
+
 /// What all frames of a scene share on a device.
 struct UploadedScene {
   std::unique_ptr<Texture> normals{};
+  std::unique_ptr<const Mesh> mesh{};  ///< that the relief lies on, if it lies on one
+  UploadedMesh uploaded_mesh{};
   Wrap wrap = Wrap::repeat;
   bool is_solid = false;  ///< rays may pass
   FrameUniforms frame{};
 };
-/// heights: as they were read
+/// heights: as they were read. throws: as load_mesh()
 [[nodiscard]] UploadedScene upload(Backend& backend, const Scene& scene, const Heightfield& heights);
 
 /// A setting's frame on a device: textures of its map and a draw that reads them.
@@ -40,9 +50,11 @@ struct Frame {
 [[nodiscard]] Frame upload(Backend& backend, const std::optional<MapTextures>& map, const UploadedScene& scene);
 
 /// The exact hits of a frame's pixels, with the exact values of features of the scene that it has, as the shader
-/// "reference" reads them.
+/// "reference" reads them; on a mesh, where no feature has any, with places_on_mesh().
 [[nodiscard]] std::unique_ptr<Texture> upload_exact(Backend& backend, std::span<const ReferenceHit> hits,
                                                     const FeatureValues& values, const FrameUniforms& frame);
+/// A draw that shades them, without a pipeline. exact: of upload_exact()
+[[nodiscard]] Draw reference_draw(const UploadedScene& scene, const Texture& exact, const FrameUniforms& frame);
 
 /// Frame -> the ray of each pixel and the hit that was found. frame: its draws, with pipelines of Target::score; into:
 /// what is in it goes, its memory is used again

@@ -9,6 +9,7 @@
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/judge/heat_map.h"
+#include "kernels/trace/mesh_frame.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/cached_values.h"
 #include "tuner/plan/setting_space.h"
@@ -22,6 +23,12 @@ constexpr double kPanTexels = 0.25;  // of the moving camera, a frame
 template <typename T>
 std::string hash_of(const std::vector<T>& values) {
   return sha256(std::as_bytes(std::span(values)));
+}
+
+/// What exact hits depend on beside a frame's numbers.
+std::string mesh_text(const Surface& surface) {
+  if (surface.kind != SurfaceKind::mesh) return "";
+  return fmt::format(" {} {}", MeshTracer::kVersion, surface.sha256);
 }
 
 }  // namespace
@@ -94,7 +101,7 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
 
   on_failure = Status::compile_error;
   Session::Compiled& shade =
-      session.pipeline(settings, color_target(pixel_features(settings), scene.scene.occluded > 0), scene.scene);
+      session.pipeline(settings, color_target(pixel_features(settings), needs_depth(scene.scene)), scene.scene);
   prepared.draws = session.shaded(settings, scene.scene, prepared.frame.draw);
   // Drivers compile as late as the first draw, once more for each texture format.
   const double draw_ns = context_.split.book(
@@ -237,7 +244,7 @@ std::vector<ReferenceHit> Preparer::hits_of_traced(const SceneSpec& scene, const
   return context_.split.book(Part::reference, [&] {
     Made<std::vector<ReferenceHit>> made = cached(context_.cache, key, hits_codec(pixels_.size()), [&] {
       return exact_hits(ReferenceTracer(context_.library.heights(scene), scene.scene.wrap), frame, scene.scene.wrap,
-                        pixels_);
+                        pixels_, state_of(scene).uploaded.mesh.get());
     });
     ++(made.is_new ? references_traced_ : references_from_cache_);
     return std::move(made.value);
@@ -267,7 +274,8 @@ std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpe
   // On a curved surface rays are the camera's, in the world.
   const std::string rays =
       is_curved(scene.scene.surface.kind)
-          ? fmt::format("{} {} {}", rays_hash, kSurfaceVersion, sha256(std::as_bytes(std::span(&frame, 1))))
+          ? fmt::format("{} {} {}{}", rays_hash, kSurfaceVersion, sha256(std::as_bytes(std::span(&frame, 1))),
+                        mesh_text(scene.scene.surface))
           : rays_hash;
   return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays,
                                    scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
@@ -336,7 +344,7 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
     std::vector<ReferenceHit> hits;
     FeatureValues values;
     context_.split.book(Part::reference, [&] {
-      hits = exact_hits(tracer, part_frame, scene.scene.wrap, pixels);
+      hits = exact_hits(tracer, part_frame, scene.scene.wrap, pixels, state.uploaded.mesh.get());
       values = exact_values(exact.features, tracer, part_frame, rays_of(pixels), hits);
     });
     const std::vector<std::uint8_t> picture =
@@ -356,12 +364,16 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
 std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,
                                                     const FrameUniforms& frame) {
   Session& session = context_.session;
+  FeatureValues places;
+  if (const Mesh* const mesh = state.uploaded.mesh.get(); mesh != nullptr)
+    places = context_.split.book(Part::reference, [&] {
+      const ReferenceTracer tracer(context_.library.heights(scene), scene.scene.wrap);
+      return places_on_mesh(MeshFrame(tracer, *mesh, frame), frame, exact.hits);
+    });
   return context_.split.book(Part::draw, [&] {
-    const std::unique_ptr<Texture> texture = upload_exact(session.backend(), exact.hits, exact.values, frame);
-    const Draw draw{.textures = {{kReliefMap, state.uploaded.normals.get()},
-                                 {kNormalMap, state.uploaded.normals.get()},
-                                 {kReferenceMap, texture.get()}},
-                    .frame = frame};
+    const std::unique_ptr<Texture> texture =
+        upload_exact(session.backend(), exact.hits, state.uploaded.mesh ? places : exact.values, frame);
+    const Draw draw = reference_draw(state.uploaded, *texture, frame);
     return shade_frame(session.backend(), session.shaded_reference(exact.features, scene.scene, draw));
   });
 }

@@ -12,6 +12,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
 #include "kernels/trace/surface.h"
+#include "tuner/measure/frame.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -133,7 +134,8 @@ Session::Source Session::source_of(const Settings& settings, const Target& targe
                 .surface = scene.surface.kind,
                 .target = target,
                 .constants = constants_of(&settings, scene.wrap, sampler_of(settings))};
-  if (is_score(target)) source.target = score_target(source.features);
+  // The score frame of what is hidden is whole.
+  if (is_score(target)) source.target = score_target(source.features, scene.surface.kind == SurfaceKind::mesh);
   source.fragment_key = shader_key(source.shader, source.features, source.surface, target);
   set_vertex(source);
   return source;
@@ -142,6 +144,7 @@ Session::Source Session::source_of(const Settings& settings, const Target& targe
 void Session::set_vertex(Source& source) {
   // The plate of a curved surface is as far as anything may be: its depth is known to fragments alone.
   if (source.target.has_depth && !source.is_beside && !is_curved(source.surface)) source.vertex = "plate";
+  if (surface_row(source.surface).has_mesh) source.vertex = "mesh";
   source.key = pipeline_key(source.fragment_key, source.constants);
   if (source.target.has_depth) source.key += fmt::format(" in {} with depth", source.vertex);
 }
@@ -169,7 +172,7 @@ Session::Compiled& Session::reference_pipeline(std::span<const PixelFeature> fea
                 .shader = "reference",
                 .features = exact_ones(features),
                 .surface = scene.surface.kind,
-                .target = color_target(features, scene.occluded > 0),
+                .target = color_target(features, needs_depth(scene)),
                 .constants = constants_of(nullptr, scene.wrap)};
   source.fragment_key = shader_key(source.shader, source.features, source.surface, source.target);
   set_vertex(source);
@@ -194,7 +197,7 @@ Draw Session::beside(std::string_view shader, std::string_view vertex, float arg
 
 std::vector<Draw> Session::with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
                                                std::vector<Draw> relief) {
-  if (!color_target(features, scene.occluded > 0).has_depth) return relief;
+  if (!color_target(features, needs_depth(scene)).has_depth) return relief;
   const Draw any = relief.front();
   std::vector<Draw> frame;
   if (scene.occluded > 0)
@@ -209,7 +212,7 @@ std::vector<Draw> Session::with_what_is_beside(std::span<const PixelFeature> fea
 
 std::vector<Draw> Session::shaded(const Settings& settings, const Scene& scene, Draw relief) {
   const std::vector<PixelFeature> features = pixel_features(settings);
-  const Target target = color_target(features, scene.occluded > 0);
+  const Target target = color_target(features, needs_depth(scene));
   relief.pipeline = pipeline(settings, target, scene).pipeline.get();
   return with_what_is_beside(features, scene, passes_of(settings, relief, target));
 }

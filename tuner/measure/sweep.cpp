@@ -167,7 +167,7 @@ class DeviceSweep {
     std::vector<Session::Wanted> wanted;
     for (const Case* c : block) {
       const Scene& scene = scene_of(config_, *c).scene;
-      for (const Target& target : {color_target(pixel_features(c->settings), scene.occluded > 0), Target::score})
+      for (const Target& target : {color_target(pixel_features(c->settings), needs_depth(scene)), Target::score})
         wanted.push_back({.settings = &c->settings, .target = target, .scene = &scene});
     }
     const auto hold = store_.mark().hold(block.front()->id());

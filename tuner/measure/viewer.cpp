@@ -34,7 +34,8 @@ ViewedFrame Viewer::draw(const View& view) {
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
   frame.rgba8 = backend.read_color();
   const std::vector<ScorePixel> pixels = trace_frame(backend, score);
-  const std::vector<ReferenceHit> exact = exact_hits(tracer_, frame_.draw.frame, scene_.scene.wrap, pixels);
+  const std::vector<ReferenceHit> exact =
+      exact_hits(tracer_, frame_.draw.frame, scene_.scene.wrap, pixels, uploaded_.mesh.get());
   frame.judged = judge(frame_.draw.frame, scene_.scene.wrap, heights_.is_solid(), pixels, exact);
   const std::vector<PixelFeature> features = pixel_features(*settings_);
   judge_features(features, backend.read_values(features),

@@ -13,7 +13,7 @@ constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed"
 constexpr std::array<std::string_view, 11> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",
                                                       "pan",       "wrap",     "frame_px",     "light",
                                                       "reference", "occluded", "surface"};
-constexpr std::array<std::string_view, 3> kSurfaceKeys{"kind", "round", "tube"};
+constexpr std::array<std::string_view, 5> kSurfaceKeys{"kind", "round", "tube", "mesh", "segments"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
 constexpr std::array<std::string_view, 9> kHeightmapKeys{"source", "channel", "floor", "invert", "normalise",
                                                          "width",  "height",  "seed",  "name"};

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/mesh/meshes.h"
 #include "kernels/trace/surface.h"
 #include "tuner/plan/config_reader.h"
 #include "tuner/plan/scene_key.h"
@@ -180,8 +181,28 @@ Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
   return text == "clamp" ? Wrap::clamp : Wrap::repeat;
 }
 
-/// A row's id, or {"kind", "round", "tube"}.
-Surface read_surface(const ConfigReader& reader, const JsonNode& node) {
+/// The mesh that is named, or an OBJ file that is there; read, so that it is known to the bit.
+void read_mesh(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder,
+               Surface& surface) {
+  const JsonNode* const mesh = node.find("mesh");
+  const JsonNode* const segments = node.find("segments");
+  if (mesh != nullptr) surface.mesh = reader.text(*mesh);
+  if (find_named_mesh(surface.mesh) != nullptr) {
+    if (segments != nullptr) surface.segments = static_cast<int>(reader.integer(*segments, 1, kMostSegments));
+  } else {
+    if (segments != nullptr) reader.fail(*segments, "an OBJ file has its own");
+    const std::filesystem::path file = folder / surface.mesh;
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored))
+      reader.fail(*mesh, fmt::format("'{}' is {}, and there is no file {}", surface.mesh,
+                                     unknown_text(surface.mesh, ids(named_meshes())), file.string()));
+    surface.mesh = file.string();
+  }
+  surface.sha256 = mesh_sha256(scene_mesh(surface.mesh, surface.segments));
+}
+
+/// A row's id, or {"kind", "round", "tube", "mesh", "segments"}.
+Surface read_surface(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder) {
   const bool is_object = node.value.is_object();
   if (is_object) reader.check_object(node, "surface");
   const JsonNode& kind = is_object ? reader.required(node, "kind") : node;
@@ -197,7 +218,22 @@ Surface read_surface(const ConfigReader& reader, const JsonNode& node) {
   };
   number("round", row->has_round, surface.round);
   number("tube", row->has_tube, surface.tube);
+  for (const char* key : {"mesh", "segments"})
+    if (const JsonNode* const child = is_object ? node.find(key) : nullptr; child != nullptr && !row->has_mesh)
+      reader.fail(*child, fmt::format("a {} has none", id));
+  if (row->has_mesh) read_mesh(reader, node, folder, surface);
   return surface;
+}
+
+/// What a scene's id has of its surface.
+std::string surface_part(const Surface& surface) {
+  if (!is_curved(surface.kind)) return "";
+  std::string part = fmt::format("_{}", surface_row(surface.kind).id);
+  if (surface.kind != SurfaceKind::mesh) return part;
+  std::string name = std::filesystem::path(surface.mesh).stem().string();
+  for (char& letter : name)
+    if (!is_name({&letter, 1})) letter = '_';
+  return part + "_" + name;
 }
 
 /// Width and height.
@@ -231,7 +267,7 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* frame = node.find("frame_px"))
     std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   if (const JsonNode* surface = node.find("surface")) {
-    scene.surface = read_surface(reader, *surface);
+    scene.surface = read_surface(reader, *surface, folder);
     if (const std::string reason = surface_fault(scene); !reason.empty()) reader.fail(*surface, reason);
   }
   std::vector<SceneSpec> scenes;
@@ -245,11 +281,10 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
-      const std::string on =
-          is_curved(scene.surface.kind) ? fmt::format("_{}", surface_row(scene.surface.kind).id) : "";
-      scenes.push_back({.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, on, hidden),
-                        .heightmap = heightmap.spec,
-                        .scene = scene});
+      scenes.push_back(
+          {.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), hidden),
+           .heightmap = heightmap.spec,
+           .scene = scene});
     }
   };
   for (const JsonNode& item : reader.items(reader.required(node, "views"))) {

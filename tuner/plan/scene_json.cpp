@@ -8,6 +8,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
+#include "kernels/mesh/meshes.h"
 #include "kernels/trace/surface.h"
 
 namespace reliefbench {
@@ -83,6 +84,11 @@ Surface parse_surface(const json& scene) {
   Surface surface{.kind = row->kind};
   if (row->has_round) surface.round = member<double>(j, "round");
   if (row->has_tube) surface.tube = member<double>(j, "tube");
+  if (row->has_mesh) {
+    surface.mesh = member<std::string>(j, "mesh");
+    if (find_named_mesh(surface.mesh) != nullptr) surface.segments = member<int>(j, "segments");
+    surface.sha256 = member<std::string>(j, "sha256");
+  }
   return surface;
 }
 
@@ -125,6 +131,8 @@ json surface_json(const Surface& surface) {
   json j = {{"kind", row.id}};
   if (row.has_round) j["round"] = surface.round;
   if (row.has_tube) j["tube"] = surface.tube;
+  if (row.has_mesh) j["mesh"] = surface.mesh;
+  if (row.has_mesh && find_named_mesh(surface.mesh) != nullptr) j["segments"] = surface.segments;
   return j;
 }
 
@@ -144,6 +152,7 @@ json scene_json(const MeasuredScene& scene) {
   if (s.reference != Picture::point) j["reference"] = picture_id(s.reference);
   if (s.occluded != 0) j["occluded"] = s.occluded;
   if (is_curved(s.surface.kind)) j["surface"] = surface_json(s.surface);
+  if (s.surface.kind == SurfaceKind::mesh) j["surface"]["sha256"] = s.surface.sha256;
   if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
   return j;
 }
@@ -212,7 +221,8 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
         fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
         fmt::format("reference {}", picture_id(s.reference)),
         fmt::format("occluded {}", s.occluded),
-        fmt::format("surface {}", is_curved(s.surface.kind) ? surface_text(s.surface) : "plane")};
+        fmt::format("surface {}{}", is_curved(s.surface.kind) ? surface_text(s.surface) : "plane",
+                    s.surface.kind == SurfaceKind::mesh ? fmt::format(" ({})", short_key(s.surface.sha256)) : "")};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);

@@ -32,7 +32,10 @@ SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
       text += fmt::format("|{}", positive_zero(number));
   if (reference != Picture::point) text += fmt::format("|{}", picture_id(reference));
   if (occluded != 0) text += fmt::format("|occluded {}", occluded);
-  if (is_curved(surface.kind)) text += fmt::format("|{}", surface_text(surface));
+  if (surface.kind == SurfaceKind::mesh)
+    text += fmt::format("|{}", surface.sha256);  // whatever it is called
+  else if (is_curved(surface.kind))
+    text += fmt::format("|{}", surface_text(surface));
   return {.hex = sha256(text)};
 }
 
