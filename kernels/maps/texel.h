@@ -10,7 +10,7 @@ namespace reliefbench {
 
 /// How a relief map is spread over textures, one row. The relief texture has the height first, then, if it has more
 /// channels, the cone ratio; with_normal: then x and y of the normal. The extra texture holds what is kept apart: the
-/// ratios, or a pyramid, volume or table (those have the relief texture's layout).
+/// ratios, or a pyramid, volume or table, or sectors (those have the format's whole layout).
 struct Format {
   std::string_view id;
   TexelType type;

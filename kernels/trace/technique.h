@@ -122,7 +122,8 @@ class Settings {
 [[nodiscard]] Guarantee guarantee_of(const Settings& settings, Query query = Query::primary);
 
 /// Whether no point of the surface as stored stands in a cone of these settings' map, interpolated ones included: rays
-/// from anywhere may rely on it, not only those from the top plate.
+/// from anywhere may rely on it, not only those from the top plate. Not so of plain steps through a sector map that the
+/// sampler filters.
 [[nodiscard]] bool has_free_cones(const Settings& settings);
 
 /// Whether they read with the sampler's filter and guarantee something: then they make up for what it is off by.
