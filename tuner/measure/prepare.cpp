@@ -66,7 +66,8 @@ PreparedCase Preparer::attempt(const Case& c, const SceneSpec& scene,
   PreparedCase prepared{.spec = &c, .record = blank_record(c, key_of(scene), context_.session.device())};
   Status on_failure = Status::unsupported;
   try {
-    if (const std::string reason = conflict(c.settings, scene.scene, is_solid(scene.heightmap)); !reason.empty()) fail_input("{}", reason);
+    if (const std::string reason = conflict(c.settings, scene.scene, is_solid(scene.heightmap)); !reason.empty())
+      fail_input("{}", reason);
     SceneState& state = state_of(scene);
     upload_and_draw(prepared, scene, state, on_failure);
     if (prepared.record.status == Status::ok) rest(prepared, state);

@@ -16,7 +16,8 @@ Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps he
       uploaded_(upload(session_.backend(), scene_.scene, heights_)) {}
 
 void Viewer::choose(const Settings& settings) {
-  if (const std::string reason = conflict(settings, scene_.scene, heights_.is_solid()); !reason.empty()) fail_input("{}", reason);
+  if (const std::string reason = conflict(settings, scene_.scene, heights_.is_solid()); !reason.empty())
+    fail_input("{}", reason);
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
