@@ -74,7 +74,7 @@ class MeshSurfaceTest : public BackendTest {
 };
 INSTANTIATE_TEST_SUITE_P(AllBackends, MeshSurfaceTest, ::testing::Values("opengl", "vulkan"), backend_name);
 
-std::size_t count_of(const std::vector<ScorePixel>& pixels, PixelStatus status) {
+std::size_t pixels_with(const std::vector<ScorePixel>& pixels, PixelStatus status) {
   return static_cast<std::size_t>(std::ranges::count(pixels, static_cast<float>(status), &ScorePixel::status));
 }
 
@@ -161,8 +161,8 @@ TEST_P(MeshSurfaceTest, hits_before_they_are_behind) {
     const Scene scene = mesh_scene("teapot", 4, 0.02, 96);
     const Settings settings = settings_of("max_mip", {{"format", "r32f"}, {"silhouette", "quadric"}});
     const std::vector<ScorePixel> pixels = rig.trace(settings, small_fbm(), scene);
-    EXPECT_GT(count_of(pixels, PixelStatus::hit), 1500U);
-    EXPECT_GT(count_of(pixels, PixelStatus::passed), 10U);
+    EXPECT_GT(pixels_with(pixels, PixelStatus::hit), 1500U);
+    EXPECT_GT(pixels_with(pixels, PixelStatus::passed), 10U);
     const FrameScore score = rig.judged(settings, small_fbm(), scene).score;
     EXPECT_LT(score.at("e_xy.p95"), 1.5);
     EXPECT_LT(score.at("false_kill_rate"), 0.02);
@@ -225,7 +225,7 @@ TEST(MeshSurface, is_the_same_on_both_backends) {
   int differ = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
     if (a[i].status != b[i].status || std::abs(a[i].t - b[i].t) > 1e-3F) ++differ;
-  EXPECT_LE(differ, static_cast<int>(count_of(a, PixelStatus::hit)) / 50);
+  EXPECT_LE(differ, static_cast<int>(pixels_with(a, PixelStatus::hit)) / 50);
 }
 
 TEST(MeshSurface, refuses_what_it_cannot_have) {
@@ -242,7 +242,7 @@ TEST(MeshSurface, refuses_what_it_cannot_have) {
 }
 
 /// A config whose only scene has this surface; read as if it lay in the folder.
-Config config_on(const TempFolder& folder, const std::string& surface) {
+Config config_on_surface(const TempFolder& folder, const std::string& surface) {
   return parse_config(fmt::format(R"({{"scenes": {{"heightmap": "constant", "views": "top", "surface": {}}},
                                       "sweeps": {{"technique": "flat"}}}})",
                                   surface),
@@ -255,13 +255,15 @@ constexpr const char* kSquareObj =
 
 TEST(MeshSurface, is_named_or_a_file_and_is_its_content) {
   const TempFolder folder;
-  const auto surface = [&](const std::string& json) { return config_on(folder, json).scenes.at(0).scene.surface; };
+  const auto surface = [&](const std::string& json) {
+    return config_on_surface(folder, json).scenes.at(0).scene.surface;
+  };
   EXPECT_EQ(surface(R"("mesh")"), surface(R"({"kind": "mesh", "mesh": "teapot", "segments": 8})"));
-  EXPECT_EQ(config_on(folder, R"("mesh")").scenes.at(0).id, "constant/top_mesh_teapot");
+  EXPECT_EQ(config_on_surface(folder, R"("mesh")").scenes.at(0).id, "constant/top_mesh_teapot");
   EXPECT_NE(surface(R"("mesh")").sha256, surface(R"({"kind": "mesh", "segments": 4})").sha256);
   std::ofstream(folder / "a b.obj") << kSquareObj;
   std::ofstream(folder / "copy.obj") << "# the same\n" << kSquareObj;
-  const Config config = config_on(folder, R"({"kind": "mesh", "mesh": "a b.obj"})");
+  const Config config = config_on_surface(folder, R"({"kind": "mesh", "mesh": "a b.obj"})");
   const SceneSpec& spec = config.scenes.at(0);
   EXPECT_EQ(spec.id, "constant/top_mesh_a_b");
   EXPECT_EQ(surface_text(spec.scene.surface), "mesh a b.obj");
@@ -290,7 +292,7 @@ TEST(MeshSurface, is_named_or_a_file_and_is_its_content) {
 TEST(MeshSurface, that_is_wrong_is_said_in_a_line) {
   const TempFolder folder;
   const auto refused = [&](const std::string& surface, const std::string& words) {
-    EXPECT_THAT([&] { (void)config_on(folder, surface); }, ThrowsMessage<Error>(HasSubstr(words))) << surface;
+    EXPECT_THAT([&] { (void)config_on_surface(folder, surface); }, ThrowsMessage<Error>(HasSubstr(words))) << surface;
   };
   refused(R"({"kind": "mesh", "mesh": "teapt"})", "did you mean 'teapot'");
   refused(R"({"kind": "mesh", "mesh": "gone.obj"})", "there is no file");
