@@ -128,7 +128,7 @@ TEST_P(MeshSurfaceTest, every_technique_draws_the_mesh_itself_where_the_relief_i
       for (const char* silhouette : {"none", "quadric", "quadric_exact"}) {
         Settings settings(technique);
         if (technique.find("silhouette") != nullptr) settings.set("silhouette", silhouette);
-        if (!conflict(settings, scene).empty()) continue;
+        if (!conflict(settings, scene, settings.technique().is_of_solids()).empty()) continue;
         if (GetParam() == "opengl" && !frame_features(settings).empty()) continue;  // other tests bend rays on it
         const FrameScore score = rig.judged(settings, level_map(1), scene).score;
         EXPECT_GT(score.pixels, 80) << settings.text();
@@ -230,7 +230,7 @@ TEST(MeshSurface, is_the_same_on_both_backends) {
 
 TEST(MeshSurface, refuses_what_it_cannot_have) {
   const Scene scene = mesh_scene("teapot", 4, 0.02);
-  const auto why = [&](std::string_view setting) { return conflict(parse_setting(setting), scene); };
+  const auto why = [&](std::string_view setting) { return conflict(parse_setting(setting), scene, false); };
   EXPECT_EQ(why("cone?silhouette=quadric&lod=footprint&normals=footprint"), "");
   EXPECT_THAT(why("cone?shadow=cone"), HasSubstr("needs a plane, not a mesh"));
   EXPECT_THAT(why("cone?depth=write"), HasSubstr("needs a plane, not a mesh"));

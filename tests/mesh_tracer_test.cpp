@@ -321,7 +321,7 @@ TEST(MeshTracer, comes_to_the_exact_torus_as_the_mesh_gets_finer) {
         const SurfaceRay ray = surface_ray(frame, shape, Wrap::repeat, x, y);
         if (!ray.enters || ray.cosine < 0.2) continue;
         const ReferenceHit exact = trace_surface(heights, shape, ray, Wrap::repeat);
-        if (passes(exact)) continue;
+        if (exact.passes()) continue;
         const MeshLine line{.from = Vector3d(ray.from.data()), .direction = Vector3d(ray.direction.data())};
         const auto hit = tracer.trace(line, MeshTracer::Side::outside, 0);
         if (hit) apart.push_back(std::abs(hit->way - ray.way - exact.t_enter * ray.per_t));

@@ -78,7 +78,7 @@ TEST(Presets, of_one_scene_go_from_end_to_end_of_its_front) {
   Presets presets;
   std::uint32_t seed = 0;
   do {  // until the fronts that are made up have something to choose from
-    runs = {synthetic_run({.scenes = {"rocks/grazing"}, .cases = 150, .seed = ++seed})};
+    runs = {synthetic_run({.scenes = {"rocks/grazing"}, .cases = 600, .seed = ++seed})};
     presets = make_presets(runs, {});
   } while (seed < 100 &&
            std::ranges::any_of(presets.devices, [](const DevicePresets& device) { return device.levels.size() < 3; }));
