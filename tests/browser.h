@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -16,6 +17,9 @@ namespace reliefbench {
 inline constexpr const char* kHold =
     "const hold = (() => { const frame = document.createElement('iframe'); document.body.append(frame); "
     "return frame.contentDocument; })(); hold.open();";
+
+/// Whether pictures for people are taken, into build/screenshots: RELIEFBENCH_PICTURES=1 ./dev test
+inline bool leaves_pictures() { return std::getenv("RELIEFBENCH_PICTURES") != nullptr; }
 
 /// Opens pages in headless Chromium, as a reader does: from a file, without a network.
 class InBrowser : public testing::Test {

@@ -53,6 +53,9 @@ class NightlyTest : public OnBothDatabases {
   }
 };
 
+/// What the kind of database has no part in.
+class NightlyOnAFileTest : public NightlyTest {};
+
 json open_events(const CommandResult& result) {
   json open = json::array();
   const json check = json::parse(result.out);
@@ -100,7 +103,7 @@ TEST_P(NightlyTest, a_technique_that_gets_slower_is_one_alert) {
   EXPECT_THAT(file_text(folder_ / "trend.html"), HasSubstr("relaxed_cone"));
 }
 
-TEST_P(NightlyTest, no_change_is_no_alert) {
+TEST_P(NightlyOnAFileTest, no_change_is_no_alert) {
   for (int index = 0; index < kNights; ++index) {
     const CommandResult result = night(index);
     ASSERT_EQ(result.exit_code, 0) << "night " << index << ": " << result.out << result.err;
@@ -113,7 +116,7 @@ TEST_P(NightlyTest, no_night_is_no_answer) {
   EXPECT_THAT(result.err, HasSubstr("track ingest"));
 }
 
-TEST_P(NightlyTest, builds_that_are_measured_again_settle_a_suspect) {
+TEST_P(NightlyOnAFileTest, builds_that_are_measured_again_settle_a_suspect) {
   for (int index = 0; index < 16; ++index) {
     const bool is_slow = index >= 12;
     (void)night(index,
@@ -145,6 +148,7 @@ TEST_P(NightlyTest, builds_that_are_measured_again_settle_a_suspect) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Databases, NightlyTest, kBothDatabases, database_kind);
+INSTANTIATE_TEST_SUITE_P(File, NightlyOnAFileTest, ::testing::Values("sqlite"), database_kind);
 
 }  // namespace
 }  // namespace reliefbench

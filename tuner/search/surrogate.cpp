@@ -19,7 +19,7 @@ constexpr double kInactiveStep = 0.25;     // squared distance of a count that o
 constexpr double kInactiveCategory = 0.3;  // likewise of a choice; two values of one axis: 1
 constexpr double kInactive = -1;           // a category's value where it is inactive
 constexpr int kMostOverhead = 12;          // log2 of the work that a frame's fixed cost may be worth
-constexpr double kUnseenChoice = 0.2;            // squared distance that a choice adds while no point has it
+constexpr double kUnseenChoice = 0.2;      // squared distance that a choice adds while no point has it
 
 /// Between two values of an axis, to be weighted. Where only one is active, other axes say so as well.
 double squared_distance(double a, double b, Surrogate::Axis axis) {
