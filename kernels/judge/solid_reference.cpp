@@ -176,7 +176,10 @@ double ReferenceTracer::SolidWalk::leave(double t_enter) {
     const Gaps here = gaps();
     const double s = std::min(rising_root(here.over, from), rising_root(here.under, from));
     if (s != kPasses) return t_ + s;
-    if (t_next_ == t_end_) return t_end_ < 1 ? t_end_ : kPasses;  // under the lowest floor
+    if (t_next_ == t_end_) {
+      if (t_end_ < 1) return t_end_;  // under the lowest floor
+      return kPasses;
+    }
     advance(true);
     find_exit();
   }

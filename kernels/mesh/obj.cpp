@@ -18,9 +18,9 @@ namespace {
 constexpr std::array<std::string_view, 6> kPassedOver{"g", "mtllib", "o", "s", "usemtl", "l"};
 
 /// The words of a line, one after the other.
-class Words {
+class ObjWords {
  public:
-  explicit Words(std::string_view line) : rest_(line.substr(0, line.find('#'))) {}
+  explicit ObjWords(std::string_view line) : rest_(line.substr(0, line.find('#'))) {}
   [[nodiscard]] std::string_view next() {
     constexpr std::string_view kSpaces = " \t\r";
     rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpaces), rest_.size()));
@@ -49,7 +49,7 @@ class ObjReader {
     for (std::string line; std::getline(in_, line);) {
       ++line_;
       if (line.ends_with('\\') || line.ends_with("\\\r")) fail("a line that ends in itself", "one that goes on (\\)");
-      take(Words(line));
+      take(ObjWords(line));
     }
     if (mesh_.triangles.empty()) fail_input("{}: no face: expected f lines", name_);
     const bool some = std::ranges::any_of(has_normal_, [](bool has) { return has; });
@@ -67,7 +67,7 @@ class ObjReader {
 
   /// Numbers that must be there, and up to `more` that may.
   template <int kCount>
-  [[nodiscard]] Eigen::Matrix<double, kCount, 1> numbers(Words& words, int more, std::string_view expected) {
+  [[nodiscard]] Eigen::Matrix<double, kCount, 1> numbers(ObjWords& words, int more, std::string_view expected) {
     Eigen::Matrix<double, kCount, 1> list;
     // As floats they go to the device.
     constexpr double kMost = 1e18;
@@ -102,7 +102,7 @@ class ObjReader {
             .normal = has_normal ? index(rest.substr(second + 1), mesh_.normals.size(), "vn") : 0};
   }
 
-  void take_face(Words& words) {
+  void take_face(ObjWords& words) {
     std::vector<RawMesh::Corner> corners;
     bool has_normal = false;
     for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
@@ -120,7 +120,7 @@ class ObjReader {
     }
   }
 
-  void take(Words words) {
+  void take(ObjWords words) {
     const std::string_view kind = words.next();
     if (kind.empty() || std::ranges::find(kPassedOver, kind) != kPassedOver.end()) return;
     // A fourth number of v is a weight, more are a colour.

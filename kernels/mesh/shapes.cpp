@@ -50,14 +50,14 @@ constexpr std::array<Hoop, 7> kSpout{{{0.66, 1.7, 1.425, 1.7, 0.6},
                                       {0.15, 2.9, 2.475, 3.45, 2.5125},
                                       {0.15, 2.8, 2.4, 3.2, 2.4}}};
 
-using Row = std::array<Vector3d, 4>;
-using Patch = std::array<Row, 4>;
+using ControlRow = std::array<Vector3d, 4>;
+using Patch = std::array<ControlRow, 4>;
 
-Row row_of(const Ring& ring) {
+ControlRow row_of(const Ring& ring) {
   const auto [radius, aside, z] = ring;
   return {Vector3d(radius, 0, z), Vector3d(radius, -aside, z), Vector3d(aside, -radius, z), Vector3d(0, -radius, z)};
 }
-Row row_of(const Hoop& hoop) {
+ControlRow row_of(const Hoop& hoop) {
   const auto [half, x0, z0, x1, z1] = hoop;
   return {Vector3d(x0, 0, z0), Vector3d(x0, -half, z0), Vector3d(x1, -half, z1), Vector3d(x1, 0, z1)};
 }
@@ -71,13 +71,13 @@ Patch mirrored(const Patch& patch, const Vector3d& signs) {
 }
 
 /// On a cubic Bezier curve at i of n. Reversed it gives the same bits, so that patches share the points of an edge.
-Vector3d on_curve(const Row& p, int i, int n) {
+Vector3d on_curve(const ControlRow& p, int i, int n) {
   if (p[0] == p[1] && p[1] == p[2] && p[2] == p[3]) return p[0];  // a pole, whose weights' sum need not be 1
   const double t = static_cast<double>(i) / n;
   const double s = static_cast<double>(n - i) / n;
   return (p[0] * (s * s * s) + p[3] * (t * t * t)) + (p[1] * (3 * (s * s * t)) + p[2] * (3 * (s * t * t)));
 }
-Vector3d along_curve(const Row& p, int i, int n) {
+Vector3d along_curve(const ControlRow& p, int i, int n) {
   const double t = static_cast<double>(i) / n;
   const double s = static_cast<double>(n - i) / n;
   return (p[1] - p[0]) * (s * s) + (p[2] - p[1]) * (2 * s * t) + (p[3] - p[2]) * (t * t);
@@ -116,10 +116,10 @@ class GridMesh {
 /// A pole's row is one point, where the normal is that of the row next to it, in the limit.
 Vector3d patch_normal(const Patch& patch, int i, int j, int n) {
   const auto normal_at = [&](int row, int column_at, int of) -> Vector3d {
-    Row down;  // v runs down the rows, u along them
-    Row at;
+    ControlRow down;  // v runs down the rows, u along them
+    ControlRow at;
     for (std::size_t column = 0; column < 4; ++column) {
-      const Row curve{patch[0].at(column), patch[1].at(column), patch[2].at(column), patch[3].at(column)};
+      const ControlRow curve{patch[0].at(column), patch[1].at(column), patch[2].at(column), patch[3].at(column)};
       down.at(column) = along_curve(curve, row, of);
       at.at(column) = on_curve(curve, row, of);
     }
@@ -145,7 +145,7 @@ void add_pieces(RawMesh& mesh, const std::array<Control, kRows>& control, bool i
     }
     for (const Patch& image : images)
       grid.add(segments, segments, 1, [&](int i, int j) {
-        Row at;
+        ControlRow at;
         for (std::size_t column = 0; column < 4; ++column)
           at.at(column) = on_curve({image[0].at(column), image[1].at(column), image[2].at(column), image[3].at(column)},
                                    i, segments);

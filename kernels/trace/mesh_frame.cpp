@@ -66,11 +66,14 @@ ReferenceHit MeshFrame::trace(const Entry& entry) const {
         TextureRay{.u = static_cast<float>(entry.ray.uv.x()), .v = static_cast<float>(entry.ray.uv.y())});
   const auto t_of = [&](const MeshHit& hit) { return std::max(0.0, (hit.way - entry.hit.way) / entry.ray.per_t); };
   const auto out = tracer_.meet(entry.line, MeshTracer::Side::inside, entry.hit.way);
-  const double end = out ? out->way : kNoHit;
+  double end = kNoHit;
+  if (out) end = out->way;
   const auto hit = tracer_.trace(entry.line, MeshTracer::Side::outside, entry.hit.way - kSameWay, end);
   if (!hit) return {.t_enter = kNoHit, .t_exit = kNoHit};
   const auto exit = tracer_.trace(entry.line, MeshTracer::Side::inside, hit->way, end);
-  return {.t_enter = t_of(*hit), .t_exit = exit ? t_of(*exit) : kNoHit};
+  ReferenceHit found{.t_enter = t_of(*hit), .t_exit = kNoHit};
+  if (exit) found.t_exit = t_of(*exit);
+  return found;
 }
 
 std::optional<MeshHit> MeshFrame::hit_at(const Entry& entry, double t) const {

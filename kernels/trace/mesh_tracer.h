@@ -83,8 +83,8 @@ class MeshTracer {
   Eigen::Vector2d texels_;  ///< in a unit of uv
   int levels_ = 0;
   double share_ = 0;
-  std::vector<std::uint32_t> order_;
-  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> order_{};
+  std::vector<Node> nodes_{};
 };
 
 /// A line's entry at the top plate as shaders have it: surface_mesh.glsl is the twin.

@@ -194,8 +194,9 @@ void read_mesh(const ConfigReader& reader, const JsonNode& node, const std::file
     const std::filesystem::path file = folder / surface.mesh;
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(file, ignored))
-      reader.fail(*mesh, fmt::format("'{}' is {}, and there is no file {}", surface.mesh,
-                                     unknown_text(surface.mesh, ids(named_meshes())), file.string()));
+      reader.fail(mesh != nullptr ? *mesh : node,
+                  fmt::format("'{}' is {}, and there is no file {}", surface.mesh,
+                              unknown_text(surface.mesh, ids(named_meshes())), file.string()));
     surface.mesh = file.string();
   }
   surface.sha256 = mesh_sha256(scene_mesh(surface.mesh, surface.segments));
