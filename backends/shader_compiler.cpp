@@ -166,16 +166,15 @@ Includes::value_type generated(const std::string& name, std::string text) {
   return {name, {.name = name, .text = std::move(text)}};
 }
 
-/// parameters: GLSL of the technique's row
-Spirv compile_last_stage(const ShaderText& technique, std::string parameters, const Target& target, Dialect dialect,
+/// row: the technique's; null where it has none
+Spirv compile_last_stage(const ShaderText& technique, const Technique* row, const Target& target, Dialect dialect,
                          std::span<const PixelFeature> features = {}, SurfaceKind surface = SurfaceKind::plane) {
   Includes includes{shared_constants(),
-                    generated("parameters.glsl", std::move(parameters)),
+                    generated("parameters.glsl", row == nullptr ? "" : parameters_contract(*row)),
                     generated("features.glsl", features_contract(features)),
                     generated("feature_outputs.glsl", feature_outputs(features)),
                     {kTechniqueFile, technique}};
-  const auto row = std::ranges::find(techniques(), technique.name.substr(0, technique.name.find('.')), &Technique::id);
-  if (row != techniques().end())
+  if (row != nullptr)
     for (const auto& [file, text] : stand_ins(*row)) includes.insert(generated(file, text));
   if (is_curved(surface)) {
     includes.insert(generated("frame.glsl", frame_contract(features, surface, technique.name == kReferenceFile)));
@@ -192,12 +191,11 @@ Spirv compile_fragment(std::string_view technique, const Target& target, Dialect
   const std::string file = fmt::format("{}.glsl", technique);
   const ShaderText text{.name = file, .text = std::string(embedded_text(embedded_shaders(), file))};
   const auto row = std::ranges::find(techniques(), technique, &Technique::id);
-  return compile_last_stage(text, row == techniques().end() ? "" : parameters_contract(*row), target, dialect, features,
-                            surface);
+  return compile_last_stage(text, row == techniques().end() ? nullptr : &*row, target, dialect, features, surface);
 }
 
 Spirv compile_fragment(const ShaderText& technique, const Target& target, Dialect dialect) {
-  return compile_last_stage(technique, "", target, dialect);
+  return compile_last_stage(technique, nullptr, target, dialect);
 }
 
 Spirv compile_whole_fragment(const ShaderText& shader, Dialect dialect) {

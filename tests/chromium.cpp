@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <openssl/evp.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -22,16 +23,12 @@ constexpr int kItReads = 3;
 constexpr int kItWrites = 4;
 
 std::string from_base64(const std::string& text) {
-  std::string bytes;
-  unsigned int bits = 0;
-  int count = 0;
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (const char digit : text) {
-    const std::size_t value = kDigits.find(digit);
-    if (value == std::string_view::npos) break;
-    bits = bits << 6U | static_cast<unsigned int>(value);
-    if ((count += 6) >= 8) bytes += static_cast<char>(bits >> static_cast<unsigned int>(count -= 8) & 0xFFU);
-  }
+  std::string bytes(text.size() / 4 * 3, '\0');
+  const int size = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
+                                   reinterpret_cast<const unsigned char*>(text.data()), static_cast<int>(text.size()));
+  if (size < 0) throw std::runtime_error("not base64");
+  // The padding's bytes are among them.
+  bytes.resize(static_cast<std::size_t>(size - std::ranges::count(text, '=')));
   return bytes;
 }
 

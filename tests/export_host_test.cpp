@@ -264,7 +264,7 @@ TEST_F(ExportHosts, show_the_same_relief) {
   leave(from_spirv, "export_vulkan.png");
   EXPECT_LT(difference(on_opengl, from_spirv), 0.01);
   EXPECT_EQ(difference(on_suite(map), from_spirv), 0);  // one driver, one module
-  if (output_of("command -v chromium").empty()) GTEST_SKIP() << "chromium is not installed";
+  if (!Chromium::is_installed()) GTEST_SKIP() << "chromium is not installed";
   const Rgba8 of_page = in_page(map);
   leave(of_page, "export_webgpu.png");
   EXPECT_LT(difference(on_opengl, of_page), 0.05);  // SwiftShader's filter is not llvmpipe's

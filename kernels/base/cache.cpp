@@ -54,16 +54,17 @@ std::filesystem::path Cache::file(std::string_view key) const {
 }
 
 std::optional<std::vector<std::byte>> Cache::get(std::string_view key) const {
+  const std::filesystem::path entry = file(key);
   std::error_code unreadable;
-  if (!std::filesystem::is_regular_file(file(key), unreadable)) return std::nullopt;
-  std::ifstream in(file(key), std::ios::binary);
+  if (!std::filesystem::is_regular_file(entry, unreadable)) return std::nullopt;
+  std::ifstream in(entry, std::ios::binary);
   if (!in) return std::nullopt;
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   if (text.size() < kDigestSize) return std::nullopt;
   const std::string_view value = std::string_view(text).substr(kDigestSize);
   if (digest(key, value) != std::string_view(text).substr(0, kDigestSize)) return std::nullopt;
   std::error_code unwritable;  // then it counts as used when it was written
-  std::filesystem::last_write_time(file(key), std::filesystem::file_time_type::clock::now(), unwritable);
+  std::filesystem::last_write_time(entry, std::filesystem::file_time_type::clock::now(), unwritable);
   const auto bytes = std::as_bytes(std::span(value));
   return std::vector<std::byte>(bytes.begin(), bytes.end());
 }

@@ -48,6 +48,15 @@ std::vector<float> layers(const BakeRequest& request, const Ratios& ratios_of) {
   return all;
 }
 
+ConeSearch search_of(const BakeRequest& request) {
+  const Heightfield& heights = request.heights;
+  return {.heights = heights,
+          .wrap = request.wrap,
+          .metric = cone_metric(heights.width, heights.height, request.correction),
+          .max_ratio = request.max_ratio,
+          .threads = request.threads};
+}
+
 std::vector<float> with_minimum(std::vector<float> ratios, const BakeRequest& request) {
   if (request.correction == Correction::none) return ratios;
   return min3x3(ratios, request.heights.width, request.heights.height, request.wrap);
@@ -122,11 +131,7 @@ std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& can
 std::vector<float> bake_sector(const BakeRequest& request) {
   check_request(request, MapKind::sector);
   const Heightfield& heights = request.heights;
-  const ConeSearch search{.heights = heights,
-                          .wrap = request.wrap,
-                          .metric = cone_metric(heights.width, heights.height, request.correction),
-                          .max_ratio = request.max_ratio,
-                          .threads = request.threads};
+  const ConeSearch search = search_of(request);
   return layers(request, [&](const Wedge& wedge) {
     if (request.correction == Correction::certified) return certified_cones(request, wedge);
     const double margin = request.correction == Correction::safe ? wedge.safe_margin : 0;
@@ -139,11 +144,7 @@ std::vector<float> bake_sector(const BakeRequest& request) {
 std::vector<float> bake_sector_relaxed(const BakeRequest& request) {
   check_request(request, MapKind::sector_relaxed);
   const Heightfield& heights = request.heights;
-  const ConeSearch search{.heights = heights,
-                          .wrap = request.wrap,
-                          .metric = cone_metric(heights.width, heights.height, request.correction),
-                          .max_ratio = request.max_ratio,
-                          .threads = request.threads};
+  const ConeSearch search = search_of(request);
   return layers(request, [&](const Wedge& wedge) {
     const auto [x, y] = wedge.quadrant;
     const Heightfield limiting = limiting_heights(heights, request.wrap, static_cast<int>(x), static_cast<int>(y));

@@ -59,23 +59,6 @@ void add(RayVerdict& sum, const RayVerdict& rays) {
   keep_worse(sum.worst, rays.worst);
 }
 
-MapVerdict verify_relaxed(const VerifyRequest& request) {
-  MapVerdict verdict;
-  TexelVerdict texels;
-  std::optional<StoredCones> radii;
-  if (request.map.kind == MapKind::safety_shape) radii = stored_cones(request, request.textures, 1);
-  for (const ConePart& part : parts_of(request)) {
-    const RelaxedCones cones{
-        .cones = part.cones, .radii = radii ? &*radii : nullptr, .wedge = part.wedge, .threads = request.threads};
-    verdict.texels += static_cast<std::int64_t>(part.cones.heights().texels.size());
-    texels.add(verify_relaxed_texels(cones));
-    add(verdict.rays, verify_rays(cones, request.rays));
-  }
-  verdict.texels_too_wide = texels.too_wide;
-  verdict.worst_texel = texels.worst;
-  return verdict;
-}
-
 void add(CellVerdict& sum, const CellVerdict& cells) {
   sum.cells += cells.cells;
   sum.proved += cells.proved;
@@ -85,14 +68,23 @@ void add(CellVerdict& sum, const CellVerdict& cells) {
   keep_worse(sum.worst, cells.worst);
 }
 
-MapVerdict verify_conservative(const VerifyRequest& request) {
+MapVerdict verify_cones(const VerifyRequest& request) {
   MapVerdict verdict;
   TexelVerdict texels;
-  for (const ConePart& part : parts_of(request)) {
-    const ConservativeCones cones{.cones = part.cones, .wedge = part.wedge, .threads = request.threads};
-    verdict.texels += static_cast<std::int64_t>(part.cones.heights().texels.size());
-    texels.add(verify_conservative_texels(cones));
-    add(verdict.cells, verify_cells(cones, request.finest));
+  std::optional<StoredCones> radii;
+  if (request.map.kind == MapKind::safety_shape) radii = stored_cones(request, request.textures, 1);
+  for (const auto& [cones, wedge] : parts_of(request)) {
+    verdict.texels += static_cast<std::int64_t>(cones.heights().texels.size());
+    if (request.map.is_relaxed) {
+      const RelaxedCones part{
+          .cones = cones, .radii = radii ? &*radii : nullptr, .wedge = wedge, .threads = request.threads};
+      texels.add(verify_relaxed_texels(part));
+      add(verdict.rays, verify_rays(part, request.rays));
+    } else {
+      const ConservativeCones part{.cones = cones, .wedge = wedge, .threads = request.threads};
+      texels.add(verify_conservative_texels(part));
+      add(verdict.cells, verify_cells(part, request.finest));
+    }
   }
   verdict.texels_too_wide = texels.too_wide;
   verdict.worst_texel = texels.worst;
@@ -109,7 +101,7 @@ MapVerdict verify_map(const VerifyRequest& request) {
   }
   if (map.content != MapContent::ratios && map.content != MapContent::sectors)
     fail_input("a {} map has no cones to verify", map.id);
-  MapVerdict verdict = map.is_relaxed ? verify_relaxed(request) : verify_conservative(request);
+  MapVerdict verdict = verify_cones(request);
   if (map.promise == MapPromise::none) return verdict;
   verdict.broken = verdict.texels_too_wide > 0 || verdict.cells.broken > 0 || verdict.rays.crossing_twice > 0;
   verdict.undecided = !verdict.broken && verdict.cells.undecided > 0;

@@ -1,11 +1,11 @@
 // Relief mapping of a solid: equal steps down the ray until one is between both surfaces, then refinement. A ray
 // without such a step passes. [RTM] listing 5.3, RM_DOUBLEDEPTH
 #define MAY_PASS
-#include "solid.glsl"
+#include "refinement.glsl"
 
 Hit trace(Ray ray) {
   Hit hit = Hit(1.0, STATUS_PASSED, 0, 0);
-  float gap = solid_gap(ray, 0.0, hit);
+  float gap = gap_at(ray, 0.0, hit);
   Bracket bracket = Bracket(0.0, 0.0, gap, gap);
   if (gap <= 0.0) {  // it begins inside
     hit.status = STATUS_HIT;
@@ -14,7 +14,7 @@ Hit trace(Ray ray) {
   }
   for (int i = 1; i <= LINEAR_STEPS; ++i) {
     float t = float(i) / float(LINEAR_STEPS);
-    gap = solid_gap(ray, t, hit);
+    gap = gap_at(ray, t, hit);
     hit.steps += 1;
     if (hit.status == STATUS_PASSED && gap <= 0.0) {
       bracket.hi = t;
@@ -27,6 +27,6 @@ Hit trace(Ray ray) {
       bracket.gap_lo = gap;
     }
   }
-  if (hit.status == STATUS_HIT) refine_solid(ray, bracket, hit);
+  if (hit.status == STATUS_HIT) refine(ray, bracket, hit);
   return hit;
 }

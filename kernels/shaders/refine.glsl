@@ -1,19 +1,16 @@
 #ifndef REFINE_GLSL
 #define REFINE_GLSL
 // Narrowing a bracket round a hit.
+#include "gap.glsl"
 
-// The ray is above the surface at lo by gap_lo > 0, and at or under it at hi by gap_hi <= 0.
+// The ray is above the surface at lo by gap_lo > 0, and at or under it at hi by gap_hi <= 0; outside of a solid, and in
+// it.
 struct Bracket {
   float lo;
   float hi;
   float gap_lo;
   float gap_hi;
 };
-
-// How far the ray is above the surface at t.
-float gap_at(Ray ray, float t, inout Hit hit) {
-  return RAY_HEIGHT(ray, t) - sample_map(relief_map, ray.uv + ray.slope * t, ray.level, hit.taps).x;
-}
 
 // Where a line through the bracket's ends meets zero; gap_lo > 0 >= gap_hi, so that it never divides by zero.
 float interpolated(Bracket b) { return b.lo + (b.hi - b.lo) * (b.gap_lo / (b.gap_lo - b.gap_hi)); }

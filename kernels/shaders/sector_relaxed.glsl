@@ -1,11 +1,2 @@
 // Relaxed cone stepping [PO07] with the relaxed cone of the ray's own sector of directions, then refinement.
-#include "cone_search.glsl"
-#include "refinement.glsl"
-
-Hit trace(Ray ray) {
-  Bracket bracket;
-  Hit hit;
-  ConeSearch search = ConeSearch(CONE_STEPS, SHAPE_CONE, STEP != STEP_PLAIN, STEP == STEP_CELL_QUAD, 1.0);
-  if (cone_search(ray, search, bracket, hit)) refine(ray, bracket, hit);
-  return hit;
-}
+#include "relaxed_cone.glsl"

@@ -205,8 +205,13 @@ std::string parameters_contract(const Technique& technique) {
 std::map<std::string, std::string> stand_ins(const Technique& technique) {
   const bool has_sectors =
       std::ranges::any_of(technique.maps, [](MapKind kind) { return find_map(kind).content == MapContent::sectors; });
-  if (!has_sectors) return {};
-  return {{"cone_sample.glsl", std::string(embedded_text(embedded_shaders(), "sector_sample.glsl"))}};
+  std::map<std::string, std::string> texts;
+  const auto stand_in = [&](const char* file, std::string_view for_file) {
+    texts.emplace(for_file, embedded_text(embedded_shaders(), file));
+  };
+  if (has_sectors) stand_in("sector_sample.glsl", "cone_sample.glsl");
+  if (technique.is_of_solids()) stand_in("solid_gap.glsl", "gap.glsl");
+  return texts;
 }
 
 std::string feature_parameters(std::span<const PixelFeature> features) {

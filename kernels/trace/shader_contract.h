@@ -60,7 +60,7 @@ inline constexpr const char* kMeshMap = "mesh_map";
 [[nodiscard]] std::string parameters_contract(const Technique& technique);
 
 /// Shader files that others stand for in a technique's text: name, text. How its map keeps cones says which file is
-/// included as cone_sample.glsl.
+/// included as cone_sample.glsl, whether it has floors which one as gap.glsl.
 [[nodiscard]] std::map<std::string, std::string> stand_ins(const Technique& technique);
 
 /// GLSL of the constants of features' chosen rows.
