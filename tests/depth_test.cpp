@@ -104,7 +104,7 @@ TEST(Depth, of_a_plane_is_known) {
   for (const double t : {0.0, 0.5, 1.0}) {
     const std::vector<ReferenceHit> hits(64 * 48, ReferenceHit{.t_enter = t, .t_exit = 1});
     const double expected = (1 - near / (2 + 0.2 * t)) * kDepthRange / (kDepthRange - 1);
-    for (const float depth : exact_depth(frame, hits)) ASSERT_NEAR(depth, expected, 1e-7) << t;
+    for (const float depth : exact_depth(frame, Wrap::repeat, hits)) ASSERT_NEAR(depth, expected, 1e-7) << t;
   }
 }
 
@@ -132,7 +132,7 @@ TEST(Depth, the_objects_stand_where_a_slow_march_finds_them) {
   const Scene scene = depth_scene(view_presets()[1]);
   const FrameUniforms frame = frame_uniforms(scene, 8, 8);
   const std::vector<ReferenceHit> bottom(64 * 48, ReferenceHit{.t_enter = 1, .t_exit = 1});
-  const std::vector<SeenObject> seen = exact_visibility(frame, bottom);
+  const std::vector<SeenObject> seen = exact_visibility(frame, Wrap::repeat, bottom);
   std::size_t differing = 0;
   std::size_t objects = 0;
   for (int y = 0; y < 48; ++y)
@@ -176,11 +176,11 @@ TEST_P(DepthTest, is_the_hits_own_within_what_its_row_says) {
           const std::vector<ScorePixel> pixels = trace_frame(rig, settings, map, scene);
           const std::vector<float> depths = rig.backend->read_values(pixel_features(settings)).front();
           const FrameUniforms frame = frame_uniforms(scene, 32, 32);
-          EXPECT_EQ(wrong_depths(frame, pixels, depths), 0) << row << " " << view.id << " " << relief_depth;
+          EXPECT_EQ(wrong_depths(frame, scene.wrap, pixels, depths), 0) << row << " " << view.id << " " << relief_depth;
           std::vector<float> off = depths;
           for (float& depth : off) depth += 0.01F;
           if (view.id == "oblique") {
-            EXPECT_GT(wrong_depths(frame, pixels, off), 1000);
+            EXPECT_GT(wrong_depths(frame, scene.wrap, pixels, off), 1000);
           }
         }
   });
@@ -193,7 +193,7 @@ TEST_P(DepthTest, of_a_flat_relief_is_the_plates) {
     EXPECT_TRUE(plate.depths.empty());
     const FrameUniforms frame = frame_uniforms(scene, 8, 8);
     const std::vector<ReferenceHit> hits(64 * 48, ReferenceHit{.t_enter = 0, .t_exit = 1});
-    const std::vector<float> exact = exact_depth(frame, hits);
+    const std::vector<float> exact = exact_depth(frame, Wrap::repeat, hits);
     for (const std::string_view row : {"write", "conservative", "rtm"}) {
       const DepthRig::Drawn drawn = rig.draw(exact_settings(row), constant(1), scene);
       int relief = 0;
@@ -238,7 +238,7 @@ TEST_P(DepthTest, what_is_seen_is_the_references) {
         for (int y = 0; y < 48; ++y)
           for (int x = 0; x < 64; ++x) rays.push_back(pixel_ray(frame, scene.wrap, x, y));
         const std::vector<SeenObject> exact =
-            exact_visibility(frame, exact_hits(ReferenceTracer(heights, scene.wrap), rays));
+            exact_visibility(frame, scene.wrap, exact_hits(ReferenceTracer(heights, scene.wrap), rays));
         const DepthRig::Drawn drawn = rig.draw(exact_settings("write"), heights, scene);
         int wrong = 0;
         for (std::size_t i = 0; i < exact.size(); ++i) {

@@ -93,7 +93,7 @@ TEST_P(SearchOnDevices, passes_that_face_the_camera_err_by_one_plane) {
     for (int y = 16; y < 32; ++y)  // below the middle, where rays are shorter than there
       for (int x = 0; x < 32; ++x) {
         const ScorePixel& pixel = pixels[static_cast<std::size_t>(32 * y + x)];
-        const PixelDepths depths = pixel_depths(frame_uniforms(scene, 8, 8), x, y);
+        const PixelDepths depths = pixel_depths(frame_uniforms(scene, 8, 8), scene.wrap, x, y);
         const double spacing = depths.fall / 0.5 / 64;  // of t; the middle ray falls by sin(30 degrees)
         EXPECT_GE(pixel.t, 0.5 - 1e-4);
         EXPECT_LE(pixel.t, 0.5 + spacing + 1e-4) << x << " " << y;

@@ -231,7 +231,6 @@ TEST(Surface, settings_and_scenes_that_do_not_fit_are_refused) {
   };
   EXPECT_EQ(why("cone?silhouette=quadric", sphere), "");
   EXPECT_THAT(why("cone?silhouette=quadric", plane), HasSubstr("needs a curved surface"));
-  EXPECT_THAT(why("cone?shadow=cone", sphere), HasSubstr("needs a plane, not a sphere"));
   EXPECT_THAT(why("relief?silhouette=clip", sphere), HasSubstr("wrap=clamp"));
   EXPECT_EQ(why("relief?silhouette=clip", curved_scene(SurfaceKind::sphere, 0.1, Wrap::clamp)), "");
   EXPECT_THAT(why("depth_passes", sphere), HasSubstr("plane"));

@@ -141,32 +141,32 @@ bool ReferenceTracer::LightWalk::is_lit() {
 
 bool ReferenceTracer::is_lit(const RisingRay& ray) const { return LightWalk(*this, ray).is_lit(); }
 
+std::vector<Vector> light_directions(const LightSource& light) {
+  const Vector& middle = light.direction;
+  if (light.radius == 0) return {middle};
+  // Two directions across: the first is level, whatever the light's height.
+  const double level = std::hypot(middle[0], middle[1]);
+  const Vector across = level > 0 ? Vector{-middle[1] / level, middle[0] / level, 0} : Vector{1, 0, 0};
+  const Vector up = cross(middle, across);
+  std::vector<Vector> directions;
+  for (int j = 0; j < kLightStrata; ++j)
+    for (int i = 0; i < kLightStrata; ++i) {
+      const auto [x, y] = on_disc((i + 0.5) / kLightStrata, (j + 0.5) / kLightStrata);
+      Vector& towards = directions.emplace_back(middle);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        towards.at(axis) += light.radius * (x * across.at(axis) + y * up.at(axis));
+    }
+  return directions;
+}
+
 std::vector<RisingRay> light_rays(const LightSource& light, double u, double v) {
   std::vector<RisingRay> rays;
-  const auto add = [&](const Vector& towards) {
+  for (const Vector& towards : light_directions(light))
     if (towards[2] > 0)
       rays.push_back({.u = u,
                       .v = v,
                       .slope_u = towards[0] / towards[2] * light.relief_depth,
                       .slope_v = towards[1] / towards[2] * light.relief_depth});
-  };
-  const Vector& middle = light.direction;
-  if (light.radius == 0) {
-    add(middle);
-    return rays;
-  }
-  // Two directions across: the first is level, whatever the light's height.
-  const double level = std::hypot(middle[0], middle[1]);
-  const Vector across = level > 0 ? Vector{-middle[1] / level, middle[0] / level, 0} : Vector{1, 0, 0};
-  const Vector up = cross(middle, across);
-  for (int j = 0; j < kLightStrata; ++j)
-    for (int i = 0; i < kLightStrata; ++i) {
-      const auto [x, y] = on_disc((i + 0.5) / kLightStrata, (j + 0.5) / kLightStrata);
-      Vector towards = middle;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        towards.at(axis) += light.radius * (x * across.at(axis) + y * up.at(axis));
-      add(towards);
-    }
   return rays;
 }
 

@@ -17,8 +17,10 @@ struct LightSource {
 
 inline constexpr int kLightStrata = 8;  ///< a side: a disc is looked at in the middles of 8 x 8 parts of equal area
 
-/// The rays from a point of the surface to the light: one to a point, kLightStrata^2 to a disc. Without those that do
-/// not rise: no light comes from there.
+/// Towards the light, of any length: one to a point, kLightStrata^2 to a disc.
+[[nodiscard]] std::vector<std::array<double, 3>> light_directions(const LightSource& light);
+
+/// The rays from a point of a plane to the light. Without those that do not rise: no light comes from there.
 [[nodiscard]] std::vector<RisingRay> light_rays(const LightSource& light, double u, double v);
 
 /// The share of the light that arrives at the exact hit of each ray, 0 to 1: of a point exactly (0 or 1), of a disc the

@@ -45,6 +45,8 @@ class ReferenceTracer {
  public:
   ReferenceTracer(const Heightfield& heights, Wrap wrap);  ///< throws: Error if either side is under 2 texels
 
+  [[nodiscard]] Wrap wrap() const { return wrap_; }
+
   /// The ray's floats are taken exactly. A touch (in and out at one point) has t_exit == t_enter. A ray that is not
   /// finite, or whose travel exceeds kMaxTravel, counts as parallel to the plate: it enters at the highest texel's
   /// height and never leaves; it passes a solid.

@@ -280,7 +280,7 @@ void judge_feature(std::string_view feature, std::span<const float> found, std::
     if (score.pixels == 0) return;
     MetricValues values(mask.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
       for (std::size_t i = first; i < first + count; ++i)
-        if (is_judged(mask[i])) into.push_back(function(found[i], exact[i]));
+        if (has_hits(mask[i])) into.push_back(function(found[i], exact[i]));
     });
     std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
   });

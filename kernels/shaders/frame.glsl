@@ -23,6 +23,9 @@ bool make_ray(vec2 pixel, out Ray ray) {
   return true;
 }
 
+#define light_here() frame.light.xyz
+#define eye_depth_here() eye_depth(gl_FragCoord.xy)
+
 // The image of a pixel that has a ray, from the exact derivatives of the plane's point: its longer side is GL's scale
 // factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).
 Pixel pixel_at(vec2 pixel) {

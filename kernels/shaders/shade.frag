@@ -44,6 +44,9 @@ void main() {
 #endif
 #ifdef MAY_PASS
   if (hit.status == STATUS_PASSED) {
+#ifdef HAS_OBJECTS
+    discard;
+#endif
     out_color = vec4(SKY, 1.0);
     return;
   }

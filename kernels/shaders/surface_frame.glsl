@@ -82,14 +82,23 @@ void end_on_surface(inout Ray ray, inout Hit hit) {
 #endif
 }
 
+#define WAY_PER_T (surface_relief() / -dot(eye_direction(gl_FragCoord.xy), entered.normal))
+
+// What features go by: the plane that touches where the ray enters is theirs, too, and ways to the light are straight
+// in it.
+vec3 light_here() {
+  return vec3(vec2(dot(frame.light.xyz, entered.tangent_u), dot(frame.light.xyz, entered.tangent_v)) / entered.scale,
+              dot(frame.light.xyz, entered.normal));
+}
+vec2 eye_depth_here() { return vec2(entered_way, WAY_PER_T); }
+
 // What is shown of a hit: its uv in tiles, on the place where its ray enters, as relief mapping has it. Of an exact one
 // the place itself.
 #define SHOWN_DEPTH (1.0 - place.height)
 Place shown_place(Ray ray, Hit hit) {
 #ifdef HAS_EXACT_HITS
-  vec3 direction = eye_direction(gl_FragCoord.xy);
-  float per_t = surface_relief() / -dot(direction, entered.normal);
-  Place place = exact_place(on_surface(frame.position.xyz) + direction * (entered_way + hit.t * per_t));
+  float way = entered_way + hit.t * WAY_PER_T;
+  Place place = exact_place(on_surface(frame.position.xyz) + eye_direction(gl_FragCoord.xy) * way);
   place.uv *= frame.right.w;
 #else
   Place place = entered;

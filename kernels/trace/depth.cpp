@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "kernels/judge/depth_range.h"
+#include "kernels/trace/surface.h"
 
 namespace reliefbench {
 namespace {
@@ -72,7 +73,13 @@ void each_eye_ray(const FrameUniforms& frame, const Use& use) {
 
 }  // namespace
 
-PixelDepths pixel_depths(const FrameUniforms& frame, int x, int y) {
+PixelDepths pixel_depths(const FrameUniforms& frame, Wrap wrap, int x, int y) {
+  if (is_curved(frame.surface_kind())) {
+    const SurfaceRay ray = surface_ray(frame, SurfaceShape(frame), wrap, x, y);
+    const EyeVector direction = eye_direction(frame, x, y);
+    const double cosine = ray.cosine * std::sqrt(eye_dot(direction, direction));
+    return {.fall = ray.enters ? cosine : 0, .height = ray.way * ray.cosine, .relief = relief_height(frame)};
+  }
   return {.fall = -eye_direction(frame, x, y)[2],
           .height = static_cast<double>(frame.position[2]),
           .relief = relief_height(frame)};
@@ -84,25 +91,27 @@ double window_depth(const FrameUniforms& frame, double depth) {
   return std::min((1 - near / depth) * kDepthRange / (kDepthRange - 1), static_cast<double>(kFarthest));
 }
 
-std::vector<float> exact_depth(const FrameUniforms& frame, std::span<const ReferenceHit> hits) {
+std::vector<float> exact_depth(const FrameUniforms& frame, Wrap wrap, std::span<const ReferenceHit> hits) {
   std::vector<float> depths(hits.size());
   each_eye_ray(frame, [&](std::size_t i, int x, int y) {
-    const PixelDepths pixel = pixel_depths(frame, x, y);
-    depths[i] = pixel.fall > 0 ? static_cast<float>(window_depth(frame, pixel.at(hits[i].t_enter))) : kFarthest;
+    const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
+    const bool is_seen = pixel.fall > 0 && !hits[i].passes();
+    depths[i] = is_seen ? static_cast<float>(window_depth(frame, pixel.at(hits[i].t_enter))) : kFarthest;
   });
   return depths;
 }
 
-std::int64_t wrong_depths(const FrameUniforms& frame, std::span<const ScorePixel> pixels,
+std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
                           std::span<const float> depths) {
   assert(pixels.size() == depths.size());
   const auto near = static_cast<double>(frame.up[3]);
   const double parts = std::abs(static_cast<double>(frame.forward[2])) + std::abs(static_cast<double>(frame.right[2])) +
                        std::abs(static_cast<double>(frame.up[2]));
+  const double ray_share = is_curved(frame.surface_kind()) ? kRayShare : 0;
   std::int64_t count = 0;
   each_eye_ray(frame, [&](std::size_t i, int x, int y) {
     if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) return;
-    const PixelDepths pixel = pixel_depths(frame, x, y);
+    const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
     if (pixel.fall <= 0) return;  // a ray by rounding alone
     const auto t = static_cast<double>(pixels[i].t);
     const double down = pixel.height + t * pixel.relief;
@@ -111,7 +120,7 @@ std::int64_t wrong_depths(const FrameUniforms& frame, std::span<const ScorePixel
     const double slack =
         kMostDepthUlps * kDepthUlp +
         near / std::max(down, kDepthUlp * sum) *
-            (kDirectionError * parts + pixel.fall * kMostDepthUlps * kDepthUlp * sum / std::max(down, kDepthUlp * sum));
+            (ray_share + kDirectionError * parts + pixel.fall * kMostDepthUlps * kDepthUlp * sum / std::max(down, kDepthUlp * sum));
     const auto found = static_cast<double>(depths[i]);
     const bool is_own = std::abs(found - window_depth(frame, pixel.at(t))) <= slack;
     const bool is_behind_plate = found >= window_depth(frame, pixel.at(0)) - slack;
@@ -120,12 +129,12 @@ std::int64_t wrong_depths(const FrameUniforms& frame, std::span<const ScorePixel
   return count;
 }
 
-std::vector<SeenObject> exact_visibility(const FrameUniforms& frame, std::span<const ReferenceHit> hits) {
+std::vector<SeenObject> exact_visibility(const FrameUniforms& frame, Wrap wrap, std::span<const ReferenceHit> hits) {
   std::vector<SeenObject> seen(hits.size(), SeenObject::relief);
   const auto near = static_cast<double>(frame.up[3]);
   each_eye_ray(frame, [&](std::size_t i, int x, int y) {
     const EyeVector direction = eye_direction(frame, x, y);
-    const PixelDepths pixel = pixel_depths(frame, x, y);
+    const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
     double nearest = pixel.fall > 0 ? pixel.at(hits[i].t_enter) : kNoDepth;
     const auto place = [&](SeenObject object, double depth) {
       if (!(depth >= near && depth < nearest)) return;

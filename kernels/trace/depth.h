@@ -20,27 +20,31 @@ inline constexpr double kBallRadius = 0.2;
 /// Of a pixel's ray, its floats taken exactly, along the view's axis in sides of the unit square.
 struct PixelDepths {
   double fall = 0;    ///< height that the ray loses for each unit of that depth; <= 0: it never comes down
-  double height = 0;  ///< of the eye over the top plate
+  double height = 0;  ///< of the eye over the top plate, on a curved surface over the plane that touches where it enters
   double relief = 0;  ///< from plate to plate
 
   /// Of the point at t of the ray.
   [[nodiscard]] double at(double t) const { return (height + t * relief) / fall; }
 };
-[[nodiscard]] PixelDepths pixel_depths(const FrameUniforms& frame, int x, int y);
+/// Not of a mesh. wrap: with clamp, rays beside the unit square of a curved surface do not come down
+[[nodiscard]] PixelDepths pixel_depths(const FrameUniforms& frame, Wrap wrap, int x, int y);
 
 /// What a depth buffer holds of a depth along the axis, clamped to what may be written: 0 to kFarthest.
 [[nodiscard]] double window_depth(const FrameUniforms& frame, double depth);
 
 /// Exact depths of exact hits, one a pixel; kFarthest where there is no ray.
-[[nodiscard]] std::vector<float> exact_depth(const FrameUniforms& frame, std::span<const ReferenceHit> hits);
+[[nodiscard]] std::vector<float> exact_depth(const FrameUniforms& frame, Wrap wrap, std::span<const ReferenceHit> hits);
 
 /// How many pixels have another depth than their own hit's: by more than 4 ulps of 1 and what the rounding of the
-/// pixel's ray makes, or nearer than the top plate by more than that.
-[[nodiscard]] std::int64_t wrong_depths(const FrameUniforms& frame, std::span<const ScorePixel> pixels,
+/// pixel's ray makes, or nearer than the top plate by more than that. On a curved surface rays are worth kRayShare.
+[[nodiscard]] std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
                                         std::span<const float> depths);
+/// Of the way to where a ray meets a curved surface, over the cosine to the normal there: roots are the driver's.
+inline constexpr double kRayShare = 0x1p-16;
 
 /// What pixels show of the relief and the objects that cut through it, with these depths of the relief, t of whose rays
 /// are given; not the occluder. hits: exact ones
-[[nodiscard]] std::vector<SeenObject> exact_visibility(const FrameUniforms& frame, std::span<const ReferenceHit> hits);
+[[nodiscard]] std::vector<SeenObject> exact_visibility(const FrameUniforms& frame, Wrap wrap,
+                                                       std::span<const ReferenceHit> hits);
 
 }  // namespace reliefbench

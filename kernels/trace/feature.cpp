@@ -11,6 +11,7 @@
 #include "kernels/judge/score.h"
 #include "kernels/trace/depth.h"
 #include "kernels/trace/surface.h"
+#include "kernels/trace/surface_tracer.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 
@@ -41,11 +42,13 @@ LightSource light_of(const FrameUniforms& frame) {
 
 std::vector<float> exact_shadow(const ReferenceTracer& tracer, const FrameUniforms& frame,
                                 std::span<const TextureRay> rays, std::span<const ReferenceHit> hits) {
+  if (is_curved(frame.surface_kind())) return exact_light(tracer, light_of(frame), frame, hits);
   return exact_light(tracer, light_of(frame), rays, hits);
 }
 
 std::int64_t broken_shadows(const ReferenceTracer& tracer, const FrameUniforms& frame,
                             std::span<const ScorePixel> pixels, std::span<const float> found) {
+  if (is_curved(frame.surface_kind())) return 0;  // promised of planes alone
   return falsely_lit(tracer, light_of(frame), frame.sizes[2], frame.sizes[3], pixels, found);
 }
 
@@ -91,13 +94,18 @@ Guarantee cone_shadow_guarantee(const Settings& settings) {
   return has_free_cones(settings) && settings.is("shadow_bias", "none") ? Guarantee::never_skips : Guarantee::none;
 }
 
-std::vector<float> exact_depths(const ReferenceTracer& /*tracer*/, const FrameUniforms& frame,
+std::vector<float> exact_depths(const ReferenceTracer& tracer, const FrameUniforms& frame,
                                 std::span<const TextureRay> /*rays*/, std::span<const ReferenceHit> hits) {
-  return exact_depth(frame, hits);
+  return exact_depth(frame, tracer.wrap(), hits);
 }
-std::int64_t broken_depths(const ReferenceTracer& /*tracer*/, const FrameUniforms& frame,
+std::int64_t broken_depths(const ReferenceTracer& tracer, const FrameUniforms& frame,
                            std::span<const ScorePixel> pixels, std::span<const float> found) {
-  return wrong_depths(frame, pixels, found);
+  return wrong_depths(frame, tracer.wrap(), pixels, found);
+}
+std::string lacks_plate(const Scene& scene) {
+  if (!is_curved(scene.surface.kind)) return "";
+  return fmt::format("depth=conservative needs a plane: the top plate's depth on a {} is known to fragments alone",
+                     surface_row(scene.surface.kind).id);
 }
 /// Of the hit that was found, whatever finds it.
 Guarantee depth_guarantee(const Settings& /*settings*/) { return Guarantee::exact; }
@@ -152,7 +160,7 @@ std::vector<Feature> feature_table() {
                 {.id = "cone",
                  .description =
                      "upwards from cone to cone, cells solved; what its steps leave undecided is dark. Lights "
-                     "nothing falsely with cones that are safe from anywhere and without a bias; relaxed "
+                     "nothing of a plane falsely with cones that are safe from anywhere and without a bias; relaxed "
                      "cones are right only from the top plate",
                  .source = "cones [DUM06], upwards and with solved cells ours",
                  .params = {shadow_steps(), shadow_bias()},
@@ -177,7 +185,7 @@ std::vector<Feature> feature_table() {
        .is_spelt_out = false,
        .is_of_all = true,
        .is_of_scene = true,
-       .ground = Ground::plane,
+       .ground = Ground::no_mesh,
        .value = PixelValue{.shader = "shadow.glsl",
                            .function = "relief_shadow",
                            .meaning = "share of the light that arrives at the hit, 0 to 1",
@@ -295,6 +303,7 @@ std::vector<Feature> feature_table() {
                                 "drawn before may be rejected by that",
                  .source = "ARB_conservative_depth",
                  .shader = "depth_write.glsl",
+                 .lacks_in = lacks_plate,
                  .guarantee_when = depth_guarantee},
                 {.id = "rtm",
                  .description = "the hit's own by the paper's formula, which cancels at the near plane",
@@ -303,7 +312,7 @@ std::vector<Feature> feature_table() {
        .is_spelt_out = false,
        .is_of_all = true,
        .is_of_scene = true,
-       .ground = Ground::plane,
+       .ground = Ground::no_mesh,
        .value = PixelValue{.shader = "depth_frame.glsl",
                            .function = "relief_window_depth",
                            .meaning = "what the depth buffer holds of the hit, 0 on the near plane, 1 on the far one",
@@ -431,13 +440,24 @@ void judge_features(std::span<const PixelFeature> features, const FeatureValues&
     judge_feature(features[i].feature->id, found[i], exact[i], mask, score);
 }
 
+bool stands_on(Ground ground, const Surface& surface) {
+  switch (ground) {
+    case Ground::any:
+      return true;
+    case Ground::no_mesh:
+      return surface.kind != SurfaceKind::mesh;
+    case Ground::curved:
+      return is_curved(surface.kind);
+  }
+  return false;
+}
+
 std::string lacking_in(std::span<const PixelFeature> features, const Scene& scene) {
-  const bool on_curved = is_curved(scene.surface.kind);
   for (const auto& [feature, row] : features) {
-    if (feature->ground == Ground::plane && on_curved)
-      return fmt::format("{}={} needs a plane, not a {}", feature->id, row->id, surface_row(scene.surface.kind).id);
-    if (feature->ground == Ground::curved && !on_curved)
-      return fmt::format("{}={} needs a curved surface, not a plane", feature->id, row->id);
+    if (!stands_on(feature->ground, scene.surface))
+      return fmt::format("{}={} needs a {}, not a {}", feature->id, row->id,
+                         feature->ground == Ground::curved ? "curved surface" : "surface that is given by numbers",
+                         surface_row(scene.surface.kind).id);
     if (row->lacks_in != nullptr)
       if (std::string what = row->lacks_in(scene); !what.empty()) return what;
   }

@@ -17,6 +17,7 @@ struct PixelScore;
 struct ReferenceHit;
 struct Scene;
 struct ScorePixel;
+struct Surface;
 struct TextureRay;
 class ReferenceTracer;
 class Settings;
@@ -82,7 +83,11 @@ enum class Hook {
 };
 
 /// Surfaces that a feature of the scene makes sense on, and has an exact reference for.
-enum class Ground { any, plane, curved };
+enum class Ground {
+  any,
+  no_mesh,  ///< what is given by numbers
+  curved,
+};
 
 /// What a setting chooses beside its technique and the storage of its map: one row of each feature that the technique
 /// has. The parameter of the feature's id names the row; the rows' own parameters follow it, the last row's first. One
@@ -150,7 +155,9 @@ void judge_features(std::span<const PixelFeature> features, const FeatureValues&
 
 /// The first thing that one of the rows lacks, "" if none does.
 [[nodiscard]] std::string lacking(const std::vector<const FeatureRow*>& rows, const Settings& settings);
-/// Likewise of the scene.
+/// Whether the feature makes sense in such a scene.
+[[nodiscard]] bool stands_on(Ground ground, const Surface& surface);
+/// The first thing that the scene lacks, "" if it lacks none.
 [[nodiscard]] std::string lacking_in(std::span<const PixelFeature> features, const Scene& scene);
 
 }  // namespace reliefbench

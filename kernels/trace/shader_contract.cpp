@@ -290,8 +290,8 @@ std::string features_contract(std::span<const PixelFeature> features) {
   return head + fmt::format(
                     "struct PixelValues {{\n{}}};\n"
                     "PixelValues values_of(Ray ray, inout Hit hit) {{\n"
-                    "  Scene scene = Scene(frame.light.xyz, frame.light.w, frame.position.w, near_and_far(), "
-                    "eye_depth(gl_FragCoord.xy));\n"
+                    "  Scene scene = Scene(light_here(), frame.light.w, frame.position.w, near_and_far(), "
+                    "eye_depth_here());\n"
                     "  PixelValues values;\n{}  return values;\n}}\n"
                     "void shade(PixelValues values, inout Shading shading) {{\n{}}}\n",
                     values, calls, shades);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -201,6 +200,18 @@ double SurfaceWalk::crossing(double from) {
   return kNowhere;
 }
 
+/// use(i, x, y): of the frame's pixels, on all threads
+template <typename Use>
+void for_each_pixel(const FrameUniforms& frame, const Use& use) {
+  const int width = frame.sizes[0];
+  const int count = width * frame.sizes[1];
+  constexpr int kTile = 256;
+  parallel_for((count + kTile - 1) / kTile, 0, [&](int tile) {
+    for (int i = tile * kTile; i < std::min((tile + 1) * kTile, count); ++i)
+      use(static_cast<std::size_t>(i), i % width, i / width);
+  });
+}
+
 std::array<double, 2> exact_place(const SurfaceShape& shape, const SurfaceRay& ray, double t) {
   const Located at = shape.locate(ray.at(t), ray.direction, 0);
   return {at.u.value * shape.tiling, at.v.value * shape.tiling};
@@ -252,19 +263,36 @@ std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameU
   if (frame.surface_kind() == SurfaceKind::mesh)
     return exact_hits_on_mesh(MeshFrame(tracer, *mesh, frame), frame, pixels);
   const SurfaceShape shape(frame);
-  const auto width = static_cast<std::size_t>(frame.sizes[0]);
-  assert(pixels.size() == width * static_cast<std::size_t>(frame.sizes[1]));
   std::vector<ReferenceHit> hits(pixels.size());
-  constexpr std::size_t kTile = 256;
-  parallel_for(static_cast<int>((pixels.size() + kTile - 1) / kTile), 0, [&](int tile) {
-    const std::size_t first = static_cast<std::size_t>(tile) * kTile;
-    for (std::size_t i = first; i < std::min(first + kTile, pixels.size()); ++i) {
-      if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
-      const SurfaceRay ray = surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
-      hits[i] = trace_surface(tracer, shape, ray, wrap);
-    }
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
+    if (pixels[i].status != static_cast<float>(PixelStatus::no_ray))
+      hits[i] = trace_surface(tracer, shape, surface_ray(frame, shape, wrap, x, y), wrap);
   });
   return hits;
+}
+
+std::vector<float> exact_light(const ReferenceTracer& tracer, const LightSource& light, const FrameUniforms& frame,
+                               std::span<const ReferenceHit> hits) {
+  const SurfaceShape shape(frame);
+  std::vector<Point3> directions = light_directions(light);
+  for (Point3& direction : directions) {
+    const double length = std::hypot(direction[0], direction[1], direction[2]);
+    for (double& part : direction) part /= length;
+  }
+  std::vector<float> shares(hits.size());
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
+    const SurfaceRay ray = surface_ray(frame, shape, tracer.wrap(), x, y);
+    if (!ray.enters || hits[i].passes()) return;
+    Point3 from = ray.at(hits[i].t_enter);
+    const Point3 normal = shape.place_of(from).normal;
+    for (std::size_t axis = 0; axis < 3; ++axis) from.at(axis) += kLightLift * shape.relief * normal.at(axis);
+    const auto lit = std::ranges::count_if(directions, [&](const Point3& direction) {
+      const SurfaceRay way{.from = from, .direction = direction};
+      return SurfaceWalk(tracer, shape, way, tracer.wrap()).crossing<false>(0) == kNowhere;
+    });
+    shares[i] = static_cast<float>(static_cast<double>(lit) / static_cast<double>(directions.size()));
+  });
+  return shares;
 }
 
 std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
@@ -278,13 +306,9 @@ std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std:
     return scores;
   }
   const SurfaceShape shape(frame);
-  const auto width = static_cast<std::size_t>(frame.sizes[0]);
-  for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
-    for (std::size_t i = first; i < first + count; ++i) {
-      if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) continue;
-      const SurfaceRay ray = surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
-      scores[i] = score_on_surface(shape, ray, pixels[i], exact[i], frame, wrap);
-    }
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
+    if (pixels[i].status != static_cast<float>(PixelStatus::no_ray))
+      scores[i] = score_on_surface(shape, surface_ray(frame, shape, wrap, x, y), pixels[i], exact[i], frame, wrap);
   });
   return scores;
 }

@@ -2,6 +2,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/judge/light.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/surface.h"
 
@@ -27,6 +28,13 @@ inline constexpr double kTouchWay = 1e-11;  ///< in sides of the unit square
 /// Of a score frame; of a pixel without a ray {}. mesh: that the frame is on, if it is on one
 [[nodiscard]] std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, const FrameUniforms& frame, Wrap wrap,
                                                    std::span<const ScorePixel> pixels, const Mesh* mesh = nullptr);
+
+/// The share of the light, whose direction is in the world, that arrives at each pixel's exact hit on a curved surface
+/// that is no mesh: of its straight ways to where they leave the top plate, those that meet nothing of the displaced
+/// surface. They begin kLightLift over the hit, along the normal. 0 where a ray passes.
+[[nodiscard]] std::vector<float> exact_light(const ReferenceTracer& tracer, const LightSource& light,
+                                             const FrameUniforms& frame, std::span<const ReferenceHit> hits);
+inline constexpr double kLightLift = 1e-7;  ///< in heights: what a hit may err by is a thousandth of it
 
 /// What pixels' hits are worth against exact_hits() of the same frame. On a curved surface e_xy is the way between both
 /// hits' places on the map, in texels, and pixels that should not be covered, or are not but should, have a verdict of

@@ -202,8 +202,8 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
 
 std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene& scene) const {
   std::optional<std::vector<PixelFeature>> seen = context_.seen_features;
-  if (seen && is_curved(scene.surface.kind))
-    std::erase_if(*seen, [](const PixelFeature& one) { return one.feature->ground == Ground::plane; });
+  if (seen)
+    std::erase_if(*seen, [&](const PixelFeature& one) { return !stands_on(one.feature->ground, scene.surface); });
   return seen;
 }
 
