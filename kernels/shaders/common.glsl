@@ -18,12 +18,6 @@ struct Ray {
   IF_BENT(float fall; float bend; float end; float quadric;)
 };
 
-#ifdef BENT_RAYS
-#define STRAIGHT_RAY(uv, slope, cosine) Ray(uv, slope, cosine, 0, 1.0, 0.0, 1.0, 0.0)
-#else
-#define STRAIGHT_RAY(uv, slope, cosine) Ray(uv, slope, cosine, 0)
-#endif
-
 // A pixel's image on the plane.
 struct Pixel {
   vec2 sides;      // lengths in texels, the shorter one first

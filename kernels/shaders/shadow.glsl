@@ -10,13 +10,21 @@ struct LightRay {
   float top;  // s at the top plate, over which there is no relief
 };
 
+Ray straight_ray(vec2 uv, vec2 slope) {
+#ifdef BENT_RAYS
+  return Ray(uv, slope, 1.0, 0, 1.0, 0.0, 1.0, 0.0);
+#else
+  return Ray(uv, slope, 1.0, 0);
+#endif
+}
+
 bool is_under_horizon(Scene scene) { return scene.light.z <= 0.0; }
 
 // lift: of the beginning over the hit, in heights
 LightRay light_ray(Ray ray, Hit hit, Scene scene, float lift) {
   vec2 slope = scene.light.xy / scene.light.z * scene.relief_depth;
   float z = min(RAY_HEIGHT(ray, hit.t) + lift, 1.0);
-  return LightRay(STRAIGHT_RAY(ray.uv + ray.slope * hit.t, slope, 1.0), z, 1.0 - z);
+  return LightRay(straight_ray(ray.uv + ray.slope * hit.t, slope), z, 1.0 - z);
 }
 
 // How far the ray is above the surface when it has risen by s.

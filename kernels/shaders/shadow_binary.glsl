@@ -11,7 +11,7 @@ float shadow_threshold() {
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   if (is_under_horizon(scene)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, 0.0);
-  Ray entry = STRAIGHT_RAY(light.path.uv + light.path.slope * light.top, -light.path.slope, 1.0);
+  Ray entry = straight_ray(light.path.uv + light.path.slope * light.top, -light.path.slope);
   Bracket bracket;
   Hit met;
   if (linear_search(entry, float(SHADOW_STEPS), bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);
