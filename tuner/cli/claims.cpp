@@ -1,3 +1,4 @@
+#include "backends/worker/remote.h"
 #include "tuner/measure/claims.h"
 
 #include <fmt/format.h>
@@ -67,7 +68,7 @@ void claims_command(const ClaimsArguments& arguments, int& exit_code) {
   });
   if (claims.empty()) fail_input("claims: the filter '{}' matches none", arguments.filter);
   const std::vector<ClaimResult> results = run_claims(
-      claims, {.backends = choose_backends(arguments.backend), .device = arguments.device, .quiet = arguments.quiet});
+      claims, {.backends = choose_backends(arguments.backend), .device = arguments.device, .quiet = arguments.quiet, .open = open_isolated});
   if (arguments.json) {
     fmt::print("{}\n", claims_json(results).dump(1));
   } else {

@@ -8,9 +8,10 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <optional>
 #include <system_error>
 
-#include "backends/backend.h"
+#include "backends/worker/worker.h"
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
@@ -109,11 +110,11 @@ int run_and_tell(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its size limit then fails as one on a full disk
+  if (const std::optional<int> status = reliefbench::run_worker(argc, argv)) return *status;
   int exit_code = reliefbench::run_and_tell(argc, argv);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     reliefbench::print_error("standard output cannot be written: " + std::generic_category().message(errno));
     exit_code = static_cast<int>(reliefbench::Exit::environment);
   }
-  if (reliefbench::is_any_left_behind()) std::_Exit(exit_code);
   return exit_code;
 }

@@ -192,7 +192,7 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
   std::vector<ClaimResult> results;
   const auto total = static_cast<double>(claims.size() * options.backends.size());
   for (const std::string& backend : options.backends) {
-    Session session(find_backend(backend), options.device, split);
+    Session session(find_backend(backend), options.device, split, true, options.open);
     session.calibrate(kBatch_ms, nullptr);
     for (const Claim& claim : claims) {
       progress.update(static_cast<double>(results.size()) / total, fmt::format("{} on {}", claim.id, backend));
