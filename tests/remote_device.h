@@ -42,10 +42,12 @@ class ThreadedDevice {
   std::unique_ptr<Backend> backend_;  // ends first, and with it the server
 };
 
+using Variables = std::map<std::string, std::string>;
+
 /// Sets variables for as long as it lives, and those that a sanitizer wants in a process with preloaded libraries.
 class Environment {
  public:
-  explicit Environment(std::map<std::string, std::string> variables) : variables_(std::move(variables)) {
+  explicit Environment(Variables variables) : variables_(std::move(variables)) {
     if (std::getenv("ASAN_OPTIONS") != nullptr) before_ = std::getenv("ASAN_OPTIONS");
     setenv("ASAN_OPTIONS", kChildAsanOptions, 1);
     for (const auto& [name, value] : variables_) setenv(name.c_str(), value.c_str(), 1);
@@ -58,7 +60,7 @@ class Environment {
   Environment& operator=(const Environment&) = delete;
 
  private:
-  std::map<std::string, std::string> variables_;
+  Variables variables_;
   std::string before_;
 };
 

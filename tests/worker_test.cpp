@@ -290,12 +290,12 @@ TEST_F(WorkerEnd, it_has_no_descriptors_of_its_host) {
 // However its host ends, and also while it hangs.
 TEST(WorkerOfAHost, ends_when_its_host_does) {
   for (const bool hangs : {false, true})
-    for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+    for (const int ending : {SIGINT, SIGTERM, SIGKILL}) {
       std::array<int, 2> told{};
       ASSERT_EQ(pipe(told.data()), 0);
       const pid_t host = fork();
       if (host == 0) {
-        std::signal(signal, SIG_DFL);
+        signal(ending, SIG_DFL);
         const Worker worker(RELIEFBENCH_BINARY);
         const pid_t process = worker.process();
         if (hangs) kill(process, SIGSTOP);
@@ -306,15 +306,15 @@ TEST(WorkerOfAHost, ends_when_its_host_does) {
       ASSERT_EQ(read(told[0], &process, sizeof(process)), static_cast<ssize_t>(sizeof(process)));
       for (const int end : told) close(end);
       EXPECT_FALSE(is_gone(process));
-      kill(host, signal);
+      kill(host, ending);
       waitpid(host, nullptr, 0);
-      EXPECT_TRUE(comes_true([&] { return is_gone(process); })) << signal << (hangs ? " while it hangs" : "");
+      EXPECT_TRUE(comes_true([&] { return is_gone(process); })) << ending << (hangs ? " while it hangs" : "");
     }
 }
 
 TEST(WorkerMemory, past_its_limit_is_out_of_memory) {
   if (std::getenv("ASAN_OPTIONS") != nullptr) GTEST_SKIP() << "a sanitizer's shadow is past any limit";
-  const Environment limited({{kWorkerMemory, "256"}});
+  const Environment limited(Variables{{kWorkerMemory, "256"}});
   const auto device = open_in_worker(find_backend("null"), 0);
   std::vector<std::byte> texels(std::size_t{300} << 20U);
   const auto upload = [&](std::size_t bytes) {

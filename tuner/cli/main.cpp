@@ -48,7 +48,8 @@ int run(int argc, char** argv) {
   app.formatter(std::make_shared<FittedHelp>());  // before the commands, which inherit it
   app.footer(
       "Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
-      "  reliefbench recommend out/quickstart");
+      "  reliefbench recommend out/quickstart\n"
+      "Drivers run in processes of their own; RELIEFBENCH_IN_PROCESS=1 keeps them in this one, for debuggers.");
   app.set_version_flag("--version", fmt::format("reliefbench {} ({})", version(), git_sha()));
   app.require_subcommand(1);
   int exit_code = 0;

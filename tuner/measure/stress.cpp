@@ -25,6 +25,7 @@ namespace {
 
 /// Floats tell too little of the bend of rays that graze more than this.
 constexpr double kLeastBentCosine = 0.02;
+constexpr double kFrameTimeout_s = 300;  ///< a software rasteriser takes seconds
 
 std::int64_t& fault(StressResult& result, StressCheck check) {
   return result.faults.at(static_cast<std::size_t>(check));
@@ -211,7 +212,9 @@ class StressRun {
   };
   struct Device {
     Device(const BackendRow& row, int index, WallSplit& split, const OpenDevice& open)
-        : session(row, index, split, false, open) {}
+        : session(row, index, split, false, open) {
+      session.set_timeout(kFrameTimeout_s);
+    }
     Session session;
     UploadedScene scene{};  // of the extreme
   };
