@@ -11,10 +11,12 @@
 #include "tests/remote_device.h"
 #include "tests/temp_folder.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/measure/stress.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/config.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/store.h"
+#include "tuner/tune/tune.h"
 
 namespace reliefbench {
 namespace {
@@ -116,14 +118,21 @@ TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
 
   // Without the faults what failed once is drawn again, what failed twice only if it is asked for.
   sweep(five, "run", GetParam(), open_in_worker);
-  EXPECT_EQ(statuses("run"), (Statuses{{"relief", "ok"},
-                                       {"cone", "crashed"},
-                                       {"distance", "ok"},
-                                       {"depth_slices", "ok"},
-                                       {"max_mip", "ok"}}));
+  EXPECT_EQ(
+      statuses("run"),
+      (Statuses{{"relief", "ok"}, {"cone", "crashed"}, {"distance", "ok"}, {"depth_slices", "ok"}, {"max_mip", "ok"}}));
   sweep(five, "run", GetParam(), open_in_worker, true);
   EXPECT_EQ(statuses("run").at("cone"), "ok");
   expect_same_errors("run", "whole");
+}
+
+TEST_P(IsolationOfDrivers, a_driver_that_crashes_in_an_audit_is_told) {
+  CommandSetting setting;
+  setting.environment = with("crash at 1");
+  const CommandResult result =
+      run_reliefbench({"devices", "--audit", "--backend", GetParam()}, folder_.path(), setting);
+  EXPECT_EQ(result.exit_code, static_cast<int>(Exit::environment)) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("the driver crashed: Aborted"));
 }
 
 INSTANTIATE_TEST_SUITE_P(backends, IsolationOfDrivers, ::testing::Values("opengl", "vulkan"),
@@ -165,6 +174,11 @@ class StruckDevice final : public Backend {
 
 class IsolationOfNull : public Isolation {
  protected:
+  /// Devices in workers; the one that draws the batch of this number, from 0, gets the signal.
+  [[nodiscard]] OpenDevice struck(int at, int signal) {
+    batches_ = 0;
+    return [this, at, signal](const BackendRow&, int) { return std::make_unique<StruckDevice>(batches_, at, signal); };
+  }
   /// The cases on the front, without those.
   [[nodiscard]] std::vector<std::string> front(const std::string& name, const std::string& without) const {
     std::vector<Record> kept;
@@ -175,6 +189,8 @@ class IsolationOfNull : public Isolation {
       for (const FrontPoint& point : front.points) ids.push_back(point.record->case_id);
     return ids;
   }
+
+  int batches_ = 0;
 };
 
 // The null device's times and errors are the same in every run, so that fronts are.
@@ -182,21 +198,14 @@ TEST_F(IsolationOfNull, the_front_is_that_of_a_run_without_the_case) {
   const Config eight = config(
       R"({"technique": "relief", "axes": {"linear_steps": [4, 8, 16, 32], "refinement": "none"}},
          {"technique": "cone", "axes": {"cone_steps": [4, 8, 16, 32]}})");
-  int batches = 0;
-  const auto struck = [&](int at, int signal) {
-    return [&batches, at, signal](const BackendRow&, int) -> std::unique_ptr<Backend> {
-      return std::make_unique<StruckDevice>(batches, at, signal);
-    };
-  };
   sweep(eight, "whole", "null", struck(-1, 0));
-  const int all = batches;
+  const int all = batches_;
   std::map<std::string, int> seen;
   for (const auto& [signal, status] : {std::pair{SIGSEGV, Status::crashed}, std::pair{SIGSTOP, Status::timeout},
                                        std::pair{SIGKILL, Status::out_of_memory}})
     for (const int back : {3, 25, 50}) {
       const std::string name = fmt::format("{}_{}", status_id(status), back);
       SCOPED_TRACE(name);
-      batches = 0;
       sweep(eight, name, "null", struck(all - back, signal));
       std::string failed;
       for (const auto& [id, record] : records(name)) {
@@ -214,6 +223,64 @@ TEST_F(IsolationOfNull, the_front_is_that_of_a_run_without_the_case) {
   EXPECT_GT(seen["out_of_memory"], 0);
   // One crash may be no fault of the case: it was drawn again, and that went well.
   EXPECT_EQ(seen["crashed"], 0);
+}
+
+TEST_F(IsolationOfNull, tuning_leaves_a_setting_out_and_the_next_start_tries_it_again) {
+  const Config eight = config(
+      R"({"technique": "relief", "axes": {"linear_steps": [4, 8, 16, 32], "refinement": "none"}},
+         {"technique": "cone", "axes": {"cone_steps": [4, 8, 16, 32]}})");
+  const auto tuned = [&](const std::string& name, const OpenDevice& open) {
+    TuneOptions options;
+    options.output = folder_ / name;
+    options.backend = "null";
+    options.quiet = true;
+    options.open = open;
+    return run_tune(eight, options);
+  };
+  const TuneResult whole = tuned("whole", struck(-1, 0));
+  ASSERT_EQ(whole.counts.scored, 8);
+  const int all = batches_;
+  int left_out = 0;
+  for (int at = all / 2; at < all; at += all / 12) {
+    const std::string name = "at" + std::to_string(at);
+    SCOPED_TRACE(name);
+    try {
+      const TuneResult first = tuned(name, struck(at, SIGSEGV));
+      EXPECT_EQ(first.counts.scored + first.counts.failed, 8);
+      EXPECT_LE(first.counts.failed, 1);
+      left_out += first.counts.failed;
+    } catch (const Error& error) {  // it came in a batch of the control case
+      EXPECT_THAT(error.what(), HasSubstr("the driver crashed"));
+    }
+    const TuneResult second = tuned(name, struck(-1, 0));
+    EXPECT_EQ(second.counts.scored, 8);
+    EXPECT_EQ(second.search.answers.size(), whole.search.answers.size());
+  }
+  EXPECT_GT(left_out, 0);
+}
+
+TEST_F(IsolationOfNull, stress_tells_what_the_driver_was_lost_over) {
+  const Extremes extremes = built_in_extremes();
+  const auto stressed = [&](const OpenDevice& open) {
+    return run_stress(extremes, {.backends = {"null"}, .filter = "flat/*", .quiet = true, .open = open});
+  };
+  const StressReport whole = stressed(struck(-1, 0));
+  const int all = batches_;
+  const StressReport report = stressed(struck(all / 2, SIGSEGV));
+  ASSERT_EQ(report.results.size(), whole.results.size());
+  int lost = 0;
+  for (std::size_t i = 0; i < whole.results.size(); ++i) {
+    const StressResult& result = report.results[i];
+    lost += result.is_lost ? 1 : 0;
+    if (result.is_lost) {
+      EXPECT_FALSE(result.holds());
+      EXPECT_THAT(result.skipped, HasSubstr("the driver crashed"));
+    } else {
+      EXPECT_EQ(result.faults, whole.results[i].faults);
+      EXPECT_EQ(result.e_xy_p99, whole.results[i].e_xy_p99);
+    }
+  }
+  EXPECT_EQ(lost, 1);
 }
 
 }  // namespace

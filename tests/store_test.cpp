@@ -282,8 +282,7 @@ std::string death_after(const fs::path& path, const std::function<void(CaseMark&
   const std::string text = read_file(path);
   {
     const CaseMark mark(path);
-    if (mark.death())
-      told = fmt::format("{} times {}", mark.death()->case_id, mark.death()->times);
+    if (mark.death()) told = fmt::format("{} times {}", mark.death()->case_id, mark.death()->times);
   }
   EXPECT_FALSE(fs::exists(path)) << "an orderly end leaves no mark";
   std::ofstream(path) << text;

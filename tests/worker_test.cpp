@@ -83,8 +83,13 @@ TEST(Wire, values_come_back) {
   for (const std::size_t bytes : {0U, 1U, 4095U, 4096U, 5000000U}) {
     std::vector<std::byte> texels(bytes, std::byte{9});
     memory.clear();
-    const TextureDesc desc{.width = 7, .height = 5, .layout = {.type = TexelType::float16, .channels = 2},
-                           .levels = 2, .texels = texels, .wrap = Wrap::clamp, .filter = Filter::nearest};
+    const TextureDesc desc{.width = 7,
+                           .height = 5,
+                           .layout = {.type = TexelType::float16, .channels = 2},
+                           .levels = 2,
+                           .texels = texels,
+                           .wrap = Wrap::clamp,
+                           .filter = Filter::nearest};
     const auto read = through_wire(desc, &memory, kept);
     EXPECT_TRUE(std::ranges::equal(read.texels, texels)) << bytes;
     EXPECT_LT(kept.size(), kLeastBulk + 200);
@@ -135,8 +140,9 @@ TEST(Wire, what_is_no_message_is_told) {
   auto [ours, theirs] = socket_ends();
   ASSERT_EQ(write(theirs.get(), "HTTP/1.1 404 Not Found\r\n\r\n", 26), 26);
   Worker worker(std::move(ours), Descriptor(dup(SharedMemory().descriptor())));
-  EXPECT_THAT([&] { static_cast<void>(worker.call({}, "a test", 10)); },
-              ::testing::ThrowsMessage<WorkerCrashed>(HasSubstr("a test: the driver's process wrote what is no reply")));
+  EXPECT_THAT(
+      [&] { static_cast<void>(worker.call({}, "a test", 10)); },
+      ::testing::ThrowsMessage<WorkerCrashed>(HasSubstr("a test: the driver's process wrote what is no reply")));
   EXPECT_TRUE(worker.is_dead());
 }
 
@@ -296,8 +302,9 @@ TEST(WorkerOfAHost, ends_when_its_host_does) {
       const pid_t host = fork();
       if (host == 0) {
         signal(ending, SIG_DFL);
-        const Worker worker(RELIEFBENCH_BINARY);
-        const pid_t process = worker.process();
+        auto worker = start_worker();
+        const pid_t process = worker->process();
+        const auto device = open_remote(std::move(worker), find_backend("null"), 0, {});
         if (hangs) kill(process, SIGSTOP);
         if (write(told[1], &process, sizeof(process)) != sizeof(process)) _exit(1);
         for (;;) pause();
@@ -314,11 +321,12 @@ TEST(WorkerOfAHost, ends_when_its_host_does) {
 
 TEST(WorkerMemory, past_its_limit_is_out_of_memory) {
   if (std::getenv("ASAN_OPTIONS") != nullptr) GTEST_SKIP() << "a sanitizer's shadow is past any limit";
-  const Environment limited(Variables{{kWorkerMemory, "256"}});
+  const Environment limited(Variables{{kWorkerMemory, "128"}});
   const auto device = open_in_worker(find_backend("null"), 0);
-  std::vector<std::byte> texels(std::size_t{300} << 20U);
+  std::vector<std::byte> texels(std::size_t{130} << 20U);
   const auto upload = [&](std::size_t bytes) {
-    return device->upload({.width = static_cast<int>(bytes / 4), .height = 1, .texels = std::span(texels).first(bytes)});
+    return device->upload(
+        {.width = static_cast<int>(bytes / 4), .height = 1, .texels = std::span(texels).first(bytes)});
   };
   EXPECT_NE(upload(4096), nullptr);
   try {

@@ -131,9 +131,7 @@ LogicalDevice::LogicalDevice(const PhysicalDevice& physical, bool presents) {
   volkLoadDeviceTable(&calls_, handle_);
 }
 
-LogicalDevice::~LogicalDevice() {
-  calls_.vkDestroyDevice(handle_, nullptr);
-}
+LogicalDevice::~LogicalDevice() { calls_.vkDestroyDevice(handle_, nullptr); }
 
 VulkanDevice::VulkanDevice(int index, const BackendOptions& options, WindowExtensions window)
     : instance_(options.debug, window), physical_(pick(instance_, index)), logical_(physical_, !window.empty()) {
@@ -174,9 +172,7 @@ Commands::Commands(const VulkanDevice& device, VkCommandBufferUsageFlags usage) 
   vk_check(device.calls().vkBeginCommandBuffer(handle_, &begin), "vkBeginCommandBuffer");
 }
 
-Commands::~Commands() {
-  device_.calls().vkFreeCommandBuffers(device_.handle(), device_.command_pool(), 1, &handle_);
-}
+Commands::~Commands() { device_.calls().vkFreeCommandBuffers(device_.handle(), device_.command_pool(), 1, &handle_); }
 
 VkCommandBuffer Commands::end() const {
   vk_check(device_.calls().vkEndCommandBuffer(handle_), "vkEndCommandBuffer");

@@ -32,9 +32,8 @@ SharedMemory::~SharedMemory() {
 }
 
 void SharedMemory::map(std::size_t bytes) {
-  void* const mapped = mapped_ == nullptr
-                           ? ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_.get(), 0)
-                           : ::mremap(mapped_, mapped_bytes_, bytes, MREMAP_MAYMOVE);
+  void* const mapped = mapped_ == nullptr ? ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file_.get(), 0)
+                                          : ::mremap(mapped_, mapped_bytes_, bytes, MREMAP_MAYMOVE);
   if (mapped == MAP_FAILED)
     fail_device(Fault::out_of_memory, "{} bytes of shared memory cannot be mapped: {}", bytes,
                 std::generic_category().message(errno));

@@ -23,7 +23,9 @@ namespace reliefbench {
 template <typename T>
 concept WireNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 template <typename T>
-concept WireStruct = requires(T& value) { members(value); };
+concept WireStruct = requires(T& value) {
+  members(value);
+};
 
 /// Spans of so many bytes go through shared memory.
 inline constexpr std::size_t kLeastBulk = 4096;

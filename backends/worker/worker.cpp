@@ -242,8 +242,8 @@ void Worker::bury(Event::Kind how, const std::string& what, double limit_s) {
   if (how == Event::torn)
     throw WorkerCrashed(fmt::format("{}: the driver's process wrote what is no reply{}", what, words));
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)
-    fail_device(Fault::out_of_memory,
-                "{}: the driver's process was killed, as the system does where memory runs out{}", what, words);
+    fail_device(Fault::out_of_memory, "{}: the driver's process was killed, as the system does where memory runs out{}",
+                what, words);
   if (WIFSIGNALED(status))
     throw WorkerCrashed(fmt::format("{}: the driver crashed: {}{}", what, ::strsignal(WTERMSIG(status)), words));
   throw WorkerCrashed(fmt::format("{}: the driver ended its process with status {}{}", what,

@@ -29,8 +29,8 @@ BENCHMARK(start)->Name("worker/start_and_end")->Unit(benchmark::kMillisecond)->U
 /// A batch of one pixel.
 void batch(benchmark::State& state, bool in_worker) {
   const auto device = null_device(in_worker);
-  const auto pipeline = device->compile(
-      {.label = "flat", .vertex = {}, .fragment = {}, .constants = {}, .target = Target::color});
+  const auto pipeline =
+      device->compile({.label = "flat", .vertex = {}, .fragment = {}, .constants = {}, .target = Target::color});
   Draw draw{.pipeline = pipeline.get()};
   draw.frame.sizes = {1, 1, 1, 1};
   for (auto _ : state) benchmark::DoNotOptimize(device->render(draw, 1, Timer::fenced_wall));
@@ -51,8 +51,8 @@ BENCHMARK_CAPTURE(upload, in_worker, true)->Name("worker/upload/in_worker")->Arg
 /// RGBA8 of 16:9; the null device paints it first.
 void read_back(benchmark::State& state, bool in_worker) {
   const auto device = null_device(in_worker);
-  const auto pipeline = device->compile(
-      {.label = "flat", .vertex = {}, .fragment = {}, .constants = {}, .target = Target::color});
+  const auto pipeline =
+      device->compile({.label = "flat", .vertex = {}, .fragment = {}, .constants = {}, .target = Target::color});
   const auto height = static_cast<int>(state.range(0));
   Draw draw{.pipeline = pipeline.get()};
   draw.frame.sizes = {height * 16 / 9, height, 1, 1};
@@ -61,7 +61,11 @@ void read_back(benchmark::State& state, bool in_worker) {
   for (auto _ : state) device->read_color(picture);
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(picture.size()));
 }
-BENCHMARK_CAPTURE(read_back, in_process, false)->Name("worker/read_back/in_process")->Arg(720)->Arg(2160)->UseRealTime();
+BENCHMARK_CAPTURE(read_back, in_process, false)
+    ->Name("worker/read_back/in_process")
+    ->Arg(720)
+    ->Arg(2160)
+    ->UseRealTime();
 BENCHMARK_CAPTURE(read_back, in_worker, true)->Name("worker/read_back/in_worker")->Arg(720)->Arg(2160)->UseRealTime();
 
 /// Batches of known work by the wall clock, on the device in this process and on that in a worker, in turns: A B B A.

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "backends/worker/remote.h"
 #include "backends/filter_audit.h"
 #include "backends/timer_audit.h"
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"

@@ -1,4 +1,3 @@
-#include "backends/worker/remote.h"
 #include "tuner/measure/stress.h"
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include <string>
 
 #include "backends/filter_audit.h"
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
@@ -98,8 +98,8 @@ void print_faults(const StressReport& report, const Names& names, const Paint& p
     ++all;
     if (++shown > 20) continue;
     if (result.is_lost) {
-      put("{} {} at {}: {}\n", paint.bad("lost "), names.setting(fmt::format("{}?{}", result.technique, result.settings)),
-          result.extreme, result.skipped);
+      put("{} {} at {}: {}\n", paint.bad("lost "),
+          names.setting(fmt::format("{}?{}", result.technique, result.settings)), result.extreme, result.skipped);
       continue;
     }
     std::string broken;
@@ -139,7 +139,8 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
                                                     .quiet = arguments.quiet,
                                                     .open = open_isolated});
   if (!arguments.output.empty()) write_stress(report, arguments.output);
-  const auto skipped = std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty() && !r.is_lost; });
+  const auto skipped =
+      std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty() && !r.is_lost; });
   if (arguments.json) {
     fmt::print("{}\n", stress_json(report).dump(1));
   } else {

@@ -92,10 +92,11 @@ void print_failures(const SweepSummary& summary) {
     count += cases;
   }
   if (failed.empty()) return;
-  fmt::print(
-      stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
-      fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
-      summary.open > 0 ? "; the same command tries once more what timed out, lost the device or ran out of memory" : "");
+  fmt::print(stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
+             fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
+             summary.open > 0
+                 ? "; the same command tries once more what timed out, lost the device or ran out of memory"
+                 : "");
 }
 
 Pictured pictured_of(std::string_view text) {

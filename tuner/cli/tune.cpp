@@ -1,4 +1,3 @@
-#include "backends/worker/remote.h"
 #include "tuner/tune/tune.h"
 
 #include <fmt/format.h>
@@ -11,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"

@@ -52,9 +52,7 @@ class Session {
   /// second: a busy machine takes that long for anything.
   void set_timeout(double timeout_s);
   /// Whether the device is to be opened again before anything else is drawn.
-  [[nodiscard]] bool is_lost(Status status) const {
-    return status == Status::device_lost || backend_->is_gone();
-  }
+  [[nodiscard]] bool is_lost(Status status) const { return status == Status::device_lost || backend_->is_gone(); }
   [[nodiscard]] bool is_lost(Fault fault) const { return needs_reopening(fault) || backend_->is_gone(); }
 
   [[nodiscard]] Backend& backend() { return *backend_; }

@@ -15,8 +15,8 @@ namespace reliefbench {
 namespace {
 
 // The file is one line, "T CASE": Death::times in one digit, and the case's id, which is empty between cases. It is
-// written in place, in one call, so that it costs a batch of frames next to nothing; what an earlier, longer line leaves
-// behind the new line's end does not count.
+// written in place, in one call, so that it costs a batch of frames next to nothing; what an earlier, longer line
+// leaves behind the new line's end does not count.
 constexpr std::size_t kCaseAt = 2;
 constexpr int kMostTimes = 9;
 
