@@ -25,6 +25,43 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Statuses = std::map<std::string, std::string>;  // by technique
 
+/// A device in a worker, which gets a signal in one of its batches. It has one timer: each takes its time to audit.
+class StruckDevice final : public Backend {
+ public:
+  StruckDevice(const BackendRow& row, int& batches, int at, int signal) : batches_(batches), at_(at), signal_(signal) {
+    auto worker = start_worker();
+    process_ = worker->process();
+    inner_ = open_remote(std::move(worker), row, 0, {});
+    device_ = inner_->device();
+    device_.timers = {Timer::fenced_wall};
+  }
+  const DeviceInfo& device() const override { return device_; }
+  std::unique_ptr<Texture> upload(const TextureDesc& desc) override { return inner_->upload(desc); }
+  std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override { return inner_->compile(desc); }
+  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
+    if (batches_++ == at_) kill(process_, signal_);
+    inner_->set_render_limit(render_limit_s());
+    try {
+      return inner_->render(frame, frames, timer);
+    } catch (const Error&) {
+      if (inner_->is_gone()) set_gone();
+      throw;
+    }
+  }
+  std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
+  std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override { return inner_->compile_compute(desc); }
+  ComputeResult compute(const ComputeJob& job) override { return inner_->compute(job); }
+  std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
+
+ private:
+  int& batches_;
+  int at_;
+  int signal_;
+  pid_t process_ = 0;
+  std::unique_ptr<Backend> inner_;
+  DeviceInfo device_;
+};
+
 class Isolation : public ::testing::Test {
  protected:
   Isolation() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
@@ -37,14 +74,11 @@ class Isolation : public ::testing::Test {
       "sweeps": [)" << sweeps << "]}";
     return load_config(folder_ / "config.json");
   }
-  SweepSummary sweep(const Config& config, const std::string& name, const std::string& backend, const OpenDevice& open,
-                     bool retry_failed = false) const {
-    return run_sweep(config, {.output = folder_ / name,
-                              .backends = {backend},
-                              .retry_failed = retry_failed,
-                              .pictures = Pictured::none,
-                              .quiet = true,
-                              .open = open});
+  SweepSummary sweep(const Config& config, const std::string& name, const std::string& backend,
+                     const OpenDevice& open) const {
+    return run_sweep(
+        config,
+        {.output = folder_ / name, .backends = {backend}, .pictures = Pictured::none, .quiet = true, .open = open});
   }
   [[nodiscard]] std::map<std::string, Record> records(const std::string& name) const {
     std::map<std::string, Record> all;
@@ -61,6 +95,14 @@ class Isolation : public ::testing::Test {
       if (record.technique == technique) return record.reason;
     return "no such case";
   }
+  /// Devices in workers; the one that draws the batch of this number, from 0, gets the signal.
+  [[nodiscard]] OpenDevice struck(int at, int signal) {
+    batches_ = 0;
+    return [this, at, signal](const BackendRow& row, int) {
+      return std::make_unique<StruckDevice>(row, batches_, at, signal);
+    };
+  }
+  [[nodiscard]] OpenDevice healthy() { return struck(-1, 0); }
   /// Errors are the same to the bit; software's times are not.
   void expect_same_errors(const std::string& name, const std::string& whole) const {
     const auto expected = records(whole);
@@ -72,6 +114,7 @@ class Isolation : public ::testing::Test {
   }
 
   TempFolder folder_;
+  int batches_ = 0;
 };
 
 class IsolationOfDrivers : public Isolation, public ::testing::WithParamInterface<std::string> {
@@ -100,11 +143,11 @@ TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
   const Config five = config(R"({"technique": "relief", "axes": {"linear_steps": [4, 16], "refinement": "none"}},
                                 {"technique": "cone"}, {"technique": "distance"}, {"technique": "depth_slices"},
                                 {"technique": "max_mip"})");
-  sweep(five, "whole", GetParam(), open_in_worker);
+  sweep(five, "whole", GetParam(), healthy());
   {
     const Environment failing(
         with("crash after CONE_STEPS;hang after SPHERE_STEPS;lost after SLICES;memory after NODE_STEPS"));
-    const SweepSummary summary = sweep(five, "run", GetParam(), open_in_worker);
+    const SweepSummary summary = sweep(five, "run", GetParam(), healthy());
     EXPECT_EQ(summary.open, 3) << "the crash came twice";
   }
   EXPECT_EQ(statuses("run"), (Statuses{{"relief", "ok"},
@@ -116,13 +159,13 @@ TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
   EXPECT_THAT(reason("run", "distance"), AllOf(HasSubstr("did not end within 1 s"), HasSubstr("test driver: hang")));
   expect_same_errors("run", "whole");
 
-  // Without the faults what failed once is drawn again, what failed twice only if it is asked for.
-  sweep(five, "run", GetParam(), open_in_worker);
+  if (GetParam() == "opengl") return;  // what follows is the same for both
+
+  // Without the faults what failed once is drawn again; what failed twice is not.
+  sweep(five, "run", GetParam(), healthy());
   EXPECT_EQ(
       statuses("run"),
       (Statuses{{"relief", "ok"}, {"cone", "crashed"}, {"distance", "ok"}, {"depth_slices", "ok"}, {"max_mip", "ok"}}));
-  sweep(five, "run", GetParam(), open_in_worker, true);
-  EXPECT_EQ(statuses("run").at("cone"), "ok");
   expect_same_errors("run", "whole");
 }
 
@@ -138,47 +181,8 @@ TEST_P(IsolationOfDrivers, a_driver_that_crashes_in_an_audit_is_told) {
 INSTANTIATE_TEST_SUITE_P(backends, IsolationOfDrivers, ::testing::Values("opengl", "vulkan"),
                          [](const auto& param) { return param.param; });
 
-/// A device in a worker, which gets a signal in one of its batches.
-class StruckDevice final : public Backend {
- public:
-  StruckDevice(int& batches, int at, int signal) : batches_(batches), at_(at), signal_(signal) {
-    auto worker = start_worker();
-    process_ = worker->process();
-    inner_ = open_remote(std::move(worker), find_backend("null"), 0, {});
-  }
-  const DeviceInfo& device() const override { return inner_->device(); }
-  std::unique_ptr<Texture> upload(const TextureDesc& desc) override { return inner_->upload(desc); }
-  std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override { return inner_->compile(desc); }
-  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
-    if (batches_++ == at_) kill(process_, signal_);
-    inner_->set_render_limit(render_limit_s());
-    try {
-      return inner_->render(frame, frames, timer);
-    } catch (const Error&) {
-      if (inner_->is_gone()) set_gone();
-      throw;
-    }
-  }
-  std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
-  std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override { return inner_->compile_compute(desc); }
-  ComputeResult compute(const ComputeJob& job) override { return inner_->compute(job); }
-  std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
-
- private:
-  int& batches_;
-  int at_;
-  int signal_;
-  pid_t process_ = 0;
-  std::unique_ptr<Backend> inner_;
-};
-
 class IsolationOfNull : public Isolation {
  protected:
-  /// Devices in workers; the one that draws the batch of this number, from 0, gets the signal.
-  [[nodiscard]] OpenDevice struck(int at, int signal) {
-    batches_ = 0;
-    return [this, at, signal](const BackendRow&, int) { return std::make_unique<StruckDevice>(batches_, at, signal); };
-  }
   /// The cases on the front, without those.
   [[nodiscard]] std::vector<std::string> front(const std::string& name, const std::string& without) const {
     std::vector<Record> kept;
@@ -189,8 +193,6 @@ class IsolationOfNull : public Isolation {
       for (const FrontPoint& point : front.points) ids.push_back(point.record->case_id);
     return ids;
   }
-
-  int batches_ = 0;
 };
 
 // The null device's times and errors are the same in every run, so that fronts are.
@@ -198,7 +200,7 @@ TEST_F(IsolationOfNull, the_front_is_that_of_a_run_without_the_case) {
   const Config eight = config(
       R"({"technique": "relief", "axes": {"linear_steps": [4, 8, 16, 32], "refinement": "none"}},
          {"technique": "cone", "axes": {"cone_steps": [4, 8, 16, 32]}})");
-  sweep(eight, "whole", "null", struck(-1, 0));
+  sweep(eight, "whole", "null", healthy());
   const int all = batches_;
   std::map<std::string, int> seen;
   for (const auto& [signal, status] : {std::pair{SIGSEGV, Status::crashed}, std::pair{SIGSTOP, Status::timeout},
@@ -237,7 +239,7 @@ TEST_F(IsolationOfNull, tuning_leaves_a_setting_out_and_the_next_start_tries_it_
     options.open = open;
     return run_tune(eight, options);
   };
-  const TuneResult whole = tuned("whole", struck(-1, 0));
+  const TuneResult whole = tuned("whole", healthy());
   ASSERT_EQ(whole.counts.scored, 8);
   const int all = batches_;
   int left_out = 0;
@@ -252,7 +254,7 @@ TEST_F(IsolationOfNull, tuning_leaves_a_setting_out_and_the_next_start_tries_it_
     } catch (const Error& error) {  // it came in a batch of the control case
       EXPECT_THAT(error.what(), HasSubstr("the driver crashed"));
     }
-    const TuneResult second = tuned(name, struck(-1, 0));
+    const TuneResult second = tuned(name, healthy());
     EXPECT_EQ(second.counts.scored, 8);
     EXPECT_EQ(second.search.answers.size(), whole.search.answers.size());
   }
@@ -260,11 +262,12 @@ TEST_F(IsolationOfNull, tuning_leaves_a_setting_out_and_the_next_start_tries_it_
 }
 
 TEST_F(IsolationOfNull, stress_tells_what_the_driver_was_lost_over) {
-  const Extremes extremes = built_in_extremes();
+  Extremes extremes = built_in_extremes();
+  extremes.list.erase(extremes.list.begin() + 2, extremes.list.end());
   const auto stressed = [&](const OpenDevice& open) {
     return run_stress(extremes, {.backends = {"null"}, .filter = "flat/*", .quiet = true, .open = open});
   };
-  const StressReport whole = stressed(struck(-1, 0));
+  const StressReport whole = stressed(healthy());
   const int all = batches_;
   const StressReport report = stressed(struck(all / 2, SIGSEGV));
   ASSERT_EQ(report.results.size(), whole.results.size());
