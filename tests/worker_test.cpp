@@ -29,7 +29,11 @@ bool comes_true(const std::function<bool()>& condition) {
   }
   return false;
 }
-bool is_gone(pid_t process) { return kill(process, 0) != 0 && errno == ESRCH; }
+/// Or waits for somebody to take note.
+bool is_gone(pid_t process) {
+  const std::string status = file_text("/proc/" + std::to_string(process) + "/stat");
+  return status.empty() || status.find(") Z ") != std::string::npos;
+}
 
 template <typename Value>
 Value through_wire(const Value& value, SharedMemory* bulk, std::vector<std::byte>& kept) {
