@@ -23,7 +23,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using Statuses = std::map<std::string, std::string>;  // by technique
+using StatusByTechnique = std::map<std::string, std::string>;  // by technique
 
 /// A device in a worker, which gets a signal in one of its batches. It has one timer: each takes its time to audit.
 class StruckDevice final : public Backend {
@@ -85,8 +85,8 @@ class Isolation : public ::testing::Test {
     for (const Record& record : load_run(folder_ / name).records) all.insert_or_assign(record.case_id, record);
     return all;
   }
-  [[nodiscard]] Statuses statuses(const std::string& name) const {
-    Statuses all;
+  [[nodiscard]] StatusByTechnique statuses(const std::string& name) const {
+    StatusByTechnique all;
     for (const auto& [id, record] : records(name)) all[record.technique] = status_id(record.status);
     return all;
   }
@@ -145,16 +145,16 @@ TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
                                 {"technique": "max_mip"})");
   sweep(five, "whole", GetParam(), healthy());
   {
-    const Environment failing(
+    const GivenVariables failing(
         with("crash after CONE_STEPS;hang after SPHERE_STEPS;lost after SLICES;memory after NODE_STEPS"));
     const SweepSummary summary = sweep(five, "run", GetParam(), healthy());
     EXPECT_EQ(summary.open, 3) << "the crash came twice";
   }
-  EXPECT_EQ(statuses("run"), (Statuses{{"relief", "ok"},
-                                       {"cone", "crashed"},
-                                       {"distance", "timeout"},
-                                       {"depth_slices", "device_lost"},
-                                       {"max_mip", "out_of_memory"}}));
+  EXPECT_EQ(statuses("run"), (StatusByTechnique{{"relief", "ok"},
+                                                {"cone", "crashed"},
+                                                {"distance", "timeout"},
+                                                {"depth_slices", "device_lost"},
+                                                {"max_mip", "out_of_memory"}}));
   EXPECT_THAT(reason("run", "cone"), AllOf(HasSubstr("the driver crashed: Aborted"), HasSubstr("test driver: crash")));
   EXPECT_THAT(reason("run", "distance"), AllOf(HasSubstr("did not end within 1 s"), HasSubstr("test driver: hang")));
   expect_same_errors("run", "whole");
@@ -163,9 +163,9 @@ TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
 
   // Without the faults what failed once is drawn again; what failed twice is not.
   sweep(five, "run", GetParam(), healthy());
-  EXPECT_EQ(
-      statuses("run"),
-      (Statuses{{"relief", "ok"}, {"cone", "crashed"}, {"distance", "ok"}, {"depth_slices", "ok"}, {"max_mip", "ok"}}));
+  EXPECT_EQ(statuses("run"),
+            (StatusByTechnique{
+                {"relief", "ok"}, {"cone", "crashed"}, {"distance", "ok"}, {"depth_slices", "ok"}, {"max_mip", "ok"}}));
   expect_same_errors("run", "whole");
 }
 

@@ -45,19 +45,19 @@ class ThreadedDevice {
 using Variables = std::map<std::string, std::string>;
 
 /// Sets variables for as long as it lives, and those that a sanitizer wants in a process with preloaded libraries.
-class Environment {
+class GivenVariables {
  public:
-  explicit Environment(Variables variables) : variables_(std::move(variables)) {
+  explicit GivenVariables(Variables variables) : variables_(std::move(variables)) {
     if (std::getenv("ASAN_OPTIONS") != nullptr) before_ = std::getenv("ASAN_OPTIONS");
     setenv("ASAN_OPTIONS", kChildAsanOptions, 1);
     for (const auto& [name, value] : variables_) setenv(name.c_str(), value.c_str(), 1);
   }
-  ~Environment() {
+  ~GivenVariables() {
     for (const auto& [name, value] : variables_) unsetenv(name.c_str());
     before_.empty() ? unsetenv("ASAN_OPTIONS") : setenv("ASAN_OPTIONS", before_.c_str(), 1);
   }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
+  GivenVariables(const GivenVariables&) = delete;
+  GivenVariables& operator=(const GivenVariables&) = delete;
 
  private:
   Variables variables_;

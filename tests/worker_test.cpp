@@ -325,7 +325,7 @@ TEST(WorkerOfAHost, ends_when_its_host_does) {
 
 TEST(WorkerMemory, past_its_limit_is_out_of_memory) {
   if (std::getenv("ASAN_OPTIONS") != nullptr) GTEST_SKIP() << "a sanitizer's shadow is past any limit";
-  const Environment limited(Variables{{kWorkerMemory, "128"}});
+  const GivenVariables limited(Variables{{kWorkerMemory, "128"}});
   const auto device = open_in_worker(find_backend("null"), 0);
   std::vector<std::byte> texels(std::size_t{130} << 20U);
   const auto upload = [&](std::size_t bytes) {
