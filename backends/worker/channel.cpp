@@ -57,7 +57,7 @@ std::optional<Packet> Channel::next() {
 }
 
 bool Channel::fill() {
-  std::array<std::byte, 1 << 16> buffer;
+  std::array<std::byte, 1 << 14> buffer{};
   ssize_t size = 0;
   do size = ::recv(socket_.get(), buffer.data(), buffer.size(), 0);
   while (size < 0 && errno == EINTR);

@@ -169,8 +169,9 @@ class RemoteBackend final : public Backend {
 };
 
 bool is_in_process(const BackendRow& row) {
-  const char* const value = std::getenv(kInProcess);
-  return !row.real || (value != nullptr && std::string_view(value) != "" && std::string_view(value) != "0");
+  const char* const given = std::getenv(kInProcess);
+  const std::string_view value = given == nullptr ? "" : given;
+  return !row.real || (!value.empty() && value != "0");
 }
 
 }  // namespace

@@ -28,8 +28,6 @@
 #include "backends/worker/server.h"
 #include "kernels/base/console.h"
 
-extern char** environ;
-
 namespace reliefbench {
 namespace {
 
@@ -186,7 +184,7 @@ Worker::Event Worker::wait_until(Clock::time_point deadline) {
 
 /// What a driver says is passed on, and its end kept.
 void Worker::take_words() {
-  std::array<char, kMostSaid> buffer;
+  std::array<char, kMostSaid> buffer{};
   for (;;) {
     const ssize_t size = ::read(words_.get(), buffer.data(), buffer.size());
     if (size == 0) words_ = {};

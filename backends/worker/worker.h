@@ -59,7 +59,7 @@ class Worker {
   [[nodiscard]] static Ends socket_ends();
   /// How a wait for a message ended.
   struct Event {
-    enum Kind { reply, over, too_late, torn } kind;
+    enum Kind { reply, over, too_late, torn } kind = reply;
     Packet packet{};
   };
   [[nodiscard]] Event wait_until(Clock::time_point deadline);
