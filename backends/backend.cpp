@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstring>
 
 #include "kernels/base/error.h"
@@ -160,28 +159,6 @@ void check_outputs(const ShaderInterface& shader, const Target& target, std::str
   if (shader.outputs.size() > target.attachments.size())
     fail_environment("{}: the fragment shader writes {} outputs, its target has {}", label, shader.outputs.size(),
                      target.attachments.size());
-}
-
-namespace {
-
-std::atomic<bool>& left_behind() {
-  static std::atomic<bool> flag = false;
-  return flag;
-}
-
-}  // namespace
-
-void fail_not_ended(std::string_view backend, double seconds) {
-  left_behind() = true;
-  fail_device(Fault::timeout, "{}: the frames did not end within {:.3g} s", backend, seconds);
-}
-
-bool is_any_left_behind() { return left_behind(); }
-
-std::uint64_t wait_ns(double seconds) {
-  constexpr double kMost_s = 1e9;
-  if (seconds > kMost_s) return std::numeric_limits<std::uint64_t>::max();
-  return static_cast<std::uint64_t>(seconds * 1e9);
 }
 
 void fail_not_drawn(std::string_view backend, std::string_view attachment) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -167,6 +168,7 @@ struct ComputeTime {
 struct ComputeResult {
   std::vector<std::byte> bytes;
   std::vector<ComputeTime> times{};  ///< "upload", the passes' parts, "read_back"; none where the device has no clock
+  double transport_ns = 0;           ///< of what the call took, the way to another process and back
 };
 
 /// Times of a whole batch of frames.
@@ -185,10 +187,11 @@ class Backend {
   Backend(const Backend&) = delete;
   Backend& operator=(const Backend&) = delete;
 
-  /// How long render() waits for the end of a batch. Then it throws an Error of Fault::timeout, and the device is left
-  /// behind: nothing can end what it draws, so that neither it nor anything that was made on it is ever freed.
+  /// How long a batch may take on a device in a process of its own (worker/): then that is killed, and render() throws
+  /// an Error of Fault::timeout. In this process nothing can end what a driver does.
   void set_render_limit(double seconds) { render_limit_s_ = seconds; }
-  [[nodiscard]] bool is_left_behind() const { return is_left_behind_; }
+  /// Whether the device is gone, with all that was made on it: its process has ended.
+  [[nodiscard]] bool is_gone() const { return is_gone_; }
 
   [[nodiscard]] virtual const DeviceInfo& device() const = 0;
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
@@ -220,10 +223,10 @@ class Backend {
 
  protected:
   [[nodiscard]] double render_limit_s() const { return render_limit_s_; }
-  void leave_behind() { is_left_behind_ = true; }
+  void set_gone() { is_gone_ = true; }
 
  private:
-  bool is_left_behind_ = false;
+  std::atomic<bool> is_gone_ = false;  ///< compile() is called on several threads
   double render_limit_s_ = std::numeric_limits<double>::infinity();
 };
 
@@ -233,15 +236,6 @@ class Backend {
 /// throws: Error(environment): the outputs are not the target's attachments, in their order
 void check_outputs(const ShaderInterface& shader, const Target& target, std::string_view label);
 [[noreturn]] void fail_not_drawn(std::string_view backend, std::string_view attachment);
-/// Fault::timeout. From then on is_any_left_behind() says true.
-[[noreturn]] void fail_not_ended(std::string_view backend, double seconds);
-
-/// Whether a device of this process still draws what nothing can end: then the libraries' own clean-up at the end of
-/// the process may wait for ever.
-[[nodiscard]] bool is_any_left_behind();
-
-/// A limit as the APIs take it. ns; the greatest there is for an infinite one
-[[nodiscard]] std::uint64_t wait_ns(double seconds);
 
 struct BackendOptions {
   bool debug = false;  ///< Vulkan validation with synchronization checks, GL debug context

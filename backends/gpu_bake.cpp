@@ -310,7 +310,9 @@ GpuBake GpuBaker::bake(const BakeRequest& request) const {
   if (request.correction == Correction::min3x3 || request.correction == Correction::safe)
     ratios = passes.add_minimum(ratios);
   const ComputeResult computed = backend_.compute(passes.job(ratios));
-  GpuBake bake{.values = std::vector<float>(request.heights.texels.size()), .times = computed.times};
+  GpuBake bake{.values = std::vector<float>(request.heights.texels.size()),
+               .times = computed.times,
+               .transport_ns = computed.transport_ns};
   std::memcpy(bake.values.data(), computed.bytes.data(), computed.bytes.size());
   if (std::ranges::find(bake.values, kCutShort) != bake.values.end())
     fail_environment("{} ends a shader's loops before the search of this {} map is done; the CPU bakes it",

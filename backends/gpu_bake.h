@@ -30,6 +30,7 @@ inline constexpr int kMostUlpsUnder = 70;
 struct GpuBake {
   std::vector<float> values;       ///< what MapRow::bake gives
   std::vector<ComputeTime> times;  ///< on the device's clock: upload, pyramid, search, correction, read_back
+  double transport_ns = 0;         ///< ComputeResult::transport_ns
 };
 
 /// The compute-shader baker of a map kind, compiled once. All of the work is the device's: the pyramid, the search, the

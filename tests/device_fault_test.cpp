@@ -160,6 +160,24 @@ TEST_F(DeviceFault, memory_that_runs_out_costs_one_case_whatever_wanted_it) {
     }
 }
 
+TEST_F(DeviceFault, what_failed_twice_is_left_unless_it_is_asked_for) {
+  const int cases = sweep("whole").at("ok");
+  const Statuses failed{{"out_of_memory", cases}};
+  for (int start = 0; start < 2; ++start) {
+    FaultyDevices devices;
+    for (int nth = 0; nth < 1000; ++nth) devices.fail(FaultyDevices::upload, nth, Fault::out_of_memory);
+    EXPECT_EQ(sweep("run", devices), failed) << start;
+  }
+  EXPECT_EQ(sweep("run"), failed);
+  const SweepSummary again = run_sweep(smoke(), {.output = folder_ / "run",
+                                                 .backends = {"null"},
+                                                 .retry_failed = true,
+                                                 .pictures = Pictured::none,
+                                                 .quiet = true});
+  EXPECT_EQ(again.statuses, (Statuses{{"ok", cases}}));
+  EXPECT_EQ(again.open, 0);
+}
+
 TEST_F(DeviceFault, other_failures_have_their_status_and_are_not_tried_again) {
   const int cases = sweep("whole").at("ok");
   struct Row {

@@ -63,7 +63,7 @@ class FaultyDevices {
         return devices_.count(call);
       } catch (const Error& error) {
         is_lost_ = needs_reopening(error.fault());
-        if (error.fault() == Fault::timeout) leave_behind();
+        if (error.fault() == Fault::timeout) set_gone();
         throw;
       }
     }

@@ -46,7 +46,7 @@ const std::vector<Top> kTops = {
     {"tuner",
      {{"cli"}, {"tune"}, {"measure"}, {"decide"}, {"history"}, {"results"}, {"plan"}, {"search"}},
      {"kernels", "backends"}},
-    {"backends", {{"window"}, {"opengl", "vulkan"}, {""}}, {"kernels"}},
+    {"backends", {{"window", "worker"}, {"opengl", "vulkan"}, {""}}, {"kernels"}},
     {"kernels", {{"trace"}, {"maps"}, {"judge"}, {"image", "mesh"}, {"base"}}, {}}};
 
 /// Where a file of the project stands: its top folder and its room.

@@ -127,7 +127,7 @@ EglContext::EglContext(const Borrowed& borrowed)
 }
 
 EglContext::~EglContext() {
-  if (is_own_ && !is_abandoned_) destroy(display_, context_);
+  if (is_own_) destroy(display_, context_);
 }
 
 void EglContext::check_extensions() const {
@@ -137,7 +137,7 @@ void EglContext::check_extensions() const {
 }
 
 bool EglContext::can_free() const noexcept {
-  if (is_abandoned_ || eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return false;
+  if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) return false;
   return eglGetCurrentContext() == context_ || eglMakeCurrent(display_, surface_, surface_, context_) == EGL_TRUE;
 }
 

@@ -35,16 +35,12 @@ class EglContext {
   /// Every public call of the backend starts with this, so several contexts can take turns in one thread.
   void make_current() const;
 
-  /// It still draws, so that neither it nor anything that was made in it may be freed: all is left behind.
-  void abandon() const { is_abandoned_ = true; }
-  [[nodiscard]] bool is_abandoned() const { return is_abandoned_; }
   /// Makes the context current to free an object of it. False: it cannot, and the object is left behind.
   [[nodiscard]] bool can_free() const noexcept;
 
  private:
   void check_extensions() const;
 
-  mutable bool is_abandoned_ = false;
   EGLDisplay display_;
   EGLSurface surface_ = EGL_NO_SURFACE;
   EGLContext context_;

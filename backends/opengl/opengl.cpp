@@ -116,7 +116,6 @@ class OpenglBackend final : public Backend {
   void write_uniforms(std::span<const Draw> frame);
   void bind(const Draw& draw, std::size_t index) const;
   void draw_frame(std::span<const Draw> frame) const;
-  void wait_for_end();
   [[nodiscard]] std::optional<double> device_time_ns(Timer timer) const;
 
   EglContext context_;
@@ -224,23 +223,14 @@ BatchTime OpenglBackend::render(std::span<const Draw> frame, int frames, Timer t
     glQueryCounter(stamps_[1], GL_TIMESTAMP);
     glFlush();
   }
-  wait_for_end();
+  const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, std::numeric_limits<GLuint64>::max());
+  glDeleteSync(fence);
   const std::chrono::duration<double, std::nano> wall = Clock::now() - start;
 
   const BatchTime time{.wall_ns = wall.count(), .device_ns = device_time_ns(timer)};
   check_gl("draw");
   return time;
-}
-
-void OpenglBackend::wait_for_end() {
-  const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-  const GLenum end = glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, wait_ns(render_limit_s()));
-  if (end == GL_TIMEOUT_EXPIRED) {
-    context_.abandon();
-    leave_behind();
-    fail_not_ended("OpenGL", render_limit_s());
-  }
-  glDeleteSync(fence);
 }
 
 std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {

@@ -145,12 +145,7 @@ BatchTime VulkanBackend::render(std::span<const Draw> frame, int frames, Timer t
   batch.push_back(rest.end());
   batch.push_back(after.end());
   BatchTime time;
-  try {
-    time.wall_ns = device_.run(batch, render_limit_s());
-  } catch (const Error&) {
-    if (device_.logical().is_abandoned()) leave_behind();
-    throw;
-  }
+  time.wall_ns = device_.run(batch);
   if (stamped) time.device_ns = stamps_.elapsed_ns();
   return time;
 }

@@ -35,8 +35,6 @@ class VulkanInstance {
   VulkanInstance& operator=(const VulkanInstance&) = delete;
 
   [[nodiscard]] VkInstance handle() const { return handle_; }
-  /// Its driver still works for it: it is left behind.
-  void abandon() const { is_abandoned_ = true; }
   /// Warnings and errors of the validation layer. They go to stderr too: leaks are found when it is too late to ask.
   [[nodiscard]] const std::vector<std::string>& messages() const { return messages_; }
   /// Null without debug. Loaded here because volk's own pointers are those of the last instance made.
@@ -46,7 +44,6 @@ class VulkanInstance {
   void start_messenger(const VkDebugUtilsMessengerCreateInfoEXT& info);
 
   std::vector<std::string> messages_;
-  mutable bool is_abandoned_ = false;
   VkInstance handle_ = VK_NULL_HANDLE;
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
   PFN_vkDestroyDebugUtilsMessengerEXT destroy_messenger_ = nullptr;
@@ -76,12 +73,8 @@ class LogicalDevice {
 
   [[nodiscard]] VkDevice handle() const { return handle_; }
   [[nodiscard]] const VolkDeviceTable& calls() const { return calls_; }
-  /// It still draws, so that neither it nor anything that was made on it may be freed: all is left behind.
-  void abandon() const { is_abandoned_ = true; }
-  [[nodiscard]] bool is_abandoned() const { return is_abandoned_; }
 
  private:
-  mutable bool is_abandoned_ = false;
   VkDevice handle_ = VK_NULL_HANDLE;
   VolkDeviceTable calls_{};
 };
@@ -101,8 +94,7 @@ class Owned {
   Owned(const Owned&) = delete;
   Owned& operator=(const Owned&) = delete;
   ~Owned() {
-    if (handle_ != VK_NULL_HANDLE && !device_->is_abandoned())
-      (device_->calls().*Destroy)(device_->handle(), handle_, nullptr);
+    if (handle_ != VK_NULL_HANDLE) (device_->calls().*Destroy)(device_->handle(), handle_, nullptr);
   }
   [[nodiscard]] Handle get() const { return handle_; }
 
@@ -126,8 +118,7 @@ class VulkanDevice {
   [[nodiscard]] VkCommandPool command_pool() const { return command_pool_.get(); }
 
   /// Submits in this order and waits for the fence; returns nanoseconds of the host's clock from submit to fence.
-  /// throws: Error of Fault::timeout: not signalled within limit_s; all that was made on the device is left behind
-  double run(std::span<const VkCommandBuffer> commands, double limit_s = std::numeric_limits<double>::infinity()) const;
+  double run(std::span<const VkCommandBuffer> commands) const;
 
  private:
   VulkanInstance instance_;

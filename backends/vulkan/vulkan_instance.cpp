@@ -127,7 +127,6 @@ void VulkanInstance::start_messenger(const VkDebugUtilsMessengerCreateInfoEXT& i
 }
 
 VulkanInstance::~VulkanInstance() {
-  if (is_abandoned_) return;
   if (messenger_ != VK_NULL_HANDLE) destroy_messenger_(handle_, messenger_, nullptr);
   vkDestroyInstance(handle_, nullptr);
 }

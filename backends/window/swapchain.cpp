@@ -85,7 +85,6 @@ Swapchain::Swapchain(const VulkanDevice& device, const Window& window)
 }
 
 Swapchain::~Swapchain() {
-  if (device_.logical().is_abandoned()) return;
   device_.calls().vkQueueWaitIdle(device_.queue());
   images_.clear();
   chain_ = {};

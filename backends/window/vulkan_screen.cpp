@@ -28,8 +28,7 @@ struct VulkanPicture final : ScreenPicture {
   VulkanPicture(const VulkanDevice& vulkan, VkDescriptorPool descriptors, int width, int height)
       : ScreenPicture(width, height), device(vulkan), pool(descriptors) {}
   ~VulkanPicture() override {
-    if (set != VK_NULL_HANDLE && !device.logical().is_abandoned())
-      device.calls().vkFreeDescriptorSets(device.handle(), pool, 1, &set);
+    if (set != VK_NULL_HANDLE) device.calls().vkFreeDescriptorSets(device.handle(), pool, 1, &set);
   }
   VulkanPicture(const VulkanPicture&) = delete;
   VulkanPicture& operator=(const VulkanPicture&) = delete;

@@ -6,9 +6,9 @@ import {byId, data, dataTable, formatNumber, make, numberCell, percent, shortNum
 /** What the matrix says of a technique at an extreme. */
 function extremesCell(results) {
   const run = results.filter((r) => !r.skipped);
-  if (run.length === 0) return {text: results.length ? 'left out' : '', className: 'left-out'};
-  const failing = run.filter((r) => !r.holds).length;
+  const failing = results.filter((r) => r.holds === false).length;
   if (failing) return {text: `fails ${failing}`, className: 'fails'};
+  if (run.length === 0) return {text: results.length ? 'left out' : '', className: 'left-out'};
   if (run.some((r) => r.guarantee !== 'none')) return {text: 'held', className: 'held'};
   const missed = Math.max(...run.map((r) => r.missed_rate));
   return {text: missed > 0 ? percent(missed) : 'ok', className: null};

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "kernels/trace/storage_params.h"
 #include "tuner/cli/commands.h"
@@ -191,7 +192,8 @@ void print_text(const BakeJob& job, const BakeResult& result) {
 }
 
 void bake_command(const BakeArguments& arguments, int& exit_code) {
-  const BakeJob job = job_of(arguments);
+  BakeJob job = job_of(arguments);
+  job.open = open_isolated;
   const BakeResult result = run_bake(job);
   print_reading(result.reading);
   arguments.json ? print_json(job, result) : print_text(job, result);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
@@ -66,8 +67,10 @@ void claims_command(const ClaimsArguments& arguments, int& exit_code) {
     return !arguments.filter.empty() && !glob_matches(arguments.filter, claim.id);
   });
   if (claims.empty()) fail_input("claims: the filter '{}' matches none", arguments.filter);
-  const std::vector<ClaimResult> results = run_claims(
-      claims, {.backends = choose_backends(arguments.backend), .device = arguments.device, .quiet = arguments.quiet});
+  const std::vector<ClaimResult> results = run_claims(claims, {.backends = choose_backends(arguments.backend),
+                                                               .device = arguments.device,
+                                                               .quiet = arguments.quiet,
+                                                               .open = open_isolated});
   if (arguments.json) {
     fmt::print("{}\n", claims_json(results).dump(1));
   } else {

@@ -7,6 +7,7 @@
 
 #include "backends/filter_audit.h"
 #include "backends/timer_audit.h"
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
@@ -36,7 +37,7 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
   std::vector<Found> found;
   for (const BackendRow& row : backends()) {
     if (arguments.backend.empty() ? !row.real : row.id != arguments.backend) continue;
-    for (const DeviceInfo& info : row.devices()) {
+    for (const DeviceInfo& info : isolated_devices(row)) {
       if (arguments.device && info.index != *arguments.device) continue;
       found.push_back({.backend = &row, .info = info, .audit = {}, .filter = {}, .failure = {}});
     }
@@ -47,7 +48,7 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
 /// One device that cannot be audited does not hide what the others say.
 void audit_device(Found& found) {
   try {
-    const std::unique_ptr<Backend> backend = found.backend->open(found.info.index, {});
+    const std::unique_ptr<Backend> backend = open_isolated(*found.backend, found.info.index);
     if (found.backend->real) found.filter = audit_filter(*backend, found.backend->dialect);
     found.audit = audit_timers(*backend, found.backend->dialect);
     (void)choose_timer(found.audit);

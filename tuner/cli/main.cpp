@@ -8,9 +8,10 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <optional>
 #include <system_error>
 
-#include "backends/backend.h"
+#include "backends/worker/worker.h"
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
@@ -47,7 +48,8 @@ int run(int argc, char** argv) {
   app.formatter(std::make_shared<FittedHelp>());  // before the commands, which inherit it
   app.footer(
       "Start with:\n  reliefbench sweep configs/quickstart.json -o out/quickstart\n"
-      "  reliefbench recommend out/quickstart");
+      "  reliefbench recommend out/quickstart\n"
+      "Drivers run in processes of their own; RELIEFBENCH_IN_PROCESS=1 keeps them in this one, for debuggers.");
   app.set_version_flag("--version", fmt::format("reliefbench {} ({})", version(), git_sha()));
   app.require_subcommand(1);
   int exit_code = 0;
@@ -109,11 +111,11 @@ int run_and_tell(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its size limit then fails as one on a full disk
+  if (const std::optional<int> status = reliefbench::run_worker(argc, argv)) return *status;
   int exit_code = reliefbench::run_and_tell(argc, argv);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     reliefbench::print_error("standard output cannot be written: " + std::generic_category().message(errno));
     exit_code = static_cast<int>(reliefbench::Exit::environment);
   }
-  if (reliefbench::is_any_left_behind()) std::_Exit(exit_code);
   return exit_code;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "reports/pages/require_page.h"
 #include "tuner/cli/commands.h"
@@ -139,7 +140,8 @@ Exit require_command(const RequireArguments& arguments) {
                                                   .device = arguments.device,
                                                   .search = parse_search(arguments.search),
                                                   .has_pictures = !arguments.output.empty(),
-                                                  .quiet = arguments.quiet});
+                                                  .quiet = arguments.quiet,
+                                                  .open = open_isolated});
   if (!arguments.output.empty()) write_require(report, arguments.output);
   if (arguments.json) {
     fmt::print("{}\n", require_json(report).dump(1));

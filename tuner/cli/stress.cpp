@@ -12,6 +12,7 @@
 #include <string>
 
 #include "backends/filter_audit.h"
+#include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
@@ -39,6 +40,7 @@ struct StressArguments {
 struct Cell {
   int runs = 0;
   int skipped = 0;
+  int lost = 0;
   bool is_guaranteed = false;
   std::int64_t faults = 0;
   double missed_rate = 0;  ///< worst
@@ -50,7 +52,7 @@ std::map<std::pair<std::string, std::string>, Cell> cells_of(const StressReport&
   for (const StressResult& result : report.results) {
     Cell& cell = cells[{result.technique, result.extreme}];
     if (!result.skipped.empty()) {
-      ++cell.skipped;
+      ++(result.is_lost ? cell.lost : cell.skipped);
       continue;
     }
     ++cell.runs;
@@ -63,6 +65,7 @@ std::map<std::pair<std::string, std::string>, Cell> cells_of(const StressReport&
 }
 
 std::string cell_text(const Cell& cell, const Paint& paint) {
+  if (cell.lost > 0) return paint.bad(fmt::format("LOST {}", cell.lost));
   if (cell.runs == 0) return paint.dim(cell.skipped > 0 ? "-" : "");
   if (cell.faults > 0) return paint.bad(fmt::format("FAILS {}", cell.faults));
   if (cell.is_guaranteed) return paint.good("held");
@@ -94,6 +97,11 @@ void print_faults(const StressReport& report, const Names& names, const Paint& p
     if (result.holds()) continue;
     ++all;
     if (++shown > 20) continue;
+    if (result.is_lost) {
+      put("{} {} at {}: {}\n", paint.bad("lost "),
+          names.setting(fmt::format("{}?{}", result.technique, result.settings)), result.extreme, result.skipped);
+      continue;
+    }
     std::string broken;
     for (std::size_t i = 0; i < result.faults.size(); ++i)
       if (result.faults.at(i) > 0)
@@ -128,9 +136,11 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
                                                     .filter = arguments.filter,
                                                     .is_large = arguments.large,
                                                     .simulated = simulated,
-                                                    .quiet = arguments.quiet});
+                                                    .quiet = arguments.quiet,
+                                                    .open = open_isolated});
   if (!arguments.output.empty()) write_stress(report, arguments.output);
-  const auto skipped = std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty(); });
+  const auto skipped =
+      std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty() && !r.is_lost; });
   if (arguments.json) {
     fmt::print("{}\n", stress_json(report).dump(1));
   } else {

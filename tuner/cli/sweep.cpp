@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
@@ -85,18 +86,17 @@ void print_summary(const SweepSummary& summary) {
 void print_failures(const SweepSummary& summary) {
   std::vector<std::string> failed;
   int count = 0;
-  bool is_tried_again = false;
   for (const auto& [status, cases] : summary.statuses) {
     if (status == status_id(Status::ok)) continue;
     failed.push_back(fmt::format("{} {}", cases, status));
     count += cases;
-    is_tried_again |= may_pass(parse_status(status));
   }
   if (failed.empty()) return;
-  fmt::print(
-      stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
-      fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
-      is_tried_again ? "; the same command tries again what timed out, lost the device or ran out of memory" : "");
+  fmt::print(stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
+             fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
+             summary.open > 0
+                 ? "; the same command tries once more what timed out, lost the device or ran out of memory"
+                 : "");
 }
 
 Pictured pictured_of(std::string_view text) {
@@ -121,7 +121,8 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
                                                   .retry_failed = arguments.retry_failed,
                                                   .pictures = pictured_of(arguments.pictures),
                                                   .slowdowns = arguments.slowdowns,
-                                                  .quiet = arguments.quiet});
+                                                  .quiet = arguments.quiet,
+                                                  .open = open_isolated});
   if (arguments.json) {
     fmt::print("{}\n", load_run(summary.folder).info.dump(1));
   } else {
@@ -149,7 +150,7 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
         return is_setting_key(text) ? std::string() : fmt::format("'{}' is no setting's key of eight digits", text);
       });
   command->add_flag("--retry-failed", arguments->retry_failed,
-                    "draw again what failed in an earlier start, also what it died of twice");
+                    "draw again what failed in an earlier start, also what failed twice");
   command
       ->add_option("--pictures", arguments->pictures,
                    "shown (what a report shows: fronts, picks and what they are held against) | all | none")

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/clock.h"
 #include "kernels/base/console.h"
 #include "tuner/cli/format.h"
@@ -71,7 +72,8 @@ void add_track_night(CLI::App& track, int& exit_code) {
                                                   .filter = value_or(filter, std::string()),
                                                   .pictures = Pictured::none,
                                                   .slowdowns = slowdowns_of(slowdowns),
-                                                  .quiet = is_set(quiet)},
+                                                  .quiet = is_set(quiet),
+                                                  .open = open_isolated},
                                         .labels = labels.labels(),
                                         .check = options.arguments(database, {}),
                                         .page = value_or(page, (folder / "trend.html").string())}));

@@ -10,6 +10,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
@@ -226,6 +227,7 @@ void tune_command(const TuneArguments& arguments, int& exit_code) {
   } else {
     if (arguments.subject.empty()) fail_input("tune needs a heightmap or a config (or --replay RUN)");
     options.backend = chosen_backend(arguments.backend);
+    options.open = open_isolated;
     const Config config = config_of(arguments);
     if (is_scene(arguments.subject) && options.question.max_error.empty()) options.question.max_error = config.budgets;
     if (options.output.empty()) options.output = default_folder(arguments, config, options);
@@ -300,7 +302,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   add_channel_options(*command, arguments->reading);
   command->add_flag("--retry-failed", arguments->retry_failed,
-                    "draw again what failed in an earlier start, also what it died of twice");
+                    "draw again what failed in an earlier start, also what failed twice");
   const CLI::Option* features = add_features_option(*command);
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
       ->check(CLI::NonNegativeNumber);

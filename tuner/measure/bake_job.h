@@ -10,6 +10,7 @@
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/map_verify.h"
 #include "tuner/measure/bake.h"
+#include "tuner/measure/session.h"
 
 namespace reliefbench {
 
@@ -21,13 +22,14 @@ struct BakeJob {
   int repeat = 1;              ///< bakes; their times' medians are taken
   bool verify = false;
   std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
+  OpenDevice open = open_device;
 };
 
 struct BakeResult {
   std::string reading{};  ///< what was read of the heightmap's file; "" of a procedural one
   int width = 0;
   int height = 0;
-  double bake_time_ns = 0;                  ///< on the host's clock, of all of it
+  double bake_time_ns = 0;                  ///< on the host's clock, without the way to another process and back
   std::vector<ComputeTime> device_times{};  ///< of a GPU's bake, on its own clock
   double mean_ratio = 0;                    ///< of the ratios as stored; a map without ratios: 0
   double closed_share = 0;                  ///< of ratios that are stored as 0

@@ -22,6 +22,7 @@ namespace {
 
 constexpr int kRounds = 9;  // samples of a row's time
 constexpr double kBatch_ms = 5;
+constexpr double kTimeout_s = 300;  // a software rasteriser takes seconds
 
 using Values = std::map<std::string, double>;
 
@@ -192,7 +193,8 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
   std::vector<ClaimResult> results;
   const auto total = static_cast<double>(claims.size() * options.backends.size());
   for (const std::string& backend : options.backends) {
-    Session session(find_backend(backend), options.device, split);
+    Session session(find_backend(backend), options.device, split, true, options.open);
+    session.set_timeout(kTimeout_s);
     session.calibrate(kBatch_ms, nullptr);
     for (const Claim& claim : claims) {
       progress.update(static_cast<double>(results.size()) / total, fmt::format("{} on {}", claim.id, backend));

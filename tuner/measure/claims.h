@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tuner/measure/session.h"
 #include "tuner/plan/claims_config.h"
 
 namespace reliefbench {
@@ -40,6 +41,7 @@ struct ClaimOptions {
   std::vector<std::string> backends;
   int device = 0;
   bool quiet = false;
+  OpenDevice open = open_device;
 };
 /// Runs the claims on every backend. Times on a software rasteriser are measured and shown, but decide nothing: checks
 /// of them are `not_testable`.

@@ -3,48 +3,42 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 
 #include "tuner/measure/prepare.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr int kSilentEndsOfACrash = 2;
-
-std::string reason_of(const CaseMark::Death& death) {
-  if (death.signal == 0)
-    return fmt::format("the process ended {} times while the case was drawn, and nothing says why", death.times);
-  return fmt::format("the process died while the case was drawn: {}", ::strsignal(death.signal));
-}
+constexpr int kEndsOfACrash = 2;
 
 }  // namespace
 
 RecordBook::RecordBook(RunStore& store, bool retry_failed)
     : store_(store),
       retry_failed_(retry_failed),
-      crashes_(store.earlier().crashes.begin(), store.earlier().crashes.end()) {
+      failures_(store.earlier().failures.begin(), store.earlier().failures.end()) {
   for (const Record& record : store.earlier().records) latest_.insert_or_assign(record.case_id, record);
 }
 
 void RecordBook::enter_death(std::span<const Case> cases, std::span<const MeasuredScene> scenes,
                              const DeviceInfo& device) {
   const std::optional<CaseMark::Death>& death = store_.mark().death();
-  if (!death || (death->signal == 0 && death->times % kSilentEndsOfACrash != 0)) return;
+  if (!death || death->times % kEndsOfACrash != 0) return;
   const auto found = std::ranges::find(cases, death->case_id, &Case::id);
   if (found == cases.end() || found->backend != device.backend) return;
   const auto scene = std::ranges::find(scenes, found->scene_id, [](const MeasuredScene& one) { return one.spec.id; });
   if (scene == scenes.end()) return;
   Record record = blank_record(*found, scene->key, device);
   record.status = Status::crashed;
-  record.reason = reason_of(*death);
+  record.reason =
+      fmt::format("the process ended {} times while the case was drawn, and nothing says why", death->times);
   append(record);
 }
 
 void RecordBook::append(const Record& record) {
   store_.append(record);
   latest_.insert_or_assign(record.case_id, record);
-  if (record.status == Status::crashed) ++crashes_[record.case_id];
+  if (may_pass(record.status)) ++failures_[record.case_id];
 }
 
 const Record* RecordBook::find(std::string_view case_id) const {
@@ -52,12 +46,16 @@ const Record* RecordBook::find(std::string_view case_id) const {
   return found == latest_.end() ? nullptr : &found->second;
 }
 
+bool RecordBook::is_given_up(std::string_view case_id) const {
+  const Record* const record = find(case_id);
+  return record != nullptr && may_pass(record->status) && failures_.find(case_id)->second >= kMostFailures;
+}
+
 bool RecordBook::is_finished(std::string_view case_id) const {
   const Record* const record = find(case_id);
-  if (record == nullptr || may_pass(record->status)) return false;
+  if (record == nullptr) return false;
   if (record->status == Status::ok) return true;
-  if (record->status == Status::crashed && crashes_.find(case_id)->second < kMostCrashes) return false;
-  return !retry_failed_;
+  return !retry_failed_ && (!may_pass(record->status) || is_given_up(case_id));
 }
 
 bool RecordBook::is_suspect(std::string_view case_id) const {

@@ -19,26 +19,26 @@ class RecordBook {
   /// retry_failed: cases that failed count as not drawn yet
   RecordBook(RunStore& store, bool retry_failed);
 
-  /// Makes the case that the earlier start died of a `crashed` record, if it is one of these. scenes: of all cases.
-  /// Where a signal of the process's own says that it crashed, at once; what ended without a word (kill -9, power,
-  /// memory) counts half.
+  /// Makes the case in which earlier starts ended, if it is one of these, a `crashed` record: a driver may take the
+  /// whole machine with it. One such end says nothing (kill -9, power), so that it takes two. scenes: of all cases.
   void enter_death(std::span<const Case> cases, std::span<const MeasuredScene> scenes, const DeviceInfo& device);
   void append(const Record& record);
 
   [[nodiscard]] const Record* find(std::string_view case_id) const;  ///< the latest; null: none
-  /// Whether the case is not to be drawn in this start. A lost device may be no fault of the case, and a crash may have
-  /// been none: such a case is drawn again; one that killed two processes only if asked.
+  /// Whether its failure may_pass(), and came twice: then it is drawn again only if asked.
+  [[nodiscard]] bool is_given_up(std::string_view case_id) const;
+  /// Whether the case is not to be drawn in this start.
   [[nodiscard]] bool is_finished(std::string_view case_id) const;
-  /// Whether it failed in an earlier start, or that one may have died of it: it is drawn last, and by itself.
+  /// Whether it failed in an earlier start, or that one ended in it: it is drawn last, and by itself.
   [[nodiscard]] bool is_suspect(std::string_view case_id) const;
 
-  static constexpr int kMostCrashes = 2;
+  static constexpr int kMostFailures = 2;
 
  private:
   RunStore& store_;
   bool retry_failed_;
   std::map<std::string, Record, std::less<>> latest_;
-  std::map<std::string, int, std::less<>> crashes_;
+  std::map<std::string, int, std::less<>> failures_;
 };
 
 }  // namespace reliefbench

@@ -22,7 +22,7 @@ constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
 constexpr double kLeastRenderLimit_s = 1;
-constexpr double kLeastRenderPatience_s = 60;  // with a device that was left behind in the middle of a frame
+constexpr double kLeastRenderPatience_s = 60;  // with a device that was lost in a frame, or that nothing is known of
 constexpr double kRenderPatience = 10;         // times the limit
 
 std::string shader_key(std::string_view shader, std::span<const PixelFeature> features, SurfaceKind surface,
@@ -53,8 +53,10 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
       dialect_(row.dialect),
       split_(split),
       backend_(open_(row, device_index)) {
+  backend_->set_render_limit(kLeastRenderPatience_s);  // of the audits
   if (is_timed) audit_now();
   simulate_filter({});
+  backend_->set_render_limit(render_limit_s_);
 }
 
 void Session::audit_now() {
@@ -91,7 +93,7 @@ void Session::reopen() {
   backend_ = nullptr;  // a driver may refuse a second one beside what it lost
   try {
     backend_ = open_(row_, device_index_);
-    // What was left behind may keep the device busy for a while.
+    // The frame that it was lost in may keep it busy for a while.
     backend_->set_render_limit(std::max(kRenderPatience * render_limit_s_, kLeastRenderPatience_s));
     if (calibration_.frames > 0) make_control();
     backend_->set_render_limit(render_limit_s_);

@@ -26,8 +26,9 @@ struct Calibration {
   double reference_ns = 0;  ///< a frame's time of the control case when the run was first started
 };
 
-/// Opens a device of a row; throws as that does. Tests put devices in between that fail.
+/// Opens a device of a row; throws as that does. Tests put devices in between that fail, commands open_isolated().
 using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int device_index)>;
+/// In this process.
 [[nodiscard]] std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index);
 
 /// One open device of a sweep: its audited timers and filter, its calibration, and its compiled shaders, each compiled
@@ -47,13 +48,12 @@ class Session {
   /// throws: Error(environment): it cannot be opened, or does not draw
   void reopen();
 
-  /// A frame that does not end in that time ends its case (Backend::set_render_limit), though no limit is under a
+  /// A batch that does not end in that time ends its case (Backend::set_render_limit), though no limit is under a
   /// second: a busy machine takes that long for anything.
   void set_timeout(double timeout_s);
   /// Whether the device is to be opened again before anything else is drawn.
-  [[nodiscard]] bool is_lost(Status status) const {
-    return status == Status::device_lost || backend_->is_left_behind();
-  }
+  [[nodiscard]] bool is_lost(Status status) const { return status == Status::device_lost || backend_->is_gone(); }
+  [[nodiscard]] bool is_lost(Fault fault) const { return needs_reopening(fault) || backend_->is_gone(); }
 
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }

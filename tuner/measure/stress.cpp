@@ -25,6 +25,7 @@ namespace {
 
 /// Floats tell too little of the bend of rays that graze more than this.
 constexpr double kLeastBentCosine = 0.02;
+constexpr double kFrameTimeout_s = 300;  ///< a software rasteriser takes seconds
 
 std::int64_t& fault(StressResult& result, StressCheck check) {
   return result.faults.at(static_cast<std::size_t>(check));
@@ -177,7 +178,7 @@ class StressRun {
   StressRun(const Extremes& extremes, const StressOptions& options)
       : extremes_(extremes), options_(options), progress_(options.quiet) {
     for (const std::string& id : options.backends) {
-      devices_.push_back(std::make_unique<Device>(find_backend(id), options.device, split_));
+      devices_.push_back(std::make_unique<Device>(find_backend(id), options.device, split_, options.open));
       if (options.simulated) devices_.back()->session.simulate_filter(*options.simulated);
     }
   }
@@ -210,7 +211,10 @@ class StressRun {
     Settings settings;
   };
   struct Device {
-    Device(const BackendRow& row, int index, WallSplit& split) : session(row, index, split, false) {}
+    Device(const BackendRow& row, int index, WallSplit& split, const OpenDevice& open)
+        : session(row, index, split, false, open) {
+      session.set_timeout(kFrameTimeout_s);
+    }
     Session session;
     UploadedScene scene{};  // of the extreme
   };
@@ -258,8 +262,10 @@ class StressRun {
     if (extreme_ == &extreme) return;
     extreme_ = nullptr;
     heights_ = load_heightmap(extreme.scene.heightmap);
-    for (const auto& device : devices_)
+    for (const auto& device : devices_) {
+      drawing_ = device.get();
       device->scene = upload(device->session.backend(), extreme.scene.scene, heights_);
+    }
     extreme_ = &extreme;
   }
 
@@ -287,6 +293,7 @@ class StressRun {
       });
       const std::optional<MapTextures> textures = pack(settings, stored.map, scene);
       for (const auto& device : devices_) {
+        drawing_ = device.get();
         StressResult here = result;
         here.backend = device->session.device().backend;
         Backend& backend = device->session.backend();
@@ -302,10 +309,20 @@ class StressRun {
         report_.results.push_back(std::move(here));
       }
     } catch (const Error& error) {
-      if (error.code() != Exit::bad_input) throw;
+      result.is_lost = needs_reopening(error.fault()) || error.fault() == Fault::out_of_memory;
+      if (error.code() != Exit::bad_input && !result.is_lost) throw;
       result.skipped = error.what();
+      if (result.is_lost) leave(error.fault(), result);
       report_.results.push_back(std::move(result));
     }
+  }
+
+  /// Takes the device that failed off the extreme, and opens it again if it is lost.
+  void leave(Fault fault, StressResult& result) {
+    result.backend = drawing_->session.device().backend;
+    extreme_ = nullptr;
+    drawing_->scene = {};
+    if (drawing_->session.is_lost(fault)) drawing_->session.reopen();
   }
 
   void keep_worst(const StressResult& result, const JudgedFrame& judged, const Scene& scene) {
@@ -323,6 +340,7 @@ class StressRun {
   WallSplit split_;
   Progress progress_;
   std::vector<std::unique_ptr<Device>> devices_;
+  Device* drawing_ = nullptr;  ///< of them, the last that was asked for anything
   std::vector<Planned> planned_;
   const Extreme* extreme_ = nullptr;  // that heights_ and the devices' scenes are of
   Heightfield heights_;
@@ -334,7 +352,7 @@ class StressRun {
 }  // namespace
 
 bool StressResult::holds() const {
-  return std::ranges::all_of(faults, [](std::int64_t pixels_at_fault) { return pixels_at_fault == 0; });
+  return !is_lost && std::ranges::all_of(faults, [](std::int64_t pixels_at_fault) { return pixels_at_fault == 0; });
 }
 
 bool StressReport::holds() const { return std::ranges::all_of(results, &StressResult::holds); }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/trace/shader_contract.h"
+#include "tuner/measure/session.h"
 #include "tuner/plan/extremes.h"
 
 namespace reliefbench {
@@ -39,6 +40,7 @@ struct StressResult {
   std::string backend;
   Guarantee guarantee = Guarantee::none;
   std::string skipped{};  ///< why nothing was drawn; "" if it was
+  bool is_lost = false;   ///< since the driver crashed, hung, or lost its device or memory over it
   /// Pixels at fault by StressCheck; 0 where the check holds.
   std::array<std::int64_t, kStressCheckIds.size()> faults{};
   std::int64_t pixels = 0;      ///< with a ray
@@ -60,6 +62,7 @@ struct StressOptions {
   bool is_large = false;
   std::optional<SimulatedFilter> simulated{};  ///< then all that can reads with this sampler
   bool quiet = false;
+  OpenDevice open = open_device;
 };
 
 /// The worst picture of a technique: the frame with the highest p99 error.

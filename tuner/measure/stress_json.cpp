@@ -20,6 +20,7 @@ json result_json(const StressResult& result) {
                {"guarantee", guarantee_id(result.guarantee)}};
   if (!result.skipped.empty()) {
     line["skipped"] = result.skipped;
+    if (result.is_lost) line["holds"] = false;
     return line;
   }
   line.update({{"holds", result.holds()},

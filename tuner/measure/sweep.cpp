@@ -6,6 +6,7 @@
 #include <random>
 #include <set>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/clock.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
@@ -80,6 +81,15 @@ std::vector<Block> blocks_of(const Plan& plan, std::string_view backend, const R
   return blocks;
 }
 
+/// Those that crashed once: it may have been no fault of theirs.
+std::vector<Block> crashed_once(const std::vector<Block>& blocks, const RecordBook& book) {
+  std::vector<Block> again;
+  for (const Block& block : blocks)
+    for (const Case* c : block)
+      if (book.find(c->id())->status == Status::crashed && !book.is_given_up(c->id())) again.push_back({c});
+  return again;
+}
+
 /// What was measured must be in the file: another process may have meddled with it.
 void check_complete(const Run& run, const Plan& plan) {
   std::set<std::string> ids;
@@ -101,6 +111,7 @@ class DeviceSweep {
         session_(session),
         store_(store),
         book_(book),
+        is_compiled_alone_(store.mark().death() || !store.earlier().failures.empty()),
         samples_(store, SampleBook::Control{.id = control_case_id(session.device().backend),
                                             .reference_ns = session.calibration().reference_ns}),
         timing_({.session = session,
@@ -159,11 +170,10 @@ class DeviceSweep {
     }
   }
 
-  /// Compiles a block's shaders at once, unless an earlier start died: then each in its own case, so that the next
-  /// start knows which case it was that another one dies of. Software rasterisers compile at the first draw.
+  /// Compiles a block's shaders at once, until the device is lost over it or an earlier start ended in a case: then
+  /// each in its own case, so that it is known which one it was. Software rasterisers compile at the first draw.
   void compile_ahead(const Block& block) {
-    const bool has_died = store_.mark().death() || !store_.earlier().crashes.empty();
-    if (session_.device().software || has_died) return;
+    if (session_.device().software || is_compiled_alone_) return;
     std::vector<Session::Wanted> wanted;
     for (const Case* c : block) {
       const Scene& scene = scene_of(config_, *c).scene;
@@ -172,6 +182,10 @@ class DeviceSweep {
     }
     const auto hold = store_.mark().hold(block.front()->id());
     session_.compile_ahead(wanted);
+    if (!session_.backend().is_gone()) return;
+    is_compiled_alone_ = true;
+    preparer_.release();
+    session_.reopen();
   }
 
   /// Samples the cases of a block that are ok. One that fails in its frames gets its status, and the others go on.
@@ -188,7 +202,7 @@ class DeviceSweep {
         owner->release();
         if (session_.is_lost(failed.record.status)) reopen(block);
       } catch (const Error& error) {
-        if (!needs_reopening(error.fault()) || ++lost_by_control > kMostLostByControl) throw;  // it is no case's fault
+        if (!session_.is_lost(error.fault()) || ++lost_by_control > kMostLostByControl) throw;  // it is no case's fault
         reopen(block);
       }
     }
@@ -251,6 +265,7 @@ class DeviceSweep {
   Session& session_;
   RunStore& store_;
   RecordBook& book_;
+  bool is_compiled_alone_;
   SampleBook samples_;
   Timing timing_;
   Preparer preparer_;
@@ -262,7 +277,7 @@ std::vector<std::string> choose_backends(const std::string& name) {
   if (name != "all") return {std::string(find_backend(name).id)};
   std::vector<std::string> ids;
   for (const BackendRow& row : backends())
-    if (row.real && !row.devices().empty()) ids.emplace_back(row.id);
+    if (row.real && !isolated_devices(row).empty()) ids.emplace_back(row.id);
   if (ids.empty()) fail_environment("no OpenGL or Vulkan device was found (`reliefbench devices` lists them)");
   return ids;
 }
@@ -313,6 +328,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));
     });
+    sweep.run(crashed_once(blocks, book), [](double) {});
     done_before += static_cast<double>(pending);
     progress.update(done_before / static_cast<double>(plan.cases.size()),
                     fmt::format("pictures on {}", session->device().name));
@@ -330,6 +346,8 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   write_results(config, run);
   remove_other_pictures(options.output, pictured_records(run.records, config, options.pictures));
   for (const Record& record : run.records) summary.statuses[std::string(status_id(record.status))] += 1;
+  summary.open = static_cast<int>(std::ranges::count_if(
+      run.records, [&](const Record& one) { return may_pass(one.status) && !book.is_given_up(one.case_id); }));
   set_costs(summary, library, split);
   store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
   return summary;

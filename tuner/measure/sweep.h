@@ -33,6 +33,7 @@ struct SweepSummary {
   std::filesystem::path folder{};
   int cases = 0;
   int resumed = 0;                        ///< of them finished by an earlier start
+  int open = 0;                           ///< of them failed, and drawn again by the next start
   std::map<std::string, int> statuses{};  ///< status id -> cases
   int bakes = 0;
   int bakes_cached = 0;
@@ -45,10 +46,10 @@ struct SweepSummary {
 };
 
 /// Config -> cases -> maps -> textures -> samples and hits -> scores -> records -> front, into a run folder.
-/// Continues an interrupted run of the same config on the same devices; measures nothing twice, but tries cases again
-/// whose failure may have passed (may_pass). A device that is lost is opened again; only the case that lost it fails. A
-/// case that an earlier start died of is recorded as crashed, and drawn once more after all others. When a device's
-/// cases are done, those that get pictures are drawn once more, also for a run that was complete before.
+/// Continues an interrupted run of the same config on the same devices; measures nothing twice, but tries a case once
+/// more whose failure may have passed (may_pass): the next start does, after a crash this one, alone and after all
+/// others. A device that is lost is opened again; only the case that lost it fails. When a device's cases are done,
+/// those that get pictures are drawn once more, also for a run that was complete before.
 /// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
 ///         before config, heightmaps and devices have been found good.
 [[nodiscard]] SweepSummary run_sweep(const Config& config, const SweepOptions& options);

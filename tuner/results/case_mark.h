@@ -6,20 +6,19 @@
 
 namespace reliefbench {
 
-/// The case that is being drawn, in a small file of the run's folder. A driver that dies takes the process with it: the
-/// next start finds here which case it died of. At most one is alive in a process.
+/// The case that is being drawn, in a small file of the run's folder: where the process ends in the middle of it (a
+/// driver may take the whole machine with it), the next start finds here which one it was.
 class CaseMark {
  public:
-  /// How the earlier start ended, where it did so in the middle of a case.
+  /// Where the earlier start ended in the middle of a case.
   struct Death {
     std::string case_id;
-    int signal = 0;  ///< that the process itself raised (SIGSEGV, ...); 0: killed from outside, power, memory
-    int times = 1;   ///< ends without a signal, one after the other, while this case was drawn
+    int times = 1;  ///< such ends, one after the other, in this case
   };
 
   /// Reads what the earlier start left and holds the file from now on. throws: FileError
   explicit CaseMark(std::filesystem::path path);
-  /// Removes the file: whoever comes to an orderly end was not killed by a case.
+  /// Removes the file: whoever comes to an orderly end was not ended by a case.
   ~CaseMark();
   CaseMark(const CaseMark&) = delete;
   CaseMark& operator=(const CaseMark&) = delete;

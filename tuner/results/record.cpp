@@ -8,6 +8,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
+#include "backends/worker/worker.h"
 #include "kernels/base/file_error.h"
 
 namespace reliefbench {
@@ -160,7 +161,8 @@ Status status_of(Fault fault, Status otherwise) {
 }  // namespace
 
 bool may_pass(Status status) {
-  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory;
+  return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory ||
+         status == Status::crashed;
 }
 
 void enter_failure(Record& record, Status otherwise) {
@@ -168,6 +170,9 @@ void enter_failure(Record& record, Status otherwise) {
     throw;
   } catch (const FileError&) {  // a full disk ends the run: it says nothing about the case
     throw;
+  } catch (const WorkerCrashed& crash) {
+    record.status = Status::crashed;
+    record.reason = crash.what();
   } catch (const Error& error) {
     record.status = status_of(error.fault(), otherwise);
     record.reason = error.what();

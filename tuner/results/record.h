@@ -27,9 +27,9 @@ enum class Status {
   out_of_memory,
   invalid_timer,  ///< a time that was not finite and above zero
   throttled,      ///< the device ran at a small part of its speed
-  crashed,        ///< the process died while the case was drawn
+  crashed,        ///< the process that the driver was in died
 };
-/// Of what may be over when the same run is started again, so that the case is tried again then.
+/// Of what may be over when the case is drawn again, so that it is, once.
 [[nodiscard]] bool may_pass(Status status);
 [[nodiscard]] std::string_view status_id(Status status);
 [[nodiscard]] Status parse_status(std::string_view id);  ///< throws: Error(bad_input)

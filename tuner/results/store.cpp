@@ -167,11 +167,11 @@ std::vector<fs::path> make_folders(const fs::path& folder) {
   return made;
 }
 
-std::map<std::string, int> count_crashes(const std::vector<Record>& records) {
-  std::map<std::string, int> crashes;
+std::map<std::string, int> count_failures(const std::vector<Record>& records) {
+  std::map<std::string, int> failures;
   for (const Record& record : records)
-    if (record.status == Status::crashed) ++crashes[record.case_id];
-  return crashes;
+    if (may_pass(record.status)) ++failures[record.case_id];
+  return failures;
 }
 
 }  // namespace
@@ -188,7 +188,7 @@ Run load_run(const fs::path& folder) {
     fail_input("{}: key 'scenes': {}", (folder / kRunFile).string(), bad.what());
   }
   run.records = read_lines<Record>(folder / kResultsFile);
-  run.crashes = count_crashes(run.records);
+  run.failures = count_failures(run.records);
   run.records = latest_of_each_case(std::move(run.records));
   run.samples = read_lines<Sample>(folder / kSamplesFile);
   check_keys(run);

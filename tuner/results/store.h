@@ -22,7 +22,7 @@ struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   std::vector<MeasuredScene> scenes;  ///< run.json's "scenes": those of all records
   std::vector<Record> records;
   std::vector<Sample> samples;
-  std::map<std::string, int> crashes{};  ///< by case id: how many of its lines say `crashed`
+  std::map<std::string, int> failures{};  ///< by case id: how many of its lines have a status that may_pass()
 };
 /// throws: Error(bad_input): not a run, other schema, one scene with two keys
 [[nodiscard]] Run load_run(const std::filesystem::path& folder);
@@ -40,7 +40,7 @@ class RunStore {
   [[nodiscard]] const Run& earlier() const { return earlier_; }
   void append(const Record& record);
   void append(const Sample& sample);
-  /// Where the case that is about to be drawn is marked, and which one an earlier start died of.
+  /// Where the case that is about to be drawn is marked, and in which one an earlier start ended.
   [[nodiscard]] CaseMark& mark() { return *mark_; }
   /// Replaces run.json's content (identity is added).
   void write_info(const nlohmann::json& info);

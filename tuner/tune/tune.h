@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "tuner/measure/session.h"
 #include "tuner/plan/config.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/results/coarse_filter.h"
@@ -49,6 +50,7 @@ struct TuneOptions {
   std::function<bool()> is_interrupted = [] { return false; };
   bool retry_failed = false;  ///< draw again what failed in an earlier start
   bool quiet = false;
+  OpenDevice open = open_device;
 };
 
 /// A setting that is answered with. Times: of the combined scenes, ns a frame.

@@ -43,17 +43,19 @@ class DeviceSource final : public TuneSource {
     // A device that is lost is opened again; where that fails, all ends.
     std::exception_ptr end;
     const auto judge = [&](std::size_t setting, std::size_t scene) {
+      std::string reason;
       try {
         return run_.score(case_of(scene, setting), config_.scenes[scene], pictures);
       } catch (const Error& error) {
-        if (!needs_reopening(error.fault()) || end) throw;
+        if (!run_.is_lost(error.fault()) || end) throw;
+        reason = error.what();
       }
       try {
         run_.reopen();
       } catch (const Error&) {
         end = std::current_exception();
       }
-      fail_device(Fault::device_lost, "the device was lost");
+      fail_device(Fault::device_lost, "{}", reason);
     };
     const auto should_stop = [&](std::size_t done) {
       if (end) return true;

@@ -48,7 +48,7 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
       holdout_(named_holdout(library_.measured(options.holdout), tuned_, {})) {
   for (const Case& c : plan_.cases)
     if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
-  session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_);
+  session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_, true, options.open);
   session_->set_timeout(config.measure.timeout_s);
   store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
   holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
@@ -96,20 +96,31 @@ std::vector<Case> TuneRun::all_cases() const {
 
 const Record* TuneRun::given_up(const std::string& case_id) const {
   const Record* const record = records_->find(case_id);
-  const bool is_crash = record != nullptr && record->status == Status::crashed;
-  return is_crash && records_->is_finished(case_id) ? record : nullptr;
+  return records_->is_given_up(case_id) && records_->is_finished(case_id) ? record : nullptr;
 }
 
 FrameScore TuneRun::score(const Case& c, const SceneSpec& scene, bool with_pictures) {
   const std::string id = c.id();
   if (const Record* const record = given_up(id)) fail_environment("{}", record->reason);
   const auto hold = store_->mark().hold(id);
-  if (!with_pictures) return preparer_->score(c, scene);
-  const PreparedCase prepared = preparer_->prepare(c, scene);
-  const bool is_lost = session_->is_lost(prepared.record.status);
-  if (prepared.record.status != Status::ok)
-    fail_device(is_lost ? Fault::device_lost : Fault::other, "{}", prepared.record.reason);
-  return *prepared.record.error;
+  if (!with_pictures) {
+    try {
+      return preparer_->score(c, scene);
+    } catch (const Error&) {
+      keep_failure(c, scene);
+      throw;
+    }
+  }
+  const Record record = preparer_->prepare(c, scene).record;
+  if (record.status == Status::ok) return *record.error;
+  if (may_pass(record.status)) records_->append(record);
+  fail_device(session_->is_lost(record.status) ? Fault::device_lost : Fault::other, "{}", record.reason);
+}
+
+void TuneRun::keep_failure(const Case& c, const SceneSpec& scene) {
+  Record record = blank_record(c, scene_key(library_.loaded(scene).sha256, scene.scene), device());
+  enter_failure(record, Status::unsupported);
+  if (may_pass(record.status)) records_->append(record);
 }
 
 void TuneRun::draw(std::span<const Wanted> round) {
@@ -148,12 +159,12 @@ const Record& TuneRun::whole_record(const Case& c, const SceneSpec& scene) {
   return keep(record);
 }
 
-/// Enters a record unless the same failure is there already.
+/// Enters a record unless the same failure is there already; one that may pass counts every time.
 const Record& TuneRun::keep(const Record& record) {
   const Record* const known = records_->find(record.case_id);
-  if (known == nullptr || record.status == Status::ok || known->status != record.status ||
-      known->reason != record.reason)
-    records_->append(record);
+  const bool is_known = known != nullptr && known->status == record.status && known->reason == record.reason;
+  const bool counts = may_pass(record.status) && given_up(record.case_id) == nullptr;
+  if (record.status == Status::ok || !is_known || counts) records_->append(record);
   return *records_->find(record.case_id);
 }
 

@@ -46,8 +46,10 @@ class TuneRun {
   const Record& whole_record(const Case& c, const SceneSpec& scene);
   /// Enters the record of a case that failed; opens the device again where that was lost.
   void take_failure(const CaseFailed& failed);
-  /// The record of a case that is not to be drawn again since it killed the process twice; null for any other.
+  /// The record of a case that is not to be drawn again (RecordBook::is_given_up); null for any other.
   [[nodiscard]] const Record* given_up(const std::string& case_id) const;
+  /// Whether the device is to be opened again.
+  [[nodiscard]] bool is_lost(Fault fault) const { return session_->is_lost(fault); }
   /// Opens the device again after it was lost.
   void reopen();
 
@@ -67,6 +69,8 @@ class TuneRun {
   [[nodiscard]] std::vector<Case> all_cases() const;
   [[nodiscard]] const TimedCase& ready(const Wanted& wanted);
   const Record& keep(const Record& record);
+  /// Enters the exception that is being handled where it may pass, for the next start to count.
+  void keep_failure(const Case& c, const SceneSpec& scene);
 
   const Config& config_;
   const TuneOptions& options_;

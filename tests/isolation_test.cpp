@@ -1,0 +1,290 @@
+// Runs whose drivers crash, hang, lose the device or run out of memory: the case gets its status, all others are
+// measured, and the front is that of a run without the case.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+
+#include "tests/remote_device.h"
+#include "tests/temp_folder.h"
+#include "tuner/decide/pareto.h"
+#include "tuner/measure/stress.h"
+#include "tuner/measure/sweep.h"
+#include "tuner/plan/config.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/store.h"
+#include "tuner/tune/tune.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using StatusByTechnique = std::map<std::string, std::string>;  // by technique
+
+/// A device in a worker, which gets a signal in one of its batches. It has one timer: each takes its time to audit.
+class StruckDevice final : public Backend {
+ public:
+  StruckDevice(const BackendRow& row, int& batches, int at, int signal) : batches_(batches), at_(at), signal_(signal) {
+    auto worker = start_worker();
+    process_ = worker->process();
+    inner_ = open_remote(std::move(worker), row, 0, {});
+    device_ = inner_->device();
+    device_.timers = {Timer::fenced_wall};
+  }
+  const DeviceInfo& device() const override { return device_; }
+  std::unique_ptr<Texture> upload(const TextureDesc& desc) override { return inner_->upload(desc); }
+  std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override { return inner_->compile(desc); }
+  BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
+    if (batches_++ == at_) kill(process_, signal_);
+    inner_->set_render_limit(render_limit_s());
+    try {
+      return inner_->render(frame, frames, timer);
+    } catch (const Error&) {
+      if (inner_->is_gone()) set_gone();
+      throw;
+    }
+  }
+  std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
+  std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override { return inner_->compile_compute(desc); }
+  ComputeResult compute(const ComputeJob& job) override { return inner_->compute(job); }
+  std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
+
+ private:
+  int& batches_;
+  int at_;
+  int signal_;
+  pid_t process_ = 0;
+  std::unique_ptr<Backend> inner_;
+  DeviceInfo device_;
+};
+
+class Isolation : public ::testing::Test {
+ protected:
+  Isolation() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
+
+  [[nodiscard]] Config config(const std::string& sweeps) const {
+    std::ofstream(folder_ / "config.json") << R"({
+      "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]}],
+      "measure": {"samples": 2, "batch_ms": 0.1, "warmup_batches_max": 1, "block_cases": 3, "flicker_frames": 0,
+                  "timeout_s": 1},
+      "sweeps": [)" << sweeps << "]}";
+    return load_config(folder_ / "config.json");
+  }
+  SweepSummary sweep(const Config& config, const std::string& name, const std::string& backend,
+                     const OpenDevice& open) const {
+    return run_sweep(
+        config,
+        {.output = folder_ / name, .backends = {backend}, .pictures = Pictured::none, .quiet = true, .open = open});
+  }
+  [[nodiscard]] std::map<std::string, Record> records(const std::string& name) const {
+    std::map<std::string, Record> all;
+    for (const Record& record : load_run(folder_ / name).records) all.insert_or_assign(record.case_id, record);
+    return all;
+  }
+  [[nodiscard]] StatusByTechnique statuses(const std::string& name) const {
+    StatusByTechnique all;
+    for (const auto& [id, record] : records(name)) all[record.technique] = status_id(record.status);
+    return all;
+  }
+  [[nodiscard]] std::string reason(const std::string& name, const std::string& technique) const {
+    for (const auto& [id, record] : records(name))
+      if (record.technique == technique) return record.reason;
+    return "no such case";
+  }
+  /// Devices in workers; the one that draws the batch of this number, from 0, gets the signal.
+  [[nodiscard]] OpenDevice struck(int at, int signal) {
+    batches_ = 0;
+    return [this, at, signal](const BackendRow& row, int) {
+      return std::make_unique<StruckDevice>(row, batches_, at, signal);
+    };
+  }
+  [[nodiscard]] OpenDevice healthy() { return struck(-1, 0); }
+  /// Errors are the same to the bit; software's times are not.
+  void expect_same_errors(const std::string& name, const std::string& whole) const {
+    const auto expected = records(whole);
+    for (const auto& [id, record] : records(name)) {
+      if (record.status != Status::ok) continue;
+      for (const MetricRow& row : metrics())
+        EXPECT_EQ(row.value(*record.error), row.value(*expected.at(id).error)) << id << ' ' << row.place;
+    }
+  }
+
+  TempFolder folder_;
+  int batches_ = 0;
+};
+
+class IsolationOfDrivers : public Isolation, public ::testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    if (find_backend(GetParam()).devices().empty()) GTEST_SKIP() << "no device of " << GetParam();
+    std::ofstream(folder_ / "faults.json")
+        << R"({"file_format_version": "1.1.2", "layer": {"name": "VK_LAYER_RELIEFBENCH_faults", "type": "GLOBAL",
+               "api_version": "1.2.0", "implementation_version": "1", "description": "fails",
+               "library_path": ")"
+        << RELIEFBENCH_DRIVER_FAULTS << R"("}})";
+  }
+  [[nodiscard]] Variables with(const std::string& faults) const {
+    Variables variables{{"DRIVER_FAULTS", faults}, {"DRIVER_FAULT_COUNT", (folder_ / "count").string()}};
+    if (GetParam() == "opengl") {
+      variables["LD_PRELOAD"] = RELIEFBENCH_DRIVER_FAULTS;
+    } else {
+      variables["VK_INSTANCE_LAYERS"] = "VK_LAYER_RELIEFBENCH_faults";
+      variables["VK_LAYER_PATH"] = folder_.path();
+    }
+    return variables;
+  }
+};
+
+TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
+  const Config five = config(R"({"technique": "relief", "axes": {"linear_steps": [4, 16], "refinement": "none"}},
+                                {"technique": "cone"}, {"technique": "distance"}, {"technique": "depth_slices"},
+                                {"technique": "max_mip"})");
+  sweep(five, "whole", GetParam(), healthy());
+  {
+    const GivenVariables failing(
+        with("crash after CONE_STEPS;hang after SPHERE_STEPS;lost after SLICES;memory after NODE_STEPS"));
+    const SweepSummary summary = sweep(five, "run", GetParam(), healthy());
+    EXPECT_EQ(summary.open, 3) << "the crash came twice";
+  }
+  EXPECT_EQ(statuses("run"), (StatusByTechnique{{"relief", "ok"},
+                                                {"cone", "crashed"},
+                                                {"distance", "timeout"},
+                                                {"depth_slices", "device_lost"},
+                                                {"max_mip", "out_of_memory"}}));
+  EXPECT_THAT(reason("run", "cone"), AllOf(HasSubstr("the driver crashed: Aborted"), HasSubstr("test driver: crash")));
+  EXPECT_THAT(reason("run", "distance"), AllOf(HasSubstr("did not end within 1 s"), HasSubstr("test driver: hang")));
+  expect_same_errors("run", "whole");
+
+  if (GetParam() == "opengl") return;  // what follows is the same for both
+
+  // Without the faults what failed once is drawn again; what failed twice is not.
+  sweep(five, "run", GetParam(), healthy());
+  EXPECT_EQ(statuses("run"),
+            (StatusByTechnique{
+                {"relief", "ok"}, {"cone", "crashed"}, {"distance", "ok"}, {"depth_slices", "ok"}, {"max_mip", "ok"}}));
+  expect_same_errors("run", "whole");
+}
+
+TEST_P(IsolationOfDrivers, a_driver_that_crashes_in_an_audit_is_told) {
+  CommandSetting setting;
+  setting.environment = with("crash at 1");
+  const CommandResult result =
+      run_reliefbench({"devices", "--audit", "--backend", GetParam()}, folder_.path(), setting);
+  EXPECT_EQ(result.exit_code, static_cast<int>(Exit::environment)) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("the driver crashed: Aborted"));
+}
+
+INSTANTIATE_TEST_SUITE_P(backends, IsolationOfDrivers, ::testing::Values("opengl", "vulkan"),
+                         [](const auto& param) { return param.param; });
+
+class IsolationOfNull : public Isolation {
+ protected:
+  /// The cases on the front, without those.
+  [[nodiscard]] std::vector<std::string> front(const std::string& name, const std::string& without) const {
+    std::vector<Record> kept;
+    for (auto& [id, record] : records(name))
+      if (record.status == Status::ok && id != without) kept.push_back(record);
+    std::vector<std::string> ids;
+    for (const Front& front : fronts(kept, "e_xy.p99", {}))
+      for (const FrontPoint& point : front.points) ids.push_back(point.record->case_id);
+    return ids;
+  }
+};
+
+// The null device's times and errors are the same in every run, so that fronts are.
+TEST_F(IsolationOfNull, the_front_is_that_of_a_run_without_the_case) {
+  const Config eight = config(
+      R"({"technique": "relief", "axes": {"linear_steps": [4, 8, 16, 32], "refinement": "none"}},
+         {"technique": "cone", "axes": {"cone_steps": [4, 8, 16, 32]}})");
+  sweep(eight, "whole", "null", healthy());
+  const int all = batches_;
+  std::map<std::string, int> seen;
+  for (const auto& [signal, status] : {std::pair{SIGSEGV, Status::crashed}, std::pair{SIGSTOP, Status::timeout},
+                                       std::pair{SIGKILL, Status::out_of_memory}})
+    for (const int back : {3, 25, 50}) {
+      const std::string name = fmt::format("{}_{}", status_id(status), back);
+      SCOPED_TRACE(name);
+      sweep(eight, name, "null", struck(all - back, signal));
+      std::string failed;
+      for (const auto& [id, record] : records(name)) {
+        if (record.status == Status::ok) continue;
+        EXPECT_EQ(record.status, status) << id << ": " << record.reason;
+        EXPECT_EQ(failed, "") << "one case alone";
+        failed = id;
+        ++seen[std::string(status_id(status))];
+      }
+      EXPECT_EQ(records(name).size(), 8U);
+      EXPECT_EQ(front(name, ""), front("whole", failed));
+      expect_same_errors(name, "whole");
+    }
+  EXPECT_GT(seen["timeout"], 0);
+  EXPECT_GT(seen["out_of_memory"], 0);
+  // One crash may be no fault of the case: it was drawn again, and that went well.
+  EXPECT_EQ(seen["crashed"], 0);
+}
+
+TEST_F(IsolationOfNull, tuning_leaves_a_setting_out_and_the_next_start_tries_it_again) {
+  const Config eight = config(
+      R"({"technique": "relief", "axes": {"linear_steps": [4, 8, 16, 32], "refinement": "none"}},
+         {"technique": "cone", "axes": {"cone_steps": [4, 8, 16, 32]}})");
+  const auto tuned = [&](const std::string& name, const OpenDevice& open) {
+    TuneOptions options;
+    options.output = folder_ / name;
+    options.backend = "null";
+    options.quiet = true;
+    options.open = open;
+    return run_tune(eight, options);
+  };
+  const TuneResult whole = tuned("whole", healthy());
+  ASSERT_EQ(whole.counts.scored, 8);
+  const int all = batches_;
+  int left_out = 0;
+  for (int at = all / 2; at < all; at += all / 12) {
+    const std::string name = "at" + std::to_string(at);
+    SCOPED_TRACE(name);
+    try {
+      const TuneResult first = tuned(name, struck(at, SIGSEGV));
+      EXPECT_EQ(first.counts.scored + first.counts.failed, 8);
+      EXPECT_LE(first.counts.failed, 1);
+      left_out += first.counts.failed;
+    } catch (const Error& error) {  // it came in a batch of the control case
+      EXPECT_THAT(error.what(), HasSubstr("the driver crashed"));
+    }
+    const TuneResult second = tuned(name, healthy());
+    EXPECT_EQ(second.counts.scored, 8);
+    EXPECT_EQ(second.search.answers.size(), whole.search.answers.size());
+  }
+  EXPECT_GT(left_out, 0);
+}
+
+TEST_F(IsolationOfNull, stress_tells_what_the_driver_was_lost_over) {
+  Extremes extremes = built_in_extremes();
+  extremes.list.erase(extremes.list.begin() + 2, extremes.list.end());
+  const auto stressed = [&](const OpenDevice& open) {
+    return run_stress(extremes, {.backends = {"null"}, .filter = "flat/*", .quiet = true, .open = open});
+  };
+  const StressReport whole = stressed(healthy());
+  const int all = batches_;
+  const StressReport report = stressed(struck(all / 2, SIGSEGV));
+  ASSERT_EQ(report.results.size(), whole.results.size());
+  int lost = 0;
+  for (std::size_t i = 0; i < whole.results.size(); ++i) {
+    const StressResult& result = report.results[i];
+    lost += result.is_lost ? 1 : 0;
+    if (result.is_lost) {
+      EXPECT_FALSE(result.holds());
+      EXPECT_THAT(result.skipped, HasSubstr("the driver crashed"));
+    } else {
+      EXPECT_EQ(result.faults, whole.results[i].faults);
+      EXPECT_EQ(result.e_xy_p99, whole.results[i].e_xy_p99);
+    }
+  }
+  EXPECT_EQ(lost, 1);
+}
+
+}  // namespace
+}  // namespace reliefbench

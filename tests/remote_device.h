@@ -1,0 +1,75 @@
+#pragma once
+#include <sys/socket.h>
+
+#include <array>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "backends/worker/remote.h"
+#include "backends/worker/server.h"
+#include "tests/command.h"
+#include "tuner/measure/session.h"
+
+namespace reliefbench {
+
+/// The two ends of a worker's socket.
+inline std::pair<Descriptor, Descriptor> socket_ends() {
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) std::abort();
+  return {Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
+/// A device that is served by a thread of this process, in the place of a worker's.
+class ThreadedDevice {
+ public:
+  explicit ThreadedDevice(const BackendRow& row, const BackendOptions& options = {}) {
+    auto [ours, theirs] = socket_ends();
+    auto memory = std::make_unique<SharedMemory>();
+    Descriptor same(dup(memory->descriptor()));
+    server_ = std::jthread([end = std::move(theirs), memory = std::move(memory)]() mutable {
+      Channel channel(std::move(end));
+      serve(channel, *memory);
+    });
+    backend_ = open_remote(std::make_unique<Worker>(std::move(ours), std::move(same)), row, 0, options);
+  }
+  [[nodiscard]] Backend& operator*() { return *backend_; }
+
+ private:
+  std::jthread server_;
+  std::unique_ptr<Backend> backend_;  // ends first, and with it the server
+};
+
+using Variables = std::map<std::string, std::string>;
+
+/// Sets variables for as long as it lives, and those that a sanitizer wants in a process with preloaded libraries.
+class GivenVariables {
+ public:
+  explicit GivenVariables(Variables variables) : variables_(std::move(variables)) {
+    if (std::getenv("ASAN_OPTIONS") != nullptr) before_ = std::getenv("ASAN_OPTIONS");
+    setenv("ASAN_OPTIONS", kChildAsanOptions, 1);
+    for (const auto& [name, value] : variables_) setenv(name.c_str(), value.c_str(), 1);
+  }
+  ~GivenVariables() {
+    for (const auto& [name, value] : variables_) unsetenv(name.c_str());
+    before_.empty() ? unsetenv("ASAN_OPTIONS") : setenv("ASAN_OPTIONS", before_.c_str(), 1);
+  }
+  GivenVariables(const GivenVariables&) = delete;
+  GivenVariables& operator=(const GivenVariables&) = delete;
+
+ private:
+  Variables variables_;
+  std::string before_;
+};
+
+/// A worker of the built binary.
+inline std::unique_ptr<Worker> start_worker() { return std::make_unique<Worker>(RELIEFBENCH_BINARY); }
+
+/// Opens each device in a worker of its own, also one that is not real.
+inline std::unique_ptr<Backend> open_in_worker(const BackendRow& row, int index) {
+  return open_remote(start_worker(), row, index, {});
+}
+
+}  // namespace reliefbench
