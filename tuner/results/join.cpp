@@ -270,9 +270,10 @@ JoinedRuns join(std::vector<Run> runs) {
   }
   for (const json& part : parts)
     for (const json& device : part.value("devices", json::array())) {
-      const double share =
-          device.value("control_reference_ns", 0.0) / control_time_ns(devices, device.value("backend", ""));
-      if (!(share > 0)) continue;
+      const double own_ns = device.value("control_reference_ns", 0.0);
+      const double first_ns = control_time_ns(devices, device.value("backend", ""));
+      if (own_ns <= 0 || first_ns <= 0) continue;
+      const double share = own_ns / first_ns;
       joined.least_control = std::min(joined.least_control, share);
       joined.greatest_control = std::max(joined.greatest_control, share);
     }
