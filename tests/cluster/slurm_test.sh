@@ -75,12 +75,15 @@ export SLURM_CONF=$work/slurm.conf
 munged --foreground --force --key-file="$work/munge/key" --socket="$work/munge/socket" --pid-file="$work/munge/pid" \
   --log-file="$work/munge/log" --seed-file="$work/munge/seed" &>"$work/munged.out" &
 pid[munged]=$!
+disown $!  # or bash tells its end
 wait_until 10 test -S "$work/munge/socket"
 slurmctld -D &>"$work/slurmctld.out" &
 pid[slurmctld]=$!
+disown $!
 for node in n1 n2; do
   unshare --pid --fork --kill-child --mount-proc slurmd -D -N $node &>"$work/$node.out" &
   pid[$node]=$!
+  disown $!
 done
 are_both_up() { [ "$(sinfo -h -N -o '%t' | grep -c idle)" = 2 ]; }
 wait_until 30 are_both_up

@@ -141,7 +141,7 @@ const Target kTargets[] = {
      }},
     {"ktx2", "tests/fuzz/seeds/*.ktx2",
      [](std::string_view text) { (void)decode_ktx2(std::as_bytes(bytes_of(text)), "x.ktx2"); }},
-    {"run", "tests/fuzz/seeds/run.json", [](std::string_view text) { read_run_with(kRunFile, text); }},
+    {"run", "tests/fuzz/seeds/run*.json", [](std::string_view text) { read_run_with(kRunFile, text); }},
     {"results", "tests/fuzz/seeds/results.jsonl", [](std::string_view text) { read_run_with(kResultsFile, text); }},
     {"samples", "tests/fuzz/seeds/samples.jsonl", [](std::string_view text) { read_run_with(kSamplesFile, text); }},
     {"table", "tests/fuzz/seeds/table.csv",

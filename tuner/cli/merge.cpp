@@ -54,7 +54,9 @@ void add_merge_command(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(1, -1);
   const CLI::Option* output =
-      command->add_option("-o,--output", "folder of the joined run, which must not be there yet")->required();
+      command->add_option("-o,--output", "folder of the joined run, which must not be there yet")
+          ->type_name("DIR")
+          ->required();
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "Kernels, config, scenes, devices' names and drivers must be equal, and so must the errors of a case that two\n"
