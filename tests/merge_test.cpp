@@ -193,6 +193,7 @@ TEST_F(MergeTest, a_merged_run_is_merged_again) {
   // What adds nothing leaves nothing.
   const JoinedRuns again = merge({folder_ / "merged", shard(2)}, "again");
   EXPECT_EQ(again.left_out, (std::vector<std::string>{shard(2).string()}));
+  EXPECT_EQ(again.run.info.at("parts").size(), 3U);
   EXPECT_EQ(again.held_twice, load_run(shard(2)).records.size());
   EXPECT_EQ(load_run(folder_ / "again").samples.size(), load_run(folder_ / "merged").samples.size());
 }

@@ -38,7 +38,7 @@ void print_merged(const JoinedRuns& joined) {
   for (const auto& item : info.at("counts").at("statuses").items()) put(" {} {}", item.value().dump(), item.key());
   put("\n");
   if (joined.held_twice > 0) put("{} of them in two folders, with the same errors\n", joined.held_twice);
-  for (const std::string& folder : joined.left_out) put("{} adds nothing and is left out\n", one_line(folder));
+  for (const std::string& folder : joined.left_out) put("{} adds nothing\n", one_line(folder));
   if (info.at("parts").size() > 1)
     put("the control case took {:.2f} to {:.2f} times as long as in the first part; times are relative to it\n",
         joined.least_control, joined.greatest_control);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <unordered_map>
@@ -107,6 +109,12 @@ void check_equal(const Record& record, const Run& run, const Record& earlier, co
   }
 }
 
+/// Whether two parts are of one run's folder, maybe at two times.
+bool is_same_start(const json& a, const json& b) {
+  return std::ranges::all_of(std::array{"identity", "host", "started_unix_ns"},
+                             [&](const char* key) { return a.value(key, json()) == b.value(key, json()); });
+}
+
 /// Where the record of a case stands.
 struct Owner {
   std::size_t run;
@@ -141,6 +149,18 @@ std::vector<Owner> owners_of(const std::vector<Run>& runs, std::size_t& held_twi
 double control_time_ns(const json& devices, const std::string& backend) {
   const json device = device_of(devices, backend);
   return device.is_object() ? device.value("control_reference_ns", 0.0) : 0;
+}
+
+/// By backend: what brings a run's times to the speed of the first run's device.
+std::map<std::string, double> speed_factors(const Run& run, const json& first_devices) {
+  std::map<std::string, double> factors;
+  for (const json& device : list_in(run.info, "devices")) {
+    const std::string backend = device.value("backend", "");
+    const double own_ns = control_time_ns(list_in(run.info, "devices"), backend);
+    const double first_ns = control_time_ns(first_devices, backend);
+    if (own_ns > 0 && first_ns > 0) factors.emplace(backend, first_ns / own_ns);
+  }
+  return factors;
 }
 
 FrameTime scaled_time(FrameTime time, double factor) {
@@ -218,6 +238,32 @@ json info_of(const std::vector<Run>& runs, const JoinedRuns& joined, const std::
   return info;
 }
 
+double start_of(const Run& run) { return run.info["started_unix_ns"].get<double>(); }
+
+/// Moves the samples of a run's own cases and of its control cases.
+void append_samples(Run& run, const std::unordered_set<std::string>& own_cases, double started_ns, int first_part,
+                    std::vector<Sample>& all) {
+  const std::string control = control_case_id("");
+  for (Sample& sample : run.samples) {
+    if (!own_cases.contains(sample.case_id) && !sample.case_id.starts_with(control)) continue;
+    sample.at_ns += start_of(run) - started_ns;
+    sample.part += first_part;
+    all.push_back(std::move(sample));
+  }
+  run.samples.clear();
+}
+
+void set_control_range(JoinedRuns& joined, const std::vector<json>& parts, const json& devices) {
+  for (const json& part : parts)
+    for (const json& device : list_in(part, "devices")) {
+      const double own_ns = device.value("control_reference_ns", 0.0);
+      const double first_ns = control_time_ns(devices, device.value("backend", ""));
+      if (own_ns <= 0 || first_ns <= 0) continue;
+      joined.least_control = std::min(joined.least_control, own_ns / first_ns);
+      joined.greatest_control = std::max(joined.greatest_control, own_ns / first_ns);
+    }
+}
+
 }  // namespace
 
 JoinedRuns join(std::vector<Run> runs) {
@@ -231,52 +277,43 @@ JoinedRuns join(std::vector<Run> runs) {
   std::vector<std::unordered_set<std::string>> owned(runs.size());
   for (const Owner& owner : owners) owned[owner.run].insert(runs[owner.run].records[owner.record].case_id);
 
-  // Whoever adds something, in order.
   std::vector<Run> adding;
-  std::vector<std::size_t> places(runs.size());
+  std::vector<std::size_t> places;  // there, of those that add something
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    places[r] = adding.size();
+    places.push_back(adding.size());
     if (owned[r].empty())
       joined.left_out.push_back(folder_text(runs[r]));
     else
       adding.push_back(std::move(runs[r]));
   }
-
   const json devices = united_devices(adding, json::json_pointer("/devices"));
+  std::vector<std::map<std::string, double>> factors;
+  factors.reserve(adding.size());
+  for (const Run& run : adding) factors.push_back(speed_factors(run, devices));
   for (const Owner& owner : owners) {
-    const Run& run = adding[places[owner.run]];
-    Record record = run.records[owner.record];
-    const double own_ns = control_time_ns(run.info.value("devices", json::array()), record.backend);
-    if (record.frame_time && own_ns > 0)
-      record.frame_time = scaled_time(*record.frame_time, control_time_ns(devices, record.backend) / own_ns);
-    joined.run.records.push_back(std::move(record));
+    Record& record = joined.run.records.emplace_back(std::move(adding[places[owner.run]].records[owner.record]));
+    const auto& own = factors[places[owner.run]];
+    if (const auto factor = own.find(record.backend); record.frame_time && factor != own.end())
+      record.frame_time = scaled_time(*record.frame_time, factor->second);
   }
 
-  const auto started = [](const Run& run) { return run.info["started_unix_ns"].get<double>(); };
-  const double started_ns = std::ranges::min(adding, {}, started).info["started_unix_ns"];
+  double started_ns = start_of(adding.front());
+  for (const Run& run : adding) started_ns = std::min(started_ns, start_of(run));
   std::vector<json> parts;
   for (std::size_t r = 0; r < places.size(); ++r) {
     if (owned[r].empty()) continue;
     Run& run = adding[places[r]];
-    for (Sample& sample : run.samples) {
-      if (!owned[r].contains(sample.case_id) && !sample.case_id.starts_with(control_case_id(""))) continue;
-      sample.at_ns += started(run) - started_ns;
-      sample.part += static_cast<int>(parts.size());
-      joined.run.samples.push_back(std::move(sample));
-    }
-    run.samples.clear();
+    append_samples(run, owned[r], started_ns, static_cast<int>(parts.size()), joined.run.samples);
     joined.run.scenes = joined_scenes(joined.run.scenes, run.scenes, folder_text(run));
     for (json& part : parts_of(run)) parts.push_back(std::move(part));
   }
-  for (const json& part : parts)
-    for (const json& device : part.value("devices", json::array())) {
-      const double own_ns = device.value("control_reference_ns", 0.0);
-      const double first_ns = control_time_ns(devices, device.value("backend", ""));
-      if (own_ns <= 0 || first_ns <= 0) continue;
-      const double share = own_ns / first_ns;
-      joined.least_control = std::min(joined.least_control, share);
-      joined.greatest_control = std::max(joined.greatest_control, share);
-    }
+  // The others have no samples here, but may make a division whole.
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    if (owned[r].empty())
+      for (json& part : parts_of(runs[r]))
+        if (std::ranges::none_of(parts, [&](const json& known) { return is_same_start(known, part); }))
+          parts.push_back(std::move(part));
+  set_control_range(joined, parts, devices);
   joined.missing = missing_of(parts);
   joined.run.info = info_of(adding, joined, parts, started_ns);
   return joined;

@@ -11,7 +11,7 @@ namespace reliefbench {
 struct JoinedRuns {
   /// As load_run() gives a run, but for its folder. run.json has "parts": what every machine's run was.
   Run run;
-  std::vector<std::string> left_out;  ///< folders whose cases others hold, all of them
+  std::vector<std::string> left_out;  ///< folders whose cases others hold, all of them: parts without samples
   std::size_t held_twice = 0;         ///< records of a case that an earlier folder holds, too
   std::string missing;                ///< shards that are not there or not finished, for people; "": none
   double least_control = 1;           ///< the control case's time in a part, as a share of the first part's
