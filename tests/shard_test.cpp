@@ -5,7 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
+#include <cmath>
+#include <numeric>
 #include <set>
 
 #include "kernels/base/error.h"
@@ -53,7 +54,10 @@ TEST(Shard, all_of_them_are_the_plan) {
   const Config config = usual_config();
   const Plan plan = plan_on(config, {"opengl", "vulkan"});
   const auto settings = static_cast<int>(plan.cases.size() / 2);
-  for (int of = 1; of <= settings; ++of) {
+  std::vector<int> numbers(13);
+  std::iota(numbers.begin(), numbers.end(), 1);
+  numbers.insert(numbers.end(), {settings / 2, settings - 1, settings});
+  for (const int of : numbers) {
     Ids seen;
     std::size_t cases = 0;
     std::size_t bakes = 0;

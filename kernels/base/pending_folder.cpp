@@ -44,6 +44,15 @@ void remove_stale_folders(const fs::path& parent) {
   }
 }
 
+/// To the disk. File systems that cannot sync a folder need no such call.
+void flush_to_disk(const fs::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+  if (fd < 0) fail_file(path, "cannot be read", errno);
+  const int why = ::fsync(fd) == 0 ? 0 : errno;
+  ::close(fd);
+  if (why != 0 && why != EINVAL) fail_file(path, "cannot be written", why);
+}
+
 }  // namespace
 
 PendingFolder::PendingFolder(fs::path place) : place_(without_slash(std::move(place))) {
@@ -80,7 +89,7 @@ PendingFolder::~PendingFolder() {
 }
 
 void PendingFolder::commit() {
-  if (::syncfs(fd_) != 0) fail_file(place_, "cannot be written", errno);
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(temporary_)) flush_to_disk(entry.path());
   if (::rename(temporary_.c_str(), place_.c_str()) != 0) fail_file(place_, "cannot be made", errno);
   ::close(std::exchange(fd_, -1));
 }
