@@ -12,8 +12,9 @@ constexpr std::ptrdiff_t kBefore = 2;
 
 /// The control samples of a part, or all of them where it has none.
 std::span<const Sample> of_part(std::span<const Sample> control, int part) {
-  const auto found = std::ranges::equal_range(control, part, {}, &Sample::part);
-  return found.empty() ? control : std::span<const Sample>(found.begin(), found.end());
+  const auto begin = std::ranges::lower_bound(control, part, {}, &Sample::part);
+  const auto end = std::ranges::upper_bound(control, part, {}, &Sample::part);
+  return begin == end ? control : std::span<const Sample>(begin, end);
 }
 
 /// The control samples round a sample in time.
