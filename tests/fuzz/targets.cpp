@@ -20,7 +20,7 @@
 #include "backends/spirv.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
-#include "kernels/image/decode.h"
+#include "kernels/image/image.h"
 #include "kernels/image/ktx2.h"
 #include "kernels/mesh/obj.h"
 #include "tuner/history/google_benchmark.h"
@@ -84,9 +84,11 @@ void read_run_with(std::string_view file, std::string_view text) {
   static_cast<void>(t4_json(run, table, {}));
 }
 
-template <auto decode>
+/// By its first bytes, or where they say nothing by its name.
 void read_image(std::string_view text) {
-  const Image image = decode(bytes_of(text), "image");
+  const fs::path file = work_folder() / "image.tga";
+  write_to(file, text);
+  const Image image = load_image(file);
   hold(image.pixels.size() ==
            static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * image.channels.size(),
        "an image is whole");
@@ -112,7 +114,7 @@ void match_glob(std::string_view text) {
 
 void reflect_words(std::string_view text) {
   std::vector<std::uint32_t> words(text.size() / sizeof(std::uint32_t));
-  std::memcpy(words.data(), text.data(), words.size() * sizeof(std::uint32_t));
+  if (!words.empty()) std::memcpy(words.data(), text.data(), words.size() * sizeof(std::uint32_t));
   static_cast<void>(reflect(words));
   static_cast<void>(with_plain_names(words));
   static_cast<void>(remainder_widths(words));
@@ -128,12 +130,12 @@ const Target kTargets[] = {
     {"config", "configs/*.json", [](std::string_view text) { (void)parse_config(std::string(text), "c.json"); }},
     {"scene", "configs/scenes/*.json",
      [](std::string_view text) { (void)parse_scene_file(std::string(text), "s.json"); }},
-    {"png", "tests/data/images/*.png", read_image<decode_png>},
-    {"tiff", "tests/data/images/*.tif", read_image<decode_tiff>},
-    {"exr", "tests/data/images/*.exr", read_image<decode_exr>},
-    {"tga", "tests/data/images/*.tga", read_image<decode_tga>},
-    {"webp", "tests/fuzz/seeds/*.webp", read_image<decode_webp>},
-    {"netpbm", "tests/fuzz/seeds/*.p?m", read_image<decode_netpbm>},
+    {"png", "tests/data/images/*.png", read_image},
+    {"tiff", "tests/data/images/*.tif", read_image},
+    {"exr", "tests/data/images/*.exr", read_image},
+    {"tga", "tests/data/images/*.tga", read_image},
+    {"webp", "tests/fuzz/seeds/*.webp", read_image},
+    {"netpbm", "tests/fuzz/seeds/*.p?m", read_image},
     {"obj", "tests/fuzz/seeds/*.obj",
      [](std::string_view text) {
        std::istringstream in{std::string(text)};
