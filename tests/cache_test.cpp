@@ -1,6 +1,8 @@
 #include "kernels/base/cache.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -9,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "kernels/base/atomic_file.h"
 #include "kernels/maps/distance_map.h"
 #include "tests/full_record.h"
 #include "tests/temp_folder.h"
@@ -50,6 +53,40 @@ TEST(Cache, what_is_not_the_keys_own_file_is_absent) {
   EXPECT_FALSE(cache.get("c"));
   cache.trim(0);
   EXPECT_TRUE(std::filesystem::is_directory(cache.file("c")));
+}
+
+// As when many machines share a folder: whoever reads finds the whole value of its key or nothing.
+TEST(Cache, many_processes_write_at_once) {
+  const TempFolder folder;
+  constexpr int kProcesses = 4;
+  constexpr int kKeys = 3;
+  constexpr std::size_t kBytes = 200'000;
+  std::vector<pid_t> children;
+  for (int process = 0; process < kProcesses; ++process) {
+    const pid_t child = fork();
+    if (child != 0) {
+      children.push_back(child);
+      continue;
+    }
+    const Cache cache(folder / "cache");
+    bool is_good = true;
+    for (int round = 0; round < 40; ++round) {
+      const int key = (process + round) % kKeys;
+      const auto before = cache.get(std::to_string(key));
+      is_good = is_good && (!before || *before == value_of(kBytes, key));
+      cache.put(std::to_string(key), value_of(kBytes, key));
+      if (round % 8 == process) cache.trim(kBytes);
+      if (round % 8 == 7 - process) remove_stale_temporaries(folder / "cache");
+    }
+    _exit(is_good ? 0 : 1);
+  }
+  for (const pid_t child : children) {
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  for (const auto& item : std::filesystem::directory_iterator(folder / "cache"))
+    EXPECT_EQ(item.path().extension(), ".bin") << "a temporary file that nobody removes";
 }
 
 TEST(CachedValues, come_back_to_the_bit) {

@@ -155,6 +155,38 @@ TEST_F(FaultTest, a_kill_at_any_write_loses_nothing) {
   }
 }
 
+TEST_F(FaultTest, a_merge_is_there_as_a_whole_or_not_at_all) {
+  for (const std::string shard : {"1", "2"}) {
+    std::vector<std::string> command = sweep("shard_" + shard);
+    command.insert(command.end(), {"--shard", shard + "/2"});
+    ASSERT_EQ(run(command).exit_code, kDone);
+  }
+  const auto merge = [](const std::string& output) {
+    return std::vector<std::string>{"merge", "shard_1", "shard_2", "-o", output};
+  };
+  for (const std::string call : {"write", "fsync", "rename"})
+    for (const auto& [what, number] : {std::pair{"FAULT_ERRNO", ENOSPC}, std::pair{"FAULT_SIGNAL", SIGKILL}}) {
+      int faults = 0;
+      for (int at = 1;; at += call == "write" ? 7 : 2) {
+        const std::string output = fmt::format("{}_{}_{}", call, what, at);
+        const CommandResult result = run(merge(output), {{"FAULT_CALL", call},
+                                                         {"FAULT_AT", std::to_string(at)},
+                                                         {what, std::to_string(number)},
+                                                         {"FAULT_FILE", "/.reliefbench-"}});
+        if (result.exit_code == kDone) break;
+        ++faults;
+        if (result.signal == 0) expect_one_line(result, kEnvironment, "No space left on device");
+        if (!std::filesystem::exists(folder_ / output)) {
+          ASSERT_EQ(run(merge(output)).exit_code, kDone);
+        }
+        expect_whole(output);
+      }
+      EXPECT_GE(faults, 3) << call << " " << what;
+    }
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+}
+
 TEST_F(FaultTest, an_end_while_samples_are_drawn_costs_no_sample) {
   // The mark of the case is set twice before its first sample: when it is readied and when it is warmed up.
   ASSERT_EQ(run(sweep("run"), {{"FAULT_CALL", "pwrite"},

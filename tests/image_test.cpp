@@ -179,6 +179,19 @@ TEST(Image, IsNamedByItsContentNotItsExtension) {
 
 class Truncated : public ::testing::TestWithParam<const char*> {};
 
+// Found by fuzzing: a byte behind the texels was read.
+TEST(Tga, a_palette_without_entries_has_no_colour) {
+  const TempFolder folder;
+  std::string tga(18 + 4, '\0');
+  tga[1] = tga[2] = 1;    // a palette, and indices
+  tga[7] = 24;            // bits of its entries, of which there are none
+  tga[12] = tga[14] = 2;  // sides
+  tga[16] = 8;
+  write_bytes(folder / "x.tga", tga);
+  EXPECT_THAT(input_error([&] { (void)load_image(folder / "x.tga"); }),
+              HasSubstr("has no colour in the TGA's palette"));
+}
+
 TEST_P(Truncated, IsRefusedAtEveryLength) {
   const TempFolder folder;
   const auto path = folder / (std::string("map.") + GetParam());

@@ -230,6 +230,7 @@ TEST_F(GoogleBenchmarkTest, a_time_that_is_none_is_asked_for) {
 
 TEST_F(GoogleBenchmarkTest, what_is_broken_is_told_with_its_line) {
   EXPECT_THAT(night_error(file("\n{\"name\": \"a\",\n oops}")), HasSubstr("b.json:4: not JSON"));
+  EXPECT_THAT(night_error(file(R"({"name": "a", "real_time": 1e1097})")), HasSubstr("b.json: a number is too large"));
   EXPECT_THAT(night_error(file("{\"real_time\": 1}")), HasSubstr("key 'benchmarks[0]': has no name"));
   EXPECT_THAT(night_error(file(std::string(100, '['))), HasSubstr("over 64 levels deep"));
   std::ofstream(folder_ / "list.json") << "[1, 2]";

@@ -77,7 +77,7 @@ TEST(ReadmeAudit, its_commands_run) {
 TEST(ReadmeTest, names_every_command_and_exit_code) {
   const std::string text = file_text(kRoot / "README.md");
   for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
-                                    "compare", "bake", "stress", "claims", "list", "devices", "require"})
+                                    "compare", "bake", "stress", "claims", "list", "devices", "require", "merge"})
     EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
 }
 

@@ -211,9 +211,13 @@ TEST(Schema, RecordsAndSamplesAreValidLines) {
   for (const auto& id : schema["properties"]["status"]["enum"])
     EXPECT_EQ(status_id(parse_status(id.get<std::string>())), id);
 
-  const json sample = Sample{.case_id = "c", .round = 0, .frames = 4, .frame_time_ns = 2.5, .at_ns = 0};
-  EXPECT_EQ(schema_errors(sample, "samples"), "");
-  EXPECT_EQ(keys_of(sample), keys_of(load_schema("samples")["properties"]));
+  Sample sample{.case_id = "c", .round = 0, .frames = 4, .frame_time_ns = 2.5, .at_ns = 0};
+  EXPECT_EQ(schema_errors(json(sample), "samples"), "");
+  EXPECT_FALSE(json(sample).contains("part"));
+  sample.part = 3;
+  EXPECT_EQ(schema_errors(json(sample), "samples"), "");
+  EXPECT_EQ(keys_of(json(sample)), keys_of(load_schema("samples")["properties"]));
+  EXPECT_EQ(json(sample).get<Sample>().part, 3);
 }
 
 TEST(Schema, FrontsAreValid) {

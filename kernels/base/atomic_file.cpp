@@ -25,6 +25,16 @@ constexpr std::size_t kDigits = 16;
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
+/// Removes a temporary file unless its writer, who holds its lock, still lives.
+void remove_if_stale(const fs::path& path) {
+  const int fd = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return;
+  if (::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  ::close(fd);
+}
+
+}  // namespace
+
 std::string temporary_name() {
   std::random_device random;
   return fmt::format("{}{:08x}{:08x}{}", kPrefix, random(), random(), kSuffix);
@@ -35,16 +45,6 @@ bool is_temporary_name(std::string_view name) {
          name.ends_with(kSuffix) &&
          name.substr(kPrefix.size(), kDigits).find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
-
-/// Removes a temporary file unless its writer, who holds its lock, still lives.
-void remove_if_stale(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) return;
-  if (::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
-  ::close(fd);
-}
-
-}  // namespace
 
 PendingFile::PendingFile(fs::path path, std::string_view bytes) : path_(std::move(path)) {
   try {

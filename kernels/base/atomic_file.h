@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace reliefbench {
@@ -33,6 +34,10 @@ void write_atomically(const std::filesystem::path& path, std::string_view bytes)
 
 /// The same for a file that a command was asked for by name, so that what killed writers left beside it goes, too.
 void write_output(const std::filesystem::path& path, std::string_view bytes);
+
+/// What a temporary file or folder is called: something else every time.
+[[nodiscard]] std::string temporary_name();
+[[nodiscard]] bool is_temporary_name(std::string_view name);
 
 /// Removes the temporary files that killed processes left in a folder; other files, and those of living writers, stay.
 void remove_stale_temporaries(const std::filesystem::path& folder);

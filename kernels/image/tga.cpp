@@ -142,7 +142,7 @@ Image decode_tga(FileBytes bytes, const std::string& name) {
 
   const auto texel_of = [&](FileBytes texel) -> Texel {
     if (is_grey) return {texel[0], texel.back()};
-    if (palette.empty()) return colour(texel);
+    if (header.content != Content::indices) return colour(texel);  // a palette may have no entry
     const int index = (texel[0] | (texel.size() > 1 ? texel[1] << 8 : 0)) - header.palette_first;
     if (index < 0 || index >= header.palette_size) fail_input("{}: a texel has no colour in the TGA's palette", name);
     return palette[static_cast<std::size_t>(index)];

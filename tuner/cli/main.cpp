@@ -54,6 +54,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   add_sweep_command(app, exit_code);
+  add_merge_command(app, exit_code);
   add_recommend_command(app, exit_code);
   add_tune_command(app, exit_code);
   add_require_command(app, exit_code);

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "backends/worker/remote.h"
@@ -14,6 +15,7 @@
 #include "tuner/cli/options.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/setting_names.h"
+#include "tuner/plan/shard.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/store.h"
 
@@ -27,6 +29,7 @@ struct SweepArguments {
   int device = 0;
   std::string filter;
   std::string key;
+  std::optional<Shard> shard{};
   Names names;
   std::string pictures = "shown";
   bool retry_failed = false;
@@ -45,13 +48,37 @@ double estimated_s(const Config& config, const Plan& plan) {
   return static_cast<double>(plan.cases.size()) * (kPrepareCase_s + batches_s);
 }
 
-void print_plan_json(const Config& config, const Plan& plan) {
+/// The plan or, of a shard, its share, and what that is of the whole.
+struct Share {
+  Plan plan;
+  nlohmann::json json{};  ///< null: the whole
+  std::string text{};
+};
+
+Share share_of(const Config& config, Plan whole, const std::optional<Shard>& shard) {
+  if (!shard) return {.plan = std::move(whole)};
+  Plan part = shard_of(whole, config, *shard);
+  const std::size_t cases = part.cases.size();
+  const std::size_t bakes = part.bakes.size();
+  return {.plan = std::move(part),
+          .json = {{"index", shard->index},
+                   {"of", shard->of},
+                   {"cases", cases},
+                   {"cases_of_all", whole.cases.size()},
+                   {"bakes", bakes},
+                   {"bakes_of_all", whole.bakes.size()}},
+          .text = fmt::format("shard {} of {}: {} of {} cases, {} of {} bakes", shard->index, shard->of, cases,
+                              whole.cases.size(), bakes, whole.bakes.size())};
+}
+
+void print_plan_json(const Config& config, const Plan& plan, const nlohmann::json& shard) {
   std::vector<std::string> ids;
   for (const Case& c : plan.cases) ids.push_back(c.id());
-  const nlohmann::json out = {{"cases", ids},
-                              {"bakes", plan.bakes},
-                              {"conflicts", plan.conflicts},
-                              {"estimated_software_s", estimated_s(config, plan)}};
+  nlohmann::json out = {{"cases", ids},
+                        {"bakes", plan.bakes},
+                        {"conflicts", plan.conflicts},
+                        {"estimated_software_s", estimated_s(config, plan)}};
+  if (!shard.is_null()) out["shard"] = shard;
   fmt::print("{}\n", out.dump(1));
 }
 
@@ -108,8 +135,11 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
   const Config config = load_config(arguments.config);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
   if (arguments.dry_run) {
-    const Plan plan = make_plan(config, backend_ids, arguments.filter, arguments.key);
-    arguments.json ? print_plan_json(config, plan) : print_plan(config, plan, arguments.names);
+    const Share share =
+        share_of(config, make_plan(config, backend_ids, arguments.filter, arguments.key), arguments.shard);
+    if (arguments.json) return print_plan_json(config, share.plan, share.json);
+    print_plan(config, share.plan, arguments.names);
+    if (!share.text.empty()) put("{}\n", share.text);
     return;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
@@ -118,6 +148,7 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
                                                   .device = arguments.device,
                                                   .filter = arguments.filter,
                                                   .key = arguments.key,
+                                                  .shard = arguments.shard,
                                                   .retry_failed = arguments.retry_failed,
                                                   .pictures = pictured_of(arguments.pictures),
                                                   .slowdowns = arguments.slowdowns,
@@ -149,6 +180,11 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       ->check([](const std::string& text) {
         return is_setting_key(text) ? std::string() : fmt::format("'{}' is no setting's key of eight digits", text);
       });
+  const CLI::Option* shard = command
+                                 ->add_option("--shard",
+                                              "only part I of N of the cases, which go by the maps that they share; "
+                                              "`reliefbench merge` joins the parts")
+                                 ->type_name("I/N");
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what failed twice");
   command
@@ -162,9 +198,12 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");
-  command->footer("Example:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all");
+  command->footer(
+      "Examples:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all\n"
+      "  reliefbench sweep configs/exhaustive.json --shard 3/8 -o out/shard_3");
   command->callback([=, &exit_code] {
     arguments->slowdowns = slowdowns_of(slowdowns);
+    if (is_set(shard)) arguments->shard = parse_shard(shard->as<std::string>());
     sweep_command(*arguments, exit_code);
   });
 }

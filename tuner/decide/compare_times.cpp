@@ -58,12 +58,13 @@ class RunTimes {
     for (const std::string& id : cases)
       if (const auto found = samples_.find(id); found != samples_.end())
         for (const Sample& sample : found->second) in_order.push_back(&sample);
-    std::ranges::stable_sort(in_order, {}, &Sample::at_ns);
+    std::ranges::stable_sort(in_order, [](const Sample* a, const Sample* b) { return is_drawn_before(*a, *b); });
     int round = -1;
     std::set<std::string_view> drawn;
     const Sample* before = nullptr;
     for (const Sample* sample : in_order) {
-      if (before == nullptr || sample->round != before->round || drawn.contains(sample->case_id)) {
+      if (before == nullptr || sample->part != before->part || sample->round != before->round ||
+          drawn.contains(sample->case_id)) {
         ++round;
         drawn.clear();
       }

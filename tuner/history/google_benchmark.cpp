@@ -198,6 +198,8 @@ json parse_tolerant_json(std::string_view text, const std::string& file) {
   } catch (const json::parse_error& error) {
     const auto end = clean.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, clean.size()));
     fail_input("{}:{}: not JSON", file, 1 + std::count(clean.begin(), end, '\n'));
+  } catch (const json::out_of_range&) {
+    fail_input("{}: a number is too large to be read", file);
   }
 }
 

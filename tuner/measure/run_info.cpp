@@ -16,7 +16,6 @@
 #include "tuner/results/run_files.h"
 
 namespace reliefbench {
-namespace {
 
 std::vector<std::string> command_line() {
   std::vector<std::string> arguments;
@@ -32,8 +31,6 @@ std::vector<std::string> command_line() {
   }
   return arguments;
 }
-
-}  // namespace
 
 std::string kernels_sha256(std::span<const StageVersion> stages) {
   std::string text;

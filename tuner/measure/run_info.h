@@ -1,6 +1,8 @@
 #pragma once
 #include <nlohmann/json.hpp>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "tuner/measure/map_library.h"
 #include "tuner/measure/session.h"
@@ -23,6 +25,9 @@ void set_costs(SweepSummary& summary, const MapLibrary& library, const WallSplit
 [[nodiscard]] nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>& devices,
                                       std::span<const MeasuredScene> scenes, const SweepSummary& summary,
                                       double started_ns, bool finished);
+
+/// How this process was started.
+[[nodiscard]] std::vector<std::string> command_line();
 
 /// What the numbers depend on in this build: the shaders' texts and every stage's version (stages.h).
 [[nodiscard]] std::string kernels_sha256(std::span<const StageVersion> stages = stage_versions());

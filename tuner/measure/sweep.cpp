@@ -45,6 +45,7 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
                              {"filter", options.filter},
                              {"devices", devices}};
   if (!options.key.empty()) identity["case"] = options.key;
+  if (options.shard) identity["shard"] = options.shard->text();
   if (!options.slowdowns.empty()) identity["injected_slowdown"] = options.slowdowns;
   return identity;
 }
@@ -284,7 +285,8 @@ std::vector<std::string> choose_backends(const std::string& name) {
 
 SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   WallSplit split;
-  const Plan plan = make_plan(config, options.backends, options.filter, options.key);
+  Plan plan = make_plan(config, options.backends, options.filter, options.key);
+  if (options.shard) plan = shard_of(plan, config, *options.shard);
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
   const std::vector<MeasuredScene> measured = library.measured(config.scenes);

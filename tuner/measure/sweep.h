@@ -11,6 +11,7 @@
 #include "tuner/measure/timing.h"
 #include "tuner/measure/wall_split.h"
 #include "tuner/plan/config.h"
+#include "tuner/plan/shard.h"
 #include "tuner/results/record.h"
 
 namespace reliefbench {
@@ -21,6 +22,7 @@ struct SweepOptions {
   int device = 0;                     ///< index on each of them
   std::string filter{};               ///< glob on case ids; "" = all
   std::string key{};                  ///< of the one setting to measure; "" = all
+  std::optional<Shard> shard{};       ///< of those cases; none: all
   bool retry_failed = false;          ///< draw again what failed in an earlier start
   Pictured pictures = Pictured::shown;
   Slowdowns slowdowns{};

@@ -264,11 +264,13 @@ void to_json(json& j, const Sample& sample) {
   if (!(sample.frame_time_ns > 0))  // it could not be read back, and ratios of it mean nothing
     fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id,
                      sample.frame_time_ns);
-  j = checked({{"case", sample.case_id},
+  json line = {{"case", sample.case_id},
                {"round", sample.round},
                {"frames", sample.frames},
                {"frame_time_ns", sample.frame_time_ns},
-               {"at_ns", sample.at_ns}});
+               {"at_ns", sample.at_ns}};
+  if (sample.part != 0) line["part"] = sample.part;
+  j = checked(std::move(line));
 }
 
 void from_json(const json& j, Sample& sample) {
@@ -276,7 +278,8 @@ void from_json(const json& j, Sample& sample) {
             .round = integer<int>(j, "round"),
             .frames = integer<int>(j, "frames"),
             .frame_time_ns = positive(j, "frame_time_ns"),
-            .at_ns = number(j, "at_ns")};
+            .at_ns = number(j, "at_ns"),
+            .part = optional_member(j, "part") != nullptr ? integer<int>(j, "part") : 0};
 }
 
 }  // namespace reliefbench

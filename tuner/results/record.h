@@ -80,6 +80,7 @@ struct Sample {
   int frames = 0;
   double frame_time_ns = 0;  ///< raw
   double at_ns = 0;          ///< when, on the run's own clock (ns since the run was first started, wall clock)
+  int part = 0;              ///< of a merged run: which machine's; its control samples are those of its part
 };
 
 void to_json(nlohmann::json& j, const Record& record);

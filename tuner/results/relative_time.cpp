@@ -1,6 +1,7 @@
 #include "tuner/results/relative_time.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "tuner/results/statistics.h"
 
@@ -9,23 +10,31 @@ namespace {
 
 constexpr std::ptrdiff_t kBefore = 2;
 
-/// The control samples round a time.
-std::span<const Sample> control_round(std::span<const Sample> control, double at_ns) {
-  const auto after = std::ranges::lower_bound(control, at_ns, {}, &Sample::at_ns);
+/// The control samples of a part, or all of them where it has none.
+std::span<const Sample> of_part(std::span<const Sample> control, int part) {
+  const auto begin = std::ranges::lower_bound(control, part, {}, &Sample::part);
+  const auto end = std::ranges::upper_bound(control, part, {}, &Sample::part);
+  return begin == end ? control : std::span<const Sample>(begin, end);
+}
+
+/// The control samples round a sample in time.
+std::span<const Sample> control_round(std::span<const Sample> all, const Sample& sample) {
+  const std::span<const Sample> control = of_part(all, sample.part);
+  const auto after = std::ranges::lower_bound(control, sample.at_ns, {}, &Sample::at_ns);
   const auto before = std::min(kBefore, after - control.begin());
   return {after - before, after == control.end() ? after : after + 1};
 }
 
 }  // namespace
 
+bool is_drawn_before(const Sample& a, const Sample& b) { return std::tie(a.part, a.at_ns) < std::tie(b.part, b.at_ns); }
+
 std::string control_case_id(std::string_view backend) { return "control@" + std::string(backend); }
 
 SamplesByCase group_samples(std::span<const Sample> samples) {
   SamplesByCase result;
   for (const Sample& sample : samples) result[sample.case_id].push_back(sample);
-  for (auto& [id, list] : result) {
-    std::stable_sort(list.begin(), list.end(), [](const Sample& a, const Sample& b) { return a.at_ns < b.at_ns; });
-  }
+  for (auto& [id, list] : result) std::ranges::stable_sort(list, is_drawn_before);
   return result;
 }
 
@@ -38,7 +47,7 @@ std::vector<double> raw_times(std::span<const Sample> samples) {
 std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control) {
   std::vector<double> times;
   for (const Sample& sample : samples) {
-    times.push_back(sample.frame_time_ns / median(raw_times(control_round(control, sample.at_ns))));
+    times.push_back(sample.frame_time_ns / median(raw_times(control_round(control, sample))));
   }
   return times;
 }

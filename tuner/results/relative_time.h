@@ -12,7 +12,10 @@ namespace reliefbench {
 /// Name of a backend's control case in samples.jsonl.
 [[nodiscard]] std::string control_case_id(std::string_view backend);
 
-/// The samples of a run by case id, each list by rising time of measurement.
+/// By time of measurement, the parts of a merged run one after the other: machines that ran at once share no course.
+[[nodiscard]] bool is_drawn_before(const Sample& a, const Sample& b);
+
+/// The samples of a run by case id, each list in the order of is_drawn_before().
 using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 [[nodiscard]] SamplesByCase group_samples(std::span<const Sample> samples);
 
@@ -22,7 +25,8 @@ using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 /// Each sample's frame time divided by the median of the control samples round it in time, two before and one after, so
 /// that what slows both (clock rates, other tenants of the machine) cancels. It looks ahead no further than the next
 /// control sample, so that a search may use a sample once that is drawn: nothing later changes it.
-/// samples, control: by rising time; control not empty
+/// In a merged run only control samples of a sample's own part count.
+/// samples, control: in the order of is_drawn_before(); control not empty
 [[nodiscard]] std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control);
 
 /// A case's frame times corrected for drift: relative_times() at the speed that the device had when the run began.
