@@ -232,8 +232,8 @@ TEST(MeshSurface, refuses_what_it_cannot_have) {
   const Scene scene = mesh_scene("teapot", 4, 0.02);
   const auto why = [&](std::string_view setting) { return conflict(parse_setting(setting), scene, false); };
   EXPECT_EQ(why("cone?silhouette=quadric&lod=footprint&normals=footprint"), "");
-  EXPECT_THAT(why("cone?shadow=cone"), HasSubstr("needs a plane, not a mesh"));
-  EXPECT_THAT(why("cone?depth=write"), HasSubstr("needs a plane, not a mesh"));
+  EXPECT_THAT(why("cone?shadow=cone"), HasSubstr("given by numbers, not a mesh"));
+  EXPECT_THAT(why("cone?depth=write"), HasSubstr("given by numbers, not a mesh"));
   EXPECT_THAT(why("cone?silhouette=clip"), HasSubstr("wrap=clamp"));
   EXPECT_THAT(why("depth_passes"), HasSubstr("needs a plane, not a mesh"));
   Scene clamped = scene;

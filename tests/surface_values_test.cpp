@@ -1,5 +1,5 @@
-// What features make of hits on curved surfaces: the light's exact share against analytic cases and a slow march, depths
-// against the ways to analytic hits, and the rows of `shadow` and `depth` on both backends.
+// What features make of hits on curved surfaces: the light's exact share against analytic cases and a slow march,
+// depths against the ways to analytic hits, and the rows of `shadow` and `depth` on both backends.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,8 @@ struct ExactFrame {
       for (int x = 0; x < scene.width_px; ++x) pixels.push_back(pixel_ray(frame, scene.wrap, x, y));
     hits = exact_hits(tracer, frame, scene.wrap, pixels);
     for (int i = 0; i < 3; ++i)
-      light.direction.at(static_cast<std::size_t>(i)) = static_cast<double>(frame.light.at(static_cast<std::size_t>(i)));
+      light.direction.at(static_cast<std::size_t>(i)) =
+          static_cast<double>(frame.light.at(static_cast<std::size_t>(i)));
   }
   [[nodiscard]] SurfaceRay ray(std::size_t i) const {
     const auto width = static_cast<std::size_t>(frame.sizes[0]);
@@ -52,9 +53,7 @@ struct ExactFrame {
 
 double dot_of(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-Heightfield level(float height) {
-  return {.width = 16, .height = 16, .texels = std::vector<float>(16 * 16, height)};
-}
+Heightfield level(float height) { return {.width = 16, .height = 16, .texels = std::vector<float>(16 * 16, height)}; }
 
 // A body that bulges everywhere shades itself where it looks away from the light, and nowhere else.
 TEST(SurfaceLight, of_a_round_body_is_what_faces_it) {

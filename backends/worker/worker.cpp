@@ -10,6 +10,7 @@
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -80,6 +81,11 @@ Worker::Ends Worker::socket_ends() {
   return {.ours = Descriptor(ends[0]), .theirs = Descriptor(ends[1])};
 }
 
+std::filesystem::path Worker::this_binary() {
+  constexpr const char* kSelf = "/proc/self/exe";
+  return ::access(kSelf, X_OK) == 0 ? kSelf : program_invocation_name;
+}
+
 Worker::Worker(const std::filesystem::path& binary) : Worker(socket_ends(), binary) {}
 
 Worker::Worker(Descriptor socket, Descriptor memory) : memory_(std::move(memory)), channel_(std::move(socket)) {}
@@ -112,7 +118,7 @@ Worker::Worker(Ends socket, const std::filesystem::path& binary) : channel_(std:
   ::sigemptyset(&none);
   ::posix_spawnattr_setsigmask(&how, &none);
   ::posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK);
-  errno = ::posix_spawn(&process_, binary.c_str(), &files, &how, arguments.data(), environ);
+  errno = ::posix_spawnp(&process_, binary.c_str(), &files, &how, arguments.data(), environ);
   ::posix_spawnattr_destroy(&how);
   ::posix_spawn_file_actions_destroy(&files);
   if (errno != 0) {

@@ -3,8 +3,8 @@
 // What features of the scene go by, beside a ray and its hit, and what they may change.
 
 struct Scene {
-  // Towards the light's middle in tangent space, in sides of the unit square along the tangents and in as many along the
-  // normal; unit on a plane. z <= 0: under the horizon
+  // Towards the light's middle in tangent space, in sides of the unit square along the tangents and in as many along
+  // the normal; unit on a plane. z <= 0: under the horizon
   vec3 light;
   float light_radius;  // tangent of its angular radius; 0: a point
   float relief_depth;  // in sides of a tile

@@ -117,10 +117,10 @@ std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const
     const double down = pixel.height + t * pixel.relief;
     const double sum = std::abs(pixel.height) + t * pixel.relief;
     // Of 1 - near * fall / down, where fall and down are rounded.
-    const double slack =
-        kMostDepthUlps * kDepthUlp +
-        near / std::max(down, kDepthUlp * sum) *
-            (ray_share + kDirectionError * parts + pixel.fall * kMostDepthUlps * kDepthUlp * sum / std::max(down, kDepthUlp * sum));
+    const double slack = kMostDepthUlps * kDepthUlp +
+                         near / std::max(down, kDepthUlp * sum) *
+                             (ray_share + kDirectionError * parts +
+                              pixel.fall * kMostDepthUlps * kDepthUlp * sum / std::max(down, kDepthUlp * sum));
     const auto found = static_cast<double>(depths[i]);
     const bool is_own = std::abs(found - window_depth(frame, pixel.at(t))) <= slack;
     const bool is_behind_plate = found >= window_depth(frame, pixel.at(0)) - slack;
