@@ -11,7 +11,7 @@
 namespace reliefbench {
 namespace {
 
-struct Header {
+struct PacketHeader {
   std::uint32_t mark = kMark;
   std::uint32_t bytes = 0;  ///< of the message
   std::uint64_t number = 0;
@@ -33,9 +33,9 @@ bool send_all(int socket, std::span<const std::byte> bytes) {
 }  // namespace
 
 bool Channel::send(std::uint64_t number, std::span<const std::byte> message) {
-  if (message.size() > Header::kMostBytes)
-    fail_environment("a message of {} bytes, a worker takes {}", message.size(), Header::kMostBytes);
-  const Header header{.bytes = static_cast<std::uint32_t>(message.size()), .number = number};
+  if (message.size() > PacketHeader::kMostBytes)
+    fail_environment("a message of {} bytes, a worker takes {}", message.size(), PacketHeader::kMostBytes);
+  const PacketHeader header{.bytes = static_cast<std::uint32_t>(message.size()), .number = number};
   // In one call where the message is small: two would wake the other end twice.
   std::vector<std::byte> bytes(sizeof(header) + message.size());
   std::memcpy(bytes.data(), &header, sizeof(header));
@@ -44,14 +44,14 @@ bool Channel::send(std::uint64_t number, std::span<const std::byte> message) {
 }
 
 std::optional<Packet> Channel::next() {
-  if (come_.size() < sizeof(Header)) return std::nullopt;
-  Header header;
+  if (come_.size() < sizeof(PacketHeader)) return std::nullopt;
+  PacketHeader header;
   std::memcpy(&header, come_.data(), sizeof(header));
-  if (header.mark != Header::kMark || header.bytes > Header::kMostBytes)
+  if (header.mark != PacketHeader::kMark || header.bytes > PacketHeader::kMostBytes)
     fail_environment("what came from a worker is no message");
-  const auto end = static_cast<std::ptrdiff_t>(sizeof(Header) + header.bytes);
+  const auto end = static_cast<std::ptrdiff_t>(sizeof(PacketHeader) + header.bytes);
   if (std::ssize(come_) < end) return std::nullopt;
-  Packet packet{.number = header.number, .message = {come_.begin() + sizeof(Header), come_.begin() + end}};
+  Packet packet{.number = header.number, .message = {come_.begin() + sizeof(PacketHeader), come_.begin() + end}};
   come_.erase(come_.begin(), come_.begin() + end);
   return packet;
 }

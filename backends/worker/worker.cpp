@@ -81,11 +81,6 @@ Worker::Ends Worker::socket_ends() {
   return {.ours = Descriptor(ends[0]), .theirs = Descriptor(ends[1])};
 }
 
-std::filesystem::path Worker::this_binary() {
-  constexpr const char* kSelf = "/proc/self/exe";
-  return ::access(kSelf, X_OK) == 0 ? kSelf : program_invocation_name;
-}
-
 Worker::Worker(const std::filesystem::path& binary) : Worker(socket_ends(), binary) {}
 
 Worker::Worker(Descriptor socket, Descriptor memory) : memory_(std::move(memory)), channel_(std::move(socket)) {}
@@ -106,7 +101,8 @@ Worker::Worker(Ends socket, const std::filesystem::path& binary) : channel_(std:
 
   posix_spawn_file_actions_t files;
   ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  // Nothing to read: the end of the pipe that is written to. A bare root may have no /dev/null.
+  ::posix_spawn_file_actions_adddup2(&files, written.get(), STDIN_FILENO);
   for (const int output : {STDOUT_FILENO, STDERR_FILENO})
     ::posix_spawn_file_actions_adddup2(&files, written.get(), output);
   // Onto itself: then it is not closed in the new process.
@@ -118,7 +114,7 @@ Worker::Worker(Ends socket, const std::filesystem::path& binary) : channel_(std:
   ::sigemptyset(&none);
   ::posix_spawnattr_setsigmask(&how, &none);
   ::posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK);
-  errno = ::posix_spawnp(&process_, binary.c_str(), &files, &how, arguments.data(), environ);
+  errno = ::posix_spawn(&process_, binary.c_str(), &files, &how, arguments.data(), environ);
   ::posix_spawnattr_destroy(&how);
   ::posix_spawn_file_actions_destroy(&files);
   if (errno != 0) {

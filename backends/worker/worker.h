@@ -29,7 +29,7 @@ class Worker {
  public:
   /// Starts this binary, or another one of the same build, as a worker.
   /// throws: Error(environment): it cannot be started
-  explicit Worker(const std::filesystem::path& binary = this_binary());
+  explicit Worker(const std::filesystem::path& binary = kThisBinary);
   /// Of one that is served elsewhere (tests): the ends of its socket and its memory.
   Worker(Descriptor socket, Descriptor memory);
   ~Worker();
@@ -47,8 +47,7 @@ class Worker {
   [[nodiscard]] SharedMemory& memory() { return memory_; }
   [[nodiscard]] pid_t process() const { return process_; }  ///< 0: it is none of ours
 
-  /// The running one; where /proc is not mounted, as the command was called.
-  [[nodiscard]] static std::filesystem::path this_binary();
+  static constexpr const char* kThisBinary = "/proc/self/exe";
 
  private:
   using Clock = std::chrono::steady_clock;

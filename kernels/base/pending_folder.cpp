@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr int kFolderFlags = O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC;
 
 /// "out/" is "out".
-fs::path without_slash(fs::path path) { return path.has_filename() ? path : path.parent_path(); }
+fs::path without_slash(const fs::path& path) { return path.has_filename() ? path : path.parent_path(); }
 
 bool is_locked_by_another(int fd) { return ::flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
 
@@ -55,7 +55,7 @@ void flush_to_disk(const fs::path& path) {
 
 }  // namespace
 
-PendingFolder::PendingFolder(fs::path place) : place_(without_slash(std::move(place))) {
+PendingFolder::PendingFolder(const fs::path& place) : place_(without_slash(place)) {
   check_free(place_);
   const fs::path parent = place_.has_parent_path() ? place_.parent_path() : fs::path(".");
   std::error_code error;

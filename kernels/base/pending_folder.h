@@ -9,7 +9,7 @@ namespace reliefbench {
 class PendingFolder {
  public:
   /// throws: FileError; Error(bad_input): something but an empty folder lies in the place
-  explicit PendingFolder(std::filesystem::path place);
+  explicit PendingFolder(const std::filesystem::path& place);
   ~PendingFolder();
   PendingFolder(const PendingFolder&) = delete;
   PendingFolder& operator=(const PendingFolder&) = delete;

@@ -19,7 +19,7 @@ struct ShardUnit {
   std::string bake;
   std::string setting;
   std::string scene;
-  auto operator<=>(const ShardUnit&) const = default;
+  auto operator<=>(const ShardUnit&) const = default;  // NOLINT(modernize-use-nullptr): there is none
 };
 
 ShardUnit unit_of(const Case& c, const Config& config) {

@@ -8,6 +8,7 @@
 namespace reliefbench {
 
 /// Several runs as one.
+// NOLINTNEXTLINE(bugprone-exception-escape): of the moving that nobody wrote, which throws nothing
 struct JoinedRuns {
   /// As load_run() gives a run, but for its folder. run.json has "parts": what every machine's run was.
   Run run;
