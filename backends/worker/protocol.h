@@ -29,25 +29,11 @@ struct WireDraw {
   int vertices = 0;
 };
 
-struct WirePass {
-  std::string part;
-  ObjectId pipeline = kNoObject;
-  std::vector<int> buffers;
-  int groups_x = 1;
-  int groups_y = 1;
-  int groups_z = 1;
-  int argument = 0;
-  bool may_be_long = false;
-};
-
 template <typename T, typename Of>
 concept Is = std::same_as<std::remove_const_t<T>, Of>;
 
 auto members(Is<WireError> auto& x) { return std::tie(x.code, x.fault, x.text); }
 auto members(Is<WireDraw> auto& x) { return std::tie(x.pipeline, x.textures, x.frame, x.vertices); }
-auto members(Is<WirePass> auto& x) {
-  return std::tie(x.part, x.pipeline, x.buffers, x.groups_x, x.groups_y, x.groups_z, x.argument, x.may_be_long);
-}
 auto members(Is<DeviceInfo> auto& x) {
   return std::tie(x.backend, x.index, x.name, x.vendor, x.type, x.driver, x.api_version, x.software, x.timers,
                   x.subtexel_bits, x.float64, x.compiles_in_parallel);
@@ -63,6 +49,10 @@ auto members(Is<SpecConstant> auto& x) { return std::tie(x.id, x.value); }
 auto members(Is<PipelineDesc> auto& x) { return std::tie(x.label, x.vertex, x.fragment, x.constants, x.target); }
 auto members(Is<ComputeDesc> auto& x) { return std::tie(x.label, x.spirv, x.buffers); }
 auto members(Is<ComputeBuffer> auto& x) { return std::tie(x.bytes, x.contents); }
+/// But for the pipeline, whose id stands beside.
+auto members(Is<ComputePass> auto& x) {
+  return std::tie(x.part, x.buffers, x.groups_x, x.groups_y, x.groups_z, x.argument, x.may_be_long);
+}
 auto members(Is<ComputeTime> auto& x) { return std::tie(x.part, x.ns); }
 auto members(Is<BatchTime> auto& x) { return std::tie(x.wall_ns, x.device_ns); }
 

@@ -1,7 +1,6 @@
 #include "backends/worker/remote.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <mutex>
@@ -108,19 +107,11 @@ class RemoteBackend final : public Backend {
   }
 
   [[nodiscard]] ComputeResult compute(const ComputeJob& job) override {
-    std::vector<WirePass> passes;
-    passes.reserve(job.passes.size());
-    for (const ComputePass& pass : job.passes)
-      passes.push_back({.part = std::string(pass.part),
-                        .pipeline = id_of(pass.pipeline),
-                        .buffers = pass.buffers,
-                        .groups_x = pass.groups_x,
-                        .groups_y = pass.groups_y,
-                        .groups_z = pass.groups_z,
-                        .argument = pass.argument,
-                        .may_be_long = pass.may_be_long});
+    std::vector<ObjectId> pipelines;
+    pipelines.reserve(job.passes.size());
+    for (const ComputePass& pass : job.passes) pipelines.push_back(id_of(pass.pipeline));
     const auto start = std::chrono::steady_clock::now();
-    WireReader reply = ask("the compute job", kForEver, Call::compute, job.buffers, passes, job.result);
+    WireReader reply = ask("the compute job", kForEver, Call::compute, job.buffers, job.passes, pipelines, job.result);
     std::span<const std::byte> bytes;
     ComputeResult result;
     double taken_ns = 0;

@@ -175,17 +175,11 @@ class Server {
 
   Answer compute(WireReader& request) {
     ComputeJob job;
-    std::vector<WirePass> passes;
-    request(job.buffers, passes, job.result).end();
-    for (const WirePass& pass : passes)
-      job.passes.push_back({.part = pass.part,
-                            .pipeline = pipelines_.at(pass.pipeline),
-                            .buffers = pass.buffers,
-                            .groups_x = pass.groups_x,
-                            .groups_y = pass.groups_y,
-                            .groups_z = pass.groups_z,
-                            .argument = pass.argument,
-                            .may_be_long = pass.may_be_long});
+    std::vector<ObjectId> pipelines;
+    request(job.buffers, job.passes, pipelines, job.result).end();
+    if (pipelines.size() != job.passes.size())
+      fail_environment("a job of {} passes with {} pipelines", job.passes.size(), pipelines.size());
+    for (std::size_t i = 0; i < pipelines.size(); ++i) job.passes[i].pipeline = pipelines_.at(pipelines[i]);
     const auto start = std::chrono::steady_clock::now();
     ComputeResult result = backend().compute(job);
     const std::chrono::duration<double, std::nano> taken = std::chrono::steady_clock::now() - start;
