@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
 #include "kernels/judge/depth_range.h"
+#include "kernels/trace/each_pixel.h"
 #include "kernels/trace/surface.h"
 
 namespace reliefbench {
@@ -64,13 +66,6 @@ double ball_depth(const FrameUniforms& frame, const EyeVector& direction) {
   return inside < 0 ? kNoDepth : nearest - std::sqrt(inside / a);
 }
 
-template <typename Use>
-void each_eye_ray(const FrameUniforms& frame, const Use& use) {
-  std::size_t i = 0;
-  for (int y = 0; y < frame.sizes[1]; ++y)
-    for (int x = 0; x < frame.sizes[0]; ++x) use(i++, x, y);
-}
-
 }  // namespace
 
 PixelDepths pixel_depths(const FrameUniforms& frame, Wrap wrap, int x, int y) {
@@ -93,7 +88,7 @@ double window_depth(const FrameUniforms& frame, double depth) {
 
 std::vector<float> exact_depth(const FrameUniforms& frame, Wrap wrap, std::span<const ReferenceHit> hits) {
   std::vector<float> depths(hits.size());
-  each_eye_ray(frame, [&](std::size_t i, int x, int y) {
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
     const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
     const bool is_seen = pixel.fall > 0 && !hits[i].passes();
     depths[i] = is_seen ? static_cast<float>(window_depth(frame, pixel.at(hits[i].t_enter))) : kFarthest;
@@ -108,8 +103,8 @@ std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const
   const double parts = std::abs(static_cast<double>(frame.forward[2])) + std::abs(static_cast<double>(frame.right[2])) +
                        std::abs(static_cast<double>(frame.up[2]));
   const double ray_share = is_curved(frame.surface_kind()) ? kRayShare : 0;
-  std::int64_t count = 0;
-  each_eye_ray(frame, [&](std::size_t i, int x, int y) {
+  std::atomic<std::int64_t> count = 0;
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
     if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) return;
     const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
     if (pixel.fall <= 0) return;  // a ray by rounding alone
@@ -132,7 +127,7 @@ std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const
 std::vector<SeenObject> exact_visibility(const FrameUniforms& frame, Wrap wrap, std::span<const ReferenceHit> hits) {
   std::vector<SeenObject> seen(hits.size(), SeenObject::relief);
   const auto near = static_cast<double>(frame.up[3]);
-  each_eye_ray(frame, [&](std::size_t i, int x, int y) {
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
     const EyeVector direction = eye_direction(frame, x, y);
     const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
     double nearest = pixel.fall > 0 ? pixel.at(hits[i].t_enter) : kNoDepth;

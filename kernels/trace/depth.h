@@ -19,9 +19,8 @@ inline constexpr double kBallRadius = 0.2;
 
 /// Of a pixel's ray, its floats taken exactly, along the view's axis in sides of the unit square.
 struct PixelDepths {
-  double fall = 0;  ///< height that the ray loses for each unit of that depth; <= 0: it never comes down
-  double height =
-      0;  ///< of the eye over the top plate, on a curved surface over the plane that touches where it enters
+  double fall = 0;    ///< height that the ray loses for each unit of that depth; <= 0: it never comes down
+  double height = 0;  ///< of the eye over the top plate; of a curved one over the plane that touches where it enters
   double relief = 0;  ///< from plate to plate
 
   /// Of the point at t of the ray.

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "kernels/base/error.h"
-#include "kernels/base/parallel.h"
 #include "kernels/mesh/meshes.h"
 #include "kernels/trace/surface_tracer.h"
 
@@ -18,16 +17,6 @@ constexpr double kNoHit = std::numeric_limits<double>::infinity();
 constexpr double kSameWay = 1e-9;  ///< in sides of the unit square: what rounding makes of one point's way
 
 Vector3d first_three(const std::array<float, 4>& numbers) { return Eigen::Vector3f(numbers.data()).cast<double>(); }
-
-/// Calls use(pixel, x, y) on all threads.
-template <typename Use>
-void each_mesh_pixel(const FrameUniforms& frame, const Use& use) {
-  const int width = frame.sizes[0];
-  parallel_for(frame.sizes[1], 0, [&](int y) {
-    for (int x = 0; x < width; ++x)
-      use(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x), x, y);
-  });
-}
 
 }  // namespace
 
@@ -85,7 +74,7 @@ std::vector<ReferenceHit> exact_hits_on_mesh(const MeshFrame& mesh, const FrameU
                                              std::span<const ScorePixel> pixels) {
   std::vector<ReferenceHit> hits(pixels.size());
   const Eigen::Array2d sides(frame.sizes[2], frame.sizes[3]);
-  each_mesh_pixel(frame, [&](std::size_t i, int x, int y) {
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
     if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) return;
     const auto entry = mesh.entry(x, y);
     if (entry) hits[i] = mesh.trace(*entry);
@@ -106,7 +95,7 @@ std::vector<ReferenceHit> exact_hits_on_mesh(const MeshFrame& mesh, const FrameU
 
 FeatureValues places_on_mesh(const MeshFrame& mesh, const FrameUniforms& frame, std::span<const ReferenceHit> hits) {
   FeatureValues places(3, std::vector<float>(hits.size()));
-  each_mesh_pixel(frame, [&](std::size_t i, int x, int y) {
+  for_each_pixel(frame, [&](std::size_t i, int x, int y) {
     if (hits[i].passes()) return;
     const auto entry = mesh.entry(x, y);
     const auto hit = entry ? mesh.hit_at(*entry, hits[i].t_enter) : std::nullopt;

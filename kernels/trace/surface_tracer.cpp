@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "kernels/base/parallel.h"
+#include "kernels/trace/each_pixel.h"
 #include "kernels/trace/mesh_frame.h"
 
 namespace reliefbench {
@@ -198,18 +198,6 @@ double SurfaceWalk::crossing(double from) {
     }
   }
   return kNowhere;
-}
-
-/// use(i, x, y): of the frame's pixels, on all threads
-template <typename Use>
-void for_each_pixel(const FrameUniforms& frame, const Use& use) {
-  const int width = frame.sizes[0];
-  const int count = width * frame.sizes[1];
-  constexpr int kTile = 256;
-  parallel_for((count + kTile - 1) / kTile, 0, [&](int tile) {
-    for (int i = tile * kTile; i < std::min((tile + 1) * kTile, count); ++i)
-      use(static_cast<std::size_t>(i), i % width, i / width);
-  });
 }
 
 std::array<double, 2> exact_place(const SurfaceShape& shape, const SurfaceRay& ray, double t) {
