@@ -1,5 +1,3 @@
-#include "kernels/trace/feature.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include "kernels/judge/light.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/depth.h"
+#include "kernels/trace/feature.h"
 #include "kernels/trace/surface.h"
 #include "kernels/trace/surface_tracer.h"
 #include "kernels/trace/technique.h"
