@@ -48,6 +48,17 @@ TEST_F(CliTest, recommend_within_a_time_keeps_to_the_budgets_of_the_run) {
             nlohmann::json({"e_xy.p99<=0.5", "missed_rate<=0.001"}));
 }
 
+TEST_F(CliTest, recommend_prices_a_heightmap_that_changes) {
+  static_cast<void>(null_sweep(folder_));
+  const CommandResult text = run({"recommend", "run", "--max-error", "e_xy.p99<=100", "--rebake-every", "4"});
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("Each frame bears its share of a bake every 4 frames"));
+  const CommandResult json = run({"recommend", "run", "--max-error", "e_xy.p99<=100", "--rebake-every", "4", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(json.out).at("question").at("rebake_every"), 4);
+  for (const char* none : {"0", "-3", "1.5", "often"})
+    EXPECT_EQ(run({"recommend", "run", "--rebake-every", none}).exit_code, 2) << none;
+}
+
 TEST_F(CliTest, recommend_and_tune_say_what_ties_with_their_pick) {
   static_cast<void>(null_sweep(folder_));
   EXPECT_THAT(run({"recommend", "run", "--max-error", "e_xy.p95<=2"}).out,

@@ -188,7 +188,7 @@ TEST(Omni, memory_is_that_of_heights_and_table) {
 using OmniOnDevices = BackendTest;
 INSTANTIATE_TEST_SUITE_P(AllBackends, OmniOnDevices, ::testing::Values("opengl", "vulkan"), backend_name);
 
-Scene scene_of(const View& view, Wrap wrap) { return {.view = view, .wrap = wrap, .width_px = 40, .height_px = 40}; }
+Scene omni_scene(const View& view, Wrap wrap) { return {.view = view, .wrap = wrap, .width_px = 40, .height_px = 40}; }
 
 // Between equal values there is nothing to interpolate, whichever way; the printed lookup is off, since it goes as far
 // along the pixel's ray as the table's went along its own.
@@ -202,7 +202,7 @@ TEST_P(OmniOnDevices, a_flat_map_is_exact_unless_lengths_are_looked_up) {
               "omni", {{"interpolation", interpolation}, {"omni_directions", directions}, {"format", "r32f"}});
           const StoredMap map = store_map(settings, flat, wrap);
           for (const View& view : view_presets())
-            for (const ScorePixel& pixel : trace_frame(rig, settings, map, scene_of(view, wrap))) {
+            for (const ScorePixel& pixel : trace_frame(rig, settings, map, omni_scene(view, wrap))) {
               if (static_cast<PixelStatus>(pixel.status) == PixelStatus::no_ray) continue;
               ASSERT_NEAR(pixel.t, 0.5, 1e-6) << settings.text() << " " << view.id;
             }
@@ -210,7 +210,7 @@ TEST_P(OmniOnDevices, a_flat_map_is_exact_unless_lengths_are_looked_up) {
     const Settings printed = settings_of("omni", {{"lookup", "published"}, {"omni_directions", "spherical"}});
     double worst = 0;
     for (const ScorePixel& pixel :
-         trace_frame(rig, printed, store_map(printed, flat, Wrap::repeat), scene_of(view_presets()[2], Wrap::repeat)))
+         trace_frame(rig, printed, store_map(printed, flat, Wrap::repeat), omni_scene(view_presets()[2], Wrap::repeat)))
       if (static_cast<PixelStatus>(pixel.status) == PixelStatus::hit)
         worst = std::max(worst, std::abs(static_cast<double>(pixel.t) - 0.5));
     EXPECT_GT(worst, 0.1);
@@ -247,7 +247,7 @@ TEST_P(OmniOnDevices, is_exact_at_the_tables_own_rays) {
           const OmniTable table(map_values(settings));
           for (const OmniTable::Node node : {OmniTable::Node{.x = 0, .y = 0, .a = 1, .b = 2}, {0, 0, 3, 1}}) {
             const TextureRay own = table.ray(node);
-            Scene scene = scene_of(view_along(own, 0.1), wrap);
+            Scene scene = omni_scene(view_along(own, 0.1), wrap);
             for (const ScorePixel& pixel : trace_frame(rig, settings, map, scene)) {
               if (static_cast<PixelStatus>(pixel.status) == PixelStatus::no_ray) continue;
               ASSERT_NEAR(pixel.ray.slope_u, own.slope_u, 2e-4);
@@ -278,7 +278,7 @@ TEST_P(OmniOnDevices, both_orders_have_the_same_bits) {
           for (const std::string_view order : kOmniOrders) {
             settings.set("omni_order", order);
             frames.push_back(
-                trace_frame(rig, settings, store_map(settings, small_fbm(), wrap), scene_of(view_presets()[1], wrap)));
+                trace_frame(rig, settings, store_map(settings, small_fbm(), wrap), omni_scene(view_presets()[1], wrap)));
           }
           for (std::size_t i = 0; i < frames[0].size(); ++i) ASSERT_EQ(frames[0][i].t, frames[1][i].t);
         }
@@ -291,7 +291,7 @@ double mean_error(const Rig& rig, const Settings& settings, const Heightfield& h
   const StoredMap map = store_map(settings, heights, Wrap::repeat);
   const ReferenceTracer tracer(map.surface, Wrap::repeat);
   for (const View& view : view_presets()) {
-    const auto pixels = trace_frame(rig, settings, map, scene_of(view, Wrap::repeat));
+    const auto pixels = trace_frame(rig, settings, map, omni_scene(view, Wrap::repeat));
     sum += judge(pixels, exact_hits(tracer, pixels), heights.width, heights.height).score.at("e_z.mean");
   }
   return sum / static_cast<double>(view_presets().size());
@@ -338,7 +338,7 @@ TEST_P(OmniOnDevices, reads_are_defined_for_every_ray) {
             for (const double elevation : {90.0, 1.0, 1e-5})
               for (const double azimuth : {0.0, 213.0})
                 for (const double depth : {0.0, 0.1, 1e3}) {
-                  Scene scene = scene_of(
+                  Scene scene = omni_scene(
                       {.id = "any", .elevation_deg = elevation, .distance = 3, .fov_deg = 50, .azimuth_deg = azimuth},
                       wrap);
                   scene.relief_depth = depth;

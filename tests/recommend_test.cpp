@@ -76,6 +76,23 @@ TEST(Recommend, of_times_that_overlap_the_simpler_and_smaller_is_the_pick_and_th
   EXPECT_EQ(id(only_answer(records, {}).tie), "none");
 }
 
+// A cone map that takes 900 ns to bake costs a heightmap that changes: in every frame all of it, in every tenth a tenth.
+TEST(Recommend, a_map_that_is_baked_again_costs_its_frames) {
+  const auto picked = [](std::optional<int> rebake_every) {
+    std::vector<Record> records = {make_record({.case_id = "relief", .time_ns = 1000}),
+                                   make_record({.case_id = "cone", .time_ns = 800, .technique = "cone"})};
+    records[1].bake_time_ns = 900;
+    records.push_back(records[1]);
+    records.back().frame_time.reset();  // not measured
+    if (rebake_every) add_bakes(records, *rebake_every);
+    const Answer answer = only_answer(records, {});
+    return std::pair(id(answer.pick), answer.pick->frame_time->summary.median);
+  };
+  EXPECT_EQ(picked(std::nullopt), std::pair(std::string("cone"), 800.0));
+  EXPECT_EQ(picked(10), std::pair(std::string("cone"), 890.0));
+  EXPECT_EQ(picked(1), std::pair(std::string("relief"), 1000.0));
+}
+
 TEST(Recommend, counts_the_simpler_settings_that_were_measured) {
   std::vector<Record> records = some_records();
   EXPECT_EQ(only_answer(records, {.budgets = {{"e_xy.p99", 0.35}}}).simpler, 2U);  // flat and parallax

@@ -17,6 +17,7 @@
 #include "tests/finished_run.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
+#include "tests/thorough.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
@@ -264,12 +265,8 @@ TEST_F(TuneTest, replay_ends_like_the_search_it_replays) {
 }
 
 // kill -9 at any moment: the same command goes on, ends at the same front, and has lost nothing that was measured.
-TEST_F(TuneTest, a_hundred_kills_end_at_the_same_front) {
-#if defined(__SANITIZE_ADDRESS__)
-  constexpr int kKills = 10;
-#else
-  constexpr int kKills = 100;
-#endif
+TEST_F(TuneTest, kills_end_at_the_same_front) {
+  const int kills = tried(30, 100, 10);
   constexpr int kKillsOfOne = 5;
   const auto arguments = [](const std::string& output) {
     return std::vector<std::string>{"tune", "--replay", kTable, "--quiet", "-o", output};
@@ -283,11 +280,11 @@ TEST_F(TuneTest, a_hundred_kills_end_at_the_same_front) {
   const std::string whole = file_text(folder_ / "whole/tune.json");
   std::mt19937 random(1);
   int killed = 0;
-  for (int i = 0; killed < kKills; ++i) {
-    ASSERT_LT(i, kKills) << "the search ends before it can be killed";
+  for (int i = 0; killed < kills; ++i) {
+    ASSERT_LT(i, kills) << "the search ends before it can be killed";
     const std::string output = "run" + std::to_string(i);
     std::string journal;
-    for (int of_this = 0; of_this < kKillsOfOne && killed < kKills; ++of_this) {
+    for (int of_this = 0; of_this < kKillsOfOne && killed < kills; ++of_this) {
       const pid_t child = start_reliefbench(arguments(output), folder_.path());
       std::this_thread::sleep_for(whole_s * (static_cast<double>(random() % 1000) / 1000));
       kill(child, SIGKILL);

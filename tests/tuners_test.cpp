@@ -13,6 +13,7 @@
 #include "kernels/base/error.h"
 #include "reports/pages/tuners_page.h"
 #include "tests/finished_run.h"
+#include "tests/thorough.h"
 #include "tuner/results/recorded_run.h"
 #include "tuner/search/strategies.h"
 
@@ -96,15 +97,9 @@ void PrintTo(const Recorded& recorded, std::ostream* out) { *out << recorded.nam
 
 class TunersOnARecordedSweep : public ::testing::TestWithParam<Recorded> {
  protected:
-#if defined(__SANITIZE_ADDRESS__)
-  static constexpr int kSeeds = 4;
-  static constexpr int kCertificates = 8;
-  static constexpr int kDisturbed = 8;
-#else
-  static constexpr int kSeeds = 20;
-  static constexpr int kCertificates = 200;
-  static constexpr int kDisturbed = 100;
-#endif
+  const int seeds_ = tried(20, 20, 4);
+  const int certificates_ = tried(60, 200, 8);
+  const int disturbed_ = tried(40, 200, 8);
   const RecordedTable table_ =
       load_recorded(fmt::format("{}/tests/data/exhaustive_{}.csv", RELIEFBENCH_SOURCE_DIR, GetParam().name), {});
 
@@ -119,7 +114,7 @@ class TunersOnARecordedSweep : public ::testing::TestWithParam<Recorded> {
 };
 
 TEST_P(TunersOnARecordedSweep, ours_is_as_good_as_it_says) {
-  const TunersOptions options{.seeds = kSeeds, .shares = {0.03, 0.05}, .certificates = kCertificates};
+  const TunersOptions options{.seeds = seeds_, .shares = {0.03, 0.05}, .certificates = certificates_};
   const TunerComparison comparison = compare_tuners(table_, options);
   ASSERT_GE(comparison.settings, 1500);
   const auto line_of = [&](std::string_view id) -> const TunerLine& {
@@ -138,7 +133,7 @@ TEST_P(TunersOnARecordedSweep, ours_is_as_good_as_it_says) {
 // As measured on a loaded machine.
 TEST_P(TunersOnARecordedSweep, certificates_are_true_on_a_loaded_machine) {
   expect_true(check_certificate(
-      table_, kDisturbed, [&](std::uint64_t seed) { return std::make_unique<ReplaySource>(table_, seed, 0.65); }));
+      table_, disturbed_, [&](std::uint64_t seed) { return std::make_unique<ReplaySource>(table_, seed, 0.65); }));
 }
 
 /// A replay on a machine whose speed swings by 1 % after correction, a swing taking some thousand frames.
@@ -159,7 +154,7 @@ class SwingingReplay final : public TimeSource {
 // And .31: as the white noise of one control sample ties frames together that it corrects.
 TEST_P(TunersOnARecordedSweep, certificates_are_true_while_the_machine_drifts) {
   expect_true(check_certificate(
-      table_, kDisturbed, [&](std::uint64_t seed) { return std::make_unique<SwingingReplay>(table_, seed, 0.31); }));
+      table_, disturbed_, [&](std::uint64_t seed) { return std::make_unique<SwingingReplay>(table_, seed, 0.31); }));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TunersOnARecordedSweep,

@@ -28,6 +28,7 @@ struct RecommendArguments {
   std::string folder;
   std::vector<std::string> max_error;
   std::optional<double> max_time_ms;
+  std::optional<int> rebake_every;
   std::string scene;
   std::string features;
   Names names;
@@ -42,6 +43,7 @@ Question question_of(const RecommendArguments& arguments, const RunQuestion& own
     fail_input("--max-time-ms {}: expected a time above 0", *arguments.max_time_ms);
   }
   question.max_time_ms = arguments.max_time_ms;
+  question.rebake_every = arguments.rebake_every;
   if (question.budgets.empty()) (question.max_time_ms ? question.simplest_budgets : question.budgets) = own.budgets;
   return question;
 }
@@ -185,6 +187,7 @@ Exit recommend_command(const RecommendArguments& arguments) {
   const Question question = question_of(arguments, question_of(stored));
   if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
   if (!arguments.features.empty()) keep_features(stored.records, arguments.features, arguments.folder);
+  if (question.rebake_every) add_bakes(stored.records, *question.rebake_every);
   const std::vector<Answer> answers = recommend(stored.records, question);
   if (arguments.json) {
     nlohmann::json json = answers_json(answers, question);
@@ -199,6 +202,9 @@ Exit recommend_command(const RecommendArguments& arguments) {
   if (is_of_tune(stored))
     put("{}\n", paint.dim("These are the settings that tune answers with; how sure it is of them is in tune.json."));
   put("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
+  if (question.rebake_every)
+    put("{}\n", paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}, as the run baked its map.",
+                                      *question.rebake_every, *question.rebake_every == 1 ? "" : "s")));
   for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
   print_filter_notes(answers, stored, paint);
   const Exit result = exit_of(answers);
@@ -218,6 +224,10 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
           ->take_all();
   const CLI::Option* max_time =
       command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it")->type_name("MS");
+  const CLI::Option* rebake =
+      command->add_option("--rebake-every", "the heightmap changes every N frames: each bears its share of the bake")
+          ->type_name("N")
+          ->check(CLI::Range(1, 1 << 30));
   const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing")->type_name("ID");
   const CLI::Option* features = add_features_option(*command);
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
@@ -228,16 +238,19 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
       "Exit code 1 where nothing meets the bounds.\n"
       "Examples:\n"
       "  reliefbench recommend out/quickstart --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001'\n"
-      "  reliefbench recommend out/quickstart --max-time-ms 2");
+      "  reliefbench recommend out/quickstart --max-time-ms 2\n"
+      "  reliefbench recommend out/quickstart --rebake-every 4");
   command->callback([=, &exit_code] {
     RecommendArguments arguments{.folder = folder->as<std::string>(),
                                  .max_error = value_or(max_error, std::vector<std::string>{}),
                                  .max_time_ms = std::nullopt,
+                                 .rebake_every = std::nullopt,
                                  .scene = value_or(scene, std::string()),
                                  .features = value_or(features, std::string()),
                                  .names = {.verbose = is_set(verbose)},
                                  .json = is_set(json)};
     if (!max_time->empty()) arguments.max_time_ms = max_time->as<double>();
+    if (!rebake->empty()) arguments.rebake_every = rebake->as<int>();
     exit_code = static_cast<int>(recommend_command(arguments));
   });
 }

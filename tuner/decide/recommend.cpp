@@ -151,6 +151,15 @@ double judged_time_ns(const Record& record) {
   return record.frame_time->summary.ci_high;
 }
 
+void add_bakes(std::span<Record> records, int rebake_every) {
+  for (Record& record : records) {
+    if (!record.frame_time) continue;
+    const double share_ns = record.bake_time_ns / rebake_every;
+    Summary& sum = record.frame_time->summary;
+    for (double* time_ns : {&sum.median, &sum.ci_low, &sum.ci_high}) *time_ns += share_ns;
+  }
+}
+
 std::vector<Answer> recommend(std::span<const Record> records, const Question& question) {
   // Unknown names are refused here even when no record would ask for them.
   (void)find_metric(question.error_metric);
@@ -172,6 +181,7 @@ nlohmann::json answers_json(std::span<const Answer> answers, const Question& que
                           {"error_metric", question.error_metric},
                           {"simplest_budgets", budget_texts(question.simplest_budgets)}};
   asked["max_time_ms"] = question.max_time_ms ? nlohmann::json(*question.max_time_ms) : nlohmann::json();
+  asked["rebake_every"] = question.rebake_every ? nlohmann::json(*question.rebake_every) : nlohmann::json();
 
   nlohmann::json list = nlohmann::json::array();
   for (const Answer& answer : answers) {

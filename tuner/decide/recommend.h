@@ -14,6 +14,7 @@
 namespace reliefbench {
 
 struct Question {
+  std::optional<int> rebake_every{};      ///< of records that add_bakes() changed: what it was told
   std::vector<Budget> budgets;            ///< all must hold
   std::optional<double> max_time_ms{};    ///< then: the most accurate within it; else: the fastest within the budgets
   std::string error_metric = "e_xy.p99";  ///< what "most accurate" means, and what decides between equal times
@@ -43,6 +44,10 @@ struct Answer {
 
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);
+
+/// Of a heightmap that changes every so many frames: each frame bears its share of its map's bake, as the run baked it;
+/// a height map itself has none to bear. What is judged, compared and printed from then on is this sum.
+void add_bakes(std::span<Record> records, int rebake_every);
 
 /// One answer a (backend, device, scene), also where nothing of it was measured. Order of cases: judged time (with
 /// max_time_ms: error), then error (judged time), then case id. The pick is choose()'s among all that meet the question
