@@ -277,8 +277,8 @@ TEST_P(OmniOnDevices, both_orders_have_the_same_bits) {
           std::vector<std::vector<ScorePixel>> frames;
           for (const std::string_view order : kOmniOrders) {
             settings.set("omni_order", order);
-            frames.push_back(
-                trace_frame(rig, settings, store_map(settings, small_fbm(), wrap), omni_scene(view_presets()[1], wrap)));
+            frames.push_back(trace_frame(rig, settings, store_map(settings, small_fbm(), wrap),
+                                         omni_scene(view_presets()[1], wrap)));
           }
           for (std::size_t i = 0; i < frames[0].size(); ++i) ASSERT_EQ(frames[0][i].t, frames[1][i].t);
         }

@@ -76,7 +76,8 @@ TEST(Recommend, of_times_that_overlap_the_simpler_and_smaller_is_the_pick_and_th
   EXPECT_EQ(id(only_answer(records, {}).tie), "none");
 }
 
-// A cone map that takes 900 ns to bake costs a heightmap that changes: in every frame all of it, in every tenth a tenth.
+// A cone map that takes 900 ns to bake costs a heightmap that changes: in every frame all of it, in every tenth a
+// tenth.
 TEST(Recommend, a_map_that_is_baked_again_costs_its_frames) {
   const auto picked = [](std::optional<int> rebake_every) {
     std::vector<Record> records = {make_record({.case_id = "relief", .time_ns = 1000}),

@@ -104,8 +104,7 @@ TEST_P(StressOnDevices, every_technique_holds_in_a_small_scene) {
   for (std::size_t at = row().id == "opengl" ? 0 : every - 1; at < techniques().size(); at += every) {
     const Technique& technique = techniques()[at];
     const StressReport report = run_stress(
-        extremes,
-        {.backends = {std::string(row().id)}, .filter = std::string(technique.id) + "/*", .quiet = true});
+        extremes, {.backends = {std::string(row().id)}, .filter = std::string(technique.id) + "/*", .quiet = true});
     EXPECT_EQ(report.results.empty(), technique.is_of_solids()) << technique.id;
     EXPECT_EQ(report.pictures.size(), technique.is_of_solids() ? 0U : 1U) << technique.id;
     for (const StressResult& result : report.results) {

@@ -203,8 +203,9 @@ Exit recommend_command(const RecommendArguments& arguments) {
     put("{}\n", paint.dim("These are the settings that tune answers with; how sure it is of them is in tune.json."));
   put("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
   if (question.rebake_every)
-    put("{}\n", paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}, as the run baked its map.",
-                                      *question.rebake_every, *question.rebake_every == 1 ? "" : "s")));
+    put("{}\n",
+        paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}, as the run baked its map.",
+                              *question.rebake_every, *question.rebake_every == 1 ? "" : "s")));
   for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
   print_filter_notes(answers, stored, paint);
   const Exit result = exit_of(answers);
