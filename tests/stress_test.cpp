@@ -103,10 +103,11 @@ TEST_P(StressOnDevices, every_technique_holds_in_a_small_scene) {
   const std::size_t every = static_cast<std::size_t>(tried(2, 1, 2));
   for (std::size_t at = row().id == "opengl" ? 0 : every - 1; at < techniques().size(); at += every) {
     const Technique& technique = techniques()[at];
+    if (technique.is_of_solids()) continue;
     const StressReport report = run_stress(
         extremes, {.backends = {std::string(row().id)}, .filter = std::string(technique.id) + "/*", .quiet = true});
-    EXPECT_EQ(report.results.empty(), technique.is_of_solids()) << technique.id;
-    EXPECT_EQ(report.pictures.size(), technique.is_of_solids() ? 0U : 1U) << technique.id;
+    EXPECT_FALSE(report.results.empty()) << technique.id;
+    EXPECT_EQ(report.pictures.size(), 1U) << technique.id;
     for (const StressResult& result : report.results) {
       EXPECT_EQ(result.skipped, "");
       EXPECT_TRUE(result.holds()) << result.technique << "?" << result.settings;
