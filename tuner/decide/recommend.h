@@ -14,13 +14,13 @@
 namespace reliefbench {
 
 struct Question {
-  std::optional<int> rebake_every{};      ///< of records that add_bakes() changed: what it was told
   std::vector<Budget> budgets;            ///< all must hold
   std::optional<double> max_time_ms{};    ///< then: the most accurate within it; else: the fastest within the budgets
   std::string error_metric = "e_xy.p99";  ///< what "most accurate" means, and what decides between equal times
   /// What the simplest must meet besides: of a question about time alone the run's own budgets, or the simplest would
   /// be no relief at all, which takes the least time however wrong it is.
   std::vector<Budget> simplest_budgets{};
+  std::optional<int> rebake_every{};  ///< of records that add_bakes() changed: what it was told
 };
 
 /// The answer for one device and scene. Pointers go into the records that were asked.
