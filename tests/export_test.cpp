@@ -94,10 +94,10 @@ TEST(ShippedShader, has_the_levels_and_the_fading_that_its_setting_has) {
 TEST(ShippedShader, is_told_how_a_surface_bends) {
   const std::string bent = find_language("glsl").write(ShippedCase("cone?silhouette=quadric").shader()).example;
   for (const std::string words :
-       {"- curvature: of the surface there", "guarantee", "of the bent ray", "const vec3 curvature)",
+       {"- curvature: of the surface there", "of the bent ray", "[RTM] Advanced Mapping", "const vec3 curvature)",
         "layout(location = 3) in vec3 in_curvature;", "if (surface.passes) discard;", "relief_unbend(ray, hit);"})
     EXPECT_THAT(bent, HasSubstr(words));
-  for (const char* absent : {"quadric_distance", "#if", "RAY_", "is_beside"}) EXPECT_THAT(bent, Not(HasSubstr(absent)));
+  for (const char* absent : {"quadric_distance", "BENT_", "RAY_", "is_beside"}) EXPECT_THAT(bent, Not(HasSubstr(absent)));
   const std::string clipped = find_language("glsl").write(ShippedCase("cone?silhouette=clip", Wrap::clamp).shader()).example;
   EXPECT_THAT(clipped, HasSubstr("bool passes = relief_is_beside(ray.uv + ray.slope * hit.t);"));
   for (const char* absent : {"curvature", "bend"}) EXPECT_THAT(clipped, Not(HasSubstr(absent)));
@@ -199,8 +199,8 @@ TEST_P(ShippedShaderOnDevice, follows_a_curved_surface) {
         const SurfaceRay ray = surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
         EXPECT_NEAR(shown.steps, 1 - shown.t + ray.bend * shown.t * shown.t, 1e-3 * (1 + std::abs(ray.bend)));
       }
-      EXPECT_GT(traced, 500);
-      EXPECT_GT(passed, 20);
+      EXPECT_GT(traced, 100);
+      EXPECT_GT(passed, 10);
       EXPECT_LE(differing, traced / 50) << "of " << traced;
     }
   });
@@ -388,6 +388,16 @@ TEST_F(ExportCommand, ships_a_case_by_its_id) {
   EXPECT_THAT(file_text(folder_ / "out/relief.glsl"), HasSubstr("measured with 0.25"));
 }
 
+TEST_F(ExportCommand, says_what_fills_the_holes_of_a_solid) {
+  const auto ship_ball = [&](const char* technique) {
+    return run_reliefbench({"export", "ball", "--size", "16x16", "--case", technique, "-o", "out"}, folder_.path());
+  };
+  const CommandResult filled = ship_ball("relief");
+  EXPECT_EQ(filled.exit_code, 0) << filled.err;
+  EXPECT_THAT(filled.err, HasSubstr("warning: relief sees the upper surface of ball_16x16, a solid, alone"));
+  EXPECT_EQ(ship_ball("double_relief").err, "");
+}
+
 TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   const auto with_presets = [&](std::vector<std::string> rest, const std::string& words) {
     rest.insert(rest.begin(), {"--presets", "presets.json"});
@@ -404,6 +414,8 @@ TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   expect_refused({"--case", "cane", "-o", "out"}, "unknown technique 'cane'");
   expect_refused({"--case", "cone?format=r8", "-o", "out"}, "format r8 has room for 0 cone ratios");
   expect_refused({"--case", "relief", "--wrap", "mirror", "-o", "out"}, "--wrap");
+  expect_refused({"--case", "relief?silhouette=quadric", "--for", "unity", "-o", "out"}, "no engine's recipe");
+  expect_refused({"--case", "double_relief", "-o", "out"}, "needs a heightmap of two heights a texel");
   expect_refused({"--case", "relief", "-o", "presets.json/out"}, "presets.json/out: cannot be made");
   presets_["devices"].push_back(presets_["devices"][0]);
   presets_["devices"][1]["device"] = "another";
