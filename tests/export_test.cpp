@@ -97,8 +97,10 @@ TEST(ShippedShader, is_told_how_a_surface_bends) {
        {"- curvature: of the surface there", "of the bent ray", "[RTM] Advanced Mapping", "const vec3 curvature)",
         "layout(location = 3) in vec3 in_curvature;", "if (surface.passes) discard;", "relief_unbend(ray, hit);"})
     EXPECT_THAT(bent, HasSubstr(words));
-  for (const char* absent : {"quadric_distance", "BENT_", "RAY_", "is_beside"}) EXPECT_THAT(bent, Not(HasSubstr(absent)));
-  const std::string clipped = find_language("glsl").write(ShippedCase("cone?silhouette=clip", Wrap::clamp).shader()).example;
+  for (const char* absent : {"quadric_distance", "BENT_", "RAY_", "is_beside"})
+    EXPECT_THAT(bent, Not(HasSubstr(absent)));
+  const std::string clipped =
+      find_language("glsl").write(ShippedCase("cone?silhouette=clip", Wrap::clamp).shader()).example;
   EXPECT_THAT(clipped, HasSubstr("bool passes = relief_is_beside(ray.uv + ray.slope * hit.t);"));
   for (const char* absent : {"curvature", "bend"}) EXPECT_THAT(clipped, Not(HasSubstr(absent)));
 }
@@ -170,10 +172,10 @@ void main() {{
 // they leave it, it says so.
 TEST_P(ShippedShaderOnDevice, follows_a_curved_surface) {
   on_every_device([&](const Rig& rig) {
-    for (const auto& [id, wrap] : {std::pair("cone?silhouette=quadric", Wrap::repeat),
-                                   std::pair("max_mip?silhouette=quadric", Wrap::clamp),
-                                   std::pair("relief?silhouette=quadric_exact", Wrap::repeat),
-                                   std::pair("relief?silhouette=clip", Wrap::clamp)}) {
+    for (const auto& [id, wrap] :
+         {std::pair("cone?silhouette=quadric", Wrap::repeat), std::pair("max_mip?silhouette=quadric", Wrap::clamp),
+          std::pair("relief?silhouette=quadric_exact", Wrap::repeat),
+          std::pair("relief?silhouette=clip", Wrap::clamp)}) {
       SCOPED_TRACE(id);
       const ShippedCase shipped(id, wrap);
       const Scene scene = cylinder_scene(wrap);
@@ -196,7 +198,8 @@ TEST_P(ShippedShaderOnDevice, follows_a_curved_surface) {
         if (!shipped.settings.is("silhouette", "quadric") || shown.status != static_cast<float>(PixelStatus::hit))
           continue;
         const auto width = static_cast<std::size_t>(scene.width_px);
-        const SurfaceRay ray = surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+        const SurfaceRay ray =
+            surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
         EXPECT_NEAR(shown.steps, 1 - shown.t + ray.bend * shown.t * shown.t, 1e-3 * (1 + std::abs(ray.bend)));
       }
       EXPECT_GT(traced, 100);

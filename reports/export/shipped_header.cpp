@@ -76,10 +76,10 @@ std::string use_lines(const ShippedShader& shipped) {
   const std::vector<PixelFeature> features = pixel_features(shipped.settings);
   if (takes_curvature(shipped.settings))
     add("curvature",
-        "of the surface there, per side of a tile, as a quadric under its tangent plane: x along u, y along v, z of the "
-        "product of both ways, so that what is w away in the plane lies (x w.x^2 + y w.y^2 + z w.x w.y) / 2 above "
-        "the surface; > 0 where it bends away. A ball of radius r: 1 / r, 1 / r, 0; a mesh: fitted at each corner to its "
-        "neighbours by least squares, as [RTM] listing 5.8 does");
+        "of the surface there, per side of a tile, as a quadric under its tangent plane: x along u, y along v, z of "
+        "the product of both ways, so that what is w away in the plane lies (x w.x^2 + y w.y^2 + z w.x w.y) / 2 over "
+        "the surface; > 0 where it bends away. A ball of radius r: 1 / r, 1 / r, 0; a mesh: fitted at each corner to "
+        "its neighbours by least squares, as [RTM] listing 5.8 does");
   if (has_value_of(shipped.settings, Query::shadow)) {
     add("light_ts", "towards the light's middle, in tangent space, of length 1");
     add("light_radius", "tangent of the light's angular radius; 0: a point");

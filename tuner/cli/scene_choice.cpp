@@ -160,7 +160,8 @@ void warn_of_holes(const Settings& settings, const HeightmapSpec& heightmap) {
   std::vector<std::string_view> whole;
   for (const Technique& technique : techniques())
     if (technique.is_of_solids()) whole.push_back(technique.id);
-  fmt::print(stderr, "warning: {} sees the upper surface of {}, a solid, alone and fills its holes; {} trace it whole\n",
+  fmt::print(stderr,
+             "warning: {} sees the upper surface of {}, a solid, alone and fills its holes; {} trace it whole\n",
              settings.technique().id, heightmap_name(heightmap), fmt::join(whole, ", "));
 }
 

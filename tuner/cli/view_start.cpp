@@ -7,8 +7,8 @@
 
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
-#include "tuner/decide/pareto.h"
 #include "tuner/cli/scene_choice.h"
+#include "tuner/decide/pareto.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/results/run_files.h"
