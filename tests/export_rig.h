@@ -46,7 +46,10 @@ inline std::vector<std::string> shipped_settings() {
                          "relief?shadow=binary",
                          "cone?shadow=cone&format=rgba8",
                          "relaxed_cone?shadow=soft_taps&shadow_bias=1_256",
-                         "interval?search=cone&shadow=soft_cone"})
+                         "interval?search=cone&shadow=soft_cone",
+                         "cone?silhouette=quadric&lod=footprint&shadow=cone",
+                         "relief?silhouette=quadric_exact",
+                         "relief?silhouette=clip"})
     ids.emplace_back(id);
   return ids;
 }
@@ -65,9 +68,9 @@ struct ShippedCase {
   StoredMap map;
 };
 
-/// The view's angle, or the pixel's size.
+/// The view's angle, the pixel's size, or how the surface bends.
 inline bool reads_what_no_score_frame_tells(const Settings& settings) {
-  return settings.technique().id == "parallax" || takes_derivatives(settings);
+  return settings.technique().id == "parallax" || takes_derivatives(settings) || takes_curvature(settings);
 }
 
 /// `relief_map, extra_map, `, as a function takes them.
@@ -77,11 +80,9 @@ inline std::string called_with(const Pieces& source, const std::string& function
   return list;
 }
 
-/// A whole fragment shader: the shipped trace on rays that a texture holds, into a score frame.
-inline std::string rays_shader(const ShippedCase& shipped, const FrameUniforms& frame) {
-  const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
-  const bool has_shadow = has_value_of(shipped.settings, Query::shadow);
-  std::string text = "#version 450\n" + with_short_lines(text_of(source)) + R"(
+/// What a whole fragment shader has round a main() that traces rays that a texture holds into a score frame.
+inline std::string rays_head(const Pieces& source) {
+  return "#version 450\n" + with_short_lines(text_of(source)) + R"(
 #ifdef VULKAN
 #define PLACE(n) set = 0, binding = n
 #else
@@ -93,6 +94,13 @@ layout(PLACE(4)) uniform sampler2D extra_map;
 layout(location = 0) out vec4 out_ray;
 layout(location = 1) out vec4 out_hit;
 )";
+}
+
+/// The shipped trace on such rays.
+inline std::string rays_shader(const ShippedCase& shipped, const FrameUniforms& frame) {
+  const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
+  const bool has_shadow = has_value_of(shipped.settings, Query::shadow);
+  std::string text = rays_head(source);
   if (has_shadow) text += "layout(location = 2) out float out_shadow;\n";
   text += fmt::format(R"(
 void main() {{

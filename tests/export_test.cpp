@@ -12,6 +12,7 @@
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/image/ktx2.h"
+#include "kernels/trace/surface.h"
 #include "reports/export/glsl_fold.h"
 #include "tests/command.h"
 #include "tests/export_rig.h"
@@ -90,6 +91,20 @@ TEST(ShippedShader, has_the_levels_and_the_fading_that_its_setting_has) {
   EXPECT_THAT(shader, Not(HasSubstr("shadow")));
 }
 
+TEST(ShippedShader, is_told_how_a_surface_bends) {
+  const std::string bent = find_language("glsl").write(ShippedCase("cone?silhouette=quadric").shader()).example;
+  for (const std::string words :
+       {"- curvature: of the surface there", "of the bent ray", "[RTM] Advanced Mapping", "const vec3 curvature)",
+        "layout(location = 3) in vec3 in_curvature;", "if (surface.passes) discard;", "relief_unbend(ray, hit);"})
+    EXPECT_THAT(bent, HasSubstr(words));
+  for (const char* absent : {"quadric_distance", "BENT_", "RAY_", "is_beside"})
+    EXPECT_THAT(bent, Not(HasSubstr(absent)));
+  const std::string clipped =
+      find_language("glsl").write(ShippedCase("cone?silhouette=clip", Wrap::clamp).shader()).example;
+  EXPECT_THAT(clipped, HasSubstr("bool passes = relief_is_beside(ray.uv + ray.slope * hit.t);"));
+  for (const char* absent : {"curvature", "bend"}) EXPECT_THAT(clipped, Not(HasSubstr(absent)));
+}
+
 TEST(ShippedShader, long_lines_are_broken) {
   const std::string text = with_short_lines("float f(" + std::string(70, 'a') + ", " + std::string(70, 'b') + ");\n");
   EXPECT_EQ(text, "float f(" + std::string(70, 'a') + ",\n    " + std::string(70, 'b') + ");\n");
@@ -123,6 +138,77 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
       }
   });
 }
+
+/// On a cylinder, whose tangents have the length of the unit square's sides and whose curvature is the same everywhere.
+Scene cylinder_scene(Wrap wrap) {
+  Scene scene = shipped_scene(wrap);
+  scene.view = {.id = "round", .elevation_deg = 30, .distance = 2, .fov_deg = 40};
+  scene.surface = {.kind = SurfaceKind::cylinder, .round = 3};
+  scene.relief_depth = 0.125;  // by which slopes are divided without rounding
+  return scene;
+}
+
+/// A whole fragment shader: relief_trace() on a cylinder, into a score frame whose steps are heights.
+std::string cylinder_shader(const ShippedCase& shipped, const Scene& scene) {
+  const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
+  const float radius = frame_uniforms(scene, heights().width, heights().height).surface[1];
+  return rays_head(source) +
+         fmt::format(R"(
+void main() {{
+  out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+  vec2 along = out_ray.zw / {0:#};
+  ReliefSurface surface = relief_trace({1}out_ray.xy, vec3(along, -1.0), {0:#}{2});
+  float t = surface.depth_offset / {0:#} * inversesqrt(1.0 + dot(along, along));
+  out_hit = vec4(t, surface.passes ? {3}.0 : surface.hit ? {4}.0 : {5}.0, float(surface.taps), surface.height);
+}}
+)",
+                     scene.relief_depth, called_with(source, "relief_trace"),
+                     takes_curvature(shipped.settings) ? fmt::format(", vec3(1.0 / {:#.9}, 0.0, 0.0)", radius) : "",
+                     static_cast<int>(PixelStatus::passed), static_cast<int>(PixelStatus::hit),
+                     static_cast<int>(PixelStatus::step_cap));
+}
+
+// Told the curvature that a cylinder has, what ships bends its rays as the suite does, which knows the surface; where
+// they leave it, it says so.
+TEST_P(ShippedShaderOnDevice, follows_a_curved_surface) {
+  on_every_device([&](const Rig& rig) {
+    for (const auto& [id, wrap] :
+         {std::pair("cone?silhouette=quadric", Wrap::repeat), std::pair("max_mip?silhouette=quadric", Wrap::clamp),
+          std::pair("relief?silhouette=quadric_exact", Wrap::repeat),
+          std::pair("relief?silhouette=clip", Wrap::clamp)}) {
+      SCOPED_TRACE(id);
+      const ShippedCase shipped(id, wrap);
+      const Scene scene = cylinder_scene(wrap);
+      const std::vector<ScorePixel> expected = trace_frame(rig, shipped.settings, shipped.map, scene, kShippedSampler);
+      const Spirv fragment =
+          compile_whole_fragment({.name = id, .text = cylinder_shader(shipped, scene)}, rig.row.dialect);
+      const ScoreFrame found = frame_of_rays(rig, shipped, fragment, expected);
+      const FrameUniforms frame = frame_uniforms(scene, heights().width, heights().height);
+      const SurfaceShape shape(frame);
+      int differing = 0;
+      int traced = 0;
+      int passed = 0;
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        const ScorePixel& pixel = expected[i];
+        if (pixel.status == static_cast<float>(PixelStatus::no_ray)) continue;
+        ++traced;
+        passed += pixel.status == static_cast<float>(PixelStatus::passed) ? 1 : 0;
+        const ScorePixel& shown = found.pixels[i];
+        differing += std::abs(shown.t - pixel.t) <= 1e-4F * pixel.t && shown.status == pixel.status ? 0 : 1;
+        if (!shipped.settings.is("silhouette", "quadric") || shown.status != static_cast<float>(PixelStatus::hit))
+          continue;
+        const auto width = static_cast<std::size_t>(scene.width_px);
+        const SurfaceRay ray =
+            surface_ray(frame, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
+        EXPECT_NEAR(shown.steps, 1 - shown.t + ray.bend * shown.t * shown.t, 1e-3 * (1 + std::abs(ray.bend)));
+      }
+      EXPECT_GT(traced, 100);
+      EXPECT_GT(passed, 10);
+      EXPECT_LE(differing, traced / 50) << "of " << traced;
+    }
+  });
+}
+
 INSTANTIATE_TEST_SUITE_P(backends, ShippedShaderOnDevice, ::testing::Values("opengl", "vulkan"), backend_name);
 
 TEST(GlslFold, ifs_that_constants_decide_vanish) {
@@ -305,6 +391,16 @@ TEST_F(ExportCommand, ships_a_case_by_its_id) {
   EXPECT_THAT(file_text(folder_ / "out/relief.glsl"), HasSubstr("measured with 0.25"));
 }
 
+TEST_F(ExportCommand, says_what_fills_the_holes_of_a_solid) {
+  const auto ship_ball = [&](const char* technique) {
+    return run_reliefbench({"export", "ball", "--size", "16x16", "--case", technique, "-o", "out"}, folder_.path());
+  };
+  const CommandResult filled = ship_ball("relief");
+  EXPECT_EQ(filled.exit_code, 0) << filled.err;
+  EXPECT_THAT(filled.err, HasSubstr("warning: relief sees the upper surface of ball_16x16, a solid, alone"));
+  EXPECT_EQ(ship_ball("double_relief").err, "");
+}
+
 TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   const auto with_presets = [&](std::vector<std::string> rest, const std::string& words) {
     rest.insert(rest.begin(), {"--presets", "presets.json"});
@@ -321,6 +417,8 @@ TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   expect_refused({"--case", "cane", "-o", "out"}, "unknown technique 'cane'");
   expect_refused({"--case", "cone?format=r8", "-o", "out"}, "format r8 has room for 0 cone ratios");
   expect_refused({"--case", "relief", "--wrap", "mirror", "-o", "out"}, "--wrap");
+  expect_refused({"--case", "relief?silhouette=quadric", "--for", "unity", "-o", "out"}, "no engine's recipe");
+  expect_refused({"--case", "double_relief", "-o", "out"}, "needs a heightmap of two heights a texel");
   expect_refused({"--case", "relief", "-o", "presets.json/out"}, "presets.json/out: cannot be made");
   presets_["devices"].push_back(presets_["devices"][0]);
   presets_["devices"][1]["device"] = "another";

@@ -234,6 +234,27 @@ TEST_P(FilteringTest, of_a_supersampled_reference_the_object_that_is_seen_is_the
   EXPECT_EQ(mean.at("wrong_visible_rate"), point.at("wrong_visible_rate"));
 }
 
+// A setting without shadow is near to a reference that has none either; a complete one has. Objects are in its frame
+// where they are in the setting's.
+TEST_P(FilteringTest, of_a_complete_reference_what_a_setting_leaves_out_is_an_error) {
+  if (row().devices().empty()) return;
+  const auto with = [](std::vector<std::pair<std::string_view, std::string_view>> values) {
+    values.emplace_back("linear_steps", "32");
+    return settings_of("relief", values);
+  };
+  const auto [own, lit] = seen(GetParam(), with({}), Picture::point);
+  const auto [left_out, complete] = seen(GetParam(), with({}), Picture::point_complete);
+  const auto [shadowed, same] = seen(GetParam(), with({{"shadow", "linear"}}), Picture::point_complete);
+  const auto [whole, objects] =
+      seen(GetParam(), with({{"shadow", "linear"}, {"depth", "write"}}), Picture::point_complete);
+  EXPECT_NE(lit, complete);
+  EXPECT_EQ(complete, same);
+  EXPECT_NE(complete, objects);
+  EXPECT_GT(left_out.at("flip"), own.at("flip"));
+  EXPECT_LT(shadowed.at("flip"), left_out.at("flip"));
+  EXPECT_LT(whole.at("flip"), left_out.at("flip"));
+}
+
 TEST_P(FilteringTest, a_supersampled_reference_is_the_same_to_a_frame_of_several_draws) {
   if (row().devices().empty()) return;
   EXPECT_EQ(seen(GetParam(), settings_of("depth_passes", {{"passes", "8"}}), Picture::supersampled).second,

@@ -143,7 +143,7 @@ TEST(SceneJson, is_the_whole_scene_and_keeps_its_key) {
   refused("/frame_px", {0, 1}, "'frame_px'");
   refused("/heights_texels", {32, 0}, "'heights_texels'");
   refused("/wrap", "mirror", "'wrap'");
-  refused("/reference", "lines", "neither point nor supersampled");
+  refused("/reference", "lines", "which is no row of pictures");
   refused("/reference", 5, "'reference'");
   refused("/occluded", "half", "'occluded'");
   refused("/surface/kind", "cube", "'surface'");

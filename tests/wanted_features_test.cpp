@@ -20,6 +20,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::Each;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 bool is_shown(const std::string& setting, const std::string& features) {
@@ -63,6 +64,19 @@ std::set<std::string> settings_of(const Config& config) {
   for (const Case& one : make_plan(config, std::vector<std::string>{"vulkan"}, "").cases)
     ids.insert(setting_id(one.settings));
   return ids;
+}
+
+// Nothing in it is refused, and nothing but the plainest search fills a solid's holes.
+TEST(BuiltInSpace, of_a_solid_traces_solids) {
+  const Config space = default_tune_config({.source = "ball", .width = 16, .height = 16}, {});
+  ASSERT_EQ(space.scenes.size(), 1U);
+  EXPECT_EQ(space.scenes.front().id, "ball_16x16/oblique");
+  std::set<std::string> techniques_tried;
+  for (const std::string& id : settings_of(space)) {
+    EXPECT_EQ(heights_conflict(parse_setting(id), true), "");
+    techniques_tried.emplace(parse_setting(id).technique().id);
+  }
+  EXPECT_THAT(techniques_tried, ElementsAre("double_cone", "double_mip", "double_relief", "relief"));
 }
 
 TEST(WantedFeatures, make_a_space_of_all_that_show_them) {

@@ -6,9 +6,24 @@ ivec2 map_size() { return textureSize(relief_map, 0); }
 // uv: where it meets the top plate, in tiles
 // view: from the eye to there, in tangent space, of any length; z < 0
 // relief_depth: in sides of a tile
+#ifdef BENT_RAYS
+// curvature: along u, along v and of the product of both ways, per side of a tile
+Ray view_ray(vec2 uv, vec3 view, float relief_depth, vec3 curvature) {
+  vec2 along = view.xy / -view.z;
+  float bend = 0.5 * relief_depth * (dot(curvature.xy, along * along) + curvature.z * along.x * along.y);
+  float quadric = bend / max(dot(along, along), 1e-12);
+  Ray ray = Ray(uv, along * relief_depth, -normalize(view).z, 0, 1.0, 0.0, 1.0, quadric);
+  bend_ray(bend, ray);
+  return ray;
+}
+#else
 Ray view_ray(vec2 uv, vec3 view, float relief_depth) {
   return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 0);
 }
+#endif
+
+// Whether a place is off a map that ends.
+bool is_beside(vec2 uv) { return any(lessThan(uv, vec2(0.0))) || any(greaterThan(uv, vec2(1.0))); }
 
 // The image of a fragment at uv.
 // eye_distance: from the eye to there, in sides of a tile

@@ -79,7 +79,7 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
           .surface = surface_numbers(scene.surface)};
 }
 
-std::string_view picture_id(Picture picture) { return kPictures.at(static_cast<std::size_t>(picture)).id; }
+const PictureRow& picture_row(Picture picture) { return kPictures.at(static_cast<std::size_t>(picture)); }
 
 FrameUniforms shifted(const FrameUniforms& frame, double x_px, double y_px) {
   FrameUniforms moved = frame;

@@ -48,16 +48,23 @@ inline constexpr std::array kFrameSizes{
 
 /// What pictures are compared with.
 enum class Picture {
-  point,         ///< the exact hits of the rays that frames have, one through each pixel's middle
-  supersampled,  ///< of 16 rays a pixel, each shaded: what no pixel is too coarse for, so that aliasing is an error
+  point,           ///< the exact hits of the rays that frames have, one through each pixel's middle
+  supersampled,    ///< of 16 rays a pixel, each shaded: what no pixel is too coarse for, so that aliasing is an error
+  point_complete,  ///< of either, with every feature that light and surface have, whether a setting has it or not:
+  supersampled_complete,  ///< what a feature brings is less error
 };
 struct PictureRow {
   Picture kind;
   std::string_view id;
+  bool is_supersampled;
+  bool is_complete;
 };
-inline constexpr std::array kPictures{PictureRow{Picture::point, "point"},
-                                      PictureRow{Picture::supersampled, "supersampled"}};
-[[nodiscard]] std::string_view picture_id(Picture picture);
+inline constexpr std::array kPictures{PictureRow{Picture::point, "point", false, false},
+                                      PictureRow{Picture::supersampled, "supersampled", true, false},
+                                      PictureRow{Picture::point_complete, "point_complete", false, true},
+                                      PictureRow{Picture::supersampled_complete, "supersampled_complete", true, true}};
+[[nodiscard]] const PictureRow& picture_row(Picture picture);
+[[nodiscard]] inline std::string_view picture_id(Picture picture) { return picture_row(picture).id; }
 
 /// What the relief lies on; surface.h has the rows.
 enum class SurfaceKind { plane, cylinder, sphere, torus, mesh };
@@ -110,7 +117,7 @@ static_assert(sizeof(FrameUniforms) == 112);
 
 /// The same camera with every ray through another point of its pixel. x, y: from the middle, px; rows from the top
 [[nodiscard]] FrameUniforms shifted(const FrameUniforms& frame, double x_px, double y_px);
-inline constexpr int kSubpixels = 4;  ///< a side, of Picture::supersampled
+inline constexpr int kSubpixels = 4;  ///< a side, of a supersampled Picture
 
 /// How many pixels of the frame a texel of the map's smaller side covers in the middle of the picture, along the way
 /// that rays travel: what a hit that is off by a texel is off by as people see it.

@@ -135,9 +135,12 @@ class Folder {
     if (has_value_of(shader.settings, Query::depth) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe passes what depth={} needs; export it without --for",
                  shader.settings.choice("depth"));
-    if (shader.settings.technique().is_of_solids() && engine_.id != kPlainEngine)
+    if (takes_curvature(shader.settings) && engine_.id != kPlainEngine)
+      fail_input("no engine's recipe passes the curvature that silhouette={} needs; export it without --for",
+                 shader.settings.choice("silhouette"));
+    if (may_pass(shader) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
-                 shader.settings.technique().id);
+                 shader.settings.technique().is_of_solids() ? shader.settings.technique().id : "silhouette=clip");
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
       if (is_set) values_.flags.insert(flag);
@@ -147,6 +150,7 @@ class Folder {
     set(shader.wrap == Wrap::clamp, "clamp");
     set(shader.wrap == Wrap::repeat, "repeat");
     set(has_value_of(shader.settings, Query::shadow), "shadow");
+    set(takes_curvature(shader.settings), "curvature");
     set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
   }
 

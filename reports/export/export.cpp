@@ -136,10 +136,6 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   if (!job.settings.technique().passes.empty())
     fail_input("{} is several draws a frame, not a function to ship; depth_slices finds the same hits in one",
                job.settings.technique().id);
-  for (const auto& [feature, row] : frame_features(job.settings))
-    if (feature->ground == Ground::curved)
-      fail_input("{}={} needs the surface's curvature, which relief_trace() does not take; export it with {}={}",
-                 feature->id, row->id, feature->id, feature->rows.front().id);
   const Baked baked = bake_shipped(job, std::move(heightmaps));
   ShippedShader shader{
       .settings = job.settings, .heightmap = job.heightmap.source, .wrap = job.wrap, .relief_depth = job.relief_depth};

@@ -8,7 +8,7 @@
 
 #include "kernels/base/embedded.h"
 #include "reports/export/glsl_fold.h"
-#include "reports/export/straight_rays.h"
+#include "reports/export/ray_text.h"
 
 namespace reliefbench {
 
@@ -95,25 +95,48 @@ class Cutter {
   int conditions_ = 0;
 };
 
-/// The pieces of a file, those of its includes first; nothing where it was read before.
-void read_pieces(const std::string& file, const std::map<std::string, std::string>& generated,
-                 std::set<std::string>& seen, Pieces& pieces) {
-  if (!seen.insert(file).second) return;
-  if (file == "ray.glsl") return;  // its macros are written out
-  const auto found = generated.find(file);
-  std::vector<std::string> lines =
-      straight_rays(text_lines(found != generated.end() ? found->second : embedded_text(embedded_shaders(), file)));
-  if (!lines.empty() && lines.front().starts_with("#ifndef ")) {  // the guard
-    lines.erase(lines.begin(), lines.begin() + 2);
-    lines.pop_back();
+/// Files as they come to be pieces, each once.
+class PieceReader {
+ public:
+  PieceReader(const GlslCut& cut, Pieces& pieces) : cut_(cut), rays_(cut.defines), pieces_(pieces) {}
+
+  /// The pieces of a file, those of the includes at its head first.
+  void read(const std::string& file) {
+    if (!seen_.insert(file).second) return;
+    if (file == "ray.glsl") return;  // its macros are written out
+    const auto found = cut_.generated.find(file);
+    std::vector<std::string> lines = rays_.written_out(
+        text_lines(found != cut_.generated.end() ? found->second : embedded_text(embedded_shaders(), file)));
+    if (!lines.empty() && lines.front().starts_with("#ifndef ")) {  // the guard
+      lines.erase(lines.begin(), lines.begin() + 2);
+      lines.pop_back();
+    }
+    const auto body = std::ranges::find_if(
+        lines, [](const std::string& line) { return !code_of(line).empty() && !line.starts_with('#'); });
+    for (auto line = lines.begin(); line != body; ++line) include(*line);
+    Cutter cutter(file, pieces_);
+    for (auto line = lines.begin(); line != lines.end(); ++line) {
+      if (!line->starts_with(kInclude)) {
+        cutter.add(*line);
+      } else if (line > body) {
+        cutter.end();
+        include(*line);
+      }
+    }
+    cutter.end();
   }
-  for (const std::string& line : lines)
-    if (line.starts_with("#include \"")) read_pieces(line.substr(10, line.rfind('"') - 10), generated, seen, pieces);
-  Cutter cutter(file, pieces);
-  for (const std::string& line : lines)
-    if (!line.starts_with("#include")) cutter.add(line);
-  cutter.end();
-}
+
+ private:
+  static constexpr std::string_view kInclude = "#include \"";
+  void include(const std::string& line) {
+    if (line.starts_with(kInclude)) read(line.substr(kInclude.size(), line.rfind('"') - kInclude.size()));
+  }
+
+  const GlslCut& cut_;
+  RayText rays_;
+  Pieces& pieces_;
+  std::set<std::string> seen_;
+};
 
 /// "const int NAME = VALUE;" as words: const int NAME VALUE; none: another declaration
 std::vector<std::string> constant_words(const Piece& piece) {
@@ -201,8 +224,8 @@ std::string text_of(const Pieces& pieces) {
 
 Pieces cut_glsl(const GlslCut& cut) {
   Pieces pieces;
-  std::set<std::string> seen;
-  for (const std::string& file : cut.files) read_pieces(file, cut.generated, seen, pieces);
+  PieceReader reader(cut, pieces);
+  for (const std::string& file : cut.files) reader.read(file);
   const GlslConstants constants = specialise(pieces, cut.constants);
   for (Piece& piece : pieces) piece.text = folded(piece.text, constants);
   keep_needed(pieces, cut.roots);

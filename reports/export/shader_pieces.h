@@ -37,6 +37,7 @@ struct GlslCut {
   std::set<std::string> roots;                     ///< functions that must stay
   std::map<int, int> constants{};                  ///< specialization constants by id: become constants of this value
   std::map<std::string, std::string> generated{};  ///< files that are none of the binary's: name, text
+  std::set<std::string> defines{};                 ///< of those that say what rays are (ray_text.h)
 };
 
 /// Shader files as one text: every `#include` is put in its place, once, and of all top-level declarations those are

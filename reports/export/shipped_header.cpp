@@ -74,6 +74,12 @@ std::string use_lines(const ShippedShader& shipped) {
   add("relief_depth",
       fmt::format("from the plane to the bottom, in sides of a tile; measured with {:#}", shipped.relief_depth));
   const std::vector<PixelFeature> features = pixel_features(shipped.settings);
+  if (takes_curvature(shipped.settings))
+    add("curvature",
+        "of the surface there, per side of a tile, as a quadric under its tangent plane: x along u, y along v, z of "
+        "the product of both ways, so that what is w away in the plane lies (x w.x^2 + y w.y^2 + z w.x w.y) / 2 over "
+        "the surface; > 0 where it bends away. A ball of radius r: 1 / r, 1 / r, 0; a mesh: fitted at each corner to "
+        "its neighbours by least squares, as [RTM] listing 5.8 does");
   if (has_value_of(shipped.settings, Query::shadow)) {
     add("light_ts", "towards the light's middle, in tangent space, of length 1");
     add("light_radius", "tangent of the light's angular radius; 0: a point");
@@ -88,6 +94,8 @@ std::string use_lines(const ShippedShader& shipped) {
       "Of the surface: uv of the hit for other maps, best read with the gradients of the plane's uv; height, 1 "
       "on the plane; whether the view hit it within the steps; depth_offset, from the plane to the hit along the "
       "view, in sides of a tile; taps, texture instructions.");
+  if (may_pass(shipped))
+    text += comment("passes: the view leaves the relief without a hit, and what stands behind is seen.");
   for (const PixelFeature& one : features)
     text += comment(fmt::format("{}: {}.", one.feature->id, one.feature->value->meaning));
   if (!shipped.textures.empty())
@@ -122,7 +130,9 @@ std::string shipped_header(const ShippedShader& shipped, std::string_view langua
   text +=
       comment(fmt::format("{}: {}.{}{}", technique.id, technique.description,
                           technique.source == "-" ? "" : " Source: ", technique.source == "-" ? "" : technique.source));
-  for (const Paper& paper : papers_cited_by(technique.source))
+  std::string sources(technique.source);
+  for (const FeatureRow* row : rows_of(shipped.settings)) sources += row->source;
+  for (const Paper& paper : papers_cited_by(sources))
     text += comment(fmt::format("[{}] {}{}{}, {}", paper.id, paper.authors, paper.authors.empty() ? "" : ": ",
                                 paper.title, paper.where),
                     "  ");

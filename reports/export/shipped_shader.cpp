@@ -45,6 +45,14 @@ std::string extra_channels(const MapStorage& storage) {
   }
 }
 
+/// What a silhouette's row says of rays.
+std::set<std::string> ray_defines(const Settings& settings) {
+  std::set<std::string> defines;
+  for (const PixelFeature& one : frame_features(settings))
+    if (one.feature->hook == Hook::silhouette) defines.insert(one.row->defines.begin(), one.row->defines.end());
+  return defines;
+}
+
 /// What features make of a ray before it is traced, and the trace.
 std::string way_lines(const Settings& settings) {
   if (!takes_derivatives(settings)) return "  Hit hit = trace(ray);\n";
@@ -54,14 +62,30 @@ std::string way_lines(const Settings& settings) {
   return fmt::format("  Way way = Way(ray, pixel_of(uv, length(view_ts)), 1.0);\n{}  Hit hit = traced(way);\n", begins);
 }
 
+/// When nothing of the relief is seen; "": there always is.
+std::string passes_when(const ShippedShader& shipped) {
+  std::string when = shipped.settings.technique().is_of_solids() ? "hit.status == STATUS_PASSED" : "";
+  if (takes_curvature(shipped.settings)) when = "leaves(ray) && hit.t >= ray.end";
+  if (shipped.wrap == Wrap::clamp && ray_defines(shipped.settings).contains("CLIPPED"))
+    when += fmt::format("{}is_beside(ray.uv + ray.slope * hit.t)", when.empty() ? "" : " || ");
+  return when;
+}
+
 /// `ReliefSurface relief_trace(...)`: what a pixel is shaded with. Its arguments are constants, so that languages take
 /// them by value.
-std::string entry(const Settings& settings) {
+std::string entry(const ShippedShader& shipped) {
+  const Settings& settings = shipped.settings;
   const std::vector<PixelFeature> features = pixel_features(settings);
   const bool is_lit = has_value_of(settings, Query::shadow);
   const bool has_depth = has_value_of(settings, Query::depth);
+  const bool is_bent = takes_curvature(settings);
+  const std::string passes = passes_when(shipped);
   std::string members;
   std::string values;
+  if (!passes.empty()) {
+    members += "  bool passes;         // true: nothing of the relief is seen, discard the fragment\n";
+    values += "  surface.passes = passes;\n";
+  }
   for (const PixelFeature& one : features) {
     members += fmt::format("  float {};  // {}\n", one.feature->id, one.feature->value->meaning);
     values += fmt::format("  surface.{} = {}(ray, Scene({}, relief_depth, {}), hit);\n", one.feature->id,
@@ -80,20 +104,22 @@ struct ReliefSurface {{
 {}}};
 
 // The surface that a fragment shows. The file's head says what the arguments are.
-ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}{}) {{
-  Ray ray = view_ray(uv, view_ts, relief_depth);
-{}  ReliefSurface surface;
+ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}{}{}) {{
+  Ray ray = view_ray(uv, view_ts, relief_depth{});
+{}{}{}  ReliefSurface surface;
   surface.uv = ray.uv + ray.slope * hit.t;
-  surface.height = 1.0 - hit.t;
-  surface.hit = hit.status == STATUS_HIT;
+  surface.height = {};
+  surface.hit = {}hit.status == STATUS_HIT;
   surface.depth_offset = hit.t * relief_depth / ray.cosine;
 {}  surface.taps = hit.taps;
   return surface;
 }}
 )",
-      settings.technique().is_of_solids() ? ", or the ray passes at height 0: discard it" : "", members,
+      passes.empty() ? "" : ", or nothing is seen", members, is_bent ? ", const vec3 curvature" : "",
       is_lit ? ", const vec3 light_ts, const float light_radius" : "",
-      has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", way_lines(settings), values);
+      has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", is_bent ? ", curvature" : "", way_lines(settings),
+      passes.empty() ? "" : fmt::format("  bool passes = {};\n", passes), is_bent ? "  unbend(ray, hit);\n" : "",
+      is_bent ? "RAY_HEIGHT(ray, hit.t)" : "1.0 - hit.t", passes.empty() ? "" : "!passes && ", values);
 }
 
 /// What ships knows how many levels its textures have, which GLSL ES cannot ask for.
@@ -122,6 +148,10 @@ bool takes_derivatives(const Settings& settings) {
   return std::ranges::any_of(frame_features(settings),
                              [](const PixelFeature& one) { return one.feature->hook == Hook::way; });
 }
+
+bool takes_curvature(const Settings& settings) { return ray_defines(settings).contains("BENT_RAYS"); }
+
+bool may_pass(const ShippedShader& shipped) { return !passes_when(shipped).empty(); }
 
 std::string format_name(const TexelLayout& layout) {
   const bool is_unorm = layout.type == TexelType::unorm8 || layout.type == TexelType::unorm16;
@@ -172,14 +202,15 @@ Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
   const Technique& technique = shipped.settings.technique();
   GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
               .roots = shipped_entries(shipped),
-              .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}}};
+              .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}},
+              .defines = ray_defines(shipped.settings)};
   cut.generated.merge(stand_ins(technique));
   cut.files.emplace_back("feature_parameters.glsl");
   cut.generated.emplace("feature_parameters.glsl", feature_parameters(frame_features(shipped.settings)));
   for (const FeatureRow* row : rows_of(shipped.settings))
-    if (!row->shader.empty()) cut.files.emplace_back(row->shader);
+    if (!row->shader.empty() && row->defines.empty()) cut.files.emplace_back(row->shader);
   cut.files.insert(cut.files.end(), {"ship.glsl", "entry.glsl"});
-  cut.generated.emplace("entry.glsl", entry(shipped.settings));
+  cut.generated.emplace("entry.glsl", entry(shipped));
   for (const SpecConstant& constant : constants_of(&shipped.settings, shipped.wrap, kShippedSampler))
     cut.constants[static_cast<int>(constant.id)] = constant.value;
   Pieces pieces = cut_glsl(cut);
@@ -220,7 +251,9 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
   values.words["depths"] = has_value_of(settings, Query::depth) ? ", vec2(0.1, 100.0), eye_depths" : "";
   if (settings.technique().reads_map()) values.flags.insert("map");
   if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");
-  if (settings.technique().is_of_solids()) values.flags.insert("passes");
+  if (may_pass(shipped)) values.flags.insert("passes");
+  if (takes_curvature(settings)) values.flags.insert("curvature");
+  values.words["curvature"] = takes_curvature(settings) ? ", in_curvature" : "";
   return text + filled_template("example.glsl", values);
 }
 

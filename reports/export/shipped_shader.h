@@ -39,6 +39,12 @@ struct ShippedShader {
 /// Whether relief_trace looks at the size of a pixel on the plane.
 [[nodiscard]] bool takes_derivatives(const Settings& settings);
 
+/// Whether relief_trace bends rays, so that it is told how the surface does.
+[[nodiscard]] bool takes_curvature(const Settings& settings);
+
+/// Whether a view may see nothing of the relief.
+[[nodiscard]] bool may_pass(const ShippedShader& shipped);
+
 /// Functions that others call, in every language.
 [[nodiscard]] std::set<std::string> shipped_entries(const ShippedShader& shipped);
 

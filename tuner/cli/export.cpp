@@ -76,6 +76,7 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
   if (!job.evidence.is_null()) job.evidence["same_scene"] = scene.is_same;
   const LoadedHeights& heights = heightmaps.read(scene.spec.heightmap);
   print_reading(heights.reading);
+  warn_of_holes(job.settings, job.heightmap);
   const auto other = differences(scene, heights.sha256);
   if (!other.empty())
     fmt::print(stderr, "warning: the setting was measured {}: its figures are not those of what ships\n",

@@ -13,13 +13,6 @@ namespace {
 
 using Scenes = std::vector<MeasuredScene>;
 
-/// As the command line alone has it.
-HeightmapSpec told_heightmap(const SettingArguments& arguments) {
-  HeightmapSpec spec{.source = arguments.heightmap};
-  set_reading(spec, arguments.reading);
-  return spec;
-}
-
 /// HEIGHTMAP, read as the scene's own was.
 HeightmapSpec read_as(const MeasuredScene& scene, const SettingArguments& arguments) {
   HeightmapSpec spec = scene.spec.heightmap;
@@ -155,6 +148,22 @@ SceneSpec scene_called(const SettingArguments& arguments, const std::string& id,
 }
 
 }  // namespace
+
+HeightmapSpec told_heightmap(const SettingArguments& arguments) {
+  HeightmapSpec spec{.source = arguments.heightmap};
+  set_reading(spec, arguments.reading);
+  return spec;
+}
+
+void warn_of_holes(const Settings& settings, const HeightmapSpec& heightmap) {
+  if (!is_solid(heightmap) || settings.technique().is_of_solids()) return;
+  std::vector<std::string_view> whole;
+  for (const Technique& technique : techniques())
+    if (technique.is_of_solids()) whole.push_back(technique.id);
+  fmt::print(stderr,
+             "warning: {} sees the upper surface of {}, a solid, alone and fills its holes; {} trace it whole\n",
+             settings.technique().id, heightmap_name(heightmap), fmt::join(whole, ", "));
+}
 
 ChosenScene choose_scene(const SettingArguments& arguments, const ChosenSetting& chosen, Heightmaps& heightmaps,
                          bool needs_view, std::string_view command) {

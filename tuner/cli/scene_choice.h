@@ -23,4 +23,10 @@ struct ChosenScene {
 [[nodiscard]] ChosenScene choose_scene(const SettingArguments& arguments, const ChosenSetting& chosen,
                                        Heightmaps& heightmaps, bool needs_view, std::string_view command);
 
+/// HEIGHTMAP as the command line alone has it.
+[[nodiscard]] HeightmapSpec told_heightmap(const SettingArguments& arguments);
+
+/// A line on standard error where a technique of reliefs is put on a solid.
+void warn_of_holes(const Settings& settings, const HeightmapSpec& heightmap);
+
 }  // namespace reliefbench

@@ -90,9 +90,11 @@ SettingArguments of_tune(SettingArguments arguments) {
 
 /// What a key stands for where no run says so.
 Settings built_in_setting(const std::string& key) {
-  const Config space = default_tune_config({.source = "rocks"}, {});
   std::vector<Settings> known;
-  for (const Case& c : make_plan(space, std::vector<std::string>{"null"}, "").cases) known.push_back(c.settings);
+  for (const char* heightmap : {"rocks", "ball"}) {
+    const Config space = default_tune_config({.source = heightmap}, {});
+    for (const Case& c : make_plan(space, std::vector<std::string>{"null"}, "").cases) known.push_back(c.settings);
+  }
   for (const Technique& technique : techniques()) known.emplace_back(technique);
   if (const Settings* found = find_by_key(key, known)) return *found;
   fail_input("--case {}: no setting of the built-in space has this key; --run names the run that printed it", key);

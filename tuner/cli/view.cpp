@@ -47,6 +47,7 @@ class ViewCommand {
         start_(view_start(arguments.setting, !arguments.png.empty())),
         spec_(scene_of(arguments.setting, start_.chosen, heightmaps_)) {
     print_reading(heightmaps_.read(spec_.heightmap).reading);
+    warn_of_holes(start_.chosen.settings, spec_.heightmap);
   }
 
   void run() { arguments_.png.empty() ? show() : write(); }

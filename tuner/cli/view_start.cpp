@@ -7,6 +7,7 @@
 
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
+#include "tuner/cli/scene_choice.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_names.h"
@@ -18,6 +19,7 @@ namespace reliefbench {
 namespace {
 
 constexpr const char* kPlainTechnique = "relaxed_cone";
+constexpr const char* kSolidTechnique = "double_cone";
 
 /// One of the run's fronts: that of the scene and backend that are asked for, else the first.
 Front chosen_front(const Run& run, const RunQuestion& question, const SettingArguments& arguments,
@@ -98,7 +100,10 @@ ViewStart view_start(SettingArguments& arguments, bool is_still) {
   const bool says_nothing = arguments.presets.empty() && arguments.case_id.empty();
   if (says_nothing && arguments.heightmap.empty())
     fail_input("view needs a HEIGHTMAP, the folder of a run, --presets with --quality, or --case");
-  if (says_nothing && !is_still) return {.chosen = {.settings = Settings(find_technique(kPlainTechnique))}};
+  if (says_nothing && !is_still) {
+    const bool sees_solid = is_solid(told_heightmap(arguments));
+    return {.chosen = {.settings = Settings(find_technique(sees_solid ? kSolidTechnique : kPlainTechnique))}};
+  }
   ViewStart start{.chosen = choose_setting(arguments, "view")};
   for (const LoadedPreset& level : start.chosen.levels)
     start.picks.levels.push_back({.settings = level.settings,

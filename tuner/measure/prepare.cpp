@@ -127,7 +127,7 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene, prepared.frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
-  const Reference& seen = seen_reference(reference, draws, scene, state);
+  const Reference& seen = seen_reference(reference, draws, scene, state, features);
   JudgedFrame judged = split.book(Part::judge, [&] {
     JudgedFrame frame = judge_traced(reference, features, state.uploaded);
     judge_pictures({.reference = seen.picture,
@@ -178,7 +178,7 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene, frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
-  const Reference& seen = seen_reference(reference, draws, scene, state);
+  const Reference& seen = seen_reference(reference, draws, scene, state, features);
   return context_.split.book(Part::pictures, [&] {
     const int width_px = scene.scene.width_px;
     const int height_px = scene.scene.height_px;
@@ -200,16 +200,21 @@ std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
                     context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
-std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene& scene) const {
+std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene& scene,
+                                                                    std::span<const PixelFeature> own) const {
   std::optional<std::vector<PixelFeature>> seen = context_.seen_features;
-  if (seen)
-    std::erase_if(*seen, [&](const PixelFeature& one) { return !stands_on(one.feature->ground, scene.surface); });
+  if (!seen && picture_row(scene.reference).is_complete) seen = exact_features();
+  if (!seen) return seen;
+  std::erase_if(*seen, [&](const PixelFeature& one) { return !stands_on(one.feature->ground, scene.surface); });
+  for (const PixelFeature& one : exact_ones(own))
+    if (shows_in_objects(*one.feature)) seen->push_back(one);
   return seen;
 }
 
 const Preparer::Reference& Preparer::seen_reference(const Reference& own, std::span<const Draw> score_frame,
-                                                    const SceneSpec& scene, SceneState& state) {
-  const auto seen = seen_features_in(scene.scene);
+                                                    const SceneSpec& scene, SceneState& state,
+                                                    std::span<const PixelFeature> features) {
+  const auto seen = seen_features_in(scene.scene, features);
   return seen ? reference_of_traced(score_frame, scene, state, *seen) : own;
 }
 
@@ -230,7 +235,7 @@ const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> s
   });
   made.hits = hits_of_traced(scene, made.key, state.uploaded.frame);
   made.values = values_of_traced(scene, made.key, made.hits, features, state.uploaded.frame);
-  const auto seen = seen_features_in(scene.scene);
+  const auto seen = seen_features_in(scene.scene, features);
   if (seen && made.features != text_of(*seen))  // nothing is compared with it
     return state.references.emplace_back(std::move(made));
   made.picture =
@@ -303,8 +308,8 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
 
 MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   // Values that the case does not have itself are the exact ones alone.
-  const std::vector<PixelFeature> features =
-      seen_features_in(scene.scene).value_or(pixel_features(prepared.spec->settings));
+  const std::vector<PixelFeature> own = pixel_features(prepared.spec->settings);
+  const std::vector<PixelFeature> features = seen_features_in(scene.scene, own).value_or(own);
   std::vector<MovedFrame>& frames = state.moved[text_of(exact_ones(features))];
   for (int i = static_cast<int>(frames.size()); i < context_.flicker_frames; ++i)
     frames.push_back(moved_frame(prepared, scene, state, features, i));
@@ -329,7 +334,7 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec
 std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::span<const Draw> score_frame,
                                                       const SceneSpec& scene, const SceneState& state) {
   const FrameUniforms& frame = score_frame.front().frame;
-  if (scene.scene.reference == Picture::point) return shade_reference(exact, scene, state, frame);
+  if (!picture_row(scene.scene.reference).is_supersampled) return shade_reference(exact, scene, state, frame);
   constexpr double kSide = kSubpixels;
   const Heightfield& heights = context_.library.heights(scene);
   const ReferenceTracer tracer(heights, scene.scene.wrap);

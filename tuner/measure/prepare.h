@@ -108,8 +108,10 @@ class Preparer {
   /// What was traced there. reference: of the same rays and features
   [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
                                          const UploadedScene& scene) const;
-  /// What pictures have of the context's seen features in a scene.
-  [[nodiscard]] std::optional<std::vector<PixelFeature>> seen_features_in(const Scene& scene) const;
+  /// What reference pictures have in a scene, of the context's seen features or of all where the scene's are complete;
+  /// own: of the case, whose objects are in its frame. None: those that it has itself
+  [[nodiscard]] std::optional<std::vector<PixelFeature>> seen_features_in(const Scene& scene,
+                                                                          std::span<const PixelFeature> own) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
   /// draw: that traced them
@@ -117,7 +119,8 @@ class Preparer {
                                                      SceneState& state, std::span<const PixelFeature> features);
   /// The one whose picture a case's is compared with. own: of the case's features
   [[nodiscard]] const Reference& seen_reference(const Reference& own, std::span<const Draw> score_frame,
-                                                const SceneSpec& scene, SceneState& state);
+                                                const SceneSpec& scene, SceneState& state,
+                                                std::span<const PixelFeature> features);
   [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key,
                                                          const FrameUniforms& frame);
   /// reference_key: of the hits, which are of pixels_

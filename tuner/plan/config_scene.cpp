@@ -264,7 +264,11 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   if (const JsonNode* pan = node.find("pan")) scene.pan = reader.number(*pan, {.low = -kPanMost, .high = kPanMost});
   if (const JsonNode* wrap = node.find("wrap")) scene.wrap = read_wrap(reader, *wrap);
   if (const JsonNode* light = node.find("light")) scene.light = read_light(reader, *light);
-  if (const JsonNode* reference = node.find("reference")) scene.reference = read_picture(reader, *reference);
+  if (const JsonNode* reference = node.find("reference")) {
+    scene.reference = read_picture(reader, *reference);
+    if (picture_row(scene.reference).is_complete && is_solid(heightmap.spec))
+      reader.fail(*reference, "the exact shadow of a solid is not traced");
+  }
   if (const JsonNode* frame = node.find("frame_px"))
     std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   if (const JsonNode* surface = node.find("surface")) {

@@ -70,7 +70,7 @@ Picture parse_picture(const json& scene) {
   if (!scene.contains("reference")) return Picture::point;
   const auto text = member<std::string>(scene, "reference");
   const auto* const found = std::ranges::find(kPictures, text, &PictureRow::id);
-  if (found == kPictures.end()) fail_input("'reference' of a scene is '{}', neither point nor supersampled", text);
+  if (found == kPictures.end()) fail_input("'reference' of a scene is '{}', which is no row of pictures", text);
   return found->kind;
 }
 

@@ -63,6 +63,15 @@ Config parse_made(const json& config, const std::filesystem::path& path) {
   }
 }
 
+/// The space that heights are tuned in unless another is given: what traces solids has one of its own.
+std::string_view space_name(const HeightmapSpec& heightmap) {
+  return is_solid(heightmap) ? "solids.json" : "exhaustive.json";
+}
+json built_in_space(const HeightmapSpec& heightmap) {
+  return json::parse(embedded_text(embedded_spaces(), std::string(space_name(heightmap))), nullptr, true,
+                     /*ignore_comments=*/true);
+}
+
 /// A sweep once for each combination of rows that show all of it; none where its technique has no such feature.
 std::vector<json> showing(const json& sweep, std::span<const WantedFeature> wanted) {
   if (!sweep.contains("technique")) fail_input("--features: a sweep of presets has the features that these have");
@@ -93,17 +102,19 @@ std::vector<json> showing(const json& sweep, std::span<const WantedFeature> want
 }  // namespace
 
 Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& options) {
-  json config = json::parse(embedded_spaces().front().text, nullptr, true, /*ignore_comments=*/true);
-  json& scene = config.at("scenes").at(0);
+  json config = built_in_space(heightmap);
+  json scene = config.at("scenes").at(0);
   scene["heightmap"] = heightmap_value(heightmap);
+  scene["views"] = {scene.at("views").at(0)};
   apply(options, scene);
+  config["scenes"] = {std::move(scene)};
   config["name"] = "tune";
-  return parse_made(config, "exhaustive.json");
+  return parse_made(config, space_name(heightmap));
 }
 
 Config scene_tune_config(const std::filesystem::path& path, const SceneOptions& options) {
   const SceneFile file = load_scene_file(path);  // says what is wrong with it
-  json config = json::parse(embedded_spaces().front().text, nullptr, true, /*ignore_comments=*/true);
+  json config = built_in_space(file.scenes.front().heightmap);
   config["name"] = file.name;
   config["scenes"] = json::parse(read_file(path), nullptr, true, /*ignore_comments=*/true).at("scenes");
   for (json& scene : config["scenes"]) apply(options, scene);

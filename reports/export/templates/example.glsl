@@ -2,6 +2,7 @@
 layout(location = 0) in vec2 in_uv;        // of the plane, in tiles
 layout(location = 1) in vec3 in_view_ts;   // from the eye to the plane, in tangent space
 layout(location = 2) in vec3 in_light_ts;  // towards the light, in tangent space
+?curvature layout(location = 3) in vec3 in_curvature;  // of the surface, per side of a tile
 layout(location = 0) out vec4 out_color;
 
 void main() {
@@ -9,9 +10,9 @@ void main() {
 ?fragdepth   float eye_depth = 1.0 / gl_FragCoord.w;  // along the camera's axis
 ?fragdepth   // Whose view_ts has the length of the way from the eye, in sides of a tile.
 ?fragdepth   vec2 eye_depths = vec2(eye_depth, eye_depth * @depth@ / -in_view_ts.z);
-  ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@@lights@@depths@);
+  ReliefSurface surface = relief_trace(@maps@in_uv, in_view_ts, @depth@@curvature@@lights@@depths@);
 ?clamp   if (any(lessThan(in_uv, vec2(0.0))) || any(greaterThan(in_uv, vec2(1.0)))) discard;
-?passes   if (!surface.hit && surface.height <= 0.0) discard;
+?passes   if (surface.passes) discard;
 ?map   vec3 normal = relief_normal(@normal_maps@surface.uv, @depth@);
 !map   vec3 normal = vec3(0.0, 0.0, 1.0);
   float diffuse = max(dot(normal, light), 0.0);
