@@ -29,7 +29,7 @@ struct MapSource {
   std::span<const MapValue> parameters{};  ///< of the map's own, which a table has its size from
 };
 
-/// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down, tables to the nearest. Where a format has
+/// Ratios are floored here (floor_ratio; of blocks, to the nearest block below), pyramids rounded up, volumes down, tables to the nearest. Where a format has
 /// more ratio channels than the map, those are 0.
 [[nodiscard]] MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding);
 
