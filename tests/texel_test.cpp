@@ -20,6 +20,7 @@ constexpr std::array kTypes{TexelType::unorm8, TexelType::unorm16, TexelType::fl
 std::uint32_t code_of_one(TexelType type) {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return 255;
     case TexelType::unorm16:
       return 65535;
@@ -34,6 +35,7 @@ std::uint32_t code_of_one(TexelType type) {
 float value(std::uint32_t code, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return static_cast<float>(code) / 255.0F;
     case TexelType::unorm16:
       return static_cast<float>(code) / 65535.0F;

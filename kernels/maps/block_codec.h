@@ -14,7 +14,7 @@ namespace reliefbench {
 // Mesa cuts it off to 8 bits, others keep more. So the blocks made here have endpoints that differ by a multiple of 7
 // or 5: all 8 values are whole codes of 8 bits, and every decoder that is exact on whole numbers shows the same.
 // That is why no library makes them: those choose their endpoints freely.
-// source: Khronos Data Format Specification 1.3, RGTC; [HLSL names] BC4_UNORM, BC5_UNORM
+// source: Khronos Data Format Specification 1.3, RGTC: RED_RGTC1 is BC4_UNORM, RG_RGTC2 is BC5_UNORM
 
 /// Codes of 8 bits of a block, row by row.
 using BlockCodes = std::array<std::uint8_t, 16>;

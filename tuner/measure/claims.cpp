@@ -22,7 +22,7 @@ namespace reliefbench {
 namespace {
 
 constexpr int kRounds = 9;          // samples of a row's time
-constexpr int kContestRounds = 18;  // half of them choose
+constexpr int kContestRounds = 10;  // half of them choose
 constexpr double kBatch_ms = 5;
 constexpr double kTimeout_s = 300;  // a software rasteriser takes seconds
 
