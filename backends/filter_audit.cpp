@@ -19,19 +19,16 @@ static_assert(kSide_px * kSide_px == kPlaces);
 constexpr double kFloatRounding = 0x1p-22;  // of a few operations on values up to 1
 
 /// A plane of texels that are nearly alike, and exact: it rises by a step of 8 bits a texel, from the middle on.
-constexpr float plane_step(TexelType type) {
-  return is_float(type) ? 1.0F / 256 : 1.0F / 255;
-}
+constexpr float plane_step(TexelType type) { return is_float(type) ? 1.0F / 256 : 1.0F / 255; }
 constexpr float plane_low(TexelType type) { return 128 * plane_step(type); }
 
 /// filter.frag's: two texels, 0 and 1, and a cell of the plane.
 TextureImage audited_texels(TexelType type) {
   const float step = plane_step(type);
   const float low = plane_low(type);
-  return pack_heights({.width = 4,
-                       .height = 2,
-                       .texels = {0.0F, 1.0F, low, low + step, 0.0F, 1.0F, low + step, low + 2 * step}},
-                      {.id = "audited", .type = type, .channels = 1})
+  return pack_heights(
+             {.width = 4, .height = 2, .texels = {0.0F, 1.0F, low, low + step, 0.0F, 1.0F, low + step, low + 2 * step}},
+             {.id = "audited", .type = type, .channels = 1})
       .relief;
 }
 

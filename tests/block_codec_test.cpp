@@ -116,7 +116,8 @@ TEST(BlockCodec, an_image_may_end_within_a_block) {
       TextureImage image{
           .width = width, .height = height, .layout = {.type = TexelType::unorm8, .channels = 2}, .levels = 2};
       image.texels.resize(image_bytes(image));
-      for (std::size_t i = 0; i < image.texels.size(); ++i) image.texels[i] = static_cast<std::byte>(i % 2 == 0 ? 7 : 9);
+      for (std::size_t i = 0; i < image.texels.size(); ++i)
+        image.texels[i] = static_cast<std::byte>(i % 2 == 0 ? 7 : 9);
       const TextureImage blocks = as_blocks(image, BlockRounding::below);
       const auto bytes = [](int w, int h) { return static_cast<std::size_t>(16 * ((w + 3) / 4) * ((h + 3) / 4)); };
       EXPECT_EQ(blocks.texels.size(), bytes(width, height) + bytes(level_side(width, 1), level_side(height, 1)));

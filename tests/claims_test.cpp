@@ -46,8 +46,8 @@ TEST(Claims, TheBuiltInOnesAreRead) {
     EXPECT_TRUE(ids.insert(claim.id).second);
     EXPECT_FALSE(claim.checks.empty()) << claim.id;
   }
-  EXPECT_THAT(ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "engines", "gems3_18_1",
-                                          "papers_beaten", "rtm_5_2", "rtm_5_4", "rtm_shadow", "vb22_generation", "vb22_render"));
+  EXPECT_THAT(ids, ::testing::ElementsAre("bvbv24_table_1", "bvbv24_table_2", "engines", "gems3_18_1", "papers_beaten",
+                                          "rtm_5_2", "rtm_5_4", "rtm_shadow", "vb22_generation", "vb22_render"));
 }
 
 TEST(Claims, RefusalsNameTheLineAndTheKey) {

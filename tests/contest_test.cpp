@@ -58,9 +58,9 @@ TEST(Contests, are_over_all_scenes) {
 TEST(Contests, let_in_nothing_less_accurate_and_nothing_is_slower_than_itself) {
   const Claim claim = contest(kEach);
   // One misses more, one errs more.
-  const ClaimAnswer answer = judge_contest(
-      claim, claim.checks[0],
-      in_all_scenes(claim, {figures(1, 0.1, 8, 8), figures(1, 0.2, 1, 1), figures(1.1, 0.1, 1, 1)}));
+  const ClaimAnswer answer =
+      judge_contest(claim, claim.checks[0],
+                    in_all_scenes(claim, {figures(1, 0.1, 8, 8), figures(1, 0.2, 1, 1), figures(1.1, 0.1, 1, 1)}));
   EXPECT_EQ(answer.verdict, ClaimVerdict::not_reproduced);
   EXPECT_THAT(answer.numbers, StartsWith("1.00 [1.00, 1.00;"));
   EXPECT_THAT(answer.numbers, HasSubstr("not reached"));
@@ -69,9 +69,9 @@ TEST(Contests, let_in_nothing_less_accurate_and_nothing_is_slower_than_itself) {
 // What was fastest by chance while it was chosen is told as fast as it then is.
 TEST(Contests, choose_by_other_rounds_than_they_tell) {
   const Claim claim = contest(kEach);
-  const ClaimAnswer answer = judge_contest(
-      claim, claim.checks[0],
-      in_all_scenes(claim, {figures(1, 0.1, 8, 8), figures(1, 0.1, 2, 10), figures(1, 0.1, 4, 4)}));
+  const ClaimAnswer answer =
+      judge_contest(claim, claim.checks[0],
+                    in_all_scenes(claim, {figures(1, 0.1, 8, 8), figures(1, 0.1, 2, 10), figures(1, 0.1, 4, 4)}));
   EXPECT_THAT(answer.numbers, StartsWith("0.80 [0.80, 0.80;"));
 }
 
@@ -107,8 +107,9 @@ TEST(Contests, refusals_say_what_goes_together) {
       contest_refusal(
           R"({"says": "s", "metric": "psnr", "of_each": ["*"], "beaten_by": ["*"], "at_most": 1, "by_factor": 2})"),
       HasSubstr(kTogether));
-  EXPECT_THAT(contest_refusal(R"({"says": "s", "metric": "psnr", "best_of": ["*"], "beaten_by": ["*"], "by_factor": 2})"),
-              HasSubstr(kTogether));
+  EXPECT_THAT(
+      contest_refusal(R"({"says": "s", "metric": "psnr", "best_of": ["*"], "beaten_by": ["*"], "by_factor": 2})"),
+      HasSubstr(kTogether));
   EXPECT_THAT(contest_refusal(R"({"says": "s", "metric": "psnr", "of_each": ["none*"], "beaten_by": ["*"]})"),
               HasSubstr("no row is labelled 'none*'"));
   EXPECT_THAT(contest_refusal(R"({"says": "s", "metric": "psnr", "of": "ours: a", "at_most": 1})"),

@@ -44,7 +44,7 @@ std::string encode_dds(const TextureImage& image) {
   // reserved; Direct3D 10's: format, dimension (3 = 2D), misc, array size, misc 2.
   std::array<std::uint32_t, 1 + 31 + 5> words{};
   const std::array<std::uint32_t, 8> first = {kMagic, 124,   flags, static_cast<std::uint32_t>(image.height),
-                                              width,  pitch, 1,         static_cast<std::uint32_t>(image.levels)};
+                                              width,  pitch, 1,     static_cast<std::uint32_t>(image.levels)};
   std::ranges::copy(first, words.begin());
   words[19] = 32;  // size of the pixel format
   words[20] = 4;   // it is a FourCC

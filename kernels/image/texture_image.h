@@ -5,7 +5,8 @@
 
 namespace reliefbench {
 
-/// rgtc: blocks of 4 x 4 texels of unorm8, a channel 8 bytes: BC4 of one channel, BC5 of two (kernels/maps/block_codec.h)
+/// rgtc: blocks of 4 x 4 texels of unorm8, a channel 8 bytes: BC4 of one channel, BC5 of two
+/// (kernels/maps/block_codec.h)
 enum class TexelType { unorm8, unorm16, float16, float32, rgtc };
 [[nodiscard]] constexpr bool is_float(TexelType type) {
   return type == TexelType::float16 || type == TexelType::float32;

@@ -186,8 +186,7 @@ std::size_t place_of_block(const TextureImage& image, const BlockLevel& level, i
 BlockBytes encode_block(const BlockCodes& codes, BlockRounding rounding) {
   BlockCodes values{};
   const bool is_above = rounding == BlockRounding::above;
-  BlockPalette palette =
-      palette_of(is_above ? complements(codes) : codes, rounding != BlockRounding::nearest, values);
+  BlockPalette palette = palette_of(is_above ? complements(codes) : codes, rounding != BlockRounding::nearest, values);
   if (!is_above) return packed_block(palette, values);
   palette.first = kGreatestCode - palette.last();
   return packed_block(palette, complements(values));
@@ -225,8 +224,8 @@ TextureImage as_blocks(const TextureImage& image, BlockRounding second) {
           for (int i = 0; i < kBlockSide * kBlockSide; ++i) {
             const int x = std::min(kBlockSide * column + i % kBlockSide, level.width - 1);
             const int y = std::min(kBlockSide * row + i / kBlockSide, level.height - 1);
-            const auto texel = static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
-                               static_cast<std::size_t>(x);
+            const auto texel =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) + static_cast<std::size_t>(x);
             codes.at(static_cast<std::size_t>(i)) = std::to_integer<std::uint8_t>(texels[texel * channels + channel]);
           }
           const BlockBytes block = encode_block(codes, channel == 0 ? BlockRounding::nearest : second);

@@ -113,7 +113,7 @@ Json format_rows() {
   for (const Format& format : formats()) {
     rows.push_back({{"id", format.id},
                     {"bytes_per_texel", format.bits_per_texel() % 8 == 0 ? Json(format.bits_per_texel() / 8)
-                                                                       : Json(format.bits_per_texel() / 8.0)},
+                                                                         : Json(format.bits_per_texel() / 8.0)},
                     {"ratios", format.ratios()},
                     {"normal", format.with_normal}});
   }

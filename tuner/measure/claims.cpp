@@ -157,9 +157,9 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split,
   }
   if (result.scenes.empty()) fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
   for (const ClaimCheck& check : claim.checks)
-    result.answers.push_back(check.is_contest() ? judge_contest(claim, check, result.scenes)
-                                                : judge_claim(claim, check, result.scenes.front().rows,
-                                                              result.is_software));
+    result.answers.push_back(check.is_contest()
+                                 ? judge_contest(claim, check, result.scenes)
+                                 : judge_claim(claim, check, result.scenes.front().rows, result.is_software));
   return result;
 }
 

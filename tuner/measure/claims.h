@@ -40,9 +40,9 @@ struct ClaimResult {
   std::string backend;
   std::string device;
   bool is_software = false;
-  std::vector<SceneFigures> scenes;        ///< of Claim::scenes
-  std::vector<std::string> missing;        ///< known heightmaps that are not there: their scenes were left out
-  std::vector<ClaimAnswer> answers;        ///< parallel to Claim::checks
+  std::vector<SceneFigures> scenes;  ///< of Claim::scenes
+  std::vector<std::string> missing;  ///< known heightmaps that are not there: their scenes were left out
+  std::vector<ClaimAnswer> answers;  ///< parallel to Claim::checks
 };
 
 struct ClaimOptions {

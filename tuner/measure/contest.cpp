@@ -23,8 +23,8 @@ class SceneRows {
   SceneRows(const Claim& claim, const SceneFigures& scene) : claim_(claim), scene_(scene) {}
 
   [[nodiscard]] const ClaimFigures& operator[](const std::string& label) const {
-    return scene_.rows[static_cast<std::size_t>(std::ranges::find(claim_.rows, label, &ClaimRow::label) -
-                                                claim_.rows.begin())];
+    return scene_
+        .rows[static_cast<std::size_t>(std::ranges::find(claim_.rows, label, &ClaimRow::label) - claim_.rows.begin())];
   }
   /// Infinite where it has none.
   [[nodiscard]] double value(const std::string& label, const std::string& metric) const {
@@ -152,13 +152,13 @@ ClaimAnswer judge_contest(const Claim& claim, const ClaimCheck& check, std::span
   all.reserve(duels.size());
   for (const Duel& duel : duels) all.push_back(median(duel.quotients));
   const auto [least, greatest] = std::ranges::minmax(all);
-  return {.verdict = is_reached ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced,
-          .numbers = fmt::format("{:.2f} [{:.2f}, {:.2f}; {}] times as fast, geometric mean of {} over {} scenes, each "
-                                 "{:.2f} to {:.2f}; {:g} was asked: {}",
-                                 mean.median, mean.ci_low, mean.ci_high, coverage_text(mean.n), duels.size(),
-                                 scenes.size(), least, greatest, check.by_factor,
-                                 is_reached ? "reached" : "not reached"),
-          .table = check.best_of.empty() ? table_by_map(check, duels) : table_by_scene(duels)};
+  return {
+      .verdict = is_reached ? ClaimVerdict::reproduced : ClaimVerdict::not_reproduced,
+      .numbers = fmt::format("{:.2f} [{:.2f}, {:.2f}; {}] times as fast, geometric mean of {} over {} scenes, each "
+                             "{:.2f} to {:.2f}; {:g} was asked: {}",
+                             mean.median, mean.ci_low, mean.ci_high, coverage_text(mean.n), duels.size(), scenes.size(),
+                             least, greatest, check.by_factor, is_reached ? "reached" : "not reached"),
+      .table = check.best_of.empty() ? table_by_map(check, duels) : table_by_scene(duels)};
 }
 
 }  // namespace reliefbench

@@ -53,8 +53,8 @@ ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const std::vector<ClaimRow>& rows) {
-  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by", "of_each",
-                           "best_of", "by_factor"});
+  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by",
+                           "of_each", "best_of", "by_factor"});
   const auto labelled = [&](const JsonNode& child) {
     std::string text = reader.text(child);
     if (std::ranges::find(rows, text, &ClaimRow::label) == rows.end())
@@ -93,7 +93,7 @@ ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const st
   }
   if (check.is_contest()) {
     const bool is_odd = check.beaten_by.empty() || check.of_each.empty() == check.best_of.empty() ||
-                             check.best_of.empty() == check.at_most.has_value();
+                        check.best_of.empty() == check.at_most.has_value();
     if (is_odd || !(check.of + check.than + check.to).empty())
       reader.fail(node, "'by_factor' goes with 'beaten_by' and either 'of_each', or 'best_of' and 'at_most'");
     return check;

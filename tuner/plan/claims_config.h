@@ -21,8 +21,8 @@ struct ClaimRow {
 ///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
 ///  or it is at most `at_most`;
 ///  or the fastest of `beaten_by` that has no more of `metric`, nor more misses, is faster;
-///  or in the geometric mean over all scenes by `by_factor`: than each of `of_each`; or, of those with at most `at_most`
-///  of `metric`, than the fastest of `best_of`. Lists of labels may have globs.
+///  or in the geometric mean over all scenes by `by_factor`: than each of `of_each`; or, of those with at most
+///  `at_most` of `metric`, than the fastest of `best_of`. Lists of labels may have globs.
 struct ClaimCheck {
   std::string says;  ///< the claim in words
   std::string metric;
@@ -44,7 +44,7 @@ struct Claim {
   std::string id;
   std::string source;
   std::string about;
-  std::vector<SceneSpec> scenes;  ///< one, unless all checks are contests
+  std::vector<SceneSpec> scenes;     ///< one, unless all checks are contests
   std::vector<std::string> metrics;  ///< columns, besides the paper's
   std::vector<ClaimRow> rows;
   std::vector<ClaimCheck> checks;
