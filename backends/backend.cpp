@@ -57,8 +57,7 @@ const BackendRow& find_backend(std::string_view id) {
 }
 
 std::size_t level_bytes(const TextureDesc& desc, int level) {
-  return static_cast<std::size_t>(level_side(desc.width, level)) *
-         static_cast<std::size_t>(level_side(desc.height, level)) * static_cast<std::size_t>(desc.layout.bytes());
+  return level_bytes(desc.layout, level_side(desc.width, level), level_side(desc.height, level));
 }
 
 std::size_t texture_bytes(const TextureDesc& desc) {

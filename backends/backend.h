@@ -44,6 +44,7 @@ struct DeviceInfo {
   std::vector<Timer> timers;          ///< that the driver offers; fenced_wall first
   int subtexel_bits = 0;              ///< linear filter's weight precision; 0: not reported by the API
   bool float64 = false;               ///< doubles in shaders
+  bool block_textures = false;        ///< TexelType::rgtc
   bool compiles_in_parallel = false;  ///< Backend::compile may be called on several threads at once
 };
 

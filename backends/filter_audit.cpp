@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "backends/shader_compiler.h"
-#include "kernels/maps/texel.h"
+#include "kernels/maps/map_texture.h"
 
 namespace reliefbench {
 namespace {
@@ -19,31 +19,22 @@ static_assert(kSide_px * kSide_px == kPlaces);
 constexpr double kFloatRounding = 0x1p-22;  // of a few operations on values up to 1
 
 /// A plane of texels that are nearly alike, and exact: it rises by a step of 8 bits a texel, from the middle on.
-constexpr float plane_step(TexelType type) {
-  const bool is_float = type == TexelType::float16 || type == TexelType::float32;
-  return is_float ? 1.0F / 256 : 1.0F / 255;
-}
+constexpr float plane_step(TexelType type) { return is_float(type) ? 1.0F / 256 : 1.0F / 255; }
 constexpr float plane_low(TexelType type) { return 128 * plane_step(type); }
 
 /// filter.frag's: two texels, 0 and 1, and a cell of the plane.
-std::vector<std::byte> audited_texels(const TexelLayout& layout) {
-  const float step = plane_step(layout.type);
-  const float low = plane_low(layout.type);
-  const std::array values{0.0F, 1.0F, low, low + step, 0.0F, 1.0F, low + step, low + 2 * step};
-  const auto bytes = static_cast<std::size_t>(layout.bytes());
-  std::vector<std::byte> texels(values.size() * bytes);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::uint32_t code = nearest_code(values.at(i), layout.type);
-    std::memcpy(texels.data() + i * bytes, &code, bytes);
-  }
-  return texels;
+TextureImage audited_texels(TexelType type) {
+  const float step = plane_step(type);
+  const float low = plane_low(type);
+  return pack_heights(
+             {.width = 4, .height = 2, .texels = {0.0F, 1.0F, low, low + step, 0.0F, 1.0F, low + step, low + 2 * step}},
+             {.id = "audited", .type = type, .channels = 1})
+      .relief;
 }
 
 FilterPrecision shown_precision(Backend& backend, const Pipeline& pipeline, TexelType type) {
-  const TexelLayout layout{.type = type, .channels = 1};
-  const std::vector<std::byte> texels = audited_texels(layout);
-  const auto texture = backend.upload(
-      {.width = 4, .height = 2, .layout = layout, .texels = texels, .wrap = Wrap::clamp, .filter = Filter::linear});
+  const TextureImage texels = audited_texels(type);
+  const auto texture = backend.upload(texture_desc(texels, Wrap::clamp));
   Draw draw{.pipeline = &pipeline, .textures = {{kReliefMap, texture.get()}}};
   draw.frame.sizes = {kSide_px, kSide_px, 4, 2};
   static_cast<void>(backend.render(draw, 1, Timer::fenced_wall));
@@ -109,8 +100,10 @@ std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect, const S
                                          .constants = constants_of(nullptr, Wrap::clamp, {.simulated = simulated}),
                                          .target = {.attachments = {kShown}}});
   std::vector<FilterAudit> audits;
-  for (const TexelType type : {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32})
-    audits.push_back({.type = type, .precision = shown_precision(backend, *pipeline, type)});
+  for (const TexelType type :
+       {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32, TexelType::rgtc})
+    if (type != TexelType::rgtc || backend.device().block_textures)
+      audits.push_back({.type = type, .precision = shown_precision(backend, *pipeline, type)});
   return audits;
 }
 

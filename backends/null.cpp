@@ -231,7 +231,8 @@ std::vector<DeviceInfo> null_devices() {
                        .driver = "none",
                        .api_version = "none",
                        .software = true,
-                       .timers = {Timer::fenced_wall}});
+                       .timers = {Timer::fenced_wall},
+                       .block_textures = true});
   return devices;
 }
 

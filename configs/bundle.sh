@@ -76,7 +76,7 @@ needed=$(objdump -T bin/* lib/*.so* lib/fallback/* | grep -oE 'GLIBC_([0-9.]+|PR
 
 mkdir configs heightmaps
 cp -r "$here"/*.json "$here"/*/ configs/
-cp "$here"/../build/heightmaps/*.* heightmaps/ || fail "no heightmaps: run ./dev setup"
+cp "$here"/../build/heightmaps/*.tga "$here"/../build/heightmaps/*.pgm heightmaps/ || fail "no heightmaps: run ./dev setup"
 cp -r "$here"/../build/naga naga || fail "no naga: run ./dev setup"
 cat >README <<TEXT
 $version: for x86-64 Linux with glibc $newest_glibc or later and a driver

@@ -97,6 +97,8 @@ TEST(ExportContainers, dds_formats_are_direct3ds) {
   EXPECT_EQ(format(TexelType::unorm16, 2), 35U);  // R16G16_UNORM
   EXPECT_EQ(format(TexelType::float16, 4), 10U);  // R16G16B16A16_FLOAT
   EXPECT_EQ(format(TexelType::float32, 2), 16U);  // R32G32_FLOAT
+  EXPECT_EQ(format(TexelType::rgtc, 1), 80U);     // BC4_UNORM
+  EXPECT_EQ(format(TexelType::rgtc, 2), 83U);     // BC5_UNORM
 }
 
 TEST(ExportContainers, rows_are_turned_over_level_by_level) {

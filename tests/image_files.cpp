@@ -28,6 +28,7 @@ std::string codes_of(const TestImage& image) {
 std::string stored(const TestImage& image) {
   switch (image.type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return codes_of<std::uint8_t>(image);
     case TexelType::unorm16:
     case TexelType::float16:

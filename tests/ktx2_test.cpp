@@ -91,6 +91,24 @@ TEST(Ktx2, FloatsSaySo) {
   EXPECT_EQ(word(file, alpha + 12), std::bit_cast<std::uint32_t>(1.0F));
 }
 
+TEST(Ktx2, BlocksSaySo) {
+  TextureImage image{.width = 9, .height = 5, .layout = {.type = TexelType::rgtc, .channels = 2}, .levels = 4};
+  image.texels.resize(image_bytes(image), std::byte{3});
+  const std::string file = encode_ktx2({.image = image});
+  EXPECT_EQ(word(file, 12), 141U);  // VK_FORMAT_BC5_UNORM_BLOCK
+  EXPECT_EQ(word(file, 16), 1U);
+  const std::size_t descriptor = word(file, 48);
+  EXPECT_EQ(word(file, descriptor + 12), 132U | (1U << 16U));                // model BC5, linear
+  EXPECT_EQ(word(file, descriptor + 16), 0x0303U);                           // of 4 x 4
+  EXPECT_EQ(word(file, descriptor + 20), 16U);                               // bytes a block
+  EXPECT_EQ(word(file, descriptor + 28), 63U << 16U);                        // red, 64 bits
+  EXPECT_EQ(word(file, descriptor + 44), 64U | (63U << 16U) | (1U << 24U));  // green
+  EXPECT_EQ(word(file, descriptor + 40), ~0U);
+  EXPECT_EQ(long_word(file, 80 + 8), 96U);  // 3 x 2 blocks
+  EXPECT_EQ(long_word(file, 80) % 16, 0U);
+  EXPECT_EQ(decode_ktx2(std::as_bytes(std::span(file)), "x").image.texels, image.texels);
+}
+
 constexpr TexelType kFileTypes[] = {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32};
 
 TEST(Ktx2, ComesBackBitForBit) {

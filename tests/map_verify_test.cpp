@@ -21,7 +21,8 @@ struct Storage {
   std::string_view format;
   std::string_view encoding;
 };
-constexpr Storage kStorages[] = {{"rg32f", "ratio"}, {"rg16", "sqrt"}, {"rg8", "h_tan"}, {"rg16f", "atan"}};
+constexpr Storage kStorages[] = {{"rg32f", "ratio"}, {"rg16", "sqrt"}, {"rg8", "h_tan"},
+                                 {"rg16f", "atan"},  {"bc5", "sqrt"},  {"bc5", "atan"}};
 
 /// A map as it is stored, with the values that a baker would have returned.
 struct Stored {

@@ -20,6 +20,7 @@ constexpr std::array kTypes{TexelType::unorm8, TexelType::unorm16, TexelType::fl
 std::uint32_t code_of_one(TexelType type) {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return 255;
     case TexelType::unorm16:
       return 65535;
@@ -34,6 +35,7 @@ std::uint32_t code_of_one(TexelType type) {
 float value(std::uint32_t code, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return static_cast<float>(code) / 255.0F;
     case TexelType::unorm16:
       return static_cast<float>(code) / 65535.0F;
@@ -175,10 +177,12 @@ TEST(QuantiseHeights, HalvesTieToEven) {
 }
 
 TEST(Format, HasTheBytesOfItsName) {
-  EXPECT_EQ(find_format("r8").bytes_per_texel(), 1);
-  EXPECT_EQ(find_format("rg16").bytes_per_texel(), 4);
-  EXPECT_EQ(find_format("rg16f").bytes_per_texel(), 4);
-  EXPECT_EQ(find_format("rg32f").bytes_per_texel(), 8);
+  EXPECT_EQ(find_format("r8").bits_per_texel(), 8);
+  EXPECT_EQ(find_format("rg16").bits_per_texel(), 32);
+  EXPECT_EQ(find_format("rg16f").bits_per_texel(), 32);
+  EXPECT_EQ(find_format("rg32f").bits_per_texel(), 64);
+  EXPECT_EQ(find_format("bc4").bits_per_texel(), 4);
+  EXPECT_EQ(find_format("bc5").bits_per_texel(), 8);
 }
 
 TEST(Format, UnknownIdsListTheChoices) {
@@ -193,7 +197,7 @@ TEST(Format, UnknownIdsListTheChoices) {
   EXPECT_EQ(message([] { (void)find_format("rgb8"); }),
             "unknown texture format 'rgb8'; the choices are r8, r16, r16f, r32f, rg8, rg16, rg16f, rg32f, rgba8, "
             "r8+r8, r8+rgba8, "
-            "r16+rgba16, r16f+rgba16f, r32f+rgba32f");
+            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5");
   EXPECT_EQ(message([] { (void)find_encoding("log"); }),
             "unknown cone encoding 'log'; the choices are ratio, sqrt, h_tan, atan");
 }

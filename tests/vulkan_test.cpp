@@ -111,7 +111,8 @@ TEST_F(VulkanTest, ValidationHasNothingToSayFromStartToEnd) {
   for (const DeviceInfo& device : vulkan_devices()) {
     const Rig rig(device.index);
     for (const Format& format : formats()) {
-      const std::vector<std::byte> texels(static_cast<std::size_t>(5 * 3 * format.relief().bytes()), std::byte{1});
+      if (format.type == TexelType::rgtc && !device.block_textures) continue;
+      const std::vector<std::byte> texels(level_bytes(format.relief(), 5, 3), std::byte{1});
       for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
         static_cast<void>(rig.backend->upload({.width = 5,
                                                .height = 3,

@@ -37,7 +37,8 @@ DeviceInfo describe(int index) {
                   .api_version = "",
                   .software = software,
                   .timers = {Timer::fenced_wall},
-                  .float64 = true};  // OpenGL 4.0 asks for it
+                  .float64 = true,          // OpenGL 4.0 asks for it
+                  .block_textures = true};  // OpenGL 3.0 does
   GLint major = 0;
   GLint minor = 0;
   glGetIntegerv(GL_MAJOR_VERSION, &major);

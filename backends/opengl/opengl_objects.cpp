@@ -28,6 +28,8 @@ GlFormat gl_format(const TexelLayout& texel) {
       return {pick(GL_R16F, GL_RG16F, GL_RGBA16F), layout, GL_HALF_FLOAT};
     case TexelType::float32:
       return {pick(GL_R32F, GL_RG32F, GL_RGBA32F), layout, GL_FLOAT};
+    case TexelType::rgtc:  // the type is of no use to blocks
+      return {pick(GL_COMPRESSED_RED_RGTC1, GL_COMPRESSED_RG_RGTC2, GL_NONE), layout, GL_NONE};
   }
   fail_environment("OpenGL: no such texel type");
 }
@@ -105,8 +107,14 @@ OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc)
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   const std::byte* texels = desc.texels.data();
   for (int level = 0; level < desc.levels; ++level) {
-    glTextureSubImage2D(id_, level, 0, 0, level_side(desc.width, level), level_side(desc.height, level), format.layout,
-                        format.type, texels);
+    const int width = level_side(desc.width, level);
+    const int height = level_side(desc.height, level);
+    if (desc.layout.type == TexelType::rgtc) {
+      glCompressedTextureSubImage2D(id_, level, 0, 0, width, height, format.internal,
+                                    static_cast<GLsizei>(level_bytes(desc, level)), texels);
+    } else {
+      glTextureSubImage2D(id_, level, 0, 0, width, height, format.layout, format.type, texels);
+    }
     texels += level_bytes(desc, level);
   }
   const GLint filter = desc.filter == Filter::linear ? GL_LINEAR : GL_NEAREST;

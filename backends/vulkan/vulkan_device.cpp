@@ -54,6 +54,7 @@ std::optional<PhysicalDevice> usable(VkPhysicalDevice handle) {
   VkPhysicalDeviceFeatures features;
   vkGetPhysicalDeviceFeatures(handle, &features);
   physical.float64 = features.shaderFloat64 == VK_TRUE;
+  physical.block_textures = features.textureCompressionBC == VK_TRUE;
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(handle, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
@@ -108,6 +109,7 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
                   .timers = {Timer::fenced_wall},
                   .subtexel_bits = static_cast<int>(properties.limits.subTexelPrecisionBits),
                   .float64 = physical.float64,
+                  .block_textures = physical.block_textures,
                   .compiles_in_parallel = true};
   if (physical.timestamp_bits > 0 && properties.limits.timestampPeriod > 0) info.timers.push_back(Timer::vk_timestamp);
   return info;
@@ -119,7 +121,8 @@ LogicalDevice::LogicalDevice(const PhysicalDevice& physical, bool presents) {
                                       .queueFamilyIndex = physical.queue_family,
                                       .queueCount = 1,
                                       .pQueuePriorities = &priority};
-  const VkPhysicalDeviceFeatures features{.shaderFloat64 = physical.float64 ? VK_TRUE : VK_FALSE};
+  const VkPhysicalDeviceFeatures features{.textureCompressionBC = physical.block_textures ? VK_TRUE : VK_FALSE,
+                                          .shaderFloat64 = physical.float64 ? VK_TRUE : VK_FALSE};
   const char* const swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
   const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
                                 .queueCreateInfoCount = 1,

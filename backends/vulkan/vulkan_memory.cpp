@@ -59,20 +59,18 @@ VkBufferImageCopy whole_image(VkExtent2D extent, VkImageAspectFlags aspect) {
           .imageExtent = {.width = extent.width, .height = extent.height, .depth = 1}};
 }
 
-/// Copies of tightly packed levels that lie one after the other in `bytes`.
-std::vector<VkBufferImageCopy> all_levels(const DeviceImage& image, std::size_t bytes) {
+/// Copies of tightly packed levels that lie one after the other.
+std::vector<VkBufferImageCopy> all_levels(const DeviceImage& image, const TexelLayout& layout) {
   std::vector<VkBufferImageCopy> regions;
-  std::size_t texels = 0;
+  std::size_t offset = 0;
   for (std::uint32_t level = 0; level < image.levels; ++level) {
     const VkExtent2D extent{.width = std::max(image.extent.width >> level, 1U),
                             .height = std::max(image.extent.height >> level, 1U)};
     regions.push_back(whole_image(extent, image.aspect));
     regions.back().imageSubresource.mipLevel = level;
-    regions.back().bufferOffset = texels;
-    texels += std::size_t{extent.width} * extent.height;
+    regions.back().bufferOffset = offset;
+    offset += level_bytes(layout, static_cast<int>(extent.width), static_cast<int>(extent.height));
   }
-  const std::size_t texel_bytes = bytes / std::max(texels, std::size_t{1});
-  for (VkBufferImageCopy& region : regions) region.bufferOffset *= texel_bytes;
   return regions;
 }
 
@@ -202,10 +200,11 @@ void record_read(const VulkanDevice& device, VkCommandBuffer commands, const Ima
                           nullptr, 0, nullptr);
 }
 
-void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels) {
+void upload_texels(const VulkanDevice& device, const DeviceImage& image, const TexelLayout& layout,
+                   std::span<const std::byte> texels) {
   const HostBuffer staging = make_host_buffer(device, texels.size(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, 0);
   std::memcpy(staging.bytes.data(), texels.data(), texels.size());
-  const std::vector<VkBufferImageCopy> regions = all_levels(image, texels.size());
+  const std::vector<VkBufferImageCopy> regions = all_levels(image, layout);
   run_once(device, [&](VkCommandBuffer commands) {
     transition(device, commands, image, kUnused, kCopyTo);
     device.calls().vkCmdCopyBufferToImage(commands, staging.buffer.get(), image.image.get(), kCopyTo.layout,

@@ -91,7 +91,8 @@ void record_read(const VulkanDevice& device, VkCommandBuffer commands, const Ima
                  const ImageUse& after, const HostBuffer& into);
 
 /// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
-void upload_texels(const VulkanDevice& device, const DeviceImage& image, std::span<const std::byte> texels);
+void upload_texels(const VulkanDevice& device, const DeviceImage& image, const TexelLayout& layout,
+                   std::span<const std::byte> texels);
 /// Reads an attachment that was drawn into, tightly packed, and leaves it so. staging: where the texels lie; made anew
 /// where it is too small
 [[nodiscard]] std::span<const std::byte> read_texels(const VulkanDevice& device, const DeviceImage& image,

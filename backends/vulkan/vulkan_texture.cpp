@@ -37,6 +37,8 @@ VkFormat vulkan_format(const TexelLayout& texel) {
       return pick(VK_FORMAT_R16_SFLOAT, VK_FORMAT_R16G16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT);
     case TexelType::float32:
       return pick(VK_FORMAT_R32_SFLOAT, VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT);
+    case TexelType::rgtc:
+      return pick(VK_FORMAT_BC4_UNORM_BLOCK, VK_FORMAT_BC5_UNORM_BLOCK, VK_FORMAT_UNDEFINED);
   }
   return VK_FORMAT_UNDEFINED;
 }
@@ -47,6 +49,8 @@ std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const Te
     fail_environment("vulkan: {} bytes are not a {}x{} texture of format {}", desc.texels.size(), desc.width,
                      desc.height, format_id);
   }
+  if (desc.layout.type == TexelType::rgtc && !device.physical().block_textures)
+    fail_environment("vulkan: the device does not take textures of blocks (textureCompressionBC)");
   VkFormatFeatureFlags features = VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_TRANSFER_DST_BIT;
   if (desc.filter == Filter::linear) features |= VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
   auto texture = std::make_unique<VulkanTexture>();
@@ -59,7 +63,7 @@ std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const Te
                                               .features = features,
                                               .levels = static_cast<std::uint32_t>(desc.levels)});
   texture->sampler = {device.logical(), make_sampler(device, desc)};
-  upload_texels(device, texture->image, desc.texels);
+  upload_texels(device, texture->image, desc.layout, desc.texels);
   return texture;
 }
 

@@ -92,7 +92,8 @@ class VulkanScreen final : public Screen {
   }
 
   void fill(ScreenPicture& into, std::span<const std::uint8_t> rgba8) override {
-    upload_texels(device_, static_cast<VulkanPicture&>(into).texture->image, std::as_bytes(rgba8));
+    upload_texels(device_, static_cast<VulkanPicture&>(into).texture->image, {.type = TexelType::unorm8, .channels = 4},
+                  std::as_bytes(rgba8));
   }
 
   void present(const ImDrawData& drawn, std::vector<std::uint8_t>* seen) override {

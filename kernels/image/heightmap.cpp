@@ -32,6 +32,21 @@ constexpr std::array kKnown{
                       .channel = "r",
                       .normalise = true,
                       .origin = "Debian package python-matplotlib-data (USGS elevation model, public domain)"},
+    KnownHeightmapRow{.id = "bathymetry",
+                      .file = "bathymetry.pgm",
+                      .channel = "r",
+                      .normalise = true,
+                      .origin = "Debian package python-matplotlib-data (sea floor, matplotlib's licence)"},
+    KnownHeightmapRow{.id = "arena",
+                      .file = "arena.png",
+                      .channel = "r",
+                      .normalise = true,
+                      .origin = "Debian package colobot-common (a game's terrain, GPL-3)"},
+    KnownHeightmapRow{.id = "island",
+                      .file = "island.png",
+                      .channel = "r",
+                      .normalise = true,
+                      .origin = "Debian package colobot-common (a game's terrain, GPL-3)"},
 };
 
 constexpr std::array<std::string_view, 6> kChannels{"auto", "r", "g", "b", "a", "luminance"};

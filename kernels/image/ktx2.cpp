@@ -60,6 +60,7 @@ constexpr std::array kKtx2Formats{
     FormatRow{{TexelType::float16, 1}, 76},  FormatRow{{TexelType::float16, 2}, 83},
     FormatRow{{TexelType::float16, 4}, 97},  FormatRow{{TexelType::float32, 1}, 100},
     FormatRow{{TexelType::float32, 2}, 103}, FormatRow{{TexelType::float32, 4}, 109},
+    FormatRow{{TexelType::rgtc, 1}, 139},    FormatRow{{TexelType::rgtc, 2}, 141},
 };
 
 std::uint32_t bytes_per_channel(const TexelLayout& layout) {
@@ -75,29 +76,36 @@ void pad(std::string& out, std::size_t alignment) {
   out.append((alignment - out.size() % alignment) % alignment, '\0');
 }
 
-/// The basic block of the Khronos Data Format Specification: model RGBSDA, no primaries (this is data), linear.
+/// Of what levels are made of: a texel or a block.
+int unit_bytes(const TexelLayout& layout) { return static_cast<int>(level_bytes(layout, 1, 1)); }
+
+/// The basic block of the Khronos Data Format Specification: model RGBSDA, BC4 or BC5, no primaries (this is data),
+/// linear.
 std::string descriptor(const TexelLayout& layout) {
   constexpr std::array<std::uint8_t, 4> kChannelIds{0, 1, 2, 15};  // red, green, blue, alpha
   constexpr std::uint8_t kSignedFloat = 0x80 | 0x40;
-  const bool is_float = layout.type == TexelType::float16 || layout.type == TexelType::float32;
-  const std::uint32_t size = bytes_per_channel(layout);
+  const bool is_signed = is_float(layout.type);
+  const bool is_of_blocks = layout.type == TexelType::rgtc;
+  // Of a sample: a channel of a texel or of a block.
+  const std::uint32_t size = static_cast<std::uint32_t>(unit_bytes(layout) / layout.channels);
   const auto channels = static_cast<std::uint32_t>(layout.channels);
   const std::uint32_t block_bytes = 24 + 16 * channels;
   std::string out;
   append(out, std::uint32_t{4 + block_bytes});
   append(out, std::uint32_t{0});                         // Khronos, basic descriptor
   append(out, std::uint32_t{2 | (block_bytes << 16U)});  // version 1.3
-  append(out, std::array<std::uint8_t, 4>{1, 0, 1, 0});  // RGBSDA, primaries unspecified, linear, straight alpha
-  append(out, std::uint32_t{0});                         // blocks of one texel
+  const auto model = static_cast<std::uint8_t>(is_of_blocks ? (channels == 1 ? 131 : 132) : 1);
+  append(out, std::array<std::uint8_t, 4>{model, 0, 1, 0});  // primaries unspecified, linear, straight alpha
+  append(out, std::uint32_t{is_of_blocks ? 0x0303U : 0U});   // blocks of 4 x 4 texels or of one
   append(out, std::array<std::uint8_t, 8>{static_cast<std::uint8_t>(channels * size)});
   for (std::uint32_t channel = 0; channel < channels; ++channel) {
     append(out, static_cast<std::uint16_t>(8 * size * channel));
     append(out, static_cast<std::uint8_t>(8 * size - 1));
-    append(out, static_cast<std::uint8_t>(kChannelIds.at(channel) | (is_float ? kSignedFloat : 0)));
+    append(out, static_cast<std::uint8_t>(kChannelIds.at(channel) | (is_signed ? kSignedFloat : 0)));
     append(out, std::uint32_t{0});  // position in the block
     // Floats have their limits as floats of 32 bits, whatever their own size.
-    append(out, is_float ? std::bit_cast<std::uint32_t>(-1.0F) : 0U);
-    append(out, is_float ? std::bit_cast<std::uint32_t>(1.0F) : (1U << (8 * size)) - 1);
+    append(out, is_signed ? std::bit_cast<std::uint32_t>(-1.0F) : 0U);
+    append(out, is_signed ? std::bit_cast<std::uint32_t>(1.0F) : (is_of_blocks ? ~0U : (1U << (8 * size)) - 1));
   }
   return out;
 }
@@ -112,9 +120,8 @@ std::string encoded_metadata(const std::map<std::string, std::string>& metadata)
   return out;
 }
 
-std::size_t level_bytes(const TextureImage& image, int level) {
-  return static_cast<std::size_t>(level_side(image.width, level)) *
-         static_cast<std::size_t>(level_side(image.height, level)) * static_cast<std::size_t>(image.layout.bytes());
+std::size_t bytes_of_level(const TextureImage& image, int level) {
+  return level_bytes(image.layout, level_side(image.width, level), level_side(image.height, level));
 }
 
 /// A checked view of the file's bytes.
@@ -218,9 +225,9 @@ std::string encode_ktx2(const Ktx2File& file) {
   std::vector<LevelIndex> index(levels);
   std::size_t end = image.texels.size();
   for (std::size_t level = levels; level-- > 0;) {  // the smallest first
-    const std::size_t bytes = level_bytes(image, static_cast<int>(level));
+    const std::size_t bytes = bytes_of_level(image, static_cast<int>(level));
     end -= bytes;
-    pad(out, static_cast<std::size_t>(std::lcm(image.layout.bytes(), 4)));
+    pad(out, static_cast<std::size_t>(std::lcm(unit_bytes(image.layout), 4)));
     index[level] = {.offset = out.size(), .bytes = bytes, .uncompressed_bytes = bytes};
     out.append(reinterpret_cast<const char*>(image.texels.data()) + end, bytes);
   }
@@ -244,7 +251,7 @@ Ktx2File decode_ktx2(std::span<const std::byte> bytes, std::string_view name) {
   for (int level = 0; level < file.image.levels; ++level) {
     const auto place = reader.read<LevelIndex>(sizeof(Header) + static_cast<std::size_t>(level) * sizeof(LevelIndex),
                                                "the level index");
-    const std::size_t size = level_bytes(file.image, level);
+    const std::size_t size = bytes_of_level(file.image, level);
     if (place.bytes != size || place.uncompressed_bytes != size)
       reader.fail("level {} has {} bytes, expected {}", level, place.bytes, size);
     const auto texels = reader.part(place.offset, size, "a mip level");

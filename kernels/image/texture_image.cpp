@@ -7,6 +7,7 @@ namespace reliefbench {
 int TexelLayout::bytes() const {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return channels;
     case TexelType::unorm16:
     case TexelType::float16:
@@ -17,8 +18,22 @@ int TexelLayout::bytes() const {
   return 0;
 }
 
+std::size_t level_bytes(const TexelLayout& layout, int width, int height) {
+  if (layout.type == TexelType::rgtc)
+    return 8 * static_cast<std::size_t>((width + 3) / 4) * static_cast<std::size_t>((height + 3) / 4) *
+           static_cast<std::size_t>(layout.channels);
+  return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(layout.bytes());
+}
+
+std::size_t image_bytes(const TextureImage& image) {
+  std::size_t bytes = 0;
+  for (int level = 0; level < image.levels; ++level)
+    bytes += level_bytes(image.layout, level_side(image.width, level), level_side(image.height, level));
+  return bytes;
+}
+
 std::string_view texel_type_id(TexelType type) {
-  constexpr std::array<std::string_view, 4> kIds{"unorm8", "unorm16", "float16", "float32"};
+  constexpr std::array<std::string_view, 5> kIds{"unorm8", "unorm16", "float16", "float32", "rgtc"};
   return kIds.at(static_cast<std::size_t>(type));
 }
 

@@ -5,21 +5,29 @@
 
 namespace reliefbench {
 
-enum class TexelType { unorm8, unorm16, float16, float32 };
+/// rgtc: blocks of 4 x 4 texels of unorm8, a channel 8 bytes: BC4 of one channel, BC5 of two
+/// (kernels/maps/block_codec.h)
+enum class TexelType { unorm8, unorm16, float16, float32, rgtc };
+[[nodiscard]] constexpr bool is_float(TexelType type) {
+  return type == TexelType::float16 || type == TexelType::float32;
+}
 
 /// One texel of a texture: 1, 2 or 4 channels of one type.
 struct TexelLayout {
   TexelType type = TexelType::unorm8;
   int channels = 4;
-  [[nodiscard]] int bytes() const;
+  [[nodiscard]] int bytes() const;  ///< of blocks: of a texel that is decoded
   bool operator==(const TexelLayout&) const = default;
 };
-[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32
+[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32 | rgtc
 
 /// Side of a mip level, as GL and Vulkan have it: halves are rounded down, and never under 1.
 [[nodiscard]] constexpr int level_side(int side, int level) { return side >> level > 0 ? side >> level : 1; }
 
-/// A texture ready for upload: tightly packed rows, mip levels one after the other (level_side).
+/// Of a level of that many texels.
+[[nodiscard]] std::size_t level_bytes(const TexelLayout& layout, int width, int height);
+
+/// A texture ready for upload: tightly packed rows of texels or blocks, mip levels one after the other (level_side).
 struct TextureImage {
   int width = 0;
   int height = 0;
@@ -27,5 +35,7 @@ struct TextureImage {
   int levels = 1;
   std::vector<std::byte> texels{};
 };
+/// Of all levels.
+[[nodiscard]] std::size_t image_bytes(const TextureImage& image);
 
 }  // namespace reliefbench

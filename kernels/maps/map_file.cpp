@@ -56,14 +56,15 @@ std::string exr(const MapStorage& storage, const MapTextures& textures, const Me
 
 std::string file_conflict(const fs::path& path, const MapStorage& storage) {
   const std::string extension = path.extension().string();
-  const bool is_float = storage.format.type == TexelType::float16 || storage.format.type == TexelType::float32;
   const bool is_flat = storage.map.content == MapContent::heights || storage.map.content == MapContent::ratios;
   if (extension == ".ktx2") return "";
   if (extension != ".png" && extension != ".exr")
     return fmt::format("{}: a map is written as .ktx2, .exr or .png", path.string());
   if (!is_flat) return fmt::format("{}: a {} map is written as .ktx2 only", path.string(), storage.map.id);
-  if (extension == ".png" && is_float)
-    return fmt::format("{}: a PNG cannot hold the floats of {}; write .ktx2 or .exr", path.string(), storage.format.id);
+  const TexelType type = storage.format.type;
+  if (extension == ".png" && (is_float(type) || type == TexelType::rgtc))
+    return fmt::format("{}: a PNG cannot hold the {} of {}; write .ktx2 or .exr", path.string(),
+                       is_float(type) ? "floats" : "blocks", storage.format.id);
   return "";
 }
 

@@ -21,6 +21,9 @@ std::string solid_format_conflict(const MapRow& map, const Format& format) {
 }
 
 std::string format_conflict(const MapRow& map, const Format& format) {
+  if (format.type == TexelType::rgtc &&
+      (map.is_solid || (map.content != MapContent::heights && map.content != MapContent::ratios)))
+    return fmt::format("format {} is of blocks, in which a {} map is not kept", format.id, map.id);
   if (map.is_solid) return solid_format_conflict(map, format);
   if (format.ratios() < map.ratios)
     return fmt::format("format {} has room for {} cone ratios, a {} map needs {}", format.id, format.ratios(), map.id,
@@ -49,8 +52,7 @@ std::string correction_conflict(const MapStorage& storage) {
 }
 
 std::string ratio_conflict(const MapStorage& storage) {
-  const TexelType type = storage.format.type;
-  const bool is_unorm = type == TexelType::unorm8 || type == TexelType::unorm16;
+  const bool is_unorm = !is_float(storage.format.type);
   const std::string_view encoding = storage.encoding.id;
   if (storage.max_ratio > 1 && storage.map.content == MapContent::sectors)
     return fmt::format("ratios of a {} map are at most 1", storage.map.id);

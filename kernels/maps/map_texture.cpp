@@ -8,6 +8,7 @@
 
 #include "kernels/base/parallel.h"
 #include "kernels/image/heightmap.h"
+#include "kernels/maps/block_codec.h"
 #include "kernels/maps/mip_chain.h"
 #include "kernels/maps/omni_table.h"
 #include "kernels/maps/sector_map.h"
@@ -29,10 +30,7 @@ int chain_length(const Heightfield& heights) {
 
 TextureImage blank(int width, int height, const TexelLayout& layout, int levels = 1) {
   TextureImage image{.width = width, .height = height, .layout = layout, .levels = levels};
-  std::size_t texels = 0;
-  for (int level = 0; level < levels; ++level)
-    texels += texel_count(level_side(width, level), level_side(height, level));
-  image.texels.resize(texels * static_cast<std::size_t>(layout.bytes()));
+  image.texels.resize(image_bytes(image));
   return image;
 }
 
@@ -115,6 +113,20 @@ void write_floors(MapTextures& textures, const Heightfield& heights, const Forma
   for_each_texel(heights, [&](std::size_t i) {
     write_code(image, i, channel, nearest_code(heights.floors[i], image.layout.type));
   });
+}
+
+/// Each level of the one before as blocks have it, so that they round no level under the one before.
+void write_block_mips(MapTextures& textures, const MapSource& source, const RatioLayout& layout) {
+  const BlockRounding rounding = source.mips == Mips::mean ? BlockRounding::nearest : BlockRounding::above;
+  std::size_t first = 0;
+  MipLevel level{.heights = source.heights, .ratios = {source.values.begin(), source.values.end()}};
+  for (int l = 1; l < textures.relief.levels; ++l) {
+    first += level.heights.texels.size();
+    level = mip_chain(level.heights, level.ratios, layout.map.ratios, source.wrap, source.mips).front();
+    level.heights = heights_in_blocks(level.heights, rounding);
+    write_heights(textures.relief, level.heights, first);
+    write_ratios(textures, level.heights, level.ratios, layout, first);
+  }
 }
 
 /// The coarse levels of a map of heights and ratios. Normals are looked up in the base alone.
@@ -229,13 +241,27 @@ std::vector<MapTextures> cone_layers(const MapRow& map, const MapTextures& textu
   return layers;
 }
 
+namespace {
+
+/// The format that blocks are made from.
+Format decoded_format(Format format) {
+  format.type = TexelType::unorm8;
+  return format;
+}
+
+}  // namespace
+
 MapTextures pack_heights(const Heightfield& heights, const Format& format) {
+  if (format.type == TexelType::rgtc)
+    return {.relief = as_blocks(pack_heights(heights, decoded_format(format)).relief, BlockRounding::below)};
   MapTextures textures{.relief = blank(heights.width, heights.height, format.relief())};
   write_heights(textures.relief, heights);
   return textures;
 }
 
-MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
+namespace {
+
+MapTextures packed_map(const MapSource& source, const Format& format, const Encoding& encoding, bool is_for_blocks) {
   const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
   const bool has_levels =
       mips != Mips::none && (map.content == MapContent::heights || map.content == MapContent::ratios);
@@ -268,8 +294,17 @@ MapTextures pack_map(const MapSource& source, const Format& format, const Encodi
       textures.extra = packed_sectors(source, format, encoding);
       break;
   }
-  if (has_levels) write_mips(textures, source, layout);
+  if (has_levels) (is_for_blocks ? write_block_mips : write_mips)(textures, source, layout);
   return textures;
+}
+
+}  // namespace
+
+MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
+  if (format.type != TexelType::rgtc) return packed_map(source, format, encoding, false);
+  const MapTextures codes = packed_map(source, decoded_format(format), encoding, true);
+  // The safe side of a ratio is the narrower cone.
+  return {.relief = as_blocks(codes.relief, encoding.is_decreasing ? BlockRounding::above : BlockRounding::below)};
 }
 
 UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding, bool is_solid) {
@@ -279,13 +314,18 @@ UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const 
   const TextureImage& image = format.extra_channels > 0 ? textures.extra.value() : relief;
   const int first = first_ratio(format, is_solid);
   if (is_solid) unpacked.heights.floors = read_channel(image, first - 1);
+  const int ratios = format.ratios() - (is_solid ? 1 : 0);
+  std::vector<std::vector<float>> stored;
+  for (int k = 0; k < ratios; ++k) stored.push_back(read_channel(image, first + k));
   for (std::size_t i = 0; i < unpacked.heights.texels.size(); ++i)
-    for (int k = 0; k < format.ratios() - (is_solid ? 1 : 0); ++k)
-      unpacked.ratios.push_back(encoding.decode(read_value(image, i, first + k), cone_height(unpacked.heights, i, k)));
+    for (int k = 0; k < ratios; ++k)
+      unpacked.ratios.push_back(
+          encoding.decode(stored[static_cast<std::size_t>(k)][i], cone_height(unpacked.heights, i, k)));
   return unpacked;
 }
 
 std::vector<float> read_channel(const TextureImage& image, int channel, int level) {
+  if (image.layout.type == TexelType::rgtc) return read_blocks(image, channel, level);
   std::size_t begin = 0;
   for (int l = 0; l < level; ++l) begin += texel_count(level_side(image.width, l), level_side(image.height, l));
   std::vector<float> values(texel_count(level_side(image.width, level), level_side(image.height, level)));

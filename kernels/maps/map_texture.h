@@ -29,8 +29,8 @@ struct MapSource {
   std::span<const MapValue> parameters{};  ///< of the map's own, which a table has its size from
 };
 
-/// Ratios are floored here (floor_ratio), pyramids rounded up, volumes down, tables to the nearest. Where a format has
-/// more ratio channels than the map, those are 0.
+/// Ratios are floored here (floor_ratio; of blocks, to the nearest block below), pyramids rounded up, volumes down,
+/// tables to the nearest. Where a format has more ratio channels than the map, those are 0.
 [[nodiscard]] MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding);
 
 /// Its cones as textures of one map each, height and ratio in a texel: the layers of a sector map, without their

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "kernels/base/error.h"
+#include "kernels/maps/block_codec.h"
 #include "kernels/maps/map_kind.h"
 
 namespace reliefbench {
@@ -29,6 +30,8 @@ constexpr std::array kFormats{
     Format{.id = "r16+rgba16", .type = TexelType::unorm16, .channels = 1, .extra_channels = 4},
     Format{.id = "r16f+rgba16f", .type = TexelType::float16, .channels = 1, .extra_channels = 4},
     Format{.id = "r32f+rgba32f", .type = TexelType::float32, .channels = 1, .extra_channels = 4},
+    Format{.id = "bc4", .type = TexelType::rgtc, .channels = 1},
+    Format{.id = "bc5", .type = TexelType::rgtc, .channels = 2},
 };
 
 /// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
@@ -95,7 +98,9 @@ const typename Rows::value_type& find_row(const Rows& rows, std::string_view id,
 
 }  // namespace
 
-int Format::bytes_per_texel() const { return relief().bytes() + extra().bytes(); }
+int Format::bits_per_texel() const {
+  return static_cast<int>(level_bytes(relief(), 4, 4) + level_bytes(extra(), 4, 4)) / 2;
+}
 
 std::span<const Format> formats() { return kFormats; }
 const Format& find_format(std::string_view id) { return find_row(formats(), id, "texture format"); }
@@ -106,6 +111,7 @@ const Encoding& find_encoding(std::string_view id) { return find_row(encodings()
 float value_of(std::uint32_t code, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return static_cast<float>(code) / 255.0F;
     case TexelType::unorm16:
       return static_cast<float>(code) / 65535.0F;
@@ -120,6 +126,7 @@ float value_of(std::uint32_t code, TexelType type) {
 std::uint32_t nearest_code(float value, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
+    case TexelType::rgtc:
       return static_cast<std::uint32_t>(std::lround(double{value} * 255.0));
     case TexelType::unorm16:
       return static_cast<std::uint32_t>(std::lround(double{value} * 65535.0));
@@ -132,6 +139,7 @@ std::uint32_t nearest_code(float value, TexelType type) {
 }
 
 Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
+  if (type == TexelType::rgtc) return heights_in_blocks(heights, BlockRounding::nearest);
   Heightfield quantised = heights;
   for (std::vector<float>* values : {&quantised.texels, &quantised.floors})
     for (float& height : *values) height = value_of(nearest_code(height, type), type);
@@ -140,8 +148,7 @@ Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
 
 std::uint32_t floor_code(float ratio, float height, TexelType type, const Encoding& encoding) {
   // An angle ends at 1, everything else where the type does.
-  const bool is_float = type == TexelType::float16 || type == TexelType::float32;
-  const float greatest = is_float && !encoding.is_decreasing ? kUnboundedRatio : 1.0F;
+  const float greatest = is_float(type) && !encoding.is_decreasing ? kUnboundedRatio : 1.0F;
   const std::uint32_t end = nearest_code(greatest, type) + 1;
   const auto fits = [&](std::uint32_t code) {
     return encoding.decode(value_of(code, type), height) * encoding.guard < ratio;

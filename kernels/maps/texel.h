@@ -20,7 +20,7 @@ struct Format {
   [[nodiscard]] int ratios() const { return with_normal ? 1 : channels - 1 + extra_channels; }
   [[nodiscard]] TexelLayout relief() const { return {.type = type, .channels = channels}; }
   [[nodiscard]] TexelLayout extra() const { return {.type = type, .channels = extra_channels}; }
-  [[nodiscard]] int bytes_per_texel() const;  ///< of both textures
+  [[nodiscard]] int bits_per_texel() const;  ///< of both textures
 };
 [[nodiscard]] std::span<const Format> formats();
 [[nodiscard]] const Format& find_format(std::string_view id);  ///< throws: Error(bad_input) listing the choices
@@ -42,13 +42,14 @@ struct Encoding {
 [[nodiscard]] std::span<const Encoding> encodings();
 [[nodiscard]] const Encoding& find_encoding(std::string_view id);  ///< throws: Error(bad_input) listing the choices
 
-/// A code is the bits as stored. For values >= 0 all four types are ordered as their codes are.
+/// A code is the bits as stored; in blocks, those of the unorm8 that they decode to. For values >= 0 all types are
+/// ordered as their codes are.
 [[nodiscard]] float value_of(std::uint32_t code, TexelType type);
 /// The code of the value nearest to `value` (in [0, 1] for unorms); halves: ties to even.
 [[nodiscard]] std::uint32_t nearest_code(float value, TexelType type);
 
-/// Heights as the GPU will read them back: rounded to the nearest code of `type`, decoded. Cones are
-/// built from these, never from the unquantised heights.
+/// Heights as the GPU will read them back: rounded to the nearest code of `type`, or to the nearest blocks, decoded.
+/// Cones are built from these, never from the unquantised heights.
 [[nodiscard]] Heightfield quantise_heights(const Heightfield& heights, TexelType type);
 
 /// The code of the widest cone that `type` can hold whose decoded ratio, with a guard, is below `ratio`; the narrowest

@@ -23,7 +23,8 @@ bool is_flat_unorm8(const TextureImage& image) { return image.levels == 1 && ima
 bool is_flat_unorm(const TextureImage& image) {
   return is_flat_unorm8(image) || (image.levels == 1 && image.layout.type == TexelType::unorm16);
 }
-bool is_flat(const TextureImage& image) { return image.levels == 1; }
+/// Blocks are no texels any more once they are written as floats: what reads those makes others.
+bool is_flat(const TextureImage& image) { return image.levels == 1 && image.layout.type != TexelType::rgtc; }
 
 /// Pictures have no two channels: a third one, of zeros, is added.
 TextureImage as_picture(const TextureImage& image) {
@@ -74,7 +75,7 @@ constexpr std::array kContainers = {
     Container{"dds", "every format, with its mip levels", false, holds_all, as_dds},
     Container{"png", "8 and 16 bits, one level", true, is_flat_unorm, as_png},
     Container{"tga", "8 bits, one level", true, is_flat_unorm8, as_tga},
-    Container{"exr", "every format, as floats, one level", true, is_flat, as_exr},
+    Container{"exr", "every format but blocks, as floats, one level", true, is_flat, as_exr},
 };
 
 }  // namespace

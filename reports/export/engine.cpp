@@ -43,6 +43,8 @@ std::string unity_compression(const TexelLayout& layout) {
       return is_one ? "R 16 bit" : "RGBA 64 bit";
     case TexelType::float16:
       return is_one ? "R Half" : "RGBA Half";
+    case TexelType::rgtc:
+      return is_one ? "BC4" : "BC5";
     case TexelType::float32:
       break;
   }

@@ -154,11 +154,11 @@ bool takes_curvature(const Settings& settings) { return ray_defines(settings).co
 bool may_pass(const ShippedShader& shipped) { return !passes_when(shipped).empty(); }
 
 std::string format_name(const TexelLayout& layout) {
-  const bool is_unorm = layout.type == TexelType::unorm8 || layout.type == TexelType::unorm16;
+  if (layout.type == TexelType::rgtc) return layout.channels == 1 ? "BC4_UNORM" : "BC5_UNORM";
   std::string name;
   for (const char channel : std::string_view("RGBA").substr(0, static_cast<std::size_t>(layout.channels)))
     name += fmt::format("{}{}", channel, 8 * layout.bytes() / layout.channels);
-  return name + (is_unorm ? "_UNORM" : "_SFLOAT");
+  return name + (is_float(layout.type) ? "_SFLOAT" : "_UNORM");
 }
 
 std::vector<ShippedTexture> shipped_textures(const Settings& settings, const MapTextures& textures) {

@@ -21,6 +21,7 @@ struct ClaimsArguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
+  int frame_px = 0;
   bool quiet = false;
   bool json = false;
 };
@@ -36,10 +37,8 @@ std::string painted(ClaimVerdict verdict, const Paint& paint) {
   return verdict == ClaimVerdict::reproduced ? paint.good(text) : paint.bad(text);
 }
 
-void print_result(const ClaimResult& result, const Paint& paint) {
+void print_rows(const ClaimResult& result, const Paint& paint) {
   const Claim& claim = *result.claim;
-  put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend, claim.scene.id, result.device,
-      claim.about);
   std::vector<std::vector<std::string>> rows{{""}};
   for (const std::string& metric : claim.metrics) {
     rows[0].push_back(
@@ -49,15 +48,26 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   for (std::size_t i = 0; i < claim.rows.size(); ++i) {
     std::vector<std::string> row{claim.rows[i].label};
     for (const std::string& metric : claim.metrics) {
-      row.push_back(figure(result.measured[i].values, metric));
+      row.push_back(figure(result.scenes.front().rows[i].values, metric));
       row.push_back(figure(claim.rows[i].paper, metric));
     }
     rows.push_back(std::move(row));
   }
   put("{}", columns(rows, "  "));
-  for (std::size_t i = 0; i < claim.checks.size(); ++i)
-    put("  {}: {}\n    {}\n", painted(result.answers[i].verdict, paint), claim.checks[i].says,
-        result.answers[i].numbers);
+}
+
+void print_result(const ClaimResult& result, const Paint& paint) {
+  const Claim& claim = *result.claim;
+  const std::size_t count = result.scenes.size();
+  put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend,
+      count == 1 ? result.scenes.front().scene->id : fmt::format("{} scenes", count), result.device, claim.about);
+  if (!result.missing.empty()) put("Left out: {}; `./dev setup` fetches them\n", fmt::join(result.missing, ", "));
+  if (count == 1) print_rows(result, paint);
+  for (std::size_t i = 0; i < claim.checks.size(); ++i) {
+    const ClaimAnswer& answer = result.answers[i];
+    if (!answer.table.empty()) put("{}", columns(answer.table, "  "));
+    put("  {}: {}\n    {}\n", painted(answer.verdict, paint), claim.checks[i].says, answer.numbers);
+  }
   put("\n");
 }
 
@@ -69,6 +79,7 @@ void claims_command(const ClaimsArguments& arguments, int& exit_code) {
   if (claims.empty()) fail_input("claims: the filter '{}' matches none", arguments.filter);
   const std::vector<ClaimResult> results = run_claims(claims, {.backends = choose_backends(arguments.backend),
                                                                .device = arguments.device,
+                                                               .frame_px = arguments.frame_px,
                                                                .quiet = arguments.quiet,
                                                                .open = open_isolated});
   if (arguments.json) {
@@ -94,6 +105,8 @@ void add_claims_command(CLI::App& app, int& exit_code) {
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
   command->add_option("--filter", arguments->filter, "only claims whose id matches this glob, e.g. 'bvbv24*'");
+  command->add_option("--frame-px", arguments->frame_px, "side of square frames instead of the claims' own")
+      ->check(CLI::Range(16, 8192));
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "as JSON");
   command->footer("Example:\n  reliefbench claims --backend vulkan");

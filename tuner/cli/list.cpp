@@ -112,7 +112,8 @@ Json format_rows() {
   Json rows = Json::array();
   for (const Format& format : formats()) {
     rows.push_back({{"id", format.id},
-                    {"bytes_per_texel", format.bytes_per_texel()},
+                    {"bytes_per_texel", format.bits_per_texel() % 8 == 0 ? Json(format.bits_per_texel() / 8)
+                                                                         : Json(format.bits_per_texel() / 8.0)},
                     {"ratios", format.ratios()},
                     {"normal", format.with_normal}});
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
@@ -20,7 +21,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr int kRounds = 9;  // samples of a row's time
+constexpr int kRounds = 9;          // samples of a row's time
+constexpr int kContestRounds = 10;  // half of them choose
 constexpr double kBatch_ms = 5;
 constexpr double kTimeout_s = 300;  // a software rasteriser takes seconds
 
@@ -48,9 +50,9 @@ void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& h
 }
 
 /// Median frame times, corrected for drift, of draws that are timed in turn.
-void measure_times(Session& session, WallSplit& split, const std::vector<std::vector<Draw>>& draws,
+void measure_times(Session& session, WallSplit& split, const std::vector<std::vector<Draw>>& draws, int rounds,
                    std::vector<ClaimFigures>& measured) {
-  const MeasureSpec measure{.samples = kRounds, .batch_ms = kBatch_ms};
+  const MeasureSpec measure{.samples = rounds, .batch_ms = kBatch_ms};
   SampleBook book(SampleBook::Control{.id = control_case_id(session.device().backend),
                                       .reference_ns = session.calibration().reference_ns});
   const Timing timing{.session = session, .book = book, .measure = measure, .split = split, .started_ns = unix_ns()};
@@ -68,25 +70,52 @@ void measure_times(Session& session, WallSplit& split, const std::vector<std::ve
   }
 }
 
-ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
-  const DeviceInfo& device = session.device();
-  ClaimResult result{.claim = &claim,
-                     .backend = device.backend,
-                     .device = device.name,
-                     .is_software = device.software,
-                     .measured = {},
-                     .answers = {}};
+/// The maps of a claim's rows, each baked once.
+class ClaimMaps {
+ public:
+  /// needs_times: on one thread
+  ClaimMaps(const SceneSpec& scene, const Heightfield& heights, bool needs_times)
+      : scene_(scene), heights_(heights), threads_(needs_times ? 1 : 0) {}
+
+  const BakedMap& map_of(const Settings& settings) {
+    const std::string key = bake_text(settings, scene_);
+    const auto found = maps_.find(key);
+    if (found != maps_.end()) return found->second;
+    BakeSpec spec = bake_spec(settings, scene_.scene.wrap);
+    spec.threads = threads_;
+    return maps_.emplace(key, bake(spec, heights_)).first->second;
+  }
+
+ private:
+  const SceneSpec& scene_;
+  const Heightfield& heights_;
+  int threads_;
+  std::map<std::string, BakedMap> maps_;
+};
+
+/// Whether it is no known heightmap, or its file is there.
+bool is_at_hand(const HeightmapSpec& spec) {
+  const auto row = std::ranges::find(known_heightmaps(), spec.source, &KnownHeightmapRow::id);
+  return row == known_heightmaps().end() || std::ranges::any_of(heightmap_folders(), [&](const auto& folder) {
+           std::error_code ignored;
+           return std::filesystem::exists(folder / row->file, ignored);
+         });
+}
+
+bool is_contest(const Claim& claim) { return std::ranges::all_of(claim.checks, &ClaimCheck::is_contest); }
+
+SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfield& heights, Session& session,
+                       WallSplit& split) {
+  SceneFigures result{.scene = &spec};
   Backend& backend = session.backend();
-  const Scene& scene = claim.scene.scene;
-  const Heightfield heights = load_heightmap(claim.scene.heightmap);
+  const Scene& scene = spec.scene;
   const ReferenceTracer tracer(heights, scene.wrap);
   const UploadedScene uploaded = upload(backend, scene, heights);
+  ClaimMaps maps(spec, heights, !is_contest(claim));
   std::vector<Frame> frames;
   std::vector<std::vector<Draw>> draws;
   for (const ClaimRow& row : claim.rows) {
-    BakeSpec spec = bake_spec(row.settings, scene.wrap);
-    spec.threads = 1;  // its time is one thread's
-    const BakedMap map = bake(spec, heights);
+    const BakedMap& map = maps.map_of(row.settings);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
     const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene, frame.draw));
@@ -97,14 +126,40 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split) {
     judge_features(features, backend.read_values(features),
                    exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,
                    judged.score);
-    Values& figures = result.measured.emplace_back().values;
-    measure_map(spec, map, heights, figures);
+    Values& figures = result.rows.emplace_back().values;
+    if (!is_contest(claim)) measure_map(bake_spec(row.settings, scene.wrap), map, heights, figures);
     for (const MetricRow& metric : metrics())
       if (const std::optional<double> value = metric.value(judged.score)) figures[std::string(metric.id)] = *value;
   }
-  measure_times(session, split, draws, result.measured);
+  measure_times(session, split, draws, is_contest(claim) ? kContestRounds : kRounds, result.rows);
+  return result;
+}
+
+/// tell: is told each scene as it begins
+ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split,
+                      const std::function<void(const SceneSpec&)>& tell) {
+  const DeviceInfo& device = session.device();
+  ClaimResult result{.claim = &claim,
+                     .backend = device.backend,
+                     .device = device.name,
+                     .is_software = device.software,
+                     .scenes = {},
+                     .missing = {},
+                     .answers = {}};
+  for (const SceneSpec& scene : claim.scenes) {
+    const std::string& source = scene.heightmap.source;
+    if (claim.scenes.size() > 1 && !is_at_hand(scene.heightmap)) {
+      if (std::ranges::find(result.missing, source) == result.missing.end()) result.missing.push_back(source);
+      continue;
+    }
+    tell(scene);
+    result.scenes.push_back(run_scene(claim, scene, load_heightmap(scene.heightmap), session, split));
+  }
+  if (result.scenes.empty()) fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
   for (const ClaimCheck& check : claim.checks)
-    result.answers.push_back(judge_claim(claim, check, result.measured, result.is_software));
+    result.answers.push_back(check.is_contest()
+                                 ? judge_contest(claim, check, result.scenes)
+                                 : judge_claim(claim, check, result.scenes.front().rows, result.is_software));
   return result;
 }
 
@@ -187,7 +242,10 @@ ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<c
                 fmt::format("ours {:.3g}x, the paper's {:.3g}x", quotient, check.quotient));
 }
 
-std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options) {
+std::vector<ClaimResult> run_claims(std::span<Claim> claims, const ClaimOptions& options) {
+  if (options.frame_px > 0)
+    for (Claim& claim : claims)
+      for (SceneSpec& scene : claim.scenes) scene.scene.width_px = scene.scene.height_px = options.frame_px;
   WallSplit split;
   Progress progress(options.quiet);
   std::vector<ClaimResult> results;
@@ -197,8 +255,11 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
     session.set_timeout(kTimeout_s);
     session.calibrate(kBatch_ms, nullptr);
     for (const Claim& claim : claims) {
-      progress.update(static_cast<double>(results.size()) / total, fmt::format("{} on {}", claim.id, backend));
-      results.push_back(run_claim(claim, session, split));
+      double scenes = 0;
+      results.push_back(run_claim(claim, session, split, [&](const SceneSpec& scene) {
+        const double done = static_cast<double>(results.size()) + scenes++ / static_cast<double>(claim.scenes.size());
+        progress.update(done / total, fmt::format("{} on {}, {}", claim.id, backend, scene.id));
+      }));
     }
   }
   progress.finish();
@@ -209,22 +270,25 @@ nlohmann::json claims_json(std::span<const ClaimResult> results) {
   nlohmann::json list = nlohmann::json::array();
   for (const ClaimResult& result : results) {
     nlohmann::json rows = nlohmann::json::array();
-    for (std::size_t i = 0; i < result.claim->rows.size(); ++i) {
-      const ClaimRow& row = result.claim->rows[i];
-      rows.push_back({{"label", row.label},
-                      {"settings", fmt::format("{}?{}", row.settings.technique().id, row.settings.text())},
-                      {"paper", row.paper},
-                      {"ours", result.measured[i].values}});
-    }
+    for (const SceneFigures& scene : result.scenes)
+      for (std::size_t i = 0; i < result.claim->rows.size(); ++i) {
+        const ClaimRow& row = result.claim->rows[i];
+        rows.push_back({{"label", row.label},
+                        {"scene", scene.scene->id},
+                        {"settings", fmt::format("{}?{}", row.settings.technique().id, row.settings.text())},
+                        {"paper", row.paper},
+                        {"ours", scene.rows[i].values}});
+      }
     nlohmann::json checks = nlohmann::json::array();
     for (std::size_t i = 0; i < result.claim->checks.size(); ++i)
       checks.push_back({{"says", result.claim->checks[i].says},
                         {"verdict", claim_verdict_id(result.answers[i].verdict)},
-                        {"numbers", result.answers[i].numbers}});
+                        {"numbers", result.answers[i].numbers},
+                        {"table", result.answers[i].table}});
     list.push_back({{"id", result.claim->id},
                     {"source", result.claim->source},
                     {"about", result.claim->about},
-                    {"scene", result.claim->scene.id},
+                    {"missing", result.missing},
                     {"backend", result.backend},
                     {"device", result.device},
                     {"software", result.is_software},

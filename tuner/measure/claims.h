@@ -19,6 +19,7 @@ enum class ClaimVerdict { reproduced, not_reproduced, not_testable };
 struct ClaimAnswer {
   ClaimVerdict verdict = ClaimVerdict::not_testable;
   std::string numbers;  ///< "0.12 texels against 0.34", the paper's beside ours where it has one
+  std::vector<std::vector<std::string>> table{};  ///< of a contest: lines of cells, a head first
 };
 
 /// What was measured of a row.
@@ -27,30 +28,46 @@ struct ClaimFigures {
   std::vector<double> times_ns{};          ///< of its frames, one a round; the same rounds as the other rows'
 };
 
+/// All rows in one scene.
+struct SceneFigures {
+  const SceneSpec* scene = nullptr;
+  std::vector<ClaimFigures> rows{};  ///< parallel to Claim::rows
+};
+
 /// A claim as it came out on one device.
 struct ClaimResult {
   const Claim* claim = nullptr;
   std::string backend;
   std::string device;
   bool is_software = false;
-  std::vector<ClaimFigures> measured;  ///< parallel to Claim::rows
-  std::vector<ClaimAnswer> answers;    ///< parallel to Claim::checks
+  std::vector<SceneFigures> scenes;  ///< of Claim::scenes
+  std::vector<std::string> missing;  ///< known heightmaps that are not there: their scenes were left out
+  std::vector<ClaimAnswer> answers;  ///< parallel to Claim::checks
 };
 
 struct ClaimOptions {
   std::vector<std::string> backends;
   int device = 0;
+  int frame_px = 0;  ///< side of the frames; 0: as the claims have it
   bool quiet = false;
   OpenDevice open = open_device;
 };
 /// Runs the claims on every backend. Times on a software rasteriser are measured and shown, but decide nothing: checks
-/// of them are `not_testable`.
-/// throws: Error(environment): no such device, no valid timer
-[[nodiscard]] std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options);
+/// of them are `not_testable`, unless they are contests.
+/// throws: Error(environment): no such device, no valid timer; Error(bad_input): a heightmap is not there, of several
+/// all
+[[nodiscard]] std::vector<ClaimResult> run_claims(std::span<Claim> claims, const ClaimOptions& options);
 
 /// How a check comes out on what was measured.
 [[nodiscard]] ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
                                       std::span<const ClaimFigures> measured, bool is_software);
+
+/// A contest over the scenes: the geometric mean of quotients of times, the setting behind each chosen by the first,
+/// third, ... round and its quotient taken from the others, so that the choice of the fastest does not flatter it. The
+/// interval is that of the rounds' means: it is of the times' noise, not of other maps. A software rasteriser's times
+/// count: the quotients are of the same shaders on the same device.
+[[nodiscard]] ClaimAnswer judge_contest(const Claim& claim, const ClaimCheck& check,
+                                        std::span<const SceneFigures> scenes);
 
 [[nodiscard]] nlohmann::json claims_json(std::span<const ClaimResult> results);
 

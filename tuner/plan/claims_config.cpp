@@ -8,6 +8,7 @@
 #include "kernels/judge/metric.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
+#include "tuner/plan/plan.h"
 
 namespace reliefbench {
 namespace {
@@ -52,7 +53,8 @@ ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const std::vector<ClaimRow>& rows) {
-  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by"});
+  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by",
+                           "of_each", "best_of", "by_factor"});
   const auto labelled = [&](const JsonNode& child) {
     std::string text = reader.text(child);
     if (std::ranges::find(rows, text, &ClaimRow::label) == rows.end())
@@ -68,14 +70,35 @@ ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const st
                    .of = label("of"),
                    .than = label("than"),
                    .to = label("to")};
-  if (check.of.empty()) reader.fail(node, "'of' is missing");
+  const auto labels = [&](std::string_view key) {
+    std::vector<std::string> list;
+    if (const JsonNode* others = node.find(key))
+      for (const JsonNode& other : reader.items(*others)) {
+        const std::size_t before = list.size();
+        for (const ClaimRow& row : rows)
+          if (glob_matches(reader.text(other), row.label)) list.push_back(row.label);
+        if (list.size() == before) list.push_back(labelled(other));
+      }
+    return list;
+  };
+  check.beaten_by = labels("beaten_by");
+  check.of_each = labels("of_each");
+  check.best_of = labels("best_of");
+  if (const JsonNode* factor = node.find("by_factor"))
+    check.by_factor = reader.number(*factor, {.low = 0, .above_low = true});
   if (const JsonNode* bound = node.find("at_most")) check.at_most = reader.number(*bound, {});
   if (!check.to.empty()) {
     check.quotient = reader.number(reader.required(node, "quotient"), {.low = 0, .above_low = true});
     check.tolerance = reader.number(reader.required(node, "tolerance"), {.low = 0});
   }
-  if (const JsonNode* others = node.find("beaten_by"))
-    for (const JsonNode& other : reader.items(*others)) check.beaten_by.push_back(labelled(other));
+  if (check.is_contest()) {
+    const bool is_odd = check.beaten_by.empty() || check.of_each.empty() == check.best_of.empty() ||
+                        check.best_of.empty() == check.at_most.has_value();
+    if (is_odd || !(check.of + check.than + check.to).empty())
+      reader.fail(node, "'by_factor' goes with 'beaten_by' and either 'of_each', or 'best_of' and 'at_most'");
+    return check;
+  }
+  if (check.of.empty()) reader.fail(node, "'of' is missing");
   const int forms = (check.than.empty() ? 0 : 1) + (check.to.empty() ? 0 : 1) + (check.at_most ? 1 : 0) +
                     (check.beaten_by.empty() ? 0 : 1);
   if (forms != 1) reader.fail(node, "expected one of 'than', 'to', 'at_most' and 'beaten_by'");
@@ -92,14 +115,20 @@ bool is_claim_metric(std::string_view id) {
 Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_lines(text, path.string());
-  reader.check_keys(root, {"source", "about", "scene", "metrics", "rows", "checks"});
-  const JsonNode& scene = reader.required(root, "scene");
-  std::vector<SceneSpec> scenes = read_scene(reader, scene, path.parent_path());
-  if (scenes.size() != 1) reader.fail(scene, "expected one view");
+  reader.check_keys(root, {"source", "about", "scene", "scenes", "metrics", "rows", "checks"});
+  std::vector<SceneSpec> scenes;
+  const JsonNode* const list = root.find("scenes");
+  const JsonNode& first = list == nullptr ? reader.required(root, "scene") : *list;
+  if (list == nullptr) {
+    scenes = read_scene(reader, first, path.parent_path());
+  } else {
+    for (const JsonNode& one : reader.items(*list))
+      for (SceneSpec& scene : read_scene(reader, one, path.parent_path())) scenes.push_back(std::move(scene));
+  }
   Claim claim{.id = path.stem().string(),
               .source = reader.text(reader.required(root, "source")),
               .about = reader.text(reader.required(root, "about")),
-              .scene = std::move(scenes.front()),
+              .scenes = std::move(scenes),
               .metrics = {},
               .rows = {},
               .checks = {}};
@@ -108,6 +137,8 @@ Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   for (const JsonNode& row : reader.items(reader.required(root, "rows"))) claim.rows.push_back(read_row(reader, row));
   for (const JsonNode& check : reader.items(reader.required(root, "checks")))
     claim.checks.push_back(read_check(reader, check, claim.rows));
+  if (claim.scenes.size() != 1 && !std::ranges::all_of(claim.checks, &ClaimCheck::is_contest))
+    reader.fail(first, "expected one view; several are for checks with 'by_factor'");
   return claim;
 }
 

@@ -20,7 +20,9 @@ struct ClaimRow {
 /// What a paper says of its table. Exactly one form:
 ///  of `metric` less than that of `than`; or its quotient to that of `to` is `quotient` (within `tolerance`, relative);
 ///  or it is at most `at_most`;
-///  or the fastest of `beaten_by` that has no more of `metric`, nor more misses, is faster.
+///  or the fastest of `beaten_by` that has no more of `metric`, nor more misses, is faster;
+///  or in the geometric mean over all scenes by `by_factor`: than each of `of_each`; or, of those with at most
+///  `at_most` of `metric`, than the fastest of `best_of`. Lists of labels may have globs.
 struct ClaimCheck {
   std::string says;  ///< the claim in words
   std::string metric;
@@ -31,6 +33,10 @@ struct ClaimCheck {
   double tolerance = 0;
   std::optional<double> at_most{};
   std::vector<std::string> beaten_by{};
+  std::vector<std::string> of_each{};
+  std::vector<std::string> best_of{};
+  double by_factor = 0;
+  [[nodiscard]] bool is_contest() const { return by_factor > 0; }  ///< over all scenes
 };
 
 /// configs/claims/*.json: a table or figure of a paper, re-run.
@@ -38,7 +44,7 @@ struct Claim {
   std::string id;
   std::string source;
   std::string about;
-  SceneSpec scene;
+  std::vector<SceneSpec> scenes;     ///< one, unless all checks are contests
   std::vector<std::string> metrics;  ///< columns, besides the paper's
   std::vector<ClaimRow> rows;
   std::vector<ClaimCheck> checks;
