@@ -85,37 +85,6 @@ class FaultTest : public ::testing::Test {
   TempFolder folder_;
 };
 
-// Each write of a sweep fails once, in a loop, until there is no further one (of like writes, every third).
-TEST_F(FaultTest, a_disk_that_is_full_at_any_write_loses_nothing) {
-  struct Call {
-    std::string name;
-    std::string file;  ///< below the run's folder
-    std::string text;
-    int least;
-  };
-  for (const Call& call : {Call{"write", "/", "", 30}, Call{"fsync", "/.reliefbench-", "", 6},
-                           Call{"rename", "/", "", 12}, Call{"pwrite", "/in_hand.txt", "linear_steps", 12}}) {
-    int faults = 0;
-    const int every = call.least < 30 ? 1 : tried(3, 1, 5);
-    for (int at = 1;; at += every) {
-      const std::string output = call.name + std::to_string(at);
-      const CommandResult result = run(sweep(output), {{"FAULT_CALL", call.name},
-                                                       {"FAULT_AT", std::to_string(at)},
-                                                       {"FAULT_ERRNO", std::to_string(ENOSPC)},
-                                                       {"FAULT_FILE", output + call.file},
-                                                       {"FAULT_TEXT", call.text}});
-      if (result.exit_code == kDone) break;
-      ++faults;
-      expect_one_line(result, kEnvironment, "No space left on device");
-      EXPECT_THAT(result.err, HasSubstr(output + "/"));
-      ASSERT_EQ(run(sweep(output)).exit_code, kDone) << output;
-      expect_whole(output);
-      std::filesystem::remove_all(folder_ / output);
-    }
-    EXPECT_GE(faults, call.least / every) << call.name;
-  }
-}
-
 TEST_F(FaultTest, a_full_disk_is_told_by_one_exit_code_everywhere) {
   ASSERT_EQ(run(sweep("run")).exit_code, kDone);
   ASSERT_EQ(run(tune("tuned")).exit_code, kDone);

@@ -2,14 +2,17 @@
 //   FAULT_CALL    write | pwrite | fsync | rename | open | pthread_create
 //   FAULT_AT      which of the calls that match, from 1; 0: each
 //   FAULT_ERRNO   the call fails with this number
+//   FAULT_SHORT   or: of a write, half the bytes are written
 //   FAULT_SIGNAL  or: the call is done, then the process gets this signal
 //   FAULT_UNLINK  or: the call is done, then this file is removed
 //   FAULT_FILE    only files whose path holds this text
 //   FAULT_TEXT    only bytes that hold this text
+//   FAULT_MARK    a folder that is made when the fault happens
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -45,17 +48,24 @@ bool is_due(std::string_view call, std::string_view path, std::string_view bytes
   return ++count == at || at == 0;
 }
 
-template <typename Real>
-auto inject(std::string_view call, std::string_view path, std::string_view bytes, const Real& real) {
+template <typename Real, typename Short>
+auto inject(std::string_view call, std::string_view path, std::string_view bytes, const Real& real,
+            const Short& half) {
   if (!is_due(call, path, bytes)) return real();
+  if (const std::string mark(setting("FAULT_MARK")); !mark.empty()) mkdir(mark.c_str(), 0777);
   if (const int error = number("FAULT_ERRNO"); error != 0) {
     errno = error;
     return static_cast<decltype(real())>(call == "pthread_create" ? error : -1);
   }
-  const auto result = real();
+  const auto result = setting("FAULT_SHORT").empty() ? real() : half();
   if (const int signal = number("FAULT_SIGNAL"); signal != 0) raise(signal);
   if (const std::string file(setting("FAULT_UNLINK")); !file.empty()) unlink(file.c_str());
   return result;
+}
+
+template <typename Real>
+auto inject(std::string_view call, std::string_view path, std::string_view bytes, const Real& real) {
+  return inject(call, path, bytes, real, real);
 }
 
 template <typename Function>
@@ -70,8 +80,9 @@ std::string_view text(const void* bytes, std::size_t size) { return {static_cast
 extern "C" {
 
 ssize_t write(int fd, const void* bytes, std::size_t size) {
-  return inject("write", path_of(fd), text(bytes, size),
-                [&] { return next<decltype(write)>("write")(fd, bytes, size); });
+  const auto real = [&](std::size_t count) { return next<decltype(write)>("write")(fd, bytes, count); };
+  return inject(
+      "write", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
 }
 ssize_t pwrite(int fd, const void* bytes, std::size_t size, off_t offset) {
   return inject("pwrite", path_of(fd), text(bytes, size),

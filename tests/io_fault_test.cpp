@@ -1,0 +1,199 @@
+// Whatever the system refuses, at whichever call: a command that cannot go on says why in a line and leaves nothing
+// torn, one that can leaves what an undisturbed one leaves, and the same command, given again, always does.
+// `RELIEFBENCH_THOROUGH=1` fails every call and prints how many of which kind; otherwise a part of them.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "kernels/base/atomic_file.h"
+#include "kernels/base/error.h"
+#include "tests/command.h"
+#include "tests/history_rig.h"
+#include "tests/temp_folder.h"
+#include "tests/thorough.h"
+#include "tuner/results/run_files.h"
+#include "tuner/results/store.h"
+
+namespace reliefbench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kConfig = R"({
+  "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]}],
+  "measure": {"samples": 2, "batch_ms": 0.01, "warmup_batches_max": 1, "block_cases": 3, "flicker_frames": 0},
+  "sweeps": [{"technique": "relief", "axes": {"linear_steps": [4, 8, 16, 32], "refinement": "none"}}]})";
+
+struct IoFault {
+  const char* id;
+  const char* call;
+  std::map<std::string, std::string> how;
+  bool is_survived = false;  ///< the system asks to be asked again
+};
+
+std::vector<IoFault> io_faults() {
+  const auto error = [](int number) {
+    return std::map<std::string, std::string>{{"FAULT_ERRNO", std::to_string(number)}};
+  };
+  return {
+      {"write: disk full", "write", error(ENOSPC)},        {"write: I/O error", "write", error(EIO)},
+      {"write: interrupted", "write", error(EINTR), true}, {"write: half of it", "write", {{"FAULT_SHORT", "1"}}, true},
+      {"pwrite: disk full", "pwrite", error(ENOSPC)},      {"pwrite: I/O error", "pwrite", error(EIO)},
+      {"fsync: I/O error", "fsync", error(EIO)},           {"fsync: interrupted", "fsync", error(EINTR), true},
+      {"rename: disk full", "rename", error(ENOSPC)},      {"rename: I/O error", "rename", error(EIO)},
+      {"open: disk full", "open", error(ENOSPC)},          {"open: too many files", "open", error(EMFILE)}};
+}
+
+/// A command that writes below a folder "out...", and what it leaves there as text: no times, which no two runs share.
+struct WritingCommand {
+  const char* id;
+  std::function<std::vector<std::string>(const std::string& out)> arguments;
+  std::function<std::string(const fs::path& out)> content;
+};
+
+/// Names and bytes of all files.
+std::string files_in(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) files[fs::relative(entry.path(), folder)] = file_text(entry.path());
+  std::string all;
+  for (const auto& [name, text] : files) all += fmt::format("{} {}\n{}\n", name, text.size(), text);
+  return all;
+}
+
+/// Names of all files, each case once, with its status and its number of samples.
+std::string run_in(const fs::path& folder) {
+  std::string all;
+  const reliefbench::Run run = load_run(folder);
+  std::map<std::string, std::string> cases;
+  for (const Record& record : run.records) {
+    const auto samples = std::ranges::count(run.samples, record.case_id, &Sample::case_id);
+    cases[record.case_id] += fmt::format("{} {} {}", status_id(record.status), record.reason, samples);
+  }
+  for (const auto& [id, what] : cases) all += fmt::format("{} {}\n", id, what);
+  const std::string lines = file_text(folder / kResultsFile);
+  all += fmt::format("{} lines\n", std::ranges::count(lines, '\n'));
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) names.push_back(fs::relative(entry, folder));
+  std::ranges::sort(names);
+  return all + fmt::format("{}", fmt::join(names, "\n"));
+}
+
+class IoFaultTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder_ / "config.json") << kConfig;
+    ASSERT_EQ(run({"sweep", "config.json", "-o", "run", "--backend", "null", "--quiet"}).exit_code, 0);
+  }
+  [[nodiscard]] CommandResult run(const std::vector<std::string>& arguments,
+                                  std::map<std::string, std::string> environment = {}) const {
+    environment["RELIEFBENCH_IN_PROCESS"] = "1";  // another process would count calls of its own
+    return run_reliefbench(arguments, folder_.path(), {.environment = environment});
+  }
+  /// Fails the n-th matching call of the command; whether there was one.
+  bool fails(const WritingCommand& command, const IoFault& fault, int at, const std::string& undisturbed) const {
+    const std::string out = "out";
+    const fs::path folder = folder_ / out;
+    fs::create_directories(folder);
+    std::map<std::string, std::string> environment = fault.how;
+    environment["LD_PRELOAD"] = RELIEFBENCH_FAULTS;
+    environment["FAULT_CALL"] = fault.call;
+    environment["FAULT_AT"] = std::to_string(at);
+    environment["FAULT_FILE"] = out + "/";
+    environment["FAULT_MARK"] = folder_ / "mark";
+    const CommandResult result = run(command.arguments(out), environment);
+    const bool is_done = result.exit_code == static_cast<int>(Exit::done);
+    const std::string where = fmt::format("{}, {} at {}: {}", command.id, fault.id, at, result.err);
+    EXPECT_TRUE(is_done || !fault.is_survived) << where;
+    if (!is_done) {
+      EXPECT_EQ(result.exit_code, static_cast<int>(Exit::environment)) << "signal " << result.signal << ", " << where;
+      EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << where;
+      EXPECT_NE(result.err.find(out + "/"), std::string::npos) << where;
+      EXPECT_EQ(run(command.arguments(out)).exit_code, 0) << where;
+    }
+    EXPECT_EQ(command.content(folder), undisturbed) << where;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+      EXPECT_FALSE(is_temporary_name(entry.path().filename().string())) << entry.path() << " " << where;
+    fs::remove_all(folder);
+    return fs::remove(folder_ / "mark");
+  }
+  TempFolder folder_;
+};
+
+TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
+  const auto of_file = [](const char* name) {
+    return [name](const fs::path& out) { return file_text(out / name) + files_in(out).substr(0, 40); };
+  };
+  const std::vector<WritingCommand> commands = {
+      {"sweep",
+       [](const std::string& out) {
+         return std::vector<std::string>{"sweep", "config.json", "-o", out + "/run", "--backend", "null", "--quiet"};
+       },
+       [](const fs::path& out) { return run_in(out / "run"); }},
+      {"tune",
+       [](const std::string& out) {
+         return std::vector<std::string>{"tune", "config.json", "-o", out + "/run", "--backend", "null", "--quiet"};
+       },
+       [](const fs::path& out) { return nlohmann::json::parse(file_text(out / "run/tune.json")).at("space").dump(); }},
+      {"bake",
+       [](const std::string& out) {
+         return std::vector<std::string>{"bake", "fbm", "--size", "16x16", "--map", "quick", "-o", out + "/map.ktx2"};
+       },
+       of_file("map.ktx2")},
+      {"presets",
+       [](const std::string& out) {
+         return std::vector<std::string>{"presets", "run", "-o", out + "/presets.json"};
+       },
+       of_file("presets.json")},
+      {"report",
+       [](const std::string& out) {
+         return std::vector<std::string>{"report", "run", "-o", out + "/page.html"};
+       },
+       of_file("page.html")},
+      {"export",
+       [](const std::string& out) {
+         return std::vector<std::string>{"export", "fbm",     "--size", "16x16",
+                                         "--case", "max_mip", "-o",     out + "/shipped"};
+       },
+       [](const fs::path& out) { return files_in(out / "shipped"); }},
+      {"track ingest",
+       [](const std::string& out) {
+         return std::vector<std::string>{"track", "ingest", "run", "--db", out + "/history.db"};
+       },
+       [](const fs::path& out) { return content_of((out / "history.db").string()); }},
+  };
+  std::map<std::string, std::map<std::string, int>> table;
+  int all = 0;
+  const int every = tried(15, 1, 40);
+  for (const WritingCommand& command : commands) {
+    fs::create_directories(folder_ / "out");
+    ASSERT_EQ(run(command.arguments("out")).exit_code, 0) << command.id;
+    const std::string undisturbed = command.content(folder_ / "out");
+    fs::remove_all(folder_ / "out");
+    for (const IoFault& fault : io_faults())
+      for (int at = 1; fails(command, fault, at, undisturbed); at += every) {
+        ++table[fault.id][command.id];
+        ++all;
+        if (HasFailure()) return;
+      }
+  }
+  EXPECT_GE(all, every == 1 ? 1000 : 60);
+  if (every > 1) return;
+  fmt::print("{:<22}", "fault");
+  for (const WritingCommand& command : commands) fmt::print("{:>14}", command.id);
+  for (auto& [id, row] : table) {
+    fmt::print("\n{:<22}", id);
+    for (const WritingCommand& command : commands) fmt::print("{:>14}", row[command.id]);
+  }
+  fmt::print("\n{} faults in all\n", all);
+}
+
+}  // namespace
+}  // namespace reliefbench
