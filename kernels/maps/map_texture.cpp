@@ -316,6 +316,7 @@ UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const 
   if (is_solid) unpacked.heights.floors = read_channel(image, first - 1);
   const int ratios = format.ratios() - (is_solid ? 1 : 0);
   std::vector<std::vector<float>> stored;
+  stored.reserve(static_cast<std::size_t>(ratios));
   for (int k = 0; k < ratios; ++k) stored.push_back(read_channel(image, first + k));
   for (std::size_t i = 0; i < unpacked.heights.texels.size(); ++i)
     for (int k = 0; k < ratios; ++k)
