@@ -95,7 +95,7 @@ TEST_F(ReportInBrowser, FiveThousandCasesAreQuick) {
       figure("table"), figure("elements"));
   for (const std::string timed : {"painted", "drawn", "slider", "filter", "search", "metric", "table"})
     EXPECT_TRUE(told(body, timed).is_number()) << timed;  // times are printed: a busy machine has others
-  EXPECT_LT(figure("elements"), 4000) << "an element a case is slow anywhere";
+  EXPECT_LT(figure("elements"), 5000) << "an element a case is slow anywhere";
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ std::string descriptor(const TexelLayout& layout) {
   const bool is_signed = is_float(layout.type);
   const bool is_of_blocks = layout.type == TexelType::rgtc;
   // Of a sample: a channel of a texel or of a block.
-  const std::uint32_t size = static_cast<std::uint32_t>(unit_bytes(layout) / layout.channels);
+  const auto size = static_cast<std::uint32_t>(unit_bytes(layout) / layout.channels);
   const auto channels = static_cast<std::uint32_t>(layout.channels);
   const std::uint32_t block_bytes = 24 + 16 * channels;
   std::string out;
