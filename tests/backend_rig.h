@@ -11,6 +11,7 @@
 #include "backends/backend.h"
 #include "backends/shader_compiler.h"
 #include "kernels/base/error.h"
+#include "tests/thorough.h"
 
 namespace reliefbench {
 
@@ -58,6 +59,11 @@ struct Rig {
   std::unique_ptr<Texture> plain;
   mutable std::map<std::string, std::unique_ptr<Pipeline>> kept{};  ///< by what they are compiled of: trace_frame()
 };
+
+/// One text runs on both APIs: of many cases alike each is tried on one of them, in turn, unless told to be thorough.
+inline bool is_tried_here(const Rig& rig, std::size_t number) {
+  return tried(0, 1, 0) == 1 || (number % 2 == 0) == (rig.row.id == "opengl");
+}
 
 /// The words of the Error(environment) that `action` throws.
 inline std::string message_of(const std::function<void()>& action) {

@@ -109,7 +109,7 @@ TEST_F(FaultTest, a_full_disk_is_told_by_one_exit_code_everywhere) {
 TEST_F(FaultTest, a_kill_at_any_write_loses_nothing) {
   for (const std::string call : {"write", "rename", "pwrite"}) {
     int kills = 0;
-    const int every = call == "write" ? tried(3, 1, 5) : 1;
+    const int every = call == "write" ? tried(5, 1, 8) : 1;
     for (int at = 1;; at += every) {
       const std::string output = "run_" + call + std::to_string(at);
       const CommandResult result = run(sweep(output), {{"FAULT_CALL", call},

@@ -67,12 +67,15 @@ TEST_P(GuaranteeTest, is_kept_on_every_map_wrap_and_view) {
   on_every_device([](const Rig& rig) {
     std::int64_t unresolved = 0;
     std::int64_t rays = 0;
+    std::size_t number = 0;
     for (const Promise& promise : promises()) {
+      ++number;
       Settings settings = settings_of(promise.technique, promise.values);
       settings.set("cone_steps", promise.guarantee == Guarantee::exact ? 2000 : 200);
       settings.set("filter", "manual");
       ASSERT_EQ(guarantee_of(settings), promise.guarantee) << settings.text();
       for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+        if (!is_tried_here(rig, number + (wrap == Wrap::clamp ? 1 : 0))) continue;
         const auto pipeline = score_pipeline(rig, settings, wrap);
         for (const ProceduralRow& row : procedurals()) {
           const StoredMap map = store_map(settings, row.generate(32, 32, 7), wrap);

@@ -77,7 +77,7 @@ TEST_P(HistoryFaultTest, kills_lose_and_double_nothing) {
   ingest(make_database());
   double whole_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   std::mt19937 random(1);
-  const int kills = is_server() ? tried(20, 40, 10) : tried(60, 160, 20);  // a server's databases take longer to make
+  const int kills = is_server() ? tried(10, 40, 5) : tried(30, 160, 10);  // a server's databases take longer to make
   int killed = 0;
   for (int starts = 0; killed < kills; ++starts) {
     ASSERT_LT(starts, 4 * kills) << "only " << killed << " of them met the command alive";

@@ -171,7 +171,7 @@ TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
   };
   std::map<std::string, std::map<std::string, int>> table;
   int all = 0;
-  const int every = tried(15, 1, 40);
+  const int every = tried(40, 1, 80);
   for (const WritingCommand& command : commands) {
     fs::create_directories(folder_ / "out");
     ASSERT_EQ(run(command.arguments("out")).exit_code, 0) << command.id;
@@ -184,7 +184,7 @@ TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
         if (HasFailure()) return;
       }
   }
-  EXPECT_GE(all, every == 1 ? 1000 : 60);
+  EXPECT_GE(all, every == 1 ? 1000 : 30);
   if (every > 1) return;
   fmt::print("{:<22}", "fault");
   for (const WritingCommand& command : commands) fmt::print("{:>14}", command.id);

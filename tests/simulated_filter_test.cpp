@@ -127,9 +127,12 @@ TEST_P(SimulatedFilterTest, keeps_every_guarantee) {
     std::vector<std::vector<FilterAudit>> audits;
     for (const SimulatedFilter& simulated : samplers)
       audits.push_back(audit_filter(*rig.backend, rig.row.dialect, simulated));
+    std::size_t number = 0;
     for (const Settings& settings : sampled_promises()) {
       ASSERT_TRUE(makes_up_for_filter(settings)) << settings.text();
+      ++number;  // so that each extreme is tried on both
       for (const Extreme& extreme : extremes_of(kBrief)) {
+        if (!is_tried_here(rig, number++)) continue;
         const ExtremeTrace trace(extreme, settings);
         for (std::size_t i = 0; i < samplers.size(); ++i)
           EXPECT_EQ(trace.broken(rig, {.error = error_of(audits[i], settings), .simulated = samplers[i]}), 0)

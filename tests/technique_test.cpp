@@ -293,8 +293,9 @@ TEST_P(TechniqueOnDevices, every_parameter_changes_what_runs) {
 
 TEST_P(TechniqueOnDevices, every_technique_finds_a_constant_surface) {
   on_every_device([](const Rig& rig) {
+    std::size_t number = 0;
     for (const Technique& technique : techniques()) {
-      if (technique.id == "flat") continue;
+      if (technique.id == "flat" || !is_tried_here(rig, number++)) continue;
       Settings settings(technique);
       settings.set("format", float_format(technique));
       if (technique.id == "parallax") settings.set("variant", "plain");

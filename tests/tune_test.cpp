@@ -266,7 +266,7 @@ TEST_F(TuneTest, replay_ends_like_the_search_it_replays) {
 
 // kill -9 at any moment: the same command goes on, ends at the same front, and has lost nothing that was measured.
 TEST_F(TuneTest, kills_end_at_the_same_front) {
-  const int kills = tried(30, 100, 10);
+  const int kills = tried(15, 100, 5);
   constexpr int kKillsOfOne = 5;
   const auto arguments = [](const std::string& output) {
     return std::vector<std::string>{"tune", "--replay", kTable, "--quiet", "-o", output};
