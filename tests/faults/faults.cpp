@@ -49,8 +49,7 @@ bool is_due(std::string_view call, std::string_view path, std::string_view bytes
 }
 
 template <typename Real, typename Short>
-auto inject(std::string_view call, std::string_view path, std::string_view bytes, const Real& real,
-            const Short& half) {
+auto inject(std::string_view call, std::string_view path, std::string_view bytes, const Real& real, const Short& half) {
   if (!is_due(call, path, bytes)) return real();
   if (const std::string mark(setting("FAULT_MARK")); !mark.empty()) mkdir(mark.c_str(), 0777);
   if (const int error = number("FAULT_ERRNO"); error != 0) {
