@@ -85,6 +85,37 @@ TEST_P(BackendTest, the_score_frame_of_flat_has_the_pixels_own_rays) {
   });
 }
 
+// Wherever it lies in the relief, the polygon is seen where it is.
+TEST_P(BackendTest, a_relief_about_the_plane_has_the_polygon_where_its_base_is) {
+  on_every_device([](Rig& rig) {
+    const auto pipeline = rig.technique("flat", Target::score);
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
+      for (const View& view : view_presets())
+        for (const double base : {0.0, 0.25, 0.5}) {
+          Scene scene = kScene;
+          scene.view = view;
+          scene.wrap = wrap;
+          scene.tiling = 2;
+          const FrameUniforms on_top = frame_uniforms(scene, 8, 8);
+          scene.base = base;
+          rig.draw(*pipeline, scene);
+          const std::vector<ScorePixel> score = rig.backend->read_score();
+          for (int y = 0; y < scene.height_px; ++y)
+            for (int x = 0; x < scene.width_px; ++x) {
+              const ScorePixel& found = score[static_cast<std::size_t>(y * scene.width_px + x)];
+              const ScorePixel polygon = pixel_ray(on_top, wrap, x, y);
+              ASSERT_EQ(found.status, polygon.status) << view.id << " at " << x << "," << y;
+              const auto same = [&](float u, float slope, float of_polygon) {
+                const double apart = static_cast<double>(u + slope * static_cast<float>(1 - base) - of_polygon);
+                return std::abs(apart - std::round(apart)) <= 1e-5 * (1 + std::abs(static_cast<double>(slope)) / 0.1);
+              };
+              EXPECT_TRUE(same(found.ray.u, found.ray.slope_u, polygon.ray.u)) << view.id << " at " << x << "," << y;
+              EXPECT_TRUE(same(found.ray.v, found.ray.slope_v, polygon.ray.v)) << view.id << " at " << x << "," << y;
+            }
+        }
+  });
+}
+
 TEST_P(BackendTest, reading_before_drawing_is_an_error) {
   on_every_device([](Rig& rig) {
     EXPECT_THAT(message_of([&] { (void)rig.backend->read_score(); }), HasSubstr("attachment out_ray"));

@@ -161,6 +161,15 @@ TEST_F(SceneChoice, what_is_told_besides_goes_before_and_is_said) {
   EXPECT_NE(settings()["scene"]["key"], run_.scenes[0].key.hex);
 }
 
+TEST_F(SceneChoice, another_base_ships_and_is_said) {
+  const CommandResult result = ship({"--base", "0.25"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning: the setting was measured at base 1"));
+  EXPECT_EQ(schema_errors(settings(), "export"), "");
+  EXPECT_EQ(settings()["base"], 0.25);
+  EXPECT_EQ(settings()["scene"]["base"], 0.25);
+}
+
 TEST_F(SceneChoice, view_draws_the_measured_scene) {
   for (const Record& record : run_.records) {
     const CommandResult result = view({"--run", "run", "--case", record.case_id});

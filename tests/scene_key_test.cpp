@@ -32,6 +32,7 @@ TEST(SceneKey, changes_with_everything_that_a_scene_is_and_not_with_its_name) {
       [](Scene& s) { s.relief_depth = 0.25; },
       [](Scene& s) { s.tiling = 2; },
       [](Scene& s) { s.pan = 0.5; },
+      [](Scene& s) { s.base = 0.5; },
       [](Scene& s) { s.wrap = Wrap::clamp; },
       [](Scene& s) { s.width_px = 128; },
       [](Scene& s) { s.height_px = 128; },

@@ -198,6 +198,62 @@ TEST_P(ShippedShaderOnDevice, follows_a_curved_surface) {
   });
 }
 
+/// relief_trace() on rays that a texture holds, given where they meet the polygon; steps are offsets of the depth.
+std::string based_shader(const ShippedShader& shipped, const Scene& scene) {
+  const Pieces source = shipped_source(shipped, MapArguments::combined);
+  return rays_head(source) + fmt::format(R"(
+void main() {{
+  out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+  vec3 view = vec3(out_ray.zw / {0:#}, -1.0);
+  ReliefSurface surface = relief_trace({1}out_ray.xy + {2:#} * out_ray.zw, view, {0:#});
+  out_hit = vec4(1.0 - surface.height, surface.hit ? {3}.0 : {4}.0, float(surface.taps),
+                 surface.depth_offset * inversesqrt(dot(view, view)) / {0:#});
+}}
+)",
+                                         scene.relief_depth, called_with(source, "relief_trace"), 1 - scene.base,
+                                         static_cast<int>(PixelStatus::hit), static_cast<int>(PixelStatus::step_cap));
+}
+
+// Given the polygon's uv, what ships finds the suite's hits, and their depth from the polygon on.
+TEST_P(ShippedShaderOnDevice, has_the_polygon_where_its_base_is) {
+  on_every_device([&](const Rig& rig) {
+    for (const char* id : {"cone", "relief"})
+      for (const double base : {0.0, 0.75}) {
+        const ShippedCase shipped(id);
+        Scene scene = shipped_scene(Wrap::repeat);
+        scene.relief_depth = 0.125;  // by which slopes are divided without rounding
+        scene.base = base;
+        ShippedShader shader = shipped.shader();
+        shader.base = base;
+        const std::vector<ScorePixel> expected =
+            trace_frame(rig, shipped.settings, shipped.map, scene, kShippedSampler);
+        const Spirv fragment =
+            compile_whole_fragment({.name = id, .text = based_shader(shader, scene)}, rig.row.dialect);
+        const ScoreFrame found = frame_of_rays(rig, shipped, fragment, expected);
+        int differing = 0;
+        int traced = 0;
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+          if (static_cast<PixelStatus>(expected[i].status) == PixelStatus::no_ray) continue;
+          ++traced;
+          const ScorePixel& shown = found.pixels[i];
+          differing += std::abs(shown.t - expected[i].t) <= 1e-4F && shown.status == expected[i].status ? 0 : 1;
+          EXPECT_NEAR(shown.steps, shown.t - static_cast<float>(1 - base), 1e-4) << id << " at base " << base;
+        }
+        EXPECT_GT(traced, 100);
+        EXPECT_LE(differing, traced / 50) << id << " at base " << base << ", of " << traced;
+      }
+  });
+}
+
+TEST(ShippedShader, says_where_its_plane_is) {
+  ShippedShader shipped = ShippedCase("cone?depth=write").shader();
+  shipped.base = 0.25;
+  const std::string text = find_language("glsl").write(shipped).example;
+  for (const char* words : {"ray.uv -= 0.75 * ray.slope;", "(hit.t - 0.75) * relief_depth",
+                            "vec2(eye_depth.x - 0.75 * eye_depth.y, eye_depth.y)", "The plane lies at the height 0.25"})
+    EXPECT_THAT(text, HasSubstr(words));
+}
+
 INSTANTIATE_TEST_SUITE_P(backends, ShippedShaderOnDevice, ::testing::Values("opengl", "vulkan"), backend_name);
 
 }  // namespace

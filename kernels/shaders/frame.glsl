@@ -5,14 +5,15 @@
 
 ivec2 map_size() { return frame.sizes.zw; }
 
-// The ray of this pixel; false for the sky and, with clamp, beyond the edge of the unit square. `precise`: every
-// technique's frame has the same rays to the bit, so that one reference serves them all.
+// The ray of this pixel; false for the sky and, with clamp, beyond the edge of the polygon, the unit square. `precise`:
+// every technique's frame has the same rays to the bit, so that one reference serves them all.
 bool make_ray(vec2 pixel, out Ray ray) {
   precise vec3 direction = eye_direction(pixel);
   if (direction.z >= 0.0) return false;
   precise vec2 per_height = direction.xy / -direction.z;
+  precise vec2 polygon = frame.position.xy + per_height * (frame.position.z + frame.surface.z);
+  if (WRAP == WRAP_CLAMP && (any(lessThan(polygon, vec2(0.0))) || any(greaterThan(polygon, vec2(1.0))))) return false;
   precise vec2 plane = frame.position.xy + per_height * frame.position.z;
-  if (WRAP == WRAP_CLAMP && (any(lessThan(plane, vec2(0.0))) || any(greaterThan(plane, vec2(1.0))))) return false;
   precise vec2 uv = plane * frame.right.w;
   // With repeat, whole tiles are dropped here, where it is exact: small uv keep their precision far away.
   ray.uv = WRAP == WRAP_REPEAT ? uv - floor(uv) : uv;

@@ -4,15 +4,14 @@
 
 // clang-format off
 layout(BINDING(0), std140) uniform Frame {
-  vec4 position;  // camera, xyz; w = relief depth in sides of one tile
+  vec4 position;  // camera, xyz over the top plate; w = relief depth in sides of one tile
   vec4 right;     // xyz scaled by aspect * tan(fov/2); w = tiling
   vec4 up;        // xyz scaled by tan(fov/2); w = near plane, along the axis in sides of the unit square
   vec4 forward;   // xyz, unit; w = what a draw is told beside (FrameUniforms::argument)
   vec4 light;     // xyz, unit, towards the light; w = tangent of its angular radius
   ivec4 sizes;    // frame width, height in pixels; map width, height in texels
-#ifdef CURVED
-  vec4 surface;   // radius of a torus' ring, or 0; radius; in sides of the unit square
-#endif
+  vec4 surface;   // radius of a torus' ring, or 0; radius; how far the top plate is over the polygon; in sides of the
+                  // unit square
 } frame;
 // clang-format on
 

@@ -100,6 +100,7 @@ std::int64_t broken_depths(const ReferenceTracer& tracer, const FrameUniforms& f
   return wrong_depths(frame, tracer.wrap(), pixels, found);
 }
 std::string lacks_plate(const Scene& scene) {
+  if (scene.base < 1) return "depth=conservative needs base 1: the relief over the polygon is nearer than the polygon";
   if (!is_curved(scene.surface.kind)) return "";
   return fmt::format("depth=conservative needs a plane: the top plate's depth on a {} is known to fragments alone",
                      surface_row(scene.surface.kind).id);

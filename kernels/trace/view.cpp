@@ -1,5 +1,7 @@
 #include "kernels/trace/view.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -11,9 +13,10 @@ namespace reliefbench {
 
 namespace {
 
-/// Radius of the ring and of the tube, then the kind.
-std::array<float, 4> surface_numbers(const Surface& surface) {
-  if (!is_curved(surface.kind)) return {};
+/// Radius of the ring and of the tube, what is over the polygon, then the kind.
+std::array<float, 4> surface_numbers(const Scene& scene) {
+  const Surface& surface = scene.surface;
+  if (!is_curved(surface.kind)) return {0, 0, static_cast<float>(scene.above()), 0};
   if (surface.kind == SurfaceKind::mesh) return {0, 0, 0, static_cast<float>(surface.kind)};
   const double outer = surface.round / (2 * std::numbers::pi);
   const double tube = surface_row(surface.kind).has_tube ? surface.tube / (2 * std::numbers::pi) : outer;
@@ -69,14 +72,24 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
   const auto [right_x, right_y] = turned(aspect * half, 0);
   const auto [up_x, up_y] = turned(0, s * half);
   const auto [forward_x, forward_y] = turned(0, c);
-  return {.position = {f(0.5 + scene.pan + position_x), f(0.5 + position_y), f(scene.view.distance * s),
+  return {.position = {f(0.5 + scene.pan + position_x), f(0.5 + position_y), f(scene.view.distance * s - scene.above()),
                        f(scene.relief_depth)},
           .right = {f(right_x), f(right_y), 0, f(scene.tiling)},
           .up = {f(up_x), f(up_y), f(c * half), f(kNearPlane * scene.view.distance)},
           .forward = {f(forward_x), f(forward_y), f(-s), 0},
           .light = {f(light_x), f(light_y), f(light_z), f(light_radius)},
           .sizes = {scene.width_px, scene.height_px, map_width, map_height},
-          .surface = surface_numbers(scene.surface)};
+          .surface = surface_numbers(scene)};
+}
+
+std::string base_fault(const Scene& scene) {
+  if (scene.base == 1) return "";
+  if (is_curved(scene.surface.kind))
+    return fmt::format("base needs a plane, not a {}", surface_row(scene.surface.kind).id);
+  const double height = scene.view.distance * std::sin(scene.view.elevation_deg * std::numbers::pi / 180);
+  if (height > scene.above()) return "";
+  return fmt::format("the camera is inside the relief: {:.4g} over the polygon, over which the relief reaches {:.4g}",
+                     height, scene.above());
 }
 
 const PictureRow& picture_row(Picture picture) { return kPictures.at(static_cast<std::size_t>(picture)); }
@@ -132,8 +145,9 @@ ScorePixel pixel_ray(const FrameUniforms& frame, Wrap wrap, int x, int y) {
   std::array<float, 2> uv{};
   for (std::size_t i = 0; i < 2; ++i) {
     per_height.at(i) = direction.at(i) / -direction[2];
+    const float polygon = frame.position.at(i) + per_height.at(i) * (frame.position[2] + frame.surface[2]);
+    if (wrap == Wrap::clamp && (polygon < 0 || polygon > 1)) return {};
     const float plane = frame.position.at(i) + per_height.at(i) * frame.position[2];
-    if (wrap == Wrap::clamp && (plane < 0 || plane > 1)) return {};
     uv.at(i) = plane * frame.right[3];
     if (wrap == Wrap::repeat) uv.at(i) -= std::floor(uv.at(i));
   }

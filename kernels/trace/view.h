@@ -10,7 +10,7 @@
 
 namespace reliefbench {
 
-/// A camera that looks at the centre of the unit square of a relief-mapped plane.
+/// A camera that looks at the centre of the unit square of a relief-mapped plane, the polygon.
 struct View {
   std::string id;
   double elevation_deg = 30;  ///< 90 = straight down
@@ -94,17 +94,24 @@ struct Scene {
   Picture reference = Picture::point;
   double occluded = 0;  ///< share of the frame, from its left, that something right before the eye hides; drawn first
   Surface surface{};
+  double base = 1;  ///< height of the relief in the polygon's plane: 1, it goes down from there; 0, up; else both
+
+  /// How far the top plate is over the polygon, in sides of the unit square.
+  [[nodiscard]] double above() const { return (1 - base) * relief_depth / tiling; }
 };
+
+/// Why a scene's base cannot be, "" if it can: on what is curved, or with the camera inside the relief.
+[[nodiscard]] std::string base_fault(const Scene& scene);
 
 /// The uniform block `Frame` of frame.glsl, std140.
 struct FrameUniforms {
-  std::array<float, 4> position;      ///< xyz, w = relief depth
+  std::array<float, 4> position;      ///< xyz, the top plate at z = 0, w = relief depth
   std::array<float, 4> right;         ///< xyz scaled by aspect * tan(fov/2), w = tiling
   std::array<float, 4> up;            ///< xyz scaled by tan(fov/2), w = near plane, in sides of the unit square
   std::array<float, 4> forward;       ///< xyz, unit; w = argument()
   std::array<float, 4> light;         ///< xyz, towards the light; w = tangent of its angular radius
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
-  std::array<float, 4> surface;       ///< radius of a torus' ring, or 0; radius; 0; SurfaceKind. Planes' frames lack it
+  std::array<float, 4> surface;       ///< radius of a torus' ring, or 0; radius; Scene::above(); SurfaceKind
 
   /// What one draw is told beside: the occluder its share of the frame, objects.frag
   /// which one it is, a pass of several its place.

@@ -120,6 +120,7 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
                        {"heightmap", shipped_heightmap_json(job, baked)},
                        {"wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"},
                        {"relief_depth", job.relief_depth},
+                       {"base", job.base},
                        {"scene", baked.scene ? scene_json(*baked.scene) : nlohmann::json()}};
   if (baked.textures) json["map"] = map_json(job);
   json["textures"] = ordered_json::array();
@@ -136,9 +137,14 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
   if (!job.settings.technique().passes.empty())
     fail_input("{} is several draws a frame, not a function to ship; depth_slices finds the same hits in one",
                job.settings.technique().id);
+  if (job.base != 1 && takes_curvature(job.settings))
+    fail_input("a ray that bends starts on the surface: {} ships with base 1", setting_id(job.settings));
   const Baked baked = bake_shipped(job, std::move(heightmaps));
-  ShippedShader shader{
-      .settings = job.settings, .heightmap = job.heightmap.source, .wrap = job.wrap, .relief_depth = job.relief_depth};
+  ShippedShader shader{.settings = job.settings,
+                       .heightmap = job.heightmap.source,
+                       .wrap = job.wrap,
+                       .relief_depth = job.relief_depth,
+                       .base = job.base};
   Export result;
   if (baked.textures) shader.textures = shipped_textures(job.settings, *baked.textures);
   EngineSource source{.shader = shader, .normals = baked.normals ? &*baked.normals : nullptr};

@@ -19,6 +19,7 @@ struct ExportJob {
   Settings settings;
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;          ///< in sides of one tile
+  double base = 1;                    ///< Scene::base
   std::optional<SceneSpec> scene{};   ///< the whole scene, where there is more to it than what ships
   nlohmann::json evidence = nullptr;  ///< what the choice rests on, for settings.json; null: the user said so
   ExportChoice choice{};

@@ -72,7 +72,9 @@ std::string use_lines(const ShippedShader& shipped) {
       fmt::format("from the eye to there, in tangent space (x along u, y along v, z out of the plane), {}; z < 0",
                   shipped.settings.is("fade", "distance") ? "in sides of a tile" : "of any length"));
   add("relief_depth",
-      fmt::format("from the plane to the bottom, in sides of a tile; measured with {:#}", shipped.relief_depth));
+      fmt::format("from the relief's top to its bottom, in sides of a tile; measured with {:#}. The plane lies at {}",
+                  shipped.relief_depth,
+                  shipped.base == 1 ? "the top" : fmt::format("the height {:#} of 0 to 1", shipped.base)));
   const std::vector<PixelFeature> features = pixel_features(shipped.settings);
   if (takes_curvature(shipped.settings))
     add("curvature",
@@ -91,9 +93,9 @@ std::string use_lines(const ShippedShader& shipped) {
         "the former times the relief's depth over the eye's height over the plane");
   }
   text += comment(
-      "Of the surface: uv of the hit for other maps, best read with the gradients of the plane's uv; height, 1 "
-      "on the plane; whether the view hit it within the steps; depth_offset, from the plane to the hit along the "
-      "view, in sides of a tile; taps, texture instructions.");
+      "Of the surface: uv of the hit for other maps, best read with the gradients of the plane's uv; height, 0 "
+      "to 1; whether the view hit it within the steps; depth_offset, from the plane to the hit along the view, in "
+      "sides of a tile, below 0 in front of the plane; taps, texture instructions.");
   if (may_pass(shipped))
     text += comment("passes: the view leaves the relief without a hit, and what stands behind is seen.");
   for (const PixelFeature& one : features)

@@ -80,6 +80,9 @@ std::string entry(const ShippedShader& shipped) {
   const bool has_depth = has_value_of(settings, Query::depth);
   const bool is_bent = takes_curvature(settings);
   const std::string passes = passes_when(shipped);
+  const std::string above = shipped.base == 1 ? "" : fmt::format("{:#}", 1 - shipped.base);
+  const std::string eye_depth =
+      above.empty() ? "eye_depth" : fmt::format("vec2(eye_depth.x - {} * eye_depth.y, eye_depth.y)", above);
   std::string members;
   std::string values;
   if (!passes.empty()) {
@@ -90,14 +93,14 @@ std::string entry(const ShippedShader& shipped) {
     members += fmt::format("  float {};  // {}\n", one.feature->id, one.feature->value->meaning);
     values += fmt::format("  surface.{} = {}(ray, Scene({}, relief_depth, {}), hit);\n", one.feature->id,
                           one.feature->value->function, is_lit ? "light_ts, light_radius" : "vec3(0.0), 0.0",
-                          has_depth ? "planes, eye_depth" : "vec2(0.0), vec2(0.0)");
+                          has_depth ? "planes, " + eye_depth : "vec2(0.0), vec2(0.0)");
   }
   return fmt::format(
       R"(
 // What relief_trace finds.
 struct ReliefSurface {{
   vec2 uv;             // of the hit, in tiles: for every other texture
-  float height;        // of the hit, 1 = on the plane
+  float height;        // of the hit, 1 = the highest
   bool hit;            // false: the steps were used up before{}
   float depth_offset;  // way from the plane to the hit, in sides of a tile
   int taps;            // texture instructions
@@ -106,20 +109,22 @@ struct ReliefSurface {{
 // The surface that a fragment shows. The file's head says what the arguments are.
 ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}{}{}) {{
   Ray ray = view_ray(uv, view_ts, relief_depth{});
-{}{}{}  ReliefSurface surface;
+{}{}{}{}  ReliefSurface surface;
   surface.uv = ray.uv + ray.slope * hit.t;
   surface.height = {};
   surface.hit = {}hit.status == STATUS_HIT;
-  surface.depth_offset = hit.t * relief_depth / ray.cosine;
+  surface.depth_offset = {} * relief_depth / ray.cosine;
 {}  surface.taps = hit.taps;
   return surface;
 }}
 )",
       passes.empty() ? "" : ", or nothing is seen", members, is_bent ? ", const vec3 curvature" : "",
       is_lit ? ", const vec3 light_ts, const float light_radius" : "",
-      has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", is_bent ? ", curvature" : "", way_lines(settings),
-      passes.empty() ? "" : fmt::format("  bool passes = {};\n", passes), is_bent ? "  unbend(ray, hit);\n" : "",
-      is_bent ? "RAY_HEIGHT(ray, hit.t)" : "1.0 - hit.t", passes.empty() ? "" : "!passes && ", values);
+      has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", is_bent ? ", curvature" : "",
+      above.empty() ? "" : fmt::format("  ray.uv -= {} * ray.slope;  // up to the relief's top\n", above),
+      way_lines(settings), passes.empty() ? "" : fmt::format("  bool passes = {};\n", passes),
+      is_bent ? "  unbend(ray, hit);\n" : "", is_bent ? "RAY_HEIGHT(ray, hit.t)" : "1.0 - hit.t",
+      passes.empty() ? "" : "!passes && ", above.empty() ? "hit.t" : fmt::format("(hit.t - {})", above), values);
 }
 
 /// What ships knows how many levels its textures have, which GLSL ES cannot ask for.

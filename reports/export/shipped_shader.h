@@ -33,6 +33,7 @@ struct ShippedShader {
   std::string heightmap;  ///< as the user named it
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;
+  double base = 1;                         ///< Scene::base
   std::vector<ShippedTexture> textures{};  ///< empty where the technique reads no map
 };
 

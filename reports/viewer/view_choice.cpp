@@ -29,6 +29,7 @@ constexpr std::array kKnobs{
     Knob{"pan", "pan", "view", "sides", -kPanMost, kPanMost, false, [](Scene& s) -> double& { return s.pan; }},
     Knob{"relief_depth", "relief depth", "relief", "of a tile", 0, 1, false,
          [](Scene& s) -> double& { return s.relief_depth; }},
+    Knob{"base", "base", "relief", "height", 0, 1, false, [](Scene& s) -> double& { return s.base; }},
     Knob{"tiling", "tiling", "relief", "tiles", 0.25, 64, true, [](Scene& s) -> double& { return s.tiling; }},
     Knob{"light_elevation", "light elevation", "light", "deg", 0, 90, false,
          [](Scene& s) -> double& { return s.light.elevation_deg; }},

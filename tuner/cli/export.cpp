@@ -31,6 +31,7 @@ std::vector<std::string> differences(const ChosenScene& chosen, const std::strin
   const Scene& now = chosen.spec.scene;
   if (heights_sha256 != chosen.measured->heights_sha256) list.emplace_back("on another heightmap");
   if (now.relief_depth != before.relief_depth) list.push_back(fmt::format("at relief depth {}", before.relief_depth));
+  if (now.base != before.base) list.push_back(fmt::format("at base {}", before.base));
   if (now.wrap != before.wrap) list.emplace_back(before.wrap == Wrap::clamp ? "with clamp" : "with repeat");
   return list;
 }
@@ -70,6 +71,7 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
          .settings = chosen.settings,
          .wrap = scene.spec.scene.wrap,
          .relief_depth = scene.spec.scene.relief_depth,
+         .base = scene.spec.scene.base,
          .evidence = chosen.evidence,
          .choice = std::move(job.choice)};
   if (scene.measured) job.scene = scene.spec;

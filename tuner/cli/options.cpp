@@ -45,6 +45,15 @@ void print_reading(const std::string& reading) {
   if (!reading.empty()) write_stderr(fmt::format("read {}\n", one_line(reading)));
 }
 
+void add_base_option(CLI::App& command, std::optional<double>& base, const std::string& usual) {
+  command
+      .add_option("--base", base,
+                  "height of the relief that lies in the polygon's plane: 1, the relief goes down from there; 0, up; "
+                  "default: " +
+                      usual)
+      ->check(CLI::Range(0.0, 1.0));
+}
+
 std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit) {
   std::pair<int, int> size;
   const char* const end = text.data() + text.size();

@@ -45,6 +45,9 @@ void print_reading(const std::string& reading);
 [[nodiscard]] CLI::Option* add_slowdown_option(CLI::App& command);
 [[nodiscard]] Slowdowns slowdowns_of(const CLI::Option* option);  ///< throws: Error(bad_input)
 
+/// --base; usual: what holds where it is not given. `base` must outlive the parse.
+void add_base_option(CLI::App& command, std::optional<double>& base, const std::string& usual);
+
 /// "WIDTHxHEIGHT". option, unit: for the message. throws: Error(bad_input)
 [[nodiscard]] std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit);
 

@@ -85,11 +85,13 @@ const MeasuredScene& one_of(const Scenes& scenes, const SettingArguments& argume
   const Scene& first = scenes.front().spec.scene;
   const bool is_one = std::ranges::all_of(scenes, [&](const MeasuredScene& scene) {
     const Scene& s = scene.spec.scene;
-    return s.relief_depth == first.relief_depth && s.wrap == first.wrap && (!needs_view || s.tiling == first.tiling);
+    return s.relief_depth == first.relief_depth && s.base == first.base && s.wrap == first.wrap &&
+           (!needs_view || s.tiling == first.tiling);
   });
   if (!is_one)
     fail_input(
-        "the setting was measured in scenes that differ in relief depth, tiling or wrap, choose one by --scene: {}",
+        "the setting was measured in scenes that differ in relief depth, base, tiling or wrap, choose one by --scene: "
+        "{}",
         ids(scenes));
   return scenes.front();
 }
@@ -103,12 +105,14 @@ void set_view(Scene& scene, const std::string& id) {
 void apply(const SettingArguments& arguments, Scene& scene) {
   if (arguments.wrap) scene.wrap = *arguments.wrap == "clamp" ? Wrap::clamp : Wrap::repeat;
   if (arguments.relief_depth) scene.relief_depth = *arguments.relief_depth;
+  if (arguments.base) scene.base = *arguments.base;
   if (arguments.tiling) scene.tiling = *arguments.tiling;
   if (arguments.view && scene.view.id != *arguments.view) set_view(scene, *arguments.view);
   if (!arguments.size_px.empty()) {
     scene.width_px = arguments.size_px.at(0);
     scene.height_px = arguments.size_px.at(1);
   }
+  if (const std::string reason = base_fault(scene); !reason.empty()) fail_input("--base: {}", reason);
 }
 
 /// Of a name that a config gives by itself: "rocks", "fbm", "fbm_32x32".

@@ -132,6 +132,7 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
       ->check(CLI::IsMember({"repeat", "clamp"}));
   command.add_option("--relief-depth", arguments.relief_depth, "in sides of one tile; default: as measured, else 0.1")
       ->check(CLI::NonNegativeNumber);
+  add_base_option(command, arguments.base, "as measured, else 1");
   add_reading_options(command, arguments.reading);
   return presets;
 }

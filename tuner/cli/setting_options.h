@@ -22,6 +22,7 @@ struct SettingArguments {
   std::string scene{};  ///< which of the evidence's
   std::optional<std::string> wrap{};
   std::optional<double> relief_depth{};
+  std::optional<double> base{};
   std::optional<double> tiling{};
   std::optional<std::string> view{};
   std::vector<int> size_px{};  ///< width, height; empty: not said

@@ -49,6 +49,7 @@ struct TuneArguments {
   ReadingArguments reading;
   bool retry_failed = false;
   std::optional<double> relief_depth;
+  std::optional<double> base;
   std::string frame_px;
   std::optional<std::string> wrap;
   std::optional<double> tiling;
@@ -107,7 +108,10 @@ bool is_config(const std::string& subject) { return subject.ends_with(".json"); 
 bool is_scene(const std::string& subject) { return is_config(subject) && is_scene_file(read_file(subject), subject); }
 
 SceneOptions scene_options_of(const TuneArguments& arguments) {
-  SceneOptions options{.relief_depth = arguments.relief_depth, .wrap = arguments.wrap, .tiling = arguments.tiling};
+  SceneOptions options{.relief_depth = arguments.relief_depth,
+                       .base = arguments.base,
+                       .wrap = arguments.wrap,
+                       .tiling = arguments.tiling};
   if (const FrameSize* size = find_frame_size(arguments.frame_px))
     options.frame_px = {size->width_px, size->height_px};
   else if (!arguments.frame_px.empty())
@@ -306,6 +310,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   const CLI::Option* features = add_features_option(*command);
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
       ->check(CLI::NonNegativeNumber);
+  add_base_option(*command, arguments->base, "1, or the config's");
   std::vector<std::string_view> sizes(kFrameSizes.size());
   std::ranges::transform(kFrameSizes, sizes.begin(), &FrameSize::id);
   command

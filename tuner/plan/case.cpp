@@ -22,6 +22,7 @@ std::string scene_description(const SceneSpec& spec) {
   if (scene.light.angular_radius_deg != 0) text += fmt::format(" of radius {:g}", scene.light.angular_radius_deg);
   if (scene.reference != Picture::point) text += fmt::format(", {} reference", picture_id(scene.reference));
   if (scene.occluded != 0) text += fmt::format(", {:g} % of it hidden", 100 * scene.occluded);
+  if (scene.base != 1) text += fmt::format(", base {:g}", scene.base);
   if (is_curved(scene.surface.kind)) text += fmt::format(", on a {}", surface_text(scene.surface));
   if (scene.pan != 0) text += fmt::format(", panned by {:g}", scene.pan);
   return text;

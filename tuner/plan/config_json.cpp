@@ -32,6 +32,7 @@ json config_scene_json(const SceneSpec& scene) {
   if (s.light != Light{}) written["light"] = light_json(s.light);
   if (s.reference != Picture::point) written["reference"] = picture_id(s.reference);
   if (s.occluded != 0) written["occluded"] = s.occluded;
+  if (s.base != 1) written["base"] = s.base;
   if (s.surface != Surface{}) written["surface"] = surface_json(s.surface);
   return written;
 }

@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::array<std::string_view, 8> kConfigKeys{"$schema", "name",  "seed",    "scenes",
                                                       "measure", "front", "budgets", "sweeps"};
-constexpr std::array<std::string_view, 11> kSceneKeys{"heightmap", "views",    "relief_depth", "tiling",
-                                                      "pan",       "wrap",     "frame_px",     "light",
-                                                      "reference", "occluded", "surface"};
+constexpr std::array<std::string_view, 12> kSceneKeys{"heightmap", "views",     "relief_depth", "base",
+                                                      "tiling",    "pan",       "wrap",         "frame_px",
+                                                      "light",     "reference", "occluded",     "surface"};
 constexpr std::array<std::string_view, 5> kSurfaceKeys{"kind", "round", "tube", "mesh", "segments"};
 constexpr std::array<std::string_view, 4> kPathKeys{"id", "from", "to", "frames"};
 constexpr std::array<std::string_view, 9> kHeightmapKeys{"source", "channel", "floor", "invert", "normalise",

@@ -275,19 +275,23 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
     scene.surface = read_surface(reader, *surface, folder);
     if (const std::string reason = surface_fault(scene); !reason.empty()) reader.fail(*surface, reason);
   }
+  const JsonNode* base = node.find("base");
+  if (base != nullptr) scene.base = reader.number(*base, {.low = 0, .high = 1});
   std::vector<SceneSpec> scenes;
   std::vector<double> occluded = {0};
   if (const JsonNode* shares = node.find("occluded")) {
     occluded.clear();
     for (const JsonNode& share : reader.items(*shares)) occluded.push_back(reader.number(share, {.low = 0, .high = 1}));
   }
+  const std::string based = scene.base == 1 ? "" : fmt::format("_base_{:g}", 100 * scene.base);
   const auto add = [&](View view) {
     scene.view = std::move(view);
+    if (const std::string reason = base_fault(scene); !reason.empty()) reader.fail(*base, reason);
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
       scenes.push_back(
-          {.id = fmt::format("{}/{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), hidden),
+          {.id = fmt::format("{}/{}{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), based, hidden),
            .heightmap = heightmap.spec,
            .scene = scene});
     }

@@ -151,6 +151,7 @@ json scene_json(const MeasuredScene& scene) {
   if (s.light != Light{}) j["light"] = light_json(s.light);
   if (s.reference != Picture::point) j["reference"] = picture_id(s.reference);
   if (s.occluded != 0) j["occluded"] = s.occluded;
+  if (s.base != 1) j["base"] = s.base;
   if (is_curved(s.surface.kind)) j["surface"] = surface_json(s.surface);
   if (s.surface.kind == SurfaceKind::mesh) j["surface"]["sha256"] = s.surface.sha256;
   if (scene.map_width > 0) j["heights_texels"] = {scene.map_width, scene.map_height};
@@ -173,7 +174,8 @@ MeasuredScene parse_scene(const json& j) {
                                          .light = parse_light(j),
                                          .reference = parse_picture(j),
                                          .occluded = j.contains("occluded") ? member<double>(j, "occluded") : 0,
-                                         .surface = parse_surface(j)}},
+                                         .surface = parse_surface(j),
+                                         .base = j.contains("base") ? member<double>(j, "base") : 1}},
                       .heights_sha256 = member<std::string>(j, "heights_sha256"),
                       .key = parse_scene_key(member<std::string>(j, "key"))};
   if (const auto sides = j.value("heights_texels", json::array()); !sides.empty()) {
@@ -221,6 +223,7 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
         fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
         fmt::format("reference {}", picture_id(s.reference)),
         fmt::format("occluded {}", s.occluded),
+        fmt::format("base {}", s.base),
         fmt::format("surface {}{}", is_curved(s.surface.kind) ? surface_text(s.surface) : "plane",
                     s.surface.kind == SurfaceKind::mesh ? fmt::format(" ({})", short_key(s.surface.sha256)) : "")};
   };

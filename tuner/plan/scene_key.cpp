@@ -19,7 +19,8 @@ constexpr double positive_zero(double value) { return value + 0.0; }  // -0 is 0
 
 SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
   // Bound by name, so that a field which is added does not compile before it is thought of here.
-  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded, surface] = scene;
+  const auto& [view, relief_depth, tiling, pan, wrap, width_px, height_px, light, reference, occluded, surface, base] =
+      scene;
   const auto& [name, elevation_deg, distance, fov_deg, azimuth_deg] = view;
   static_cast<void>(name);  // for people
   std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, surface_row(surface.kind).id, width_px,
@@ -32,6 +33,7 @@ SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
       text += fmt::format("|{}", positive_zero(number));
   if (reference != Picture::point) text += fmt::format("|{}", picture_id(reference));
   if (occluded != 0) text += fmt::format("|occluded {}", occluded);
+  if (base != 1) text += fmt::format("|base {}", positive_zero(base));
   if (surface.kind == SurfaceKind::mesh)
     text += fmt::format("|{}", surface.sha256);  // whatever it is called
   else if (is_curved(surface.kind))

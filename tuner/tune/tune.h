@@ -158,6 +158,7 @@ struct TuneResult {
 struct SceneOptions {
   std::vector<std::string> views{};  ///< preset names; of the built-in config only
   std::optional<double> relief_depth{};
+  std::optional<double> base{};
   std::optional<std::pair<int, int>> frame_px{};
   std::optional<std::string> wrap{};  ///< repeat | clamp
   std::optional<double> tiling{};

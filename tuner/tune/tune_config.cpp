@@ -21,7 +21,8 @@ struct Spelling {
 };
 constexpr std::array kSpellings{
     Spelling{"heightmap", "HEIGHTMAP"}, Spelling{"views", "--scene"}, Spelling{"relief_depth", "--relief-depth"},
-    Spelling{"frame_px", "--frame-px"}, Spelling{"wrap", "--wrap"},   Spelling{"tiling", "--tiling"}};
+    Spelling{"frame_px", "--frame-px"}, Spelling{"wrap", "--wrap"},   Spelling{"tiling", "--tiling"},
+    Spelling{"base", "--base"}};
 
 /// As a config's "heightmap" has it: what is as usual is left out.
 json heightmap_value(const HeightmapSpec& spec) {
@@ -40,6 +41,7 @@ json heightmap_value(const HeightmapSpec& spec) {
 void apply(const SceneOptions& options, json& scene) {
   if (!options.views.empty()) scene["views"] = options.views;
   if (options.relief_depth) scene["relief_depth"] = *options.relief_depth;
+  if (options.base) scene["base"] = *options.base;
   if (options.frame_px) scene["frame_px"] = {options.frame_px->first, options.frame_px->second};
   if (options.wrap) scene["wrap"] = *options.wrap;
   if (options.tiling) scene["tiling"] = *options.tiling;
