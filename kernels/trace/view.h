@@ -97,7 +97,9 @@ struct Scene {
   double base = 1;  ///< height of the relief in the polygon's plane: 1, it goes down from there; 0, up; else both
 
   /// How far the top plate is over the polygon, in sides of the unit square.
-  [[nodiscard]] double above() const { return (1 - base) * relief_depth / tiling; }
+  [[nodiscard]] double above() const {
+    return surface.kind == SurfaceKind::plane ? (1 - base) * relief_depth / tiling : 0;
+  }
 };
 
 /// Why a scene's base cannot be, "" if it can: on what is curved, or with the camera inside the relief.

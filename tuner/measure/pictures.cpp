@@ -122,11 +122,19 @@ void write_pictures(const PictureWork& work, const std::set<const Record*>& pict
   std::set<std::string_view> ids;
   for (const Record* record : pictured) ids.insert(record->case_id);
   PictureFolder folder(work);
+  std::vector<const Case*> lacking;
   for (const Case& c : cases) {
+    if (c.backend != work.session.device().backend || !ids.contains(c.id())) continue;
+    const PictureFiles files(c.id(), c.scene_id, c.backend);
+    if (!std::ranges::all_of(files.all(), [&](const fs::path& file) { return folder.has(file); }))
+      lacking.push_back(&c);
+  }
+  for (std::size_t i = 0; i < lacking.size(); ++i) {
+    const Case& c = *lacking[i];
     const std::string id = c.id();
-    if (c.backend != work.session.device().backend || !ids.contains(id)) continue;
+    work.progress.update(static_cast<double>(i) / static_cast<double>(lacking.size()),
+                         fmt::format("pictures of {} cases on {}", lacking.size(), work.session.device().name));
     const PictureFiles files(id, c.scene_id, c.backend);
-    if (std::ranges::all_of(files.all(), [&](const fs::path& file) { return folder.has(file); })) continue;
     const SceneSpec scene = pictured_scene(*std::ranges::find(scenes, c.scene_id, &SceneSpec::id));
     Record drawn;
     CasePictures pictures;
@@ -135,7 +143,7 @@ void write_pictures(const PictureWork& work, const std::set<const Record*>& pict
       pictures = work.preparer.pictures(c, scene);
     } catch (...) {
       enter_failure(drawn, Status::unsupported);
-      work.on_failure(fmt::format("no pictures of {}: {}", id, drawn.reason));
+      work.progress.note(fmt::format("no pictures of {}: {}", id, drawn.reason));
       if (work.session.is_lost(drawn.status)) {
         work.preparer.release();
         work.session.reopen();

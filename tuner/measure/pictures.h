@@ -1,11 +1,11 @@
 #pragma once
 #include <filesystem>
-#include <functional>
 #include <set>
 #include <span>
 #include <string>
 
 #include "tuner/measure/prepare.h"
+#include "tuner/measure/progress.h"
 #include "tuner/plan/config.h"
 #include "tuner/results/case_mark.h"
 
@@ -37,8 +37,7 @@ struct PictureWork {
   WallSplit& split;
   CaseMark& mark;
   std::filesystem::path folder;  ///< of the run
-  /// With a line for people about a case that can't be drawn any more: its record stays as it is.
-  std::function<void(const std::string&)> on_failure;
+  Progress& progress;  ///< of the pictures alone; told of a case that can't be drawn any more: its record stays as it is
 };
 
 /// Draws those of the cases that are of the session's backend and whose pictures the folder lacks, and writes them.

@@ -140,14 +140,13 @@ class DeviceSweep {
     }
   }
   /// pictured: of all devices
-  void draw_pictures(const std::set<const Record*>& pictured, const Plan& plan,
-                     const std::function<void(const std::string&)>& on_failure) {
+  void draw_pictures(const std::set<const Record*>& pictured, const Plan& plan, Progress& progress) {
     write_pictures({.session = session_,
                     .preparer = preparer_,
                     .split = split_,
                     .mark = store_.mark(),
                     .folder = folder_,
-                    .on_failure = on_failure},
+                    .progress = progress},
                    pictured, plan.cases, config_.scenes);
   }
   [[nodiscard]] const Preparer& preparer() const { return preparer_; }
@@ -332,11 +331,10 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     });
     sweep.run(crashed_once(blocks, book), [](double) {});
     done_before += static_cast<double>(pending);
-    progress.update(done_before / static_cast<double>(plan.cases.size()),
-                    fmt::format("pictures on {}", session->device().name));
+    progress.finish();
+    Progress drawing(options.quiet);
     const Run so_far = load_run(options.output);
-    sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan,
-                        [&](const std::string& line) { progress.note(line); });
+    sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan, drawing);
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
     summary.shaders += session->shaders_compiled();

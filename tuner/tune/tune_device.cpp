@@ -256,7 +256,7 @@ class DeviceSource final : public TuneSource {
     result.wall_s = clock_.elapsed_s();
     const Run run = load_run(options_.output);
     Progress progress(options_.quiet);
-    run_.write_pictures(run, [&](const std::string& line) { progress.note(line); });
+    run_.write_pictures(run, progress);
     write_results(config_, run);
     write_atomically(options_.output / kTuneFile, tune_json(result).dump(1) + "\n");
     run_.write_info(true);

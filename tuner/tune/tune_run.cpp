@@ -179,7 +179,7 @@ void TuneRun::reopen() {
   session_->reopen();
 }
 
-void TuneRun::write_pictures(const Run& run, const std::function<void(const std::string&)>& on_failure) {
+void TuneRun::write_pictures(const Run& run, Progress& progress) {
   std::vector<SceneSpec> scenes = config_.scenes;
   for (const MeasuredScene& scene : holdout_) scenes.push_back(scene.spec);
   const std::set<const Record*> pictured = pictured_records(run.records, config_, Pictured::shown);
@@ -188,7 +188,7 @@ void TuneRun::write_pictures(const Run& run, const std::function<void(const std:
                                .split = split_,
                                .mark = store_->mark(),
                                .folder = options_.output,
-                               .on_failure = on_failure},
+                               .progress = progress},
                               pictured, all_cases(), scenes);
   remove_other_pictures(options_.output, pictured);
 }

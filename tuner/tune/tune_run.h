@@ -58,7 +58,7 @@ class TuneRun {
   void set_bisected(bool is_bisected) { is_bisected_ = is_bisected; }
   void write_info(bool finished);
   /// Those that a report shows, and no other. run: what is in the folder
-  void write_pictures(const Run& run, const std::function<void(const std::string&)>& on_failure);
+  void write_pictures(const Run& run, Progress& progress);
 
  private:
   struct Ready {
