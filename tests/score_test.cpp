@@ -93,6 +93,12 @@ TEST(Score, WhatNeverEndsIsNeverMissed) {
   EXPECT_EQ(pixel_score(pixel(1), {.t_enter = 0.25, .t_exit = kNever}).verdict, Verdict::inside);
 }
 
+/// What every judged frame has.
+bool is_of_hits(const MetricRow& row) {
+  return row.metric->feature.empty() && (std::holds_alternative<OfPixels>(row.metric->function) ||
+                                         std::holds_alternative<OfVerdict>(row.metric->function));
+}
+
 TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
   const std::vector<ScorePixel> pixels{pixel(0.25F, kHit, 3), pixel(0.26F, kHit, 5), pixel(0.9F, kHit, 4),
                                        pixel(0.1F, kStepCap, 8), pixel(0, 0, 1000)};
@@ -105,10 +111,7 @@ TEST(Score, FrameCountsItsVerdictsOverPixelsWithARay) {
   EXPECT_EQ(frame.score["unconverged_rate"], 0.25);
   EXPECT_EQ(frame.score["taps.mean"], 5);
   EXPECT_EQ(frame.score["taps.max"], 8);
-  for (const MetricRow& row : metrics())
-    EXPECT_EQ(row.value(frame.score).has_value(),
-              std::holds_alternative<OfPixels>(row.metric->function) && row.metric->feature.empty())
-        << row.id;
+  for (const MetricRow& row : metrics()) EXPECT_EQ(row.value(frame.score).has_value(), is_of_hits(row)) << row.id;
 }
 
 TEST(Score, AFeatureHasItsOwnMetricsAndNoOtherFrameHasThem) {
@@ -134,10 +137,7 @@ TEST(Score, FrameWithoutRaysIsZero) {
   const JudgedFrame frame = judge(pixels, std::vector<ReferenceHit>(3), kSide, kSide);
   EXPECT_EQ(frame.score.pixels, 0);
   for (const MetricRow& row : metrics())
-    EXPECT_EQ(row.value(frame.score),
-              std::holds_alternative<OfPixels>(row.metric->function) && row.metric->feature.empty() ? std::optional(0.0)
-                                                                                                    : std::nullopt)
-        << row.id;
+    EXPECT_EQ(row.value(frame.score), is_of_hits(row) ? std::optional(0.0) : std::nullopt) << row.id;
 }
 
 TEST(Score, PercentilesAreByNearestRank) {

@@ -29,10 +29,19 @@ void append(const JudgedPixels& pixels, std::vector<float>& values, const Takes&
   values.resize(size);
 }
 
-void append_if(const JudgedPixels& pixels, std::vector<float>& values, Verdict verdict) {
-  append(pixels, values, takes_hits,
-         [&](const ScorePixel&, const PixelScore& s) { return s.verdict == verdict ? 1.0F : 0.0F; });
-}
+/// Of pixels: how many show another object than the relief, how many have a ray, how many of those the wrong object.
+struct Seen {
+  std::int64_t objects = 0;
+  std::int64_t pixels = 0;
+  std::int64_t wrong = 0;
+
+  Seen& operator+=(const Seen& other) {
+    objects += other.objects;
+    pixels += other.pixels;
+    wrong += other.wrong;
+    return *this;
+  }
+};
 
 /// The rows with the texts that they point to.
 class Registry {
@@ -79,19 +88,13 @@ void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values) {
 void e_z_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append(pixels, values, takes_hits, [](const ScorePixel&, const PixelScore& score) { return score.e_z; });
 }
-void missed_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append_if(pixels, values, Verdict::missed);
-}
-void inside_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append_if(pixels, values, Verdict::inside);
-}
-void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values) {
-  append_if(pixels, values, Verdict::unconverged);
-}
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values) {
   append(pixels, values, takes_rays, [](const ScorePixel& traced, const PixelScore&) { return traced.taps; });
 }
 
+bool is_missed(Verdict verdict) { return verdict == Verdict::missed; }
+bool is_inside(Verdict verdict) { return verdict == Verdict::inside; }
+bool is_unconverged(Verdict verdict) { return verdict == Verdict::unconverged; }
 bool is_false_kill(Verdict verdict) { return verdict == Verdict::false_kill; }
 bool is_false_keep(Verdict verdict) { return verdict == Verdict::false_keep; }
 bool is_false_coverage(Verdict verdict) { return is_false_kill(verdict) || is_false_keep(verdict); }
@@ -107,20 +110,20 @@ float depth_error(float found, float exact) {
 }
 
 std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const PixelScore> mask) {
-  std::int64_t pixels = 0;
-  std::int64_t wrong = 0;
-  bool has_objects = false;
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    const SeenObject exact{pictures.reference[4 * i + 3]};
-    const SeenObject found{pictures.test[4 * i + 3]};
-    const auto is_object = [](SeenObject seen) { return seen == SeenObject::square || seen == SeenObject::ball; };
-    has_objects = has_objects || is_object(exact) || is_object(found);
-    if (!is_judged(mask[i])) continue;
-    ++pixels;
-    wrong += exact == found ? 0 : 1;
-  }
-  if (!has_objects || pixels == 0) return std::nullopt;
-  return static_cast<double>(wrong) / static_cast<double>(pixels);
+  const auto is_object = [](SeenObject seen) { return seen == SeenObject::square || seen == SeenObject::ball; };
+  const Seen whole = sum_of_shares(mask.size(), [&](std::size_t first, std::size_t count) {
+    Seen share;
+    for (std::size_t i = first; i < first + count; ++i) {
+      const SeenObject exact{pictures.reference[4 * i + 3]};
+      const SeenObject found{pictures.test[4 * i + 3]};
+      share.objects += is_object(exact) || is_object(found) ? 1 : 0;
+      share.pixels += is_judged(mask[i]) ? 1 : 0;
+      share.wrong += is_judged(mask[i]) && exact != found ? 1 : 0;
+    }
+    return share;
+  });
+  if (whole.objects == 0 || whole.pixels == 0) return std::nullopt;
+  return static_cast<double>(whole.wrong) / static_cast<double>(whole.pixels);
 }
 
 std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask) {

@@ -43,7 +43,7 @@ enum class NoValue {
 /// A metric's function, by what it looks at.
 using OfPixels = void (*)(const JudgedPixels& pixels,
                           std::vector<float>& values);  ///< appends one a judged pixel, none negative
-using OfVerdict = bool (*)(Verdict verdict);            ///< whether a pixel counts: of rays that may pass
+using OfVerdict = bool (*)(Verdict verdict);            ///< whether a pixel counts: a share
 using OfPictures = std::optional<double> (*)(const PicturePair& pictures, std::span<const PixelScore> mask);
 using OfFeature = float (*)(float found, float exact);  ///< of a pixel that has both, not negative
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
@@ -60,16 +60,17 @@ struct Metric {
   NoValue no_value = NoValue::never;
   std::string_view column{};   ///< id of its number that tables show whatever the front's metric is; "": none
   bool counts_work = false;    ///< foretells the frame's time
-  std::string_view feature{};  ///< of the scene: a frame without it has no value. OfFeature compares its values
+  std::string_view feature{};  ///< of the scene: a frame without it has no value. OfFeature compares its values. An
+                               ///< OfVerdict without one is a share of the pixels with two hits, else of all with a ray
   std::variant<OfPixels, OfPictures, OfMotion, OfFeature, OfVerdict> function;
 };
 
 void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values);
 void e_z_values(const JudgedPixels& pixels, std::vector<float>& values);
-void missed_values(const JudgedPixels& pixels, std::vector<float>& values);
-void inside_values(const JudgedPixels& pixels, std::vector<float>& values);
-void unconverged_values(const JudgedPixels& pixels, std::vector<float>& values);
 void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
+[[nodiscard]] bool is_missed(Verdict verdict);
+[[nodiscard]] bool is_inside(Verdict verdict);
+[[nodiscard]] bool is_unconverged(Verdict verdict);
 [[nodiscard]] bool is_false_kill(Verdict verdict);
 [[nodiscard]] bool is_false_keep(Verdict verdict);
 [[nodiscard]] bool is_false_coverage(Verdict verdict);
@@ -102,19 +103,19 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "pixels whose first hit was stepped over",
            .column = "missed_rate",
-           .function = missed_values},
+           .function = is_missed},
     Metric{.id = "inside_rate",
            .unit = "share",
            .low = 0,
            .high = 1,
            .description = "pixels that ended inside the first solid, over half a texel from its surface",
-           .function = inside_values},
+           .function = is_inside},
     Metric{.id = "unconverged_rate",
            .unit = "share",
            .low = 0,
            .high = 1,
            .description = "pixels that stopped over half a texel before the surface, or as far from it at the step cap",
-           .function = unconverged_values},
+           .function = is_unconverged},
     Metric{.id = "psnr",
            .unit = "dB",
            .lower_is_better = false,

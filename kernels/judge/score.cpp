@@ -171,12 +171,35 @@ void each_metric(FrameScore& score, const Use& use) {
   }
 }
 
-/// Which rays passed, and which should have.
-void judge_coverage(std::string_view feature, std::span<const PixelScore> scores, FrameScore& score) {
-  each_metric<OfVerdict>(score, [&](const Metric& metric, OfVerdict is_wrong, const auto& numbers) {
+/// How many pixels have each verdict.
+struct VerdictCounts {
+  std::array<std::int64_t, kVerdicts> counts{};
+
+  VerdictCounts& operator+=(const VerdictCounts& other) {
+    std::ranges::transform(counts, other.counts, counts.begin(), std::plus());
+    return *this;
+  }
+  [[nodiscard]] std::int64_t of(OfVerdict is_one) const {
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < counts.size(); ++i) sum += is_one(static_cast<Verdict>(i)) ? counts.at(i) : 0;
+    return sum;
+  }
+};
+
+VerdictCounts verdicts_of(std::span<const PixelScore> scores) {
+  return sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
+    VerdictCounts share;
+    for (const PixelScore& score : scores.subspan(first, size)) ++share.counts[static_cast<std::size_t>(score.verdict)];
+    return share;
+  });
+}
+
+/// The shares of pixels with a verdict, of one feature, or of hits ("").
+void judge_verdicts(std::string_view feature, const VerdictCounts& verdicts, FrameScore& score) {
+  const std::int64_t pixels = verdicts.of(feature.empty() ? OfVerdict(has_hits) : OfVerdict(is_judged));
+  each_metric<OfVerdict>(score, [&](const Metric& metric, OfVerdict is_one, const auto& numbers) {
     if (metric.feature != feature) return;
-    const auto wrong = std::ranges::count_if(scores, [&](const PixelScore& one) { return is_wrong(one.verdict); });
-    numbers.front() = score.pixels == 0 ? 0 : static_cast<double>(wrong) / static_cast<double>(score.pixels);
+    numbers.front() = pixels == 0 ? 0 : static_cast<double>(verdicts.of(is_one)) / static_cast<double>(pixels);
   });
 }
 
@@ -196,11 +219,7 @@ std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceH
   return std::nullopt;
 }
 
-std::int64_t judged_count(std::span<const PixelScore> scores) {
-  return sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
-    return static_cast<std::int64_t>(std::ranges::count_if(scores.subspan(first, size), is_judged));
-  });
-}
+std::int64_t judged_count(std::span<const PixelScore> scores) { return verdicts_of(scores).of(is_judged); }
 
 std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
   std::vector<TextureRay> rays(pixels.size());
@@ -256,7 +275,8 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing) {
   JudgedFrame frame{.score = {}, .pixels = std::move(judged)};
-  frame.score.pixels = judged_count(frame.pixels);
+  const VerdictCounts verdicts = verdicts_of(frame.pixels);
+  frame.score.pixels = verdicts.of(is_judged);
   each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
     std::ranges::fill(numbers, 0);
     if (frame.score.pixels == 0) return;
@@ -267,7 +287,8 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> ju
     if (values.is_empty()) return;
     std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
   });
-  if (!passing.empty()) judge_coverage(passing, frame.pixels, frame.score);
+  judge_verdicts("", verdicts, frame.score);
+  if (!passing.empty()) judge_verdicts(passing, verdicts, frame.score);
   return frame;
 }
 
@@ -279,6 +300,7 @@ void judge_feature(std::string_view feature, std::span<const float> found, std::
     std::ranges::fill(numbers, 0);
     if (score.pixels == 0) return;
     MetricValues values(mask.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
+      into.reserve(count);
       for (std::size_t i = first; i < first + count; ++i)
         if (has_hits(mask[i])) into.push_back(function(found[i], exact[i]));
     });

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -34,17 +35,18 @@ enum class Verdict : std::uint8_t {
   false_kill,   ///< it passed, but the exact ray hits
   false_keep,   ///< it hit, but the exact ray passes
 };
+inline constexpr std::size_t kVerdicts = 8;
 
 struct PixelScore {
   float e_xy = 0;  ///< texels, along the ray's horizontal travel
   float e_z = 0;   ///< height
   Verdict verdict = Verdict::no_ray;
 };
-[[nodiscard]] inline bool is_judged(const PixelScore& score) { return score.verdict != Verdict::no_ray; }
+[[nodiscard]] constexpr bool is_judged(Verdict verdict) { return verdict != Verdict::no_ray; }
+[[nodiscard]] inline bool is_judged(const PixelScore& score) { return is_judged(score.verdict); }
 /// Whether there are two hits, a found one and an exact one, which can be compared.
-[[nodiscard]] inline bool has_hits(const PixelScore& score) {
-  return is_judged(score) && score.verdict < Verdict::passed;
-}
+[[nodiscard]] constexpr bool has_hits(Verdict verdict) { return is_judged(verdict) && verdict < Verdict::passed; }
+[[nodiscard]] inline bool has_hits(const PixelScore& score) { return has_hits(score.verdict); }
 [[nodiscard]] std::int64_t judged_count(std::span<const PixelScore> scores);
 
 /// The pixels of a frame as they were traced and as they were judged; frame size, row-major.

@@ -3,12 +3,15 @@
 
 #include <random>
 
+#include "kernels/base/memory.h"
 #include "kernels/judge/picture_metrics.h"
 #include "kernels/judge/score.h"
 #include "tests/slow_picture_metrics.h"
 
 namespace reliefbench {
 namespace {
+
+[[maybe_unused]] const bool is_as_the_command = (keep_freed_memory(), true);
 
 /// A frame of rays and hits that are off by up to 8 texels, and two pictures that differ by noise.
 struct Frame {

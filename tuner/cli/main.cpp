@@ -14,6 +14,7 @@
 #include "backends/worker/worker.h"
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
+#include "kernels/base/memory.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/results/host.h"
@@ -111,6 +112,7 @@ int run_and_tell(int argc, char** argv) {
 }  // namespace reliefbench
 
 int main(int argc, char** argv) {
+  reliefbench::keep_freed_memory();
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its size limit then fails as one on a full disk
   if (const std::optional<int> status = reliefbench::run_worker(argc, argv)) return *status;
   int exit_code = reliefbench::run_and_tell(argc, argv);
