@@ -7,7 +7,7 @@
 #include <iterator>
 #include <numeric>
 
-#include "tests/backend_rig.h"
+#include "tests/technique_rig.h"
 
 namespace reliefbench {
 namespace {
@@ -88,8 +88,8 @@ TEST_P(BackendTest, the_score_frame_of_flat_has_the_pixels_own_rays) {
 // Wherever it lies in the relief, the polygon is seen where it is.
 TEST_P(BackendTest, a_relief_about_the_plane_has_the_polygon_where_its_base_is) {
   on_every_device([](Rig& rig) {
-    const auto pipeline = rig.technique("flat", Target::score);
-    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+      const auto pipeline = score_pipeline(rig, settings_of("flat"), wrap);
       for (const View& view : view_presets())
         for (const double base : {0.0, 0.25, 0.5}) {
           Scene scene = kScene;
@@ -113,6 +113,7 @@ TEST_P(BackendTest, a_relief_about_the_plane_has_the_polygon_where_its_base_is) 
               EXPECT_TRUE(same(found.ray.v, found.ray.slope_v, polygon.ray.v)) << view.id << " at " << x << "," << y;
             }
         }
+    }
   });
 }
 

@@ -246,7 +246,8 @@ TEST_P(ShippedShaderOnDevice, has_the_polygon_where_its_base_is) {
 }
 
 TEST(ShippedShader, says_where_its_plane_is) {
-  ShippedShader shipped = ShippedCase("cone?depth=write").shader();
+  const ShippedCase of("cone?depth=write");
+  ShippedShader shipped = of.shader();
   shipped.base = 0.25;
   const std::string text = find_language("glsl").write(shipped).example;
   for (const char* words : {"ray.uv -= 0.75 * ray.slope;", "(hit.t - 0.75) * relief_depth",
