@@ -90,6 +90,7 @@ TEST_P(BackendTest, a_relief_about_the_plane_has_the_polygon_where_its_base_is) 
   on_every_device([](Rig& rig) {
     for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
       const auto pipeline = score_pipeline(rig, settings_of("flat"), wrap);
+      const auto map = rig.backend->upload(texture_desc(pack_heights(small_fbm(), find_format("r8")).relief, wrap));
       for (const View& view : view_presets())
         for (const double base : {0.0, 0.25, 0.5}) {
           Scene scene = kScene;
@@ -98,7 +99,7 @@ TEST_P(BackendTest, a_relief_about_the_plane_has_the_polygon_where_its_base_is) 
           scene.tiling = 2;
           const FrameUniforms on_top = frame_uniforms(scene, 8, 8);
           scene.base = base;
-          rig.draw(*pipeline, scene);
+          rig.draw(*pipeline, scene, map.get());
           const std::vector<ScorePixel> score = rig.backend->read_score();
           for (int y = 0; y < scene.height_px; ++y)
             for (int x = 0; x < scene.width_px; ++x) {
