@@ -20,8 +20,9 @@ namespace {
 constexpr double kRecoverableTexels = 0.5;  // nearer than this a hit is good, whatever came before
 
 bool has_ray(const ScorePixel& pixel) {
-  return pixel.status != static_cast<float>(PixelStatus::no_ray) && std::isfinite(pixel.ray.u) &&
-         std::isfinite(pixel.ray.v) && std::isfinite(pixel.ray.slope_u) && std::isfinite(pixel.ray.slope_v);
+  // Nothing times 0 is 0 but a finite number.
+  const float zero = pixel.ray.u * 0 + pixel.ray.v * 0 + pixel.ray.slope_u * 0 + pixel.ray.slope_v * 0;
+  return pixel.status != static_cast<float>(PixelStatus::no_ray) && zero == 0;
 }
 
 float to_float(double error) {
@@ -38,15 +39,30 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
   return Verdict::inside;
 }
 
+/// Whether it passed, in truth and as it was found; none: neither.
+inline std::optional<PixelScore> scored_passing(const ScorePixel& pixel, const ReferenceHit& reference) {
+  const bool passed = pixel.status == static_cast<float>(PixelStatus::passed);
+  if (reference.passes()) return PixelScore{.verdict = passed ? Verdict::passed : Verdict::false_keep};
+  if (passed) return PixelScore{.verdict = Verdict::false_kill};
+  return std::nullopt;
+}
+
+inline PixelScore scored(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
+  if (!std::isfinite(pixel.t) || !std::isfinite(e_xy))
+    return {.e_xy = std::numeric_limits<float>::max(), .e_z = 1, .verdict = Verdict::missed};
+  const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
+  return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
+}
+
 PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, int map_width, int map_height) {
   if (!has_ray(pixel)) return {};
   // Squares of floats neither overflow a double nor vanish in it.
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
   const double travel_v = static_cast<double>(pixel.ray.slope_v) * map_height;
   const double travel_texels = std::sqrt(travel_u * travel_u + travel_v * travel_v);
-  if (const auto passed = score_passed(pixel, reference)) return *passed;
+  if (const auto passed = scored_passing(pixel, reference)) return *passed;
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
-  return score_pixel(pixel, reference, std::abs(static_cast<double>(pixel.t) - reference.t_enter) * travel_texels);
+  return scored(pixel, reference, std::abs(static_cast<double>(pixel.t) - reference.t_enter) * travel_texels);
 }
 
 /// Sums in eight lanes: one addition need not wait for the one before.
@@ -188,9 +204,11 @@ struct VerdictCounts {
 
 VerdictCounts verdicts_of(std::span<const PixelScore> scores) {
   return sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
-    VerdictCounts share;
-    for (const PixelScore& score : scores.subspan(first, size)) ++share.counts[static_cast<std::size_t>(score.verdict)];
-    return share;
+    std::array<VerdictCounts, 4> parts{};  // an addition need not wait for the one before, which is of the same verdict
+    for (std::size_t i = 0; i < size; ++i)
+      ++parts[i % parts.size()].counts[static_cast<std::size_t>(scores[first + i].verdict)];
+    return std::accumulate(parts.begin(), parts.end(), VerdictCounts{},
+                           [](VerdictCounts sum, const VerdictCounts& part) { return sum += part; });
   });
 }
 
@@ -206,17 +224,11 @@ void judge_verdicts(std::string_view feature, const VerdictCounts& verdicts, Fra
 }  // namespace
 
 PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
-  if (!std::isfinite(pixel.t) || !std::isfinite(e_xy))
-    return {.e_xy = std::numeric_limits<float>::max(), .e_z = 1, .verdict = Verdict::missed};
-  const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
-  return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
+  return scored(pixel, reference, e_xy);
 }
 
 std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference) {
-  const bool passed = pixel.status == static_cast<float>(PixelStatus::passed);
-  if (reference.passes()) return PixelScore{.verdict = passed ? Verdict::passed : Verdict::false_keep};
-  if (passed) return PixelScore{.verdict = Verdict::false_kill};
-  return std::nullopt;
+  return scored_passing(pixel, reference);
 }
 
 std::int64_t judged_count(std::span<const PixelScore> scores) { return verdicts_of(scores).of(is_judged); }
