@@ -124,7 +124,7 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.sector 1", "7532a645b582"},
                                                     {"bake.sector_relaxed 1", "c5697449432f"},
                                                     {"encode 1", "17891125c519"},
-                                                    {"judge 3", "be14e8339c85"},
+                                                    {"judge 4", "be14e8339c85"},
                                                     {"pack 1", "518f06010e87"},
                                                     {"reference 1", "5fbb2ce04c31"}};
   std::map<std::string, int> versions;
