@@ -276,7 +276,7 @@ std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degre
   FlipFeatures fresh;
   if (pictures.reference_features == nullptr)
     fresh = flip_features(pictures.reference, pictures.width, pictures.height, pixels_per_degree);
-  const FlipFeatures& reference = pictures.reference_features == nullptr ? fresh : pictures.reference_features->flip;
+  const FlipFeatures& reference = pictures.reference_features == nullptr ? fresh : *pictures.reference_features;
   assert(reference.pixels_per_degree == pixels_per_degree);
   const FlipEye eye = flip_eye(pixels_per_degree);
   std::vector<float> map(reference.lightness.size());

@@ -21,10 +21,6 @@ struct Trembling {
 
 }  // namespace
 
-PictureFeatures picture_features(std::span<const std::uint8_t> rgba8, int width, int height) {
-  return {.flip = flip_features(rgba8, width, height), .ssim = ssim_features(rgba8, width, height)};
-}
-
 std::optional<double> masked_mean(std::span<const float> map, std::span<const PixelScore> mask) {
   assert(map.size() == mask.size());
   const std::int64_t count = judged_count(mask);

@@ -9,23 +9,11 @@
 namespace reliefbench {
 
 /// What LDR-FLIP compares of a picture, a value a pixel: Hunt-adjusted CIELAB as the eye sees it, and the magnitudes of
-/// its edges and points.
+/// its edges and points. Made once for a reference that many pictures are held to.
 struct FlipFeatures {
   double pixels_per_degree = 0;
   std::vector<float> lightness, a, b;
   std::vector<float> edges, points;
-};
-
-/// What structural similarity compares of a picture alone, a value a pixel: mean and mean square of the luma about the
-/// middle of its range, under the window. Then values that nobody reads, for vectors that reach beyond the last pixel.
-struct SsimFeatures {
-  std::vector<float> mean, square;
-};
-
-/// Made once for a reference that many pictures are held to.
-struct PictureFeatures {
-  FlipFeatures flip;
-  SsimFeatures ssim;
 };
 
 /// Two RGBA8 pictures of one size, row-major; alpha is ignored.
@@ -34,15 +22,13 @@ struct PicturePair {
   std::span<const std::uint8_t> test;
   int width;
   int height;
-  const PictureFeatures* reference_features = nullptr;  ///< of `reference`, where they were made before
+  const FlipFeatures* reference_features = nullptr;  ///< of `reference`, where they were made before
 };
 
 inline constexpr double kPixelsPerDegree = 67.02;  ///< of the eye: a 0.7 m wide 4K screen seen from 0.7 m
 
 [[nodiscard]] FlipFeatures flip_features(std::span<const std::uint8_t> rgba8, int width, int height,
                                          double pixels_per_degree = kPixelsPerDegree);
-[[nodiscard]] SsimFeatures ssim_features(std::span<const std::uint8_t> rgba8, int width, int height);
-[[nodiscard]] PictureFeatures picture_features(std::span<const std::uint8_t> rgba8, int width, int height);
 
 /// LDR-FLIP of every pixel, 0 (no difference to be seen) to 1. Edges are replicated.
 /// In float; within 1e-4 of the same in double (tests).

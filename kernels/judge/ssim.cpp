@@ -15,7 +15,6 @@ constexpr double kSsimSigma = 1.5;
 constexpr float kMiddle = 128;
 constexpr float kC1 = (0.01F * 255) * (0.01F * 255);
 constexpr float kC2 = (0.03F * 255) * (0.03F * 255);
-constexpr std::size_t kWidestVector = 16;  // floats
 }  // namespace
 }  // namespace reliefbench
 #endif
@@ -58,7 +57,7 @@ void fill_luma(std::span<const std::uint8_t> rgba8, int width, int height, const
 
 struct SsimScratch {
   TilePlane a, b, product, rows;
-  TilePlane mean_b, mean_bb, mean_ab;
+  TilePlane mean_a, mean_b, mean_aa, mean_bb, mean_ab;
 };
 
 void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<float>& kernel, SsimScratch& scratch,
@@ -71,42 +70,28 @@ void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<f
   along_both(scratch.product, kernel, kernel, kSsimRadius, scratch.rows, out);
 }
 
-void ssim_features_tile(std::span<const std::uint8_t> rgba8, int width, int height, const std::vector<float>& kernel,
-                        const Tile& tile, SsimFeatures& out) {
-  static thread_local SsimScratch s;
-  fill_luma(rgba8, width, height, tile, s.a);
-  along_both(s.a, kernel, kernel, kSsimRadius, s.rows, s.mean_b);
-  mean_of_product(s.a, s.a, kernel, s, s.mean_bb);
-  for (int y = 0; y < tile.height; ++y) {
-    const auto at = static_cast<std::ptrdiff_t>(tile.y + y) * width + tile.x;
-    std::copy_n(s.mean_b.row(y), tile.width, out.mean.begin() + at);
-    std::copy_n(s.mean_bb.row(y), tile.width, out.square.begin() + at);
-  }
-}
-
-void ssim_tile(const PicturePair& pictures, const SsimFeatures& reference, const std::vector<float>& kernel,
-               const Tile& tile, float* map) {
+void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, const Tile& tile, float* map) {
   const hn::ScalableTag<float> tag;
   const int lanes = static_cast<int>(hn::Lanes(tag));
   static thread_local SsimScratch s;
   fill_luma(pictures.reference, pictures.width, pictures.height, tile, s.a);
   fill_luma(pictures.test, pictures.width, pictures.height, tile, s.b);
+  along_both(s.a, kernel, kernel, kSsimRadius, s.rows, s.mean_a);
   along_both(s.b, kernel, kernel, kSsimRadius, s.rows, s.mean_b);
+  mean_of_product(s.a, s.a, kernel, s, s.mean_aa);
   mean_of_product(s.b, s.b, kernel, s, s.mean_bb);
   mean_of_product(s.a, s.b, kernel, s, s.mean_ab);
   const auto two = hn::Set(tag, 2.0F);
   const auto c1 = hn::Set(tag, kC1);
   const auto c2 = hn::Set(tag, kC2);
   for (int y = 0; y < tile.height; ++y) {
-    const auto line = static_cast<std::ptrdiff_t>(tile.y + y) * pictures.width + tile.x;
-    float* const out = map + line;
+    float* const out = map + static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(pictures.width) + tile.x;
     HWY_ALIGN float last[HWY_MAX_BYTES / sizeof(float)];
     for (int x = 0; x < tile.width; x += lanes) {
       const auto at = [&](const TilePlane& plane) { return hn::LoadU(tag, plane.row(y) + x); };
-      const auto da = hn::LoadU(tag, reference.mean.data() + line + x);
+      const auto da = at(s.mean_a);
       const auto db = at(s.mean_b);
-      const auto variances = hn::Sub(hn::Add(hn::LoadU(tag, reference.square.data() + line + x), at(s.mean_bb)),
-                                     hn::Add(hn::Mul(da, da), hn::Mul(db, db)));
+      const auto variances = hn::Sub(hn::Add(at(s.mean_aa), at(s.mean_bb)), hn::Add(hn::Mul(da, da), hn::Mul(db, db)));
       const auto covariance = hn::Sub(at(s.mean_ab), hn::Mul(da, db));
       const auto ma = hn::Add(da, hn::Set(tag, kMiddle));
       const auto mb = hn::Add(db, hn::Set(tag, kMiddle));
@@ -129,36 +114,14 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace reliefbench {
-HWY_EXPORT(ssim_features_tile);
 HWY_EXPORT(ssim_tile);
 
-namespace {
-std::vector<float> window() {
-  const std::vector<double> bell = gaussian(kSsimSigma, kSsimRadius);
-  return scaled(bell, 1 / std::accumulate(bell.begin(), bell.end(), 0.0));
-}
-}  // namespace
-
-SsimFeatures ssim_features(std::span<const std::uint8_t> rgba8, int width, int height) {
-  const std::vector<float> kernel = window();
-  SsimFeatures features;
-  for (std::vector<float>* plane : {&features.mean, &features.square})
-    plane->resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + kWidestVector);
-  for_each_tile(width, height, [&](const Tile& tile) {
-    HWY_DYNAMIC_DISPATCH(ssim_features_tile)(rgba8, width, height, kernel, tile, features);
-  });
-  return features;
-}
-
 std::vector<float> ssim_map(const PicturePair& pictures) {
-  SsimFeatures fresh;
-  if (pictures.reference_features == nullptr)
-    fresh = ssim_features(pictures.reference, pictures.width, pictures.height);
-  const SsimFeatures& reference = pictures.reference_features == nullptr ? fresh : pictures.reference_features->ssim;
-  const std::vector<float> kernel = window();
+  const std::vector<double> bell = gaussian(kSsimSigma, kSsimRadius);
+  const std::vector<float> kernel = scaled(bell, 1 / std::accumulate(bell.begin(), bell.end(), 0.0));
   std::vector<float> map(static_cast<std::size_t>(pictures.width) * static_cast<std::size_t>(pictures.height));
   for_each_tile(pictures.width, pictures.height, [&](const Tile& tile) {
-    HWY_DYNAMIC_DISPATCH(ssim_tile)(pictures, reference, kernel, tile, map.data());
+    HWY_DYNAMIC_DISPATCH(ssim_tile)(pictures, kernel, tile, map.data());
   });
   return map;
 }

@@ -46,7 +46,7 @@ struct Frame {
 /// As a sweep judges a case: the reference's features are made once a scene.
 void judge_all(benchmark::State& state) {
   const Frame frame(static_cast<int>(state.range(0)));
-  const PictureFeatures features = picture_features(frame.reference, frame.width, frame.height);
+  const FlipFeatures features = flip_features(frame.reference, frame.width, frame.height);
   PicturePair pair = frame.pair();
   pair.reference_features = &features;
   while (state.KeepRunning()) {

@@ -241,7 +241,7 @@ const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> s
   made.picture =
       reference_picture({.hits = made.hits, .features = features, .values = made.values}, score_frame, scene, state);
   split.book(Part::reference,
-             [&] { made.seen = picture_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
+             [&] { made.seen = flip_features(made.picture, scene.scene.width_px, scene.scene.height_px); });
   return state.references.emplace_back(std::move(made));
 }
 

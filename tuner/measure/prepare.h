@@ -82,7 +82,7 @@ class Preparer {
     std::vector<ReferenceHit> hits;
     FeatureValues values;               ///< exact
     std::vector<std::uint8_t> picture;  ///< shaded, RGBA8
-    PictureFeatures seen;               ///< of the picture
+    FlipFeatures seen;                  ///< of the picture
   };
   /// A frame of the moving camera.
   struct MovedFrame {
