@@ -18,8 +18,8 @@ std::string picture_key(const Settings& settings, const SceneSpec& spec) {
   const Scene& scene = spec.scene;
   return fmt::format("{} {} {}/{}/{}/{} {} {}/{}/{}", setting_id(settings), map_key(settings, spec),
                      scene.view.azimuth_deg, scene.view.elevation_deg, scene.view.distance, scene.view.fov_deg,
-                     fmt::format("{} {} {}", scene.tiling, scene.pan, scene.base), scene.light.azimuth_deg, scene.light.elevation_deg,
-                     scene.light.angular_radius_deg) +
+                     fmt::format("{} {} {}", scene.tiling, scene.pan, scene.base), scene.light.azimuth_deg,
+                     scene.light.elevation_deg, scene.light.angular_radius_deg) +
          (scene.occluded != 0 ? fmt::format(" hidden {}", scene.occluded) : "") + surface_text(scene.surface);
 }
 
