@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tuner/measure/prepare.h"
+#include "tuner/measure/progress.h"
 #include "tuner/measure/record_book.h"
 #include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
