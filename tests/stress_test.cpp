@@ -142,6 +142,23 @@ TEST(Stress, FindsABrokenGuarantee) {
   EXPECT_TRUE(is_guarantee);
 }
 
+// The last bits of a place a thousand tiles round a sphere are whole hundredths of a texel.
+TEST(Stress, BackendsAgreeOnRaysThatFloatsHardlyTellApart) {
+  const StressReport report = run_stress(
+      built_in_extremes(), {.backends = {"opengl", "vulkan"}, .filter = "distance/*/sphere_tiled", .quiet = true});
+  EXPECT_EQ(report.extremes.size(), 1U);
+  EXPECT_TRUE(report.holds());
+}
+
+TEST(Stress, FindsBackendsThatDoNotAgree) {
+  const Extremes extremes = parse_extremes(extremes_text("", R"({"filter": "manual", "cone_steps": 1})"), "x.json");
+  const StressReport report = run_stress(extremes, {.backends = {"null", "opengl"}, .filter = "cone/*", .quiet = true});
+  EXPECT_THAT(report.techniques, ::testing::ElementsAre("cone"));
+  EXPECT_TRUE(std::ranges::any_of(report.results, [](const StressResult& result) {
+    return result.faults.at(static_cast<std::size_t>(StressCheck::agreement)) > 0;
+  }));
+}
+
 TEST(Stress, LargeExtremesAreLeftOutUnlessAskedFor) {
   const Extremes extremes = parse_extremes(extremes_text(", \"large\": true"), "x.json");
   StressOptions options{.backends = {"null"}, .filter = "flat/*", .quiet = true};

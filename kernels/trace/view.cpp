@@ -83,13 +83,18 @@ FrameUniforms frame_uniforms(const Scene& scene, int map_width, int map_height) 
 }
 
 std::string base_fault(const Scene& scene) {
-  if (scene.base == 1) return "";
-  if (is_curved(scene.surface.kind))
-    return fmt::format("base needs a plane, not a {}", surface_row(scene.surface.kind).id);
+  if (scene.base == 1 || !is_curved(scene.surface.kind)) return "";
+  return fmt::format("base needs a plane, not a {}", surface_row(scene.surface.kind).id);
+}
+
+std::string camera_fault(const Scene& scene) {
   const double height = scene.view.distance * std::sin(scene.view.elevation_deg * std::numbers::pi / 180);
-  if (height > scene.above()) return "";
-  return fmt::format("the camera is inside the relief: {:.4g} over the polygon, over which the relief reaches {:.4g}",
-                     height, scene.above());
+  if (scene.base == 1 || height > scene.above()) return "";
+  return fmt::format(
+      "the camera is inside the relief: {:.4g} over the polygon, over which a relief {:.4g} deep of base {:.4g} "
+      "reaches "
+      "{:.4g}",
+      height, scene.relief_depth, scene.base, scene.above());
 }
 
 const PictureRow& picture_row(Picture picture) { return kPictures.at(static_cast<std::size_t>(picture)); }

@@ -102,8 +102,10 @@ struct Scene {
   }
 };
 
-/// Why a scene's base cannot be, "" if it can: on what is curved, or with the camera inside the relief.
+/// Why a scene's base cannot be, "" if it can: on what is curved, all are 1.
 [[nodiscard]] std::string base_fault(const Scene& scene);
+/// Why its camera cannot see it, "" if it can: inside of what reaches over the polygon.
+[[nodiscard]] std::string camera_fault(const Scene& scene);
 
 /// The uniform block `Frame` of frame.glsl, std140.
 struct FrameUniforms {

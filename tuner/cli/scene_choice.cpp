@@ -112,7 +112,7 @@ void apply(const SettingArguments& arguments, Scene& scene) {
     scene.width_px = arguments.size_px.at(0);
     scene.height_px = arguments.size_px.at(1);
   }
-  if (const std::string reason = base_fault(scene); !reason.empty()) fail_input("--base: {}", reason);
+  if (const std::string reason = base_fault(scene); !reason.empty()) fail_input("{}", reason);
 }
 
 /// Of a name that a config gives by itself: "rocks", "fbm", "fbm_32x32".
@@ -186,6 +186,8 @@ ChosenScene choose_scene(const SettingArguments& arguments, const ChosenSetting&
     fail_input("{} needs a HEIGHTMAP, since the case names none", command);
   }
   apply(arguments, result.spec.scene);
+  if (needs_view)
+    if (const std::string reason = camera_fault(result.spec.scene); !reason.empty()) fail_input("{}", reason);
   const MeasuredScene now = measured_scene(result.spec, heightmaps.read(result.spec.heightmap));
   result.is_same = result.measured && result.measured->key == now.key;
   return result;

@@ -28,6 +28,7 @@ inline constexpr std::array<std::string_view, 6> kStressCheckIds{"finite",     "
 inline constexpr double kAgreement = 1e-4;
 /// What rays on a curved surface may differ by between backends: in place, and in slope as a share of it.
 inline constexpr double kRayAgreement_texels = 1e-3;
+inline constexpr double kPlaceUlps = 4;  ///< or this of the farthest coordinate, if that is more (llvmpipe's: 2.5)
 inline constexpr double kRayAgreement = 1e-4;
 
 /// One technique with one setting at one extreme on one backend (agreement: on the later backend).

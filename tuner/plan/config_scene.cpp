@@ -286,7 +286,8 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   const std::string based = scene.base == 1 ? "" : fmt::format("_base_{:g}", 100 * scene.base);
   const auto add = [&](View view) {
     scene.view = std::move(view);
-    if (const std::string reason = base_fault(scene); !reason.empty()) reader.fail(*base, reason);
+    for (const std::string& reason : {base_fault(scene), camera_fault(scene)})
+      if (!reason.empty()) reader.fail(*base, reason);
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);
