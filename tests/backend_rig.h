@@ -16,7 +16,7 @@
 namespace reliefbench {
 
 inline constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
-inline constexpr Scene kScene{
+inline const Scene kScene{
     .view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35}, .width_px = 40, .height_px = 24};
 
 /// One open device with what a draw needs.
@@ -60,10 +60,8 @@ struct Rig {
   mutable std::map<std::string, std::unique_ptr<Pipeline>> kept{};  ///< by what they are compiled of: trace_frame()
 };
 
-/// One text runs on both APIs: of many cases alike each is tried on one of them, in turn, unless told to be thorough.
-inline bool is_tried_here(const Rig& rig, std::size_t number) {
-  return is_thorough() || (number % 2 == 0) == (rig.row.id == "opengl");
-}
+/// One text runs on both APIs: of many cases alike each is tried on one of them, in turn.
+inline bool is_tried_here(const Rig& rig, std::size_t number) { return is_turn(number, rig.row.id == "opengl"); }
 
 /// The words of the Error(environment) that `action` throws.
 inline std::string message_of(const std::function<void()>& action) {

@@ -12,6 +12,7 @@
 
 #include "tests/command.h"
 #include "tests/temp_folder.h"
+#include "tests/thorough.h"
 
 namespace reliefbench {
 namespace {
@@ -65,9 +66,7 @@ void unpack(const fs::path& archive, const fs::path& folder) {
 class BundleTest : public ::testing::Test {
  protected:
   void SetUp() override {
-#ifdef __SANITIZE_ADDRESS__
-    GTEST_SKIP() << "a sanitizer's own libraries are no part of a bundle";
-#endif
+    if (kIsSanitized) GTEST_SKIP() << "a sanitizer's own libraries are no part of a bundle";
   }
 
   TempFolder folder_;

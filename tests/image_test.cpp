@@ -241,9 +241,10 @@ TEST(Image, RefusesFormatsThatNobodyAskedFor) {
                                                                                     {"map.jpg", "\xff\xd8\xff"},
                                                                                     {"map.null", ""},
                                                                                     {"map.null?RES=64x64", ""}}) {
-    write_bytes(folder / name, start + zeros);
-    EXPECT_EQ(input_error([&] { (void)load_image(folder / name); }),
-              (folder / name).string() + ": not a readable image: PNG, TIFF, EXR, WebP, TGA, PGM and PPM are read");
+    const std::filesystem::path path = folder / name;
+    write_bytes(path, start + zeros);
+    EXPECT_EQ(input_error([&] { (void)load_image(path); }),
+              path.string() + ": not a readable image: PNG, TIFF, EXR, WebP, TGA, PGM and PPM are read");
   }
   EXPECT_EQ(input_error([] { (void)load_image("/dev/zero"); }), "/dev/zero: is not a file");
 }

@@ -277,7 +277,7 @@ class TrendMaker {
     if (epoch != kNone) ends.push_back(epoch);
     ends.push_back(options_.nights);
     std::ranges::sort(ends);
-    ends.erase(std::ranges::unique(ends).begin(), ends.end());
+    ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
 
     const double base = 1e5 * static_cast<double>(steps) * (1 + static_cast<double>(index % 13) / 7) /
                         static_cast<double>(1 + traits.machine * 9);

@@ -112,12 +112,12 @@ RC_GTEST_PROP(MipChain, PackedConesAreWithinTheBakedOnes, ()) {
                              .height = level_side(heights.height, level),
                              .texels = read_channel(textures.relief, 0, level)};
     const std::vector<float> stored = read_channel(ratio_image, textures.extra ? 0 : 1, level);
-    compare(heights, coarse, wrap, [&](const Neighbours& near, const Neighbours& far) {
+    compare(heights, coarse, wrap, [&, &baked = ratios](const Neighbours& near, const Neighbours& far) {
       const double height = interpolated(far, coarse.texels);
       RC_ASSERT(height >= interpolated(near, heights.texels) - kRounding);
       float least = 1;
       for (std::size_t k = 0; k < 4; ++k)
-        if (near.weights.at(k) > kRounding) least = std::min(least, ratios[near.texels.at(k)]);
+        if (near.weights.at(k) > kRounding) least = std::min(least, baked[near.texels.at(k)]);
       const float decoded = encoding.decode(static_cast<float>(interpolated(far, stored)), static_cast<float>(height));
       RC_ASSERT(decoded <= least * 1.0001F);
     });

@@ -13,10 +13,10 @@
 namespace reliefbench {
 namespace {
 
-constexpr Scene kTiled{.view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35},
-                       .tiling = 2,
-                       .width_px = 48,
-                       .height_px = 48};
+const Scene kTiled{.view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35},
+                   .tiling = 2,
+                   .width_px = 48,
+                   .height_px = 48};
 
 using SearchOnDevices = BackendTest;
 INSTANTIATE_TEST_SUITE_P(AllBackends, SearchOnDevices, ::testing::Values("opengl", "vulkan"),

@@ -10,6 +10,7 @@
 #include "tests/command.h"
 #include "tests/image_files.h"
 #include "tests/temp_folder.h"
+#include "tests/thorough.h"
 
 namespace reliefbench {
 namespace {
@@ -25,9 +26,7 @@ double children_ms() {
 }
 
 TEST(StartUp, help_takes_under_50_ms) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "a sanitizer starts slowly";
-#endif
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer starts slowly";
   const TempFolder folder;
   std::vector<double> times_ms;
   for (int i = 0; i < 11; ++i) {  // the first one warms up

@@ -105,12 +105,12 @@ TEST_F(TuneTest, a_scene_gains_nothing_over_its_own_setting_and_never_less_than_
     if (answer.own->setting == result.pick->setting) {
       EXPECT_EQ(answer.own_ns, answer.common_ns);
     }
-    for (const auto& [setting, time_ns] :
+    for (const auto& one :
          {std::pair(answer.own->setting, answer.own_ns), std::pair(result.pick->setting, answer.common_ns)}) {
       const auto row = std::ranges::find_if(
-          rows, [&](const TableRow& r) { return r.scene == answer.scene && setting_id(r.settings) == setting; });
+          rows, [&](const TableRow& r) { return r.scene == answer.scene && setting_id(r.settings) == one.first; });
       ASSERT_NE(row, rows.end());
-      EXPECT_NEAR(row->frame_time->median, time_ns, 1e-9 * time_ns) << setting;
+      EXPECT_NEAR(row->frame_time->median, one.second, 1e-9 * one.second) << one.first;
     }
   }
 }

@@ -14,6 +14,7 @@
 #include "backends/worker/protocol.h"
 #include "tests/backend_rig.h"
 #include "tests/remote_device.h"
+#include "tests/thorough.h"
 
 namespace reliefbench {
 namespace {
@@ -325,9 +326,7 @@ TEST(WorkerOfAHost, ends_when_its_host_does) {
 }
 
 TEST(WorkerMemory, past_its_limit_is_out_of_memory) {
-#ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "the sanitizer's shadow is past any limit";
-#endif
+  if (kIsSanitized) GTEST_SKIP() << "the sanitizer's shadow is past any limit";
   const GivenVariables limited(Variables{{kWorkerMemory, "128"}});
   const auto device = open_in_worker(find_backend("null"), 0);
   std::vector<std::byte> texels(std::size_t{130} << 20U);

@@ -3,6 +3,9 @@
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+#if defined(__SANITIZE_THREAD__)
+#include <sanitizer/tsan_interface.h>
+#endif
 
 #include <algorithm>
 
@@ -11,6 +14,26 @@ namespace {
 
 constexpr std::size_t kShare = 1U << 16U;
 
+#if defined(__SANITIZE_THREAD__)
+// TBB is not compiled for ThreadSanitizer, so that it is told: a loop begins before all its bodies and ends after them.
+class LoopOrder {
+ public:
+  LoopOrder() { __tsan_release(&begin_); }
+  ~LoopOrder() { __tsan_acquire(&end_); }
+  void enter_body() { __tsan_acquire(&begin_); }
+  void leave_body() { __tsan_release(&end_); }
+
+ private:
+  char begin_ = 0;
+  char end_ = 0;
+};
+#else
+struct LoopOrder {
+  void enter_body() {}
+  void leave_body() {}
+};
+#endif
+
 }  // namespace
 
 void parallel_for(int count, int threads, const std::function<void(int)>& body) {
@@ -18,7 +41,14 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body) 
     for (int i = 0; i < count; ++i) body(i);
     return;
   }
-  const auto loop = [&] { tbb::parallel_for(0, count, body); };
+  LoopOrder order;
+  const auto loop = [&] {
+    tbb::parallel_for(0, count, [&](int i) {
+      order.enter_body();
+      body(i);
+      order.leave_body();
+    });
+  };
   if (threads > 0 && threads < tbb::info::default_concurrency()) {
     tbb::task_arena(threads).execute(loop);
     return;
