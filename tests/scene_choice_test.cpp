@@ -172,7 +172,7 @@ TEST_F(SceneChoice, another_base_ships_and_is_said) {
 
 TEST_F(SceneChoice, a_relief_round_the_camera_ships_but_is_not_viewed) {
   expect_refused(view({"--run", "run", "--case", run_.records[0].case_id, "--base", "0", "--relief-depth", "9"}),
-                 {"the camera is inside the relief", "a relief 9 deep of base 0 reaches 9"});
+                 {"the camera is inside the relief", "a relief 9 deep of base 0 reaches 4.5"});
   EXPECT_EQ(ship({"--base", "0", "--relief-depth", "9"}).exit_code, 0);
   EXPECT_EQ(settings()["base"], 0);
 }
