@@ -1,10 +1,14 @@
 #include "kernels/base/parallel.h"
 
+#if defined(__SANITIZE_THREAD__)
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#else
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
-#if defined(__SANITIZE_THREAD__)
-#include <sanitizer/tsan_interface.h>
 #endif
 
 #include <algorithm>
@@ -15,23 +19,35 @@ namespace {
 constexpr std::size_t kShare = 1U << 16U;
 
 #if defined(__SANITIZE_THREAD__)
-// TBB is not compiled for ThreadSanitizer, so that it is told: a loop begins before all its bodies and ends after them.
-class LoopOrder {
- public:
-  LoopOrder() { __tsan_release(&begin_); }
-  ~LoopOrder() { __tsan_acquire(&end_); }
-  void enter_body() { __tsan_acquire(&begin_); }
-  void leave_body() { __tsan_release(&end_); }
-
- private:
-  char begin_ = 0;
-  char end_ = 0;
-};
+// TBB is not compiled for ThreadSanitizer, which sees none of its order: threads of our own take its place.
+void run_loop(int count, int threads, const std::function<void(int)>& body) {
+  std::atomic<int> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failed;
+  const auto work = [&] {
+    try {
+      for (int i = next++; i < count; i = next++) body(i);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      failed = std::current_exception();
+    }
+  };
+  std::vector<std::thread> pool;
+  for (int i = 0; i < std::min(count, threads > 0 ? threads : 4); ++i) pool.emplace_back(work);
+  for (std::thread& thread : pool) thread.join();
+  if (failed) std::rethrow_exception(failed);
+}
 #else
-struct LoopOrder {
-  void enter_body() {}
-  void leave_body() {}
-};
+void run_loop(int count, int threads, const std::function<void(int)>& body) {
+  const auto loop = [&] { tbb::parallel_for(0, count, body); };
+  if (threads > 0 && threads < tbb::info::default_concurrency()) {
+    tbb::task_arena(threads).execute(loop);
+    return;
+  }
+  // In the caller's arena, where threads are at once: in one of its own they come late for a loop of milliseconds.
+  // Isolated, since a thread that waits for a loop in a body must not begin another body of the loop outside.
+  tbb::this_task_arena::isolate(loop);
+}
 #endif
 
 }  // namespace
@@ -41,21 +57,7 @@ void parallel_for(int count, int threads, const std::function<void(int)>& body) 
     for (int i = 0; i < count; ++i) body(i);
     return;
   }
-  LoopOrder order;
-  const auto loop = [&] {
-    tbb::parallel_for(0, count, [&](int i) {
-      order.enter_body();
-      body(i);
-      order.leave_body();
-    });
-  };
-  if (threads > 0 && threads < tbb::info::default_concurrency()) {
-    tbb::task_arena(threads).execute(loop);
-    return;
-  }
-  // In the caller's arena, where threads are at once: in one of its own they come late for a loop of milliseconds.
-  // Isolated, since a thread that waits for a loop in a body must not begin another body of the loop outside.
-  tbb::this_task_arena::isolate(loop);
+  run_loop(count, threads, body);
 }
 
 std::size_t share_count(std::size_t count) { return (count + kShare - 1) / kShare; }

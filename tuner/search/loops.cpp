@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
-// An instruction set is chosen as the program starts.
-#if defined(__x86_64__)
+// An instruction set is chosen as the program starts: before ThreadSanitizer has.
+#if defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
 #define RELIEFBENCH_EACH_TARGET __attribute__((target_clones("default", "avx2")))
 #else
 #define RELIEFBENCH_EACH_TARGET
