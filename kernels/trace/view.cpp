@@ -91,9 +91,8 @@ std::string camera_fault(const Scene& scene) {
   const double height = scene.view.distance * std::sin(scene.view.elevation_deg * std::numbers::pi / 180);
   if (scene.base == 1 || height > scene.above()) return "";
   return fmt::format(
-      "the camera is inside the relief: {:.4g} over the polygon, over which a relief {:.4g} deep of base {:.4g} "
-      "reaches "
-      "{:.4g}",
+      "the camera is inside the relief: {:.4g} over the polygon, "
+      "over which a relief {:.4g} deep of base {:.4g} reaches {:.4g}",
       height, scene.relief_depth, scene.base, scene.above());
 }
 

@@ -112,7 +112,7 @@ void apply(const SettingArguments& arguments, Scene& scene) {
     scene.width_px = arguments.size_px.at(0);
     scene.height_px = arguments.size_px.at(1);
   }
-  if (const std::string reason = base_fault(scene); !reason.empty()) fail_input("{}", reason);
+  if (const std::string reason = base_fault(scene); !reason.empty()) fail_input("--base: {}", reason);
 }
 
 /// Of a name that a config gives by itself: "rocks", "fbm", "fbm_32x32".

@@ -37,8 +37,7 @@ struct PictureWork {
   WallSplit& split;
   CaseMark& mark;
   std::filesystem::path folder;  ///< of the run
-  Progress&
-      progress;  ///< of the pictures alone; told of a case that can't be drawn any more: its record stays as it is
+  Progress& progress;            ///< of the pictures alone; told of a case that can't be drawn any more
 };
 
 /// Draws those of the cases that are of the session's backend and whose pictures the folder lacks, and writes them.
