@@ -17,5 +17,5 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   if (linear_search(entry, float(SHADOW_STEPS), bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);
   hit.taps += met.taps;
   hit.steps += met.steps;
-  return met.t < hit.t - shadow_threshold() ? 0.0 : 1.0;
+  return met.t < light.top - shadow_threshold() ? 0.0 : 1.0;
 }
