@@ -42,6 +42,8 @@ inline std::vector<std::string> shipped_settings() {
                          "distance?step=published",
                          "omni?interpolation=none&omni_order=xyab&omni_directions=spherical",
                          "omni?lookup=published&filter=manual",
+                         "relief?dither=temporal",
+                         "interval?dither=pixel&filter=manual",
                          "relief?shadow=linear",
                          "relief?shadow=binary",
                          "cone?shadow=cone&format=rgba8",
@@ -76,7 +78,8 @@ inline bool reads_what_no_score_frame_tells(const Settings& settings) {
 /// `relief_map, extra_map, `, as a function takes them.
 inline std::string called_with(const Pieces& source, const std::string& function) {
   std::string list;
-  for (const std::string& map : map_arguments(source, function)) list += map + ", ";
+  for (const std::string& map : map_arguments(source, function))
+    list += map == kDitherPhase ? "relief_dither(ivec2(gl_FragCoord.xy), 0), " : map + ", ";
   return list;
 }
 

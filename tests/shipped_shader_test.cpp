@@ -80,6 +80,16 @@ TEST(ShippedShader, has_the_levels_and_the_fading_that_its_setting_has) {
   EXPECT_THAT(shader, Not(HasSubstr("shadow")));
 }
 
+TEST(ShippedShader, is_told_where_a_ray_begins) {
+  const std::string dithered = find_language("glsl").write(ShippedCase("relief?dither=temporal").shader()).example;
+  for (const std::string words :
+       {"- dither_phase: where in its first step", "0 to 7 time and again", "float relief_dither(ivec2 pixel",
+        "relief_trace(sampler2D relief_map, const float dither_phase, const vec2 uv",
+        "relief_trace(bound_relief_map, relief_dither(ivec2(gl_FragCoord.xy), 0), in_uv"})
+    EXPECT_THAT(dithered, HasSubstr(words));
+  EXPECT_THAT(find_language("glsl").write(ShippedCase("relief").shader()).example, Not(HasSubstr("dither")));
+}
+
 TEST(ShippedShader, is_told_how_a_surface_bends) {
   const std::string bent = find_language("glsl").write(ShippedCase("cone?silhouette=quadric").shader()).example;
   for (const std::string words :

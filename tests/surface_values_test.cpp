@@ -191,24 +191,27 @@ FrameScore valued_score(const Rig& rig, const Settings& settings, const Heightfi
 // On a body as good as flat, shadows are those of the plane; on a rounder one they are off by what it falls away.
 TEST_P(SurfaceValuesTest, shadows_are_the_exact_ones_where_the_surface_is_nearly_flat) {
   on_every_device([](const Rig& rig) {
-    const auto score = [&](double round) {
+    const auto score = [&](double round, const char* shadow) {
       const Settings settings = settings_of("cone", {{"format", "rg32f"},
                                                      {"encoding", "ratio"},
                                                      {"cone_steps", "2000"},
                                                      {"filter", "manual"},
                                                      {"silhouette", "quadric"},
-                                                     {"shadow", "cone"},
+                                                     {"shadow", shadow},
                                                      {"shadow_steps", "2000"}});
       Scene scene = lit_scene(SurfaceKind::sphere, 0.08, 40, round);
       scene.light.elevation_deg = 12;
       scene.view = {.id = "near", .elevation_deg = 50, .distance = 0.6, .fov_deg = 40, .azimuth_deg = 20};
       return valued_score(rig, settings, small_fbm(), scene);
     };
-    const FrameScore flat = score(400);
-    EXPECT_LT(flat.at("false_lit_rate") + flat.at("false_dark_rate"), 0.01);
-    const FrameScore rounder = score(4);
-    EXPECT_GT(rounder.at("false_dark_rate"), flat.at("false_dark_rate") + 0.005);
-    EXPECT_LT(rounder.at("false_lit_rate") + rounder.at("false_dark_rate"), 0.2);
+    for (const char* shadow : {"cone", "binary"}) {
+      SCOPED_TRACE(shadow);
+      const FrameScore flat = score(400, shadow);
+      EXPECT_LT(flat.at("false_lit_rate") + flat.at("false_dark_rate"), 0.01);
+      const FrameScore rounder = score(4, shadow);
+      EXPECT_GT(rounder.at("false_dark_rate"), flat.at("false_dark_rate") + 0.005);
+      EXPECT_LT(rounder.at("false_lit_rate") + rounder.at("false_dark_rate"), 0.2);
+    }
   });
 }
 

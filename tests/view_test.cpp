@@ -64,7 +64,8 @@ TEST_P(ViewOnDevice, the_picture_is_the_sweeps_own) {
       .id = "fbm_32x32/grazing",
       .heightmap = {.source = "fbm", .width = 32, .height = 32},
       .scene = {.view = view_presets()[2], .relief_depth = 0.2, .tiling = 2, .width_px = 48, .height_px = 32}};
-  for (const std::string id : {"flat", "relief?linear_steps=9", "cone?format=rgba8", "safety_shape"}) {
+  for (const std::string id : {"flat", "relief?linear_steps=9", "relief?linear_steps=5&dither=temporal",
+                               "cone?format=rgba8", "safety_shape"}) {
     const Case c{.settings = parse_setting(id), .scene_id = spec.id, .backend = std::string(row().id)};
     write_png(folder_ / "sweep.png", spec.scene.width_px, spec.scene.height_px, preparer.pictures(c, spec).frame);
     const CommandResult result =

@@ -15,6 +15,8 @@ layout(BINDING(0), std140) uniform Frame {
 } frame;
 // clang-format on
 
+#define dither_phase relief_dither(ivec2(gl_FragCoord.xy), int(frame.forward.w))
+
 // Of a pixel's ray, of length 1 along the view's axis. `precise`: the same bits in every shader.
 vec3 eye_direction(vec2 pixel) {
   precise vec2 ndc = pixel / vec2(frame.sizes.xy) * 2.0 - 1.0;

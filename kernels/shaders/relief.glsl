@@ -1,4 +1,5 @@
 // Relief mapping: linear search, then refinement. [RTM] listing 5.3
+#include "dither.glsl"
 #include "linear_search.glsl"
 #include "pace.glsl"
 #include "refinement.glsl"
@@ -6,6 +7,6 @@
 Hit trace(Ray ray) {
   Bracket bracket;
   Hit hit;
-  if (linear_search(ray, paced_steps(ray), bracket, hit)) refine(ray, bracket, hit);
+  if (linear_search(ray, paced_steps(ray), first_step(), bracket, hit)) refine(ray, bracket, hit);
   return hit;
 }

@@ -14,7 +14,7 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   Ray entry = straight_ray(light.path.uv + light.path.slope * light.top, -light.path.slope);
   Bracket bracket;
   Hit met;
-  if (linear_search(entry, float(SHADOW_STEPS), bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);
+  if (linear_search(entry, float(SHADOW_STEPS), 1.0, bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);
   hit.taps += met.taps;
   hit.steps += met.steps;
   return met.t < light.top - shadow_threshold() ? 0.0 : 1.0;

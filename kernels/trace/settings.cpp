@@ -120,8 +120,15 @@ Mips mips_of(const Settings& settings) {
   return settings.technique().guarantee == Guarantee::none ? Mips::mean : Mips::conservative;
 }
 
+bool is_dithered(const Settings& settings) {
+  const Param* const dither = settings.active("dither");
+  return dither != nullptr && settings.get(dither->id) != dither->fallback;
+}
+
+int frames_seen(const Settings& settings) { return settings.is("dither", "temporal") ? kDitherFrames : 1; }
+
 int step_cap(const Settings& settings) {
-  int cap = 0;
+  int cap = is_dithered(settings) ? 1 : 0;
   for (const SettingValue& given : settings.values()) cap += given.param.counts_steps() ? given.value : 0;
   return cap;
 }

@@ -177,6 +177,7 @@ std::string shared_contract() {
   text += shared_lines("simulated_bits", kSimulatedBitsConstant, kNone);
   text += shared_lines("simulated_weights", kSimulatedWeightsConstant, kSimulatedWeights);
   text += "\n" + choice_lines("status", kStatuses) + "\n";
+  text += int_line("DITHER_FRAMES", kDitherFrames, "that a ray's beginning goes through");
   text += float_line("LEAST_DEPTH", kLeastDepth, "under the top plate, that h_tan divides by");
   text += float_line("UNBOUNDED_RATIO", kUnboundedRatio, "of the widest cone that is stored");
   text += float_line("TILE_SIDE", kTileSide, "in the metric of distance maps, the whole range of heights being 1");

@@ -39,6 +39,15 @@ Param only_if(std::string_view condition, Param param) {
   return param;
 }
 
+Param dither() {
+  Param param = choice_param("dither",
+                             "where in its first linear step a ray begins: at its end; or elsewhere in each pixel "
+                             "(pixel), and in each of eight frames, too, whose mean is what people see (temporal)",
+                             {"none", "pixel", "temporal"}, "none");
+  param.is_spelt_out = false;
+  return param;
+}
+
 /// The linear search's steps, and how many of them a ray takes.
 std::vector<Param> paced_linear_steps() {
   Param by =
@@ -49,7 +58,7 @@ std::vector<Param> paced_linear_steps() {
   by.is_spelt_out = false;
   return {linear_steps(), by,
           only_if("steps_by=view|slope|length", range_param("least_steps", "of a ray at least", 1, 4096, 8)),
-          only_if("steps_by=length", range_param("texels_a_step", "of the level that is read", 1, 64, 2))};
+          only_if("steps_by=length", range_param("texels_a_step", "of the level that is read", 1, 64, 2)), dither()};
 }
 
 /// The refinement of a technique's bracket. binary_steps, secant_steps: their defaults
@@ -163,7 +172,8 @@ std::vector<Technique> rows() {
                       "refinement=secant with n - 1 probes",
        .maps = {MapKind::height, MapKind::relaxed_po07, MapKind::relaxed, MapKind::conservative, MapKind::quick},
        .params = {choice_param("search", "what finds the bracket", {"linear", "cone"}, "linear"),
-                  only_if("search=linear", linear_steps()), only_if("search=cone", cone_steps(15)),
+                  only_if("search=linear", linear_steps()), only_if("search=linear", dither()),
+                  only_if("search=cone", cone_steps(15)),
                   range_param("interval_steps", "chords that are intersected; the last one is the hit", 0, 32, 2),
                   loop()},
        .storage = StorageUse{.format = "rg16", .active_if = "search=cone"},

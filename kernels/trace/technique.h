@@ -116,7 +116,13 @@ class Settings {
 [[nodiscard]] bool reads_levels(const Settings& settings);
 /// Those levels: conservative where the technique promises something, else means.
 [[nodiscard]] Mips mips_of(const Settings& settings);
-/// The most steps that a ray may take: the sum of all counts of steps.
+/// Whether a ray may begin anywhere in its first step, so that a shader is told where.
+[[nodiscard]] bool is_dithered(const Settings& settings);
+/// How many frames a ray's beginning goes through (dither=temporal).
+inline constexpr int kDitherFrames = 8;
+/// How many frames' mean is what people see of these settings: kDitherFrames, or 1.
+[[nodiscard]] int frames_seen(const Settings& settings);
+/// The most steps that a ray may take: the sum of all counts of steps, and one more where it is dithered.
 [[nodiscard]] int step_cap(const Settings& settings);
 /// What they guarantee of a ray that is traced for this: the technique of primary rays, a feature's row of others.
 [[nodiscard]] Guarantee guarantee_of(const Settings& settings, Query query = Query::primary);

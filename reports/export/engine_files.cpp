@@ -138,6 +138,9 @@ class Folder {
     if (takes_curvature(shader.settings) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe passes the curvature that silhouette={} needs; export it without --for",
                  shader.settings.choice("silhouette"));
+    if (is_dithered(shader.settings) && engine_.id != kPlainEngine)
+      fail_input("no engine's recipe passes the number of the frame that dither={} needs; export it without --for",
+                 shader.settings.choice("dither"));
     if (may_pass(shader) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
                  shader.settings.technique().is_of_solids() ? shader.settings.technique().id : "silhouette=clip");

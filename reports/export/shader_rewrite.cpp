@@ -80,6 +80,7 @@ std::vector<Resource> resources_of(MapArguments arguments) {
   const std::string_view type = is_separate ? "texture2D" : "sampler2D";
   std::vector<Resource> resources = {{kReliefMap, type}, {kExtraMap, type}};
   if (is_separate) resources.push_back({kReliefSampler, "sampler"});
+  resources.push_back({kDitherPhase, "const float"});
   return resources;
 }
 

@@ -67,6 +67,14 @@ std::string use_lines(const ShippedShader& shipped) {
   };
   if (!shipped.textures.empty())
     add("maps", "the textures above, with their samplers where the language has those apart");
+  if (is_dithered(shipped.settings))
+    add("dither_phase",
+        frames_seen(shipped.settings) == 1
+            ? "where in its first step the ray begins, 0 to 1, another for each pixel: relief_dither of the pixel and 0"
+            : fmt::format("where in its first step the ray begins, 0 to 1, another for each pixel and frame: "
+                          "relief_dither of the pixel and the frame's number, 0 to {} time and again. What was "
+                          "measured is the mean of those frames, as temporal anti-aliasing makes it",
+                          kDitherFrames - 1));
   add("uv", "where the view meets the plane, in tiles");
   add("view_ts",
       fmt::format("from the eye to there, in tangent space (x along u, y along v, z out of the plane), {}; z < 0",

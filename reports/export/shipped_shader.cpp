@@ -137,8 +137,10 @@ std::string with_known_levels(std::string text, const std::vector<ShippedTexture
   return text;
 }
 
-/// A map's or the sampler's global name in the examples.
-std::string bound_name(std::string_view map) { return fmt::format("bound_{}", map); }
+/// A map's or the sampler's global name in the examples, or what they pass for another argument of that kind.
+std::string bound_name(std::string_view map) {
+  return map == kDitherPhase ? "relief_dither(ivec2(gl_FragCoord.xy), 0)" : fmt::format("bound_{}", map);
+}
 
 /// `bound_relief_map, bound_extra_map, `, as a function of the text is called.
 std::string maps_of(const Pieces& source, std::string_view function) {
@@ -187,6 +189,7 @@ std::vector<ShippedTexture> shipped_textures(const Settings& settings, const Map
 std::set<std::string> shipped_entries(const ShippedShader& shipped) {
   std::set<std::string> entries = {"relief_trace"};
   if (shipped.settings.technique().reads_map()) entries.insert("relief_normal");
+  if (is_dithered(shipped.settings)) entries.insert("relief_dither");
   return entries;
 }
 
@@ -197,7 +200,7 @@ std::vector<std::string> map_arguments(const Pieces& source, std::string_view fu
     const std::size_t open = piece.text.find(fmt::format("{}(", function)) + function.size();
     const std::vector<std::string> words =
         words_of(std::string_view(piece.text).substr(open, closing(piece.text, open) - open));
-    for (const char* map : {kReliefMap, kExtraMap, kReliefSampler})
+    for (const char* map : {kReliefMap, kExtraMap, kReliefSampler, kDitherPhase})
       if (std::ranges::find(words, map) != words.end()) maps.emplace_back(map);
   }
   return maps;

@@ -1,5 +1,7 @@
 #include "tuner/measure/frame.h"
 
+#include <algorithm>
+#include <functional>
 #include <span>
 
 #include "kernels/image/heightmap.h"
@@ -113,6 +115,17 @@ std::vector<Draw> passes_of(const Settings& settings, const Draw& relief, const 
   for (std::size_t i = 0; i < draws.size() && !count.empty(); ++i)
     draws[i].frame.argument() = static_cast<float>(target.has_depth ? draws.size() - 1 - i : i);
   return draws;
+}
+
+void PictureMean::add(std::span<const std::uint8_t> picture) {
+  sums_.resize(picture.size());
+  std::ranges::transform(sums_, picture, sums_.begin(), std::plus());
+  ++count_;
+}
+
+void PictureMean::put_colors(std::span<std::uint8_t> picture) const {
+  for (std::size_t i = 0; i < picture.size(); ++i)
+    if (i % 4 != 3) picture[i] = static_cast<std::uint8_t>((sums_[i] + count_ / 2) / count_);
 }
 
 void trace_frame(Backend& backend, std::span<const Draw> frame, std::vector<ScorePixel>& into) {

@@ -56,6 +56,18 @@ struct Frame {
 /// A draw that shades them, without a pipeline. exact: of upload_exact()
 [[nodiscard]] Draw reference_draw(const UploadedScene& scene, const Texture& exact, const FrameUniforms& frame);
 
+/// The mean of pictures of one size, RGBA8.
+class PictureMean {
+ public:
+  void add(std::span<const std::uint8_t> picture);
+  /// Rounded. picture: one of that size, whose alpha stays: it says which object is seen, as no mean could
+  void put_colors(std::span<std::uint8_t> picture) const;
+
+ private:
+  std::vector<int> sums_;
+  int count_ = 0;
+};
+
 /// Frame -> the ray of each pixel and the hit that was found. frame: its draws, with pipelines of Target::score; into:
 /// what is in it goes, its memory is used again
 void trace_frame(Backend& backend, std::span<const Draw> frame, std::vector<ScorePixel>& into);

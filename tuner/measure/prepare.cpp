@@ -122,9 +122,10 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
 
 void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   WallSplit& split = context_.split;
-  split.book(Part::draw, [&] { context_.session.backend().read_color(picture_); });
-  const std::vector<PixelFeature> features = pixel_features(prepared.spec->settings);
-  const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene, prepared.frame.draw);
+  const Settings& settings = prepared.spec->settings;
+  split.book(Part::draw, [&] { context_.session.read_picture(settings, scene.scene, prepared.frame.draw, picture_); });
+  const std::vector<PixelFeature> features = pixel_features(settings);
+  const std::vector<Draw> draws = context_.session.scored(settings, scene.scene, prepared.frame.draw);
   trace(draws, features);
   const Reference& reference = reference_of_traced(draws, scene, state, features);
   const Reference& seen = seen_reference(reference, draws, scene, state, features);
@@ -184,10 +185,11 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
     const int height_px = scene.scene.height_px;
     const std::vector<PixelScore> scores =
         judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
-    return CasePictures{.frame = shade_frame(session.backend(), session.shaded(c.settings, scene.scene, frame.draw)),
-                        .error = heat_map(scores, width_px, height_px),
-                        .taps = taps_map(pixels_, width_px, height_px),
-                        .reference = seen.picture};
+    CasePictures pictures{.error = heat_map(scores, width_px, height_px),
+                          .taps = taps_map(pixels_, width_px, height_px),
+                          .reference = seen.picture};
+    session.draw_picture(c.settings, scene.scene, frame.draw, pictures.frame);
+    return pictures;
   });
 }
 
@@ -317,9 +319,9 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec
   for (std::size_t i = 0; i < frames.size(); ++i) {
     Draw relief = prepared.frame.draw;
     relief.frame = frames[i].frame;
-    const std::vector<Draw> draws = context_.session.shaded(prepared.spec->settings, scene.scene, relief);
     std::swap(picture_, picture_before_);
-    context_.split.book(Part::draw, [&] { shade_frame(context_.session.backend(), draws, picture_); });
+    context_.split.book(Part::draw,
+                        [&] { context_.session.draw_picture(prepared.spec->settings, scene.scene, relief, picture_); });
     if (i == 0) continue;
     context_.split.book(Part::judge, [&] {
       const MovedFrame& last = frames[i - 1];
@@ -338,7 +340,7 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
   constexpr double kSide = kSubpixels;
   const Heightfield& heights = context_.library.heights(scene);
   const ReferenceTracer tracer(heights, scene.scene.wrap);
-  std::vector<int> sums(4 * exact.hits.size());
+  PictureMean mean;
   std::vector<ScorePixel> pixels;
   for (int part = 0; part < kSubpixels * kSubpixels; ++part) {
     const double right = (part % kSubpixels + 0.5) / kSide - 0.5;
@@ -353,18 +355,11 @@ std::vector<std::uint8_t> Preparer::reference_picture(const Exact& exact, std::s
       hits = exact_hits(tracer, part_frame, scene.scene.wrap, pixels, state.uploaded.mesh.get());
       values = exact_values(exact.features, tracer, part_frame, rays_of(pixels), hits);
     });
-    const std::vector<std::uint8_t> picture =
-        shade_reference({.hits = hits, .features = exact.features, .values = values}, scene, state, part_frame);
-    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += picture[i];
+    mean.add(shade_reference({.hits = hits, .features = exact.features, .values = values}, scene, state, part_frame));
   }
-  std::vector<std::uint8_t> mean(sums.size());
-  std::ranges::transform(sums, mean.begin(), [](int sum) {
-    return static_cast<std::uint8_t>((sum + kSubpixels * kSubpixels / 2) / (kSubpixels * kSubpixels));
-  });
-  // Alpha says which object is seen: by the pixel's own ray, as no mean could.
-  const std::vector<std::uint8_t> own = shade_reference(exact, scene, state, frame);
-  for (std::size_t i = 3; i < mean.size(); i += 4) mean[i] = own[i];
-  return mean;
+  std::vector<std::uint8_t> picture = shade_reference(exact, scene, state, frame);  // whose rays say what is seen
+  mean.put_colors(picture);
+  return picture;
 }
 
 std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const SceneSpec& scene, const SceneState& state,

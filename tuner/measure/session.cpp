@@ -219,6 +219,26 @@ std::vector<Draw> Session::shaded(const Settings& settings, const Scene& scene, 
   return with_what_is_beside(features, scene, passes_of(settings, relief, target));
 }
 
+void Session::read_picture(const Settings& settings, const Scene& scene, Draw relief, std::vector<std::uint8_t>& into) {
+  backend_->read_color(into);
+  if (frames_seen(settings) == 1) return;
+  PictureMean mean;
+  mean.add(into);
+  std::vector<std::uint8_t> picture;
+  for (int i = 1; i < frames_seen(settings); ++i) {
+    relief.frame.argument() = static_cast<float>(i);
+    shade_frame(*backend_, shaded(settings, scene, relief), picture);
+    mean.add(picture);
+  }
+  mean.put_colors(into);
+}
+
+void Session::draw_picture(const Settings& settings, const Scene& scene, const Draw& relief,
+                           std::vector<std::uint8_t>& into) {
+  backend_->render(shaded(settings, scene, relief), 1, Timer::fenced_wall);
+  read_picture(settings, scene, relief, into);
+}
+
 std::vector<Draw> Session::scored(const Settings& settings, const Scene& scene, Draw relief) {
   relief.pipeline = pipeline(settings, Target::score, scene).pipeline.get();
   return passes_of(settings, relief, Target::score);

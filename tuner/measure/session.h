@@ -86,6 +86,11 @@ class Session {
   /// The shaded frame of a setting, in the order of its draws: what hides it, the relief, objects beside it, the sky.
   /// Only the relief's where the frame has no depth. relief: its textures and uniforms, without a pipeline
   [[nodiscard]] std::vector<Draw> shaded(const Settings& settings, const Scene& scene, Draw relief);
+  /// What people see of a setting whose shaded frame was drawn last: that, or the mean of those that its dithering goes
+  /// through. RGBA8
+  void read_picture(const Settings& settings, const Scene& scene, Draw relief, std::vector<std::uint8_t>& into);
+  /// Draws the shaded frame, and reads that.
+  void draw_picture(const Settings& settings, const Scene& scene, const Draw& relief, std::vector<std::uint8_t>& into);
   /// The score frame of a setting, likewise.
   [[nodiscard]] std::vector<Draw> scored(const Settings& settings, const Scene& scene, Draw relief);
   /// The shaded frame of exact hits.

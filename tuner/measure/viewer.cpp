@@ -33,7 +33,7 @@ ViewedFrame Viewer::draw(const View& view) {
   const std::vector<Draw> score = session_.scored(*settings_, scene_.scene, frame_.draw);
   ViewedFrame frame;
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
-  frame.rgba8 = backend.read_color();
+  session_.read_picture(*settings_, scene_.scene, frame_.draw, frame.rgba8);
   const std::vector<ScorePixel> pixels = trace_frame(backend, score);
   const std::vector<ReferenceHit> exact =
       exact_hits(tracer_, frame_.draw.frame, scene_.scene.wrap, pixels, uploaded_.mesh.get());
