@@ -76,9 +76,8 @@ inline pid_t start_reliefbench(const std::vector<std::string>& arguments, const 
   return child;
 }
 
-inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder, const CommandSetting& setting = {}) {
-  int status = 0;
-  EXPECT_EQ(waitpid(child, &status, 0), child);
+/// status: of waitpid()
+inline CommandResult result_of(int status, const std::filesystem::path& folder, const CommandSetting& setting) {
   const auto text = [&](const std::string& name) {
     return name.starts_with('/') ? std::string() : file_text(folder / name);
   };
@@ -86,6 +85,12 @@ inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder, 
           .signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0,
           .out = text(setting.stdout_file),
           .err = text(setting.stderr_file)};
+}
+
+inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder, const CommandSetting& setting = {}) {
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  return result_of(status, folder, setting);
 }
 
 inline CommandResult run_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder,

@@ -1,8 +1,9 @@
 // Whatever the system refuses, at whichever call: a command that cannot go on says why in a line and leaves nothing
-// torn, one that can leaves what an undisturbed one leaves, and the same command, given again, always does.
-// `RELIEFBENCH_THOROUGH=1` fails every call and prints how many of which kind; otherwise a part of them.
+// torn, one that can leaves what an undisturbed one leaves, and the same command, given again, always does. So it is
+// with one that is killed, before or after a call. Under a sanitizer a part of the calls is tried.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -12,9 +13,10 @@
 #include <string>
 #include <vector>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
-#include "tests/command.h"
+#include "tests/command_server.h"
 #include "tests/history_rig.h"
 #include "tests/temp_folder.h"
 #include "tests/thorough.h"
@@ -36,19 +38,38 @@ struct IoFault {
   const char* call;
   std::map<std::string, std::string> how;
   bool is_survived = false;  ///< the system asks to be asked again
+  [[nodiscard]] bool is_kill() const { return how.contains("FAULT_SIGNAL"); }
 };
 
 std::vector<IoFault> io_faults() {
   const auto error = [](int number) {
     return std::map<std::string, std::string>{{"FAULT_ERRNO", std::to_string(number)}};
   };
-  return {
-      {"write: disk full", "write", error(ENOSPC)},        {"write: I/O error", "write", error(EIO)},
-      {"write: interrupted", "write", error(EINTR), true}, {"write: half of it", "write", {{"FAULT_SHORT", "1"}}, true},
-      {"pwrite: disk full", "pwrite", error(ENOSPC)},      {"pwrite: I/O error", "pwrite", error(EIO)},
-      {"fsync: I/O error", "fsync", error(EIO)},           {"fsync: interrupted", "fsync", error(EINTR), true},
-      {"rename: disk full", "rename", error(ENOSPC)},      {"rename: I/O error", "rename", error(EIO)},
-      {"open: disk full", "open", error(ENOSPC)},          {"open: too many files", "open", error(EMFILE)}};
+  const std::map<std::string, std::string> killed{{"FAULT_SIGNAL", std::to_string(SIGKILL)}};
+  const std::map<std::string, std::string> killed_before{{"FAULT_SIGNAL", std::to_string(SIGKILL)},
+                                                         {"FAULT_EARLY", "1"}};
+  return {{"write: killed after", "write", killed},
+          {"write: killed before", "write", killed_before},
+          {"pwrite: killed after", "pwrite", killed},
+          {"pwrite: killed before", "pwrite", killed_before},
+          {"fsync: killed after", "fsync", killed},
+          {"fsync: killed before", "fsync", killed_before},
+          {"rename: killed after", "rename", killed},
+          {"rename: killed before", "rename", killed_before},
+          {"open: killed after", "open", killed},
+          {"open: killed before", "open", killed_before},
+          {"write: disk full", "write", error(ENOSPC)},
+          {"write: I/O error", "write", error(EIO)},
+          {"write: interrupted", "write", error(EINTR), true},
+          {"write: half of it", "write", {{"FAULT_SHORT", "1"}}, true},
+          {"pwrite: disk full", "pwrite", error(ENOSPC)},
+          {"pwrite: I/O error", "pwrite", error(EIO)},
+          {"fsync: I/O error", "fsync", error(EIO)},
+          {"fsync: interrupted", "fsync", error(EINTR), true},
+          {"rename: disk full", "rename", error(ENOSPC)},
+          {"rename: I/O error", "rename", error(EIO)},
+          {"open: disk full", "open", error(ENOSPC)},
+          {"open: too many files", "open", error(EMFILE)}};
 }
 
 /// A command that writes below a folder "out...", and what it leaves there as text: no times, which no two runs share.
@@ -56,6 +77,8 @@ struct WritingCommand {
   const char* id;
   std::function<std::vector<std::string>(const std::string& out)> arguments;
   std::function<std::string(const fs::path& out)> content;
+  int faults_every = 1;  ///< of how many calls alike one fails
+  int kills_every = 1;
 };
 
 /// Names and bytes of all files.
@@ -90,33 +113,42 @@ class IoFaultTest : public ::testing::Test {
  protected:
   void SetUp() override {
     std::ofstream(folder_ / "config.json") << kConfig;
-    ASSERT_EQ(run({"sweep", "config.json", "-o", "run", "--backend", "null", "--quiet"}).exit_code, 0);
+    ASSERT_EQ(run_reliefbench({"sweep", "config.json", "-o", "run", "--backend", "null", "--quiet"}, folder_.path())
+                  .exit_code,
+              0);
   }
-  [[nodiscard]] CommandResult run(const std::vector<std::string>& arguments,
-                                  std::map<std::string, std::string> environment = {}) const {
-    environment["RELIEFBENCH_IN_PROCESS"] = "1";  // another process would count calls of its own
-    return run_reliefbench(arguments, folder_.path(), {.environment = environment});
+  /// What the command leaves in a new folder.
+  [[nodiscard]] std::string left_by(const WritingCommand& command, const CommandServer& server) const {
+    fs::create_directories(folder_ / kOut);
+    EXPECT_EQ(server.run().exit_code, 0) << command.id;
+    std::string content = command.content(folder_ / kOut);
+    fs::remove_all(folder_ / kOut);
+    return content;
   }
   /// Fails the n-th matching call of the command; whether there was one.
-  bool fails(const WritingCommand& command, const IoFault& fault, int at, const std::string& undisturbed) const {
-    const std::string out = "out";
-    const fs::path folder = folder_ / out;
+  bool fails(const WritingCommand& command, const CommandServer& server, const IoFault& fault, int at,
+             const std::string& undisturbed) const {
+    const fs::path folder = folder_ / kOut;
     fs::create_directories(folder);
     std::map<std::string, std::string> environment = fault.how;
-    environment["LD_PRELOAD"] = RELIEFBENCH_FAULTS;
     environment["FAULT_CALL"] = fault.call;
     environment["FAULT_AT"] = std::to_string(at);
-    environment["FAULT_FILE"] = out + "/";
+    environment["FAULT_FILE"] = std::string(kOut) + "/";
     environment["FAULT_MARK"] = folder_ / "mark";
-    const CommandResult result = run(command.arguments(out), environment);
+    const CommandResult result = server.run(environment);
     const bool is_done = result.exit_code == static_cast<int>(Exit::done);
     const std::string where = fmt::format("{}, {} at {}: {}", command.id, fault.id, at, result.err);
     EXPECT_TRUE(is_done || !fault.is_survived) << where;
-    if (!is_done) {
-      EXPECT_EQ(result.exit_code, static_cast<int>(Exit::environment)) << "signal " << result.signal << ", " << where;
+    if (result.signal != 0) {
+      EXPECT_TRUE(fault.is_kill() && result.signal == SIGKILL) << "signal " << result.signal << ", " << where;
+    } else if (!is_done) {
+      EXPECT_EQ(result.exit_code, static_cast<int>(Exit::environment)) << where;
       EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << where;
-      EXPECT_NE(result.err.find(out + "/"), std::string::npos) << where;
-      EXPECT_EQ(run(command.arguments(out)).exit_code, 0) << where;
+      EXPECT_NE(result.err.find(std::string(kOut) + "/"), std::string::npos) << where;
+    }
+    if (!is_done) {
+      const CommandResult again = server.run();
+      EXPECT_EQ(again.exit_code, 0) << where << again.err;
     }
     EXPECT_EQ(command.content(folder), undisturbed) << where;
     for (const auto& entry : fs::recursive_directory_iterator(folder))
@@ -124,7 +156,8 @@ class IoFaultTest : public ::testing::Test {
     fs::remove_all(folder);
     return fs::remove(folder_ / "mark");
   }
-  TempFolder folder_;
+  static constexpr const char* kOut = "out";
+  TempFolder folder_{memory_path()};
 };
 
 TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
@@ -141,7 +174,8 @@ TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
        [](const std::string& out) {
          return std::vector<std::string>{"tune", "config.json", "-o", out + "/run", "--backend", "null", "--quiet"};
        },
-       [](const fs::path& out) { return nlohmann::json::parse(file_text(out / "run/tune.json")).at("space").dump(); }},
+       [](const fs::path& out) { return nlohmann::json::parse(file_text(out / "run/tune.json")).at("space").dump(); },
+       7, 3},
       {"bake",
        [](const std::string& out) {
          return std::vector<std::string>{"bake", "fbm", "--size", "16x16", "--map", "quick", "-o", out + "/map.ktx2"};
@@ -170,29 +204,29 @@ TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
        [](const fs::path& out) { return content_of((out / "history.db").string()); }},
   };
   std::map<std::string, std::map<std::string, int>> table;
-  int all = 0;
-  const int every = tried(40, 1, 80);
+  int faults = 0;
+  int kills = 0;
   for (const WritingCommand& command : commands) {
-    fs::create_directories(folder_ / "out");
-    ASSERT_EQ(run(command.arguments("out")).exit_code, 0) << command.id;
-    const std::string undisturbed = command.content(folder_ / "out");
-    fs::remove_all(folder_ / "out");
+    // Workers would count calls of their own.
+    const CommandServer server(command.arguments(kOut), folder_.path(), {.environment = {{kInProcess, "1"}}});
+    const std::string undisturbed = left_by(command, server);
     for (const IoFault& fault : io_faults())
-      for (int at = 1; fails(command, fault, at, undisturbed); at += every) {
+      for (int at = 1; fails(command, server, fault, at, undisturbed);
+           at += (kIsSanitized ? 80 : 1) * (fault.is_kill() ? command.kills_every : command.faults_every)) {
         ++table[fault.id][command.id];
-        ++all;
+        ++(fault.is_kill() ? kills : faults);
         if (HasFailure()) return;
       }
   }
-  EXPECT_GE(all, every == 1 ? 1000 : 30);
-  if (every > 1) return;
   fmt::print("{:<22}", "fault");
   for (const WritingCommand& command : commands) fmt::print("{:>14}", command.id);
   for (auto& [id, row] : table) {
     fmt::print("\n{:<22}", id);
     for (const WritingCommand& command : commands) fmt::print("{:>14}", row[command.id]);
   }
-  fmt::print("\n{} faults in all\n", all);
+  fmt::print("\n{} faults and {} kills in all\n", faults, kills);
+  EXPECT_GE(faults, kIsSanitized ? 30 : 1000);
+  EXPECT_GE(kills, kIsSanitized ? 30 : 1000);
 }
 
 }  // namespace

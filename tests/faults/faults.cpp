@@ -4,21 +4,27 @@
 //   FAULT_ERRNO   the call fails with this number
 //   FAULT_SHORT   or: of a write, half the bytes are written
 //   FAULT_SIGNAL  or: the call is done, then the process gets this signal
+//   FAULT_EARLY   or before the call is done
 //   FAULT_UNLINK  or: the call is done, then this file is removed
 //   FAULT_FILE    only files whose path holds this text
 //   FAULT_TEXT    only bytes that hold this text
 //   FAULT_MARK    a folder that is made when the fault happens
+// With FAULT_SERVER, "IN OUT", the process runs no command but forks one for each request from the pipe IN: a size, 4
+// bytes, and that much "NAME=VALUE\0", which are put into its environment. How it ended, as waitpid() tells it, goes to
+// the pipe OUT.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -56,8 +62,10 @@ auto inject(std::string_view call, std::string_view path, std::string_view bytes
     errno = error;
     return static_cast<decltype(real())>(call == "pthread_create" ? error : -1);
   }
+  const int signal = number("FAULT_SIGNAL");
+  if (signal != 0 && !setting("FAULT_EARLY").empty()) raise(signal);
   const auto result = setting("FAULT_SHORT").empty() ? real() : half();
-  if (const int signal = number("FAULT_SIGNAL"); signal != 0) raise(signal);
+  if (signal != 0) raise(signal);
   if (const std::string file(setting("FAULT_UNLINK")); !file.empty()) unlink(file.c_str());
   return result;
 }
@@ -74,9 +82,52 @@ Function* next(const char* name) {
 
 std::string_view text(const void* bytes, std::size_t size) { return {static_cast<const char*>(bytes), size}; }
 
+using Main = int(int, char**, char**);
+Main* command = nullptr;
+
+/// In a fork: what the request says, and output files as if they were opened anew.
+void take(const std::string& request) {
+  for (std::size_t at = 0; at < request.size(); at = request.find('\0', at) + 1) {
+    const std::string line(request.c_str() + at);
+    const std::size_t equals = line.find('=');
+    setenv(line.substr(0, equals).c_str(), line.substr(equals + 1).c_str(), 1);
+  }
+  for (const int output : {STDOUT_FILENO, STDERR_FILENO})
+    if (ftruncate(output, 0) == 0) lseek(output, 0, SEEK_SET);
+}
+
+int serve(int argc, char** argv, char** /*environment*/) {
+  int in = 0;
+  int out = 0;
+  if (std::sscanf(std::getenv("FAULT_SERVER"), "%d %d", &in, &out) != 2) return 1;
+  std::uint32_t size = 0;
+  while (read(in, &size, sizeof(size)) == static_cast<ssize_t>(sizeof(size))) {
+    std::string request(size, '\0');
+    if (size > 0 && read(in, request.data(), size) != static_cast<ssize_t>(size)) return 1;
+    const pid_t child = fork();
+    if (child == 0) {
+      close(in);
+      close(out);
+      take(request);
+      return command(argc, argv, environ);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (next<decltype(write)>("write")(out, &status, sizeof(status)) < 0) return 1;
+  }
+  return 0;
+}
+
 }  // namespace
 
 extern "C" {
+
+int __libc_start_main(Main* main, int argc, char** argv, void (*init)(), void (*fini)(), void (*rtld_fini)(),
+                      void* stack_end) {
+  command = main;
+  return next<decltype(__libc_start_main)>("__libc_start_main")(std::getenv("FAULT_SERVER") == nullptr ? main : serve,
+                                                                argc, argv, init, fini, rtld_fini, stack_end);
+}
 
 ssize_t write(int fd, const void* bytes, std::size_t size) {
   const auto real = [&](std::size_t count) { return next<decltype(write)>("write")(fd, bytes, count); };
