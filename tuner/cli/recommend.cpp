@@ -19,6 +19,7 @@
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/coarse_filter.h"
+#include "tuner/results/frame_fill.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
@@ -193,6 +194,7 @@ Exit recommend_command(const RecommendArguments& arguments) {
     nlohmann::json json = answers_json(answers, question);
     for (std::size_t i = 0; i < answers.size(); ++i)
       json["answers"][i]["filter_note"] = filter_note(answers[i], stored);
+    json["frame_notes"] = small_frame_notes(stored.info);
     fmt::print("{}\n", json.dump(2));
     return exit_of(answers);
   }
@@ -208,6 +210,7 @@ Exit recommend_command(const RecommendArguments& arguments) {
                               *question.rebake_every, *question.rebake_every == 1 ? "" : "s")));
   for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
   print_filter_notes(answers, stored, paint);
+  for (const std::string& note : small_frame_notes(stored.info)) put("\n{}\n", paint.dim(note));
   const Exit result = exit_of(answers);
   if (result == Exit::nothing_measured) print_error(fmt::format("no case of {} was measured", arguments.folder));
   return result;

@@ -106,6 +106,7 @@ void print_summary(const SweepSummary& summary) {
   for (const Part part : {Part::judge, Part::pictures}) harness_s += summary.part_s.at(static_cast<std::size_t>(part));
   put(" other {:.1f} s\njudging, pictures and other: {:.1f} % of it\n", summary.other_s,
       100 * harness_s / summary.total_s);
+  for (const std::string& note : summary.notes) put("{}\n", note);
   put("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
 

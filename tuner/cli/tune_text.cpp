@@ -140,6 +140,7 @@ void print_tune_result(const TuneResult& result, const Names& names) {
   print_scenes(result, paint, names);
   print_common(result, paint, names);
   if (!result.filter.note().empty()) put("\n{}\n", paint.dim(result.filter.note()));
+  for (const std::string& note : result.frame_notes) put("\n{}\n", paint.dim(note));
 }
 
 void print_next_commands(const TuneResult& result, const std::string& folder) {

@@ -12,6 +12,7 @@
 #include "kernels/trace/technique.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/device_json.h"
+#include "tuner/results/frame_fill.h"
 #include "tuner/results/host.h"
 #include "tuner/results/run_files.h"
 
@@ -69,6 +70,7 @@ nlohmann::json device_json(const Session& session) {
   device["control_load_steps"] = calibration.load_steps;
   device["control_frames"] = calibration.frames;
   device["control_reference_ns"] = calibration.reference_ns;
+  if (!session.fills().empty()) device["frame_fill"] = fills_json(session.fills());
   return device;
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "kernels/base/error.h"
@@ -21,6 +22,8 @@ namespace {
 constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
+constexpr double kScreenPixels = 1920.0 * 1080;  // in a frame of as many every device has enough to do
+constexpr int kFillBatches = 7;
 constexpr double kLeastRenderLimit_s = 1;
 constexpr double kLeastRenderPatience_s = 60;  // with a device that was lost in a frame, or that nothing is known of
 constexpr double kRenderPatience = 10;         // times the limit
@@ -293,6 +296,36 @@ double Session::draw_ns(std::span<const Draw> frame, int frames) {
     fail_device(Fault::invalid_timer, "the timer {} says {} ns for {} frames", timer_id(calibration_.timer), ns,
                 frames);
   return ns;
+}
+
+double Session::draw_pixel_ns(int width_px, int height_px) {
+  const double pixels = 1.0 * width_px * height_px;
+  constexpr double kControlPixels = 1.0 * kControlSide_px * kControlSide_px;
+  // As much work as a batch of the control case.
+  const int frames = std::max(1, static_cast<int>(std::lround(calibration_.frames * kControlPixels / pixels)));
+  Draw draw = control_draw_;
+  draw.frame.sizes = {width_px, height_px, 1, 1};
+  return draw_ns(std::span(&draw, 1), frames) / frames / pixels;
+}
+
+void Session::measure_fills(std::span<const SceneSpec> scenes) {
+  fills_.clear();
+  if (device().software) return;
+  std::set<std::pair<int, int>> sizes;
+  for (const SceneSpec& spec : scenes) sizes.emplace(spec.scene.width_px, spec.scene.height_px);
+  for (const auto& [width_px, height_px] : sizes) {
+    if (1.0 * width_px * height_px >= kScreenPixels) continue;
+    std::vector<double> own;
+    std::vector<double> larger;
+    for (int i = -1; i < kFillBatches; ++i) {  // the first of each makes the targets
+      const double ns = draw_pixel_ns(width_px, height_px);
+      const double larger_ns = draw_pixel_ns(2 * width_px, 2 * height_px);
+      if (i < 0) continue;
+      own.push_back(ns);
+      larger.push_back(larger_ns);
+    }
+    fills_.push_back({.width_px = width_px, .height_px = height_px, .pixel_cost = median(own) / median(larger)});
+  }
 }
 
 double Session::draw_control_ns() { return draw_ns(std::span(&control_draw_, 1), calibration_.frames); }

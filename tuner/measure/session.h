@@ -13,6 +13,8 @@
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
 #include "tuner/measure/wall_split.h"
+#include "tuner/plan/case.h"
+#include "tuner/results/frame_fill.h"
 #include "tuner/results/record.h"
 
 namespace reliefbench {
@@ -115,6 +117,10 @@ class Session {
   [[nodiscard]] const Calibration& calibration() const { return calibration_; }
   /// Time of one batch of the control case, ns.
   double draw_control_ns();
+  /// How well frames of these scenes' sizes fill the device. Nothing of a software rasteriser, which any frame does, nor
+  /// of frames that are as large as a screen.
+  void measure_fills(std::span<const SceneSpec> scenes);
+  [[nodiscard]] const std::vector<FrameFill>& fills() const { return fills_; }
   /// Time of a batch by the calibration's timer, ns.
   /// throws: Error of Fault::invalid_timer: it is not finite and above zero
   double draw_ns(std::span<const Draw> frame, int frames);
@@ -146,6 +152,8 @@ class Session {
   /// stages: of the source
   [[nodiscard]] Compiled compile(const Source& source, const Stages& stages) const;
   void make_control();
+  /// Time of a pixel of the control case in frames of a size, ns.
+  double draw_pixel_ns(int width_px, int height_px);
   /// argument: FrameUniforms::argument()
   [[nodiscard]] Draw beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief);
   [[nodiscard]] std::vector<Draw> with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
@@ -166,6 +174,7 @@ class Session {
   std::map<std::string, Compiled, std::less<>> pipelines_;
   int shaders_compiled_ = 0;
   Calibration calibration_;
+  std::vector<FrameFill> fills_;
   std::unique_ptr<Pipeline> control_pipeline_;
   Draw control_draw_;
 };

@@ -19,6 +19,7 @@
 #include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/frame_fill.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_folder.h"
@@ -314,9 +315,13 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   std::vector<nlohmann::json> devices;
   for (const auto& session : sessions) {
     const std::optional<Calibration> known = known_calibration(info, session->device());
-    split.book(Part::audit, [&] { session->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
+    split.book(Part::audit, [&] {
+      session->calibrate(config.measure.batch_ms, known ? &*known : nullptr);
+      session->measure_fills(config.scenes);
+    });
     devices.push_back(device_json(*session));
   }
+  summary.notes = small_frame_notes({{"devices", devices}});
   store.write_info(run_info(config, devices, scenes, summary, started_ns, false));
 
   double done_before = summary.resumed;

@@ -42,6 +42,7 @@ struct SweepSummary {
   int references = 0;
   int references_cached = 0;
   int shaders = 0;
+  std::vector<std::string> notes{};  ///< small_frame_notes()
   std::array<double, kPartIds.size()> part_s{};
   double other_s = 0;
   double total_s = 0;

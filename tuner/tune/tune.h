@@ -113,7 +113,8 @@ struct TuneResult {
   std::vector<Budget> constraints{};  ///< of every answer, without max_error
   std::string backend{};
   std::string device{};
-  CoarseFilter filter{};  ///< of the device, as far as known
+  CoarseFilter filter{};                   ///< of the device, as far as known
+  std::vector<std::string> frame_notes{};  ///< small_frame_notes()
   std::vector<std::string> scenes{};
   std::vector<SceneKey> scene_keys{};   ///< parallel to scenes
   std::vector<std::string> subjects{};  ///< parallel to scenes: scene_description() of each

@@ -99,6 +99,7 @@ class DeviceSource final : public TuneSource {
                       .backend = options_.backend,
                       .device = run_.device().name,
                       .filter = run_.filter(),
+                      .frame_notes = run_.frame_notes(),
                       .counts = counts_};
     for (const MeasuredScene& scene : run_.tuned()) {
       result.scenes.push_back(scene.spec.id);

@@ -143,6 +143,7 @@ json tune_json(const TuneResult& result) {
           {"backend", result.backend},
           {"device", result.device},
           {"filter", filter_marks_json(result)},
+          {"frame_notes", result.frame_notes},
           {"scenes", result.scenes},
           {"scene_keys", std::move(scene_keys)},
           {"replayed", result.replayed},

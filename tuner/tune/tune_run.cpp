@@ -7,6 +7,7 @@
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/frame_fill.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_folder.h"
 #include "tuner/tune/holdout.h"
@@ -61,7 +62,10 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
   started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
   const std::optional<Calibration> known =
       info.is_object() ? known_calibration(info, session_->device()) : std::nullopt;
-  split_.book(Part::audit, [&] { session_->calibrate(config.measure.batch_ms, known ? &*known : nullptr); });
+  split_.book(Part::audit, [&] {
+    session_->calibrate(config.measure.batch_ms, known ? &*known : nullptr);
+    session_->measure_fills(config.scenes);
+  });
   if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
   write_info(false);
   preparer_ = std::make_unique<Preparer>(Preparer::Context{.session = *session_,
@@ -83,6 +87,10 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
 
 CoarseFilter TuneRun::filter() const {
   return {{{"devices", nlohmann::json::array({device_json(*session_)})}}, options_.backend};
+}
+
+std::vector<std::string> TuneRun::frame_notes() const {
+  return small_frame_notes({{"devices", nlohmann::json::array({device_json(*session_)})}});
 }
 
 /// Those of the plan, and every setting on the held-out scenes.

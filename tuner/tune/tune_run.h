@@ -30,6 +30,7 @@ class TuneRun {
   [[nodiscard]] const std::vector<MeasuredScene>& holdout() const { return holdout_; }
   [[nodiscard]] const DeviceInfo& device() const { return session_->device(); }
   [[nodiscard]] CoarseFilter filter() const;
+  [[nodiscard]] std::vector<std::string> frame_notes() const;
   [[nodiscard]] MapLibrary& library() { return library_; }
   [[nodiscard]] const SampleBook& book() const { return *book_; }
 
