@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/session.h"
 #include "tuner/measure/timing.h"
@@ -28,6 +29,7 @@ struct SweepOptions {
   Slowdowns slowdowns{};
   bool quiet = false;  ///< no progress
   OpenDevice open = open_device;
+  double cooling_pause_s = kCoolingPause_s;
 };
 
 /// What a sweep did, for its last lines and for run.json.

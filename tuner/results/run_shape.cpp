@@ -70,6 +70,7 @@ constexpr std::array kKeys = {
     KnownKey{"devices.*.control_load_steps", Type::number},
     KnownKey{"devices.*.control_frames", Type::number},
     KnownKey{"devices.*.control_reference_ns", Type::number},
+    KnownKey{"devices.*.control_state", Type::object},
     KnownKey{"front", Type::object},
     KnownKey{"front.error", Type::text},
     KnownKey{"front.constraints", Type::array},
