@@ -88,13 +88,13 @@ class HeldBackTest : public ::testing::Test {
                                .cooling_pause_s = 0})
         .statuses;
   }
-  Run healthy(const std::string& name) const {
+  reliefbench::Run healthy(const std::string& name) const {
     FaultyDevices devices;
     (void)sweep(name, devices);
     return load_run(folder_ / name);
   }
   /// What must be the same however often blocks were drawn.
-  static void expect_same(const Run& run, const Run& whole) {
+  static void expect_same(const reliefbench::Run& run, const reliefbench::Run& whole) {
     ASSERT_EQ(run.records.size(), whole.records.size());
     EXPECT_EQ(samples_by_case(run), samples_by_case(whole));
     for (const Record& record : run.records) {
@@ -105,7 +105,7 @@ class HeldBackTest : public ::testing::Test {
       EXPECT_EQ(record.frame_time->summary.n, other->frame_time->summary.n);
     }
   }
-  static Counts samples_by_case(const Run& run) {
+  static Counts samples_by_case(const reliefbench::Run& run) {
     Counts counts;
     for (const Sample& sample : run.samples) ++counts[sample.case_id];
     return counts;
@@ -119,19 +119,19 @@ class HeldBackTest : public ::testing::Test {
 };
 
 TEST_F(HeldBackTest, a_device_that_tells_nothing_leaves_no_trace) {
-  const Run run = healthy("run");
+  const reliefbench::Run run = healthy("run");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run" / kBlocksFile));
   EXPECT_TRUE(run.blocks.empty());
   for (const char* key : {"states", "control_state", "pci"}) EXPECT_FALSE(run.info["devices"][0].contains(key)) << key;
 }
 
 TEST_F(HeldBackTest, a_block_that_was_held_back_once_is_measured_again) {
-  const Run whole = healthy("whole");
+  const reliefbench::Run whole = healthy("whole");
   FaultyDevices devices;
   devices.tell([](int nth) { return nth == kAfterFirstBlock ? hot() : fast(); });
   EXPECT_EQ(sweep("run", devices), (Counts{{"ok", 9}}));
   EXPECT_EQ(devices.states_told(), 1 + 2 * 4);  // never in a block
-  const Run run = load_run(folder_ / "run");
+  const reliefbench::Run run = load_run(folder_ / "run");
   expect_same(run, whole);
   ASSERT_EQ(run.blocks.size(), 4U);
   for (const BlockState& block : run.blocks) EXPECT_EQ(schema_errors(nlohmann::json(block), "blocks"), "");
@@ -155,11 +155,11 @@ TEST_F(HeldBackTest, a_block_that_was_held_back_once_is_measured_again) {
 }
 
 TEST_F(HeldBackTest, what_stays_held_back_is_throttled_and_the_next_start_measures_it) {
-  const Run whole = healthy("whole");
+  const reliefbench::Run whole = healthy("whole");
   FaultyDevices devices;
   devices.tell([](int nth) { return nth == 2 || nth == 4 || nth == 6 ? hot() : fast(); });
   EXPECT_EQ(sweep("run", devices), (Counts{{"ok", 5}, {"throttled", 4}}));
-  const Run run = load_run(folder_ / "run");
+  const reliefbench::Run run = load_run(folder_ / "run");
   for (const Record& record : run.records) {
     EXPECT_EQ(schema_errors(nlohmann::json(record), "results"), "");
     if (record.status == Status::ok) continue;
@@ -171,7 +171,7 @@ TEST_F(HeldBackTest, what_stays_held_back_is_throttled_and_the_next_start_measur
   again.tell([](int /*nth*/) { return fast(); });
   EXPECT_EQ(sweep("run", again), (Counts{{"ok", 9}}));
   EXPECT_EQ(again.states_told(), 2 * 4);  // its calibration is known; each of the four alone
-  const Run after = load_run(folder_ / "run");
+  const reliefbench::Run after = load_run(folder_ / "run");
   EXPECT_EQ(after.info["devices"][0]["control_state"]["clock_mhz"], 1950);
   for (const Record& record : after.records)
     EXPECT_EQ(record.frame_time->summary.n, whole.records.front().frame_time->summary.n);
@@ -188,7 +188,7 @@ TEST_F(HeldBackTest, a_slow_control_case_is_measured_again_before_it_is_believed
   FaultyDevices devices;
   devices.slow_down(draws.at(1), 10, draws.at(kAfterFirstBlock));
   EXPECT_EQ(sweep("run", devices), (Counts{{"ok", 9}}));
-  const Run run = load_run(folder_ / "run");
+  const reliefbench::Run run = load_run(folder_ / "run");
   expect_same(run, load_run(folder_ / "counted"));
   ASSERT_EQ(run.blocks.size(), 1U);  // the others have nothing to tell
   EXPECT_THAT(run.blocks.front().held_back, HasSubstr("10.0 times slower"));
@@ -208,7 +208,7 @@ TEST_F(HeldBackTest, a_device_that_is_lost_in_such_a_block_is_opened_again) {
   Counts statuses = sweep("run", devices);
   EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
   EXPECT_EQ(statuses["ok"] + statuses["device_lost"], 9);
-  const Run run = load_run(folder_ / "run");
+  const reliefbench::Run run = load_run(folder_ / "run");
   EXPECT_EQ(run.blocks.front().held_back, kHot);
   for (const Record& record : run.records)
     if (record.status == Status::ok) {
@@ -217,7 +217,7 @@ TEST_F(HeldBackTest, a_device_that_is_lost_in_such_a_block_is_opened_again) {
 }
 
 TEST_F(HeldBackTest, shards_keep_their_states_when_they_are_merged) {
-  const Run whole = healthy("whole");
+  const reliefbench::Run whole = healthy("whole");
   std::vector<std::filesystem::path> folders;
   for (int index = 1; index <= 3; ++index) {
     FaultyDevices devices;
@@ -225,8 +225,8 @@ TEST_F(HeldBackTest, shards_keep_their_states_when_they_are_merged) {
     (void)sweep("s" + std::to_string(index), devices, Shard{.index = index, .of = 3});
     folders.push_back(folder_ / ("s" + std::to_string(index)));
   }
-  const Run merged = merge_runs(folders, folder_ / "merged").run;
-  const Run read = load_run(folder_ / "merged");
+  const reliefbench::Run merged = merge_runs(folders, folder_ / "merged").run;
+  const reliefbench::Run read = load_run(folder_ / "merged");
   EXPECT_EQ(read.samples.size(), merged.samples.size());
   ASSERT_EQ(read.blocks.size(), 3U);
   EXPECT_EQ(read.blocks[0].part, 1);
@@ -279,7 +279,7 @@ TEST_F(HeldBackTest, a_tuning_draws_again_and_ends_where_that_does_not_help) {
   const TuneResult once = tune("once", [](int nth) { return nth == 2 || nth == 8 ? hot() : fast(); });
   EXPECT_EQ(picks(once), picks(whole));
   EXPECT_TRUE(once.is_certified());
-  const Run run = load_run(folder_ / "once");
+  const reliefbench::Run run = load_run(folder_ / "once");
   EXPECT_EQ(std::ranges::count(run.blocks, kHot, &BlockState::held_back), 2);
   EXPECT_EQ(run.info["devices"][0]["states"]["held_back"], (nlohmann::json{{kHot, 2}}));
   EXPECT_GT(lines("once/samples.jsonl"), run.samples.size());

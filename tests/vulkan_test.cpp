@@ -48,9 +48,9 @@ class VulkanTest : public testing::Test {
 };
 
 /// A debug backend, with the textures that a draw needs.
-struct Rig {
-  Rig() : Rig(0) {}
-  explicit Rig(int device) : backend(open_vulkan(device, {.debug = true})) {
+struct VulkanRig {
+  VulkanRig() : VulkanRig(0) {}
+  explicit VulkanRig(int device) : backend(open_vulkan(device, {.debug = true})) {
     const std::vector<std::byte> texels(std::size_t{4} * 4 * 4, std::byte{128});
     plain = backend->upload({.width = 4, .height = 4, .texels = texels});
   }
@@ -109,7 +109,7 @@ TEST(Vulkan, FaultsAreToldByTheirCodes) {
 TEST_F(VulkanTest, ValidationHasNothingToSayFromStartToEnd) {
   testing::internal::CaptureStderr();
   for (const DeviceInfo& device : vulkan_devices()) {
-    const Rig rig(device.index);
+    const VulkanRig rig(device.index);
     for (const Format& format : formats()) {
       if (format.type == TexelType::rgtc && !device.block_textures) continue;
       const std::vector<std::byte> texels(level_bytes(format.relief(), 5, 3), std::byte{1});
@@ -159,7 +159,7 @@ TEST_F(VulkanTest, ValidationFindsMisuseAndMissingBarriers) {
 
 // reference.glsl returns texel (x, y) as the hit of pixel (x, y): upload, rows and both attachments in one.
 TEST_F(VulkanTest, ScoreFrameKeepsRowsAndBothAttachments) {
-  const Rig rig;
+  const VulkanRig rig;
   constexpr int kWidth = 7;
   constexpr int kHeight = 5;
   std::vector<float> exact(static_cast<std::size_t>(kWidth) * kHeight);
@@ -191,7 +191,7 @@ TEST_F(VulkanTest, ScoreFrameKeepsRowsAndBothAttachments) {
 
 // No iteration leaves the start value, one makes a step of the logistic map.
 TEST_F(VulkanTest, SpecializationConstantSetsTheLoad) {
-  const Rig rig;
+  const VulkanRig rig;
   for (const int steps : {0, 1}) {
     const auto pipeline = rig.pipeline(compile_load(Dialect::vulkan), Target::color, {{0, steps}});
     rig.backend->render(rig.draw(*pipeline, 3, 2), 1, Timer::fenced_wall);
@@ -209,7 +209,7 @@ TEST_F(VulkanTest, SpecializationConstantSetsTheLoad) {
 
 // One command buffer, several, and several with a rest.
 TEST_F(VulkanTest, BatchesOfAnyLengthAreTimed) {
-  const Rig rig;
+  const VulkanRig rig;
   const auto pipeline = rig.pipeline(compile_load(Dialect::vulkan), Target::color);
   for (const int frames : {1, 63, 64, 65, 1000}) {
     for (const Timer timer : rig.backend->device().timers) {
@@ -225,7 +225,7 @@ TEST_F(VulkanTest, BatchesOfAnyLengthAreTimed) {
 }
 
 TEST_F(VulkanTest, MisuseIsAnErrorNotACrash) {
-  const Rig rig;
+  const VulkanRig rig;
   const auto pipeline = rig.pipeline(compile_fragment("reference", Target::color, Dialect::vulkan), Target::color);
   Draw draw = rig.draw(*pipeline, 4, 4);
   EXPECT_THAT(message_of([&] { static_cast<void>(rig.backend->read_score()); }), HasSubstr("attachment out_ray"));
@@ -289,7 +289,7 @@ TEST_F(VulkanTest, UnknownDeviceNamesHowManyThereAre) {
 
 // volk's global pointers are those of the last instance; each device here must keep to its own.
 TEST_F(VulkanTest, OpenDevicesDoNotDisturbEachOther) {
-  auto debug = std::make_unique<Rig>();
+  auto debug = std::make_unique<VulkanRig>();
   const auto plain = open_vulkan(0, {.debug = false});
   const auto pipeline = debug->pipeline(compile_load(Dialect::vulkan), Target::color);
   debug->backend->render(debug->draw(*pipeline, 4, 4), 1, Timer::fenced_wall);

@@ -46,6 +46,27 @@ function filterBits(device) {
   return device.subtexel_bits ? String(device.subtexel_bits) : 'not reported';
 }
 
+const ranges = [
+  ['Clock (MHz)', 'clock_mhz'],
+  ['Temperature (C)', 'temperature_c'],
+  ['Power (W)', 'power_w'],
+];
+
+/** Columns of what devices told of themselves before and after their blocks; none where they told nothing. */
+function stateColumns(devices) {
+  const statesOf = (device) => device.states || {};
+  const columns = ranges.map(([title, id]) => [title, (device) => {
+    const range = statesOf(device)[id];
+    return range ? range.map((value) => formatNumber(value)).join(' – ') : null;
+  }]);
+  columns.push(['Held back', (device) => {
+    const held = Object.entries(statesOf(device).held_back || {});
+    return held.length ? held.map(([reason, count]) => `${count} of ${device.states.blocks} blocks: ${reason}`).join('; ') :
+                         null;
+  }]);
+  return columns.filter(([, text]) => devices.some((device) => text(device) !== null));
+}
+
 function runElement(run) {
   const {info} = run;
   const host = info.host || {};
@@ -53,6 +74,7 @@ function runElement(run) {
   const cached = (made, reused) =>
       (counts[made] === undefined ? null : `${counts[made]} made, ${counts[reused] || 0} read from the cache`);
   const devices = info.devices || [];
+  const states = stateColumns(devices);
   return make(
       'article', {class: 'run'}, make('h3', {}, info.name || run.folder), factsTable([
         ['Folder', run.folder],
@@ -72,12 +94,14 @@ function runElement(run) {
       devices.length === 0 ?
           null :
           dataTable(
-              ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case'],
+              ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case',
+               ...states.map(([title]) => title)],
               devices.map(
                   (device) =>
                       [device.name, `${device.backend} ${device.index}`, device.vendor, device.type, device.driver,
                        device.api_version, filterBits(device),
-                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–']),
+                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–',
+                       ...states.map(([, text]) => text(device) ?? '–')]),
               'Devices'),
       auditTable(devices), info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
 }
