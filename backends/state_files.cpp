@@ -1,7 +1,9 @@
 // States as the kernel's drivers tell them: amdgpu (hwmon, pp_dpm_sclk), i915 and xe (frequencies and throttle
 // reasons of the GT), cpufreq, and the processor's thermal_throttle and hwmon.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <glob.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -95,11 +97,12 @@ constexpr std::array kPciRows = {
             .reason = kPowerCap},
 };
 
+// Clocks of ten cores tell as much as those of a hundred; a slowdown may be any core's.
 constexpr std::array kProcessorRows = {
-    FileRow{.pattern = "devices/system/cpu/cpu[0-9]*/cpufreq/scaling_cur_freq",
+    FileRow{.pattern = "devices/system/cpu/cpu[0-9]/cpufreq/scaling_cur_freq",
             .value = &DeviceState::clock_mhz,
             .scale = 1e-3},
-    FileRow{.pattern = "devices/system/cpu/cpu[0-9]*/cpufreq/cpuinfo_max_freq",
+    FileRow{.pattern = "devices/system/cpu/cpu[0-9]/cpufreq/cpuinfo_max_freq",
             .value = &DeviceState::clock_max_mhz,
             .scale = 1e-3},
     FileRow{.pattern = "devices/system/cpu/cpu[0-9]*/thermal_throttle/{core,package}_throttle_count",

@@ -110,13 +110,12 @@ TEST_F(DeviceStateTest, a_software_device_is_the_processor) {
     put("devices/system/cpu/cpu" + cpu + "/thermal_throttle/core_throttle_count", "2\n");
     put("devices/system/cpu/cpu" + cpu + "/thermal_throttle/package_throttle_count", "1\n");
   }
-  put("devices/system/cpu/cpu10/cpufreq/scaling_cur_freq", "1900000\n");
   put("devices/system/cpu/cpuidle/cpufreq/scaling_cur_freq", "9900000\n");
   put("class/hwmon/hwmon0/name", "nvme\n");
   put("class/hwmon/hwmon0/temp1_input", "99000\n");
   put("class/hwmon/hwmon1/name", "k10temp\n");
   put("class/hwmon/hwmon1/temp1_input", "61500\n");
-  EXPECT_EQ(state(processor_), (DeviceState{.clock_mhz = 1900,
+  EXPECT_EQ(state(processor_), (DeviceState{.clock_mhz = 1800,
                                             .clock_max_mhz = 4700,
                                             .temperature_c = 61.5,
                                             .power_w = {},

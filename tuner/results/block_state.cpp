@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <type_traits>
 
 #include "kernels/base/error.h"
 
@@ -17,7 +18,10 @@ constexpr const char* kHeldBack = "held_back";
 template <typename T>
 T entry_of(const json& j, const char* key) {
   try {
-    return j.at(key).get<T>();
+    const json& value = j.at(key);
+    if (std::is_integral_v<T> ? value.is_number_integer() : !std::is_arithmetic_v<T> || value.is_number())
+      return value.get<T>();
+    fail_input("'{}' is not a number", key);
   } catch (const json::exception&) {
     fail_input("'{}' is missing, or not what it should be", key);
   }
