@@ -19,8 +19,8 @@ inline constexpr std::string_view kHardwareSlowdown = "hardware slowdown";
 
 /// What driver and system tell of a device at a moment; what they do not tell is not there.
 struct DeviceState {
-  std::optional<double> clock_mhz{};        ///< of the graphics engine; of a processor, its fastest core's
-  std::optional<double> clock_max_mhz{};    ///< that it may have
+  std::optional<double> clock_mhz{};      ///< of the graphics engine; of a processor, its fastest core's
+  std::optional<double> clock_max_mhz{};  ///< that it may have
   std::optional<double> temperature_c{};
   std::optional<double> power_w{};
   std::optional<double> throttle_events{};  ///< how often a processor was slowed down since the machine was started

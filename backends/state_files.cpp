@@ -117,8 +117,10 @@ constexpr std::array kProcessorRows = {
 std::vector<fs::path> found_files(const fs::path& folder, const FileRow& row) {
   std::vector<fs::path> files;
   glob_t found{};
-  if (::glob((folder / row.pattern).c_str(), GLOB_BRACE | GLOB_NOSORT, nullptr, &found) == 0)
+  if (::glob((folder / row.pattern).c_str(), GLOB_BRACE | GLOB_NOSORT, nullptr, &found) == 0) {
+    files.reserve(found.gl_pathc);
     for (std::size_t i = 0; i < found.gl_pathc; ++i) files.emplace_back(found.gl_pathv[i]);
+  }
   ::globfree(&found);
   if (!row.chips.empty())
     std::erase_if(files, [&](const fs::path& file) {

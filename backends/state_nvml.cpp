@@ -61,8 +61,8 @@ class Nvml {
 class NvmlReader final : public StateReader {
  public:
   NvmlReader(const std::string& library, const std::string& pci) : nvml_(library) {
-    is_found_ =
-        nvml_.is_ready() && nvml_.call<const char*, NvmlDevice*>("nvmlDeviceGetHandleByPciBusId_v2", pci.c_str(), &device_);
+    is_found_ = nvml_.is_ready() &&
+                nvml_.call<const char*, NvmlDevice*>("nvmlDeviceGetHandleByPciBusId_v2", pci.c_str(), &device_);
   }
   [[nodiscard]] bool is_found() const { return is_found_; }
 

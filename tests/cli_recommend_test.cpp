@@ -60,18 +60,13 @@ TEST_F(CliTest, recommend_prices_a_heightmap_that_changes) {
 }
 
 TEST_F(CliTest, recommend_holds_frames_of_several_sizes_to_one_another) {
-  const std::string scene =
-      R"({"heightmap": {"id": "ID", "source": "fbm", "width": 16, "height": 16}, "views": "top", "frame_px": PX})";
-  const auto config = [&](const std::string& px) {
-    std::string other = scene;
-    other.replace(other.find("ID"), 2, "a").replace(other.find("PX"), 2, "[16, 16]");
-    std::string one = scene;
-    one.replace(one.find("ID"), 2, "b").replace(one.find("PX"), 2, px);
-    return R"({"measure": {"samples": 3, "batch_ms": 0.5, "warmup_batches_max": 2}, "scenes": [)" + other + ", " + one +
-           R"(], "sweeps": [{"technique": "parallax"}]})";
-  };
+  const std::string config = R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "top", "frame_px": [16, 16]},
+               {"heightmap": {"source": "fbm", "width": 32, "height": 32}, "views": "top", "frame_px": OTHER}],
+    "measure": {"samples": 3, "batch_ms": 0.5, "warmup_batches_max": 2},
+    "sweeps": [{"technique": "parallax"}]})";
   for (const std::string px : {"[16, 16]", "[32, 16]"}) {
-    write("config.json", config(px));
+    write("config.json", std::string(config).replace(config.find("OTHER"), 5, px));
     const std::string out = px == "[16, 16]" ? "alike" : "unlike";
     ASSERT_EQ(run({"sweep", "config.json", "-o", out, "--backend", "null"}).exit_code, 0);
     const std::vector<std::string> ask = {"recommend", out, "--max-error", "e_xy.p99<=100"};

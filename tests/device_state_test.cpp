@@ -66,7 +66,7 @@ TEST_F(DeviceStateTest, nvml_tells_all_and_only_what_it_knows) {
   EXPECT_FALSE(state(gpu_, RELIEFBENCH_FAKE_NVML).is_told());  // another device's
   EXPECT_FALSE(state(processor_, RELIEFBENCH_FAKE_NVML).is_told());
   unsetenv("FAKE_NVML");
-  EXPECT_FALSE(state(gpu_, RELIEFBENCH_FAKE_NVML).is_told());   // it does not start
+  EXPECT_FALSE(state(gpu_, RELIEFBENCH_FAKE_NVML).is_told());      // it does not start
   EXPECT_FALSE(state(gpu_, RELIEFBENCH_DRIVER_FAULTS).is_told());  // a library without its functions
 }
 
@@ -94,10 +94,8 @@ TEST_F(DeviceStateTest, i915_and_xe_tell_by_their_files) {
   EXPECT_EQ(state_text(state(gpu_)), "power cap, at most 1300 MHz");
 
   const DeviceInfo other = made_device("discrete", "0000:03:00.0");
-  for (const auto& [file, text] : std::map<std::string, std::string>{{"act_freq", "2000"},
-                                                                     {"rp0_freq", "2400"},
-                                                                     {"throttle/reason_prochot", "1"},
-                                                                     {"throttle/reason_pl4", "0"}})
+  for (const auto& [file, text] : std::map<std::string, std::string>{
+           {"act_freq", "2000"}, {"rp0_freq", "2400"}, {"throttle/reason_prochot", "1"}, {"throttle/reason_pl4", "0"}})
     put("bus/pci/devices/0000:03:00.0/tile0/gt0/freq0/" + file, text);
   EXPECT_EQ(state_text(state(other)), "thermal slowdown, 2000 of 2400 MHz");
 }

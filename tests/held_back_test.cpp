@@ -58,6 +58,7 @@ TEST(HeldBackBy, a_power_cap_or_a_clock_alone_is_no_slowdown) {
               StartsWith("a clock of 300 MHz where it was calibrated at 1950"));
   EXPECT_EQ(held_back_by(fast(), fast(), fast(), 3.9), "");  // somebody else's work: the control case takes it out
   EXPECT_THAT(held_back_by(fast(), fast(), fast(), 4.1), HasSubstr("4.1 times slower"));
+  EXPECT_EQ(held_back_by(fast(), fast(), fast(), 4.1, 5), "");
 }
 
 TEST(HeldBackBy, a_count_of_slowdowns_rises) {

@@ -2,14 +2,12 @@
 
 #include <dlfcn.h>
 #include <epoxy/gl.h>
-
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <string_view>
 #include <system_error>
 
 #include "kernels/base/error.h"
@@ -122,8 +120,7 @@ std::string pci_address(EGLDisplay display) {
   EGLDeviceEXT const device = device_of(display);
   if (device == EGL_NO_DEVICE_EXT) return "";
   const char* const extensions = eglQueryDeviceStringEXT(device, EGL_EXTENSIONS);
-  if (extensions == nullptr || std::string_view(extensions).find("EGL_EXT_device_drm") == std::string_view::npos)
-    return "";
+  if (extensions == nullptr || !epoxy_extension_in_string(extensions, "EGL_EXT_device_drm")) return "";
   const char* const file = eglQueryDeviceStringEXT(device, EGL_DRM_DEVICE_FILE_EXT);
   struct stat status {};
   if (file == nullptr || ::stat(file, &status) != 0 || !S_ISCHR(status.st_mode)) return "";

@@ -46,25 +46,43 @@ function filterBits(device) {
   return device.subtexel_bits ? String(device.subtexel_bits) : 'not reported';
 }
 
-const ranges = [
-  ['Clock (MHz)', 'clock_mhz'],
-  ['Temperature (C)', 'temperature_c'],
-  ['Power (W)', 'power_w'],
-];
+/** Least and greatest of what a device told of itself before and after its blocks; undefined where it told nothing. */
+const rangeText = ({states}, id) => states?.[id]?.map((value) => formatNumber(value)).join(' – ');
 
-/** Columns of what devices told of themselves before and after their blocks; none where they told nothing. */
+const heldBackText = ({states}) => states?.held_back &&
+    Object.entries(states.held_back)
+        .map(([reason, count]) => `${count} of ${states.blocks} blocks: ${reason}`)
+        .join('; ');
+
+/** What some of the devices told. */
 function stateColumns(devices) {
-  const statesOf = (device) => device.states || {};
-  const columns = ranges.map(([title, id]) => [title, (device) => {
-    const range = statesOf(device)[id];
-    return range ? range.map((value) => formatNumber(value)).join(' – ') : null;
-  }]);
-  columns.push(['Held back', (device) => {
-    const held = Object.entries(statesOf(device).held_back || {});
-    return held.length ? held.map(([reason, count]) => `${count} of ${device.states.blocks} blocks: ${reason}`).join('; ') :
-                         null;
-  }]);
-  return columns.filter(([, text]) => devices.some((device) => text(device) !== null));
+  /** @type {[string, (device: any) => string][]} */
+  const columns = [
+    ['Clock (MHz)', (device) => rangeText(device, 'clock_mhz')],
+    ['Temperature (C)', (device) => rangeText(device, 'temperature_c')],
+    ['Power (W)', (device) => rangeText(device, 'power_w')],
+    ['Held back', heldBackText],
+  ];
+  return columns.filter(([, text]) => devices.some(text));
+}
+
+function deviceTable(devices) {
+  if (devices.length === 0) return null;
+  /** @type {[string, (device: any) => string][]} */
+  const columns = [
+    ['Device', (device) => device.name],
+    ['Backend', (device) => `${device.backend} ${device.index}`],
+    ['Vendor', (device) => device.vendor],
+    ['Type', (device) => device.type],
+    ['Driver', (device) => device.driver],
+    ['API', (device) => device.api_version],
+    ['Filter weight bits', filterBits],
+    ['Control case', (device) => (device.control_reference_ns ? formatTime(device.control_reference_ns) : '–')],
+    ...stateColumns(devices),
+  ];
+  return dataTable(
+      columns.map(([title]) => title), devices.map((device) => columns.map(([, text]) => text(device) ?? '–')),
+      'Devices');
 }
 
 function runElement(run) {
@@ -74,7 +92,6 @@ function runElement(run) {
   const cached = (made, reused) =>
       (counts[made] === undefined ? null : `${counts[made]} made, ${counts[reused] || 0} read from the cache`);
   const devices = info.devices || [];
-  const states = stateColumns(devices);
   return make(
       'article', {class: 'run'}, make('h3', {}, info.name || run.folder), factsTable([
         ['Folder', run.folder],
@@ -91,19 +108,7 @@ function runElement(run) {
         ['References', cached('references', 'references_cached')],
         ['Shaders', counts.shaders === undefined ? null : String(counts.shaders)],
       ]),
-      devices.length === 0 ?
-          null :
-          dataTable(
-              ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case',
-               ...states.map(([title]) => title)],
-              devices.map(
-                  (device) =>
-                      [device.name, `${device.backend} ${device.index}`, device.vendor, device.type, device.driver,
-                       device.api_version, filterBits(device),
-                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–',
-                       ...states.map(([, text]) => text(device) ?? '–')]),
-              'Devices'),
-      auditTable(devices), info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
+      deviceTable(devices), auditTable(devices), info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
 }
 
 export function drawEnvironment() { byId('environment-runs').append(...data.runs.map(runElement)); }

@@ -41,12 +41,8 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
     if (arguments.backend.empty() ? !row.real : row.id != arguments.backend) continue;
     for (const DeviceInfo& info : isolated_devices(row)) {
       if (arguments.device && info.index != *arguments.device) continue;
-      found.push_back({.backend = &row,
-                       .info = info,
-                       .state = DeviceWatch(info).read(),
-                       .audit = {},
-                       .filter = {},
-                       .failure = {}});
+      found.push_back(
+          {.backend = &row, .info = info, .state = DeviceWatch(info).read(), .audit = {}, .filter = {}, .failure = {}});
     }
   }
   return found;

@@ -12,8 +12,6 @@
 namespace reliefbench {
 namespace {
 
-// Where the control case ran at less than a quarter of its calibrated speed, the device is not itself.
-constexpr double kThrottledRatio = 4;
 // Boost clocks wander by 5 % with the temperature, unthrottled. The control case takes a lower clock out of times that
 // depend on it as its own arithmetic does; one that waits for memory, whose clock stays, is corrected too far, by at
 // most what the clock lost: a tenth here.
@@ -30,7 +28,7 @@ std::string with_state(std::string what, const DeviceState& after) {
 }  // namespace
 
 std::string held_back_by(const DeviceState& calibrated, const DeviceState& before, const DeviceState& after,
-                         double control_slowdown) {
+                         double control_slowdown, double most_slowdown) {
   std::vector<std::string> reasons;
   std::ranges::set_difference(after.held_back, calibrated.held_back, std::back_inserter(reasons));
   const bool is_serious = std::ranges::any_of(reasons, [](const std::string& one) { return one != kPowerCap; });
@@ -40,19 +38,19 @@ std::string held_back_by(const DeviceState& calibrated, const DeviceState& befor
   if (is_serious || (is_slower && !reasons.empty()))
     return with_state(fmt::format("{}", fmt::join(reasons, ", ")), after);
   if (before.throttle_events && after.throttle_events && *after.throttle_events > *before.throttle_events)
-    return with_state(fmt::format("the processor was slowed down {:.0f} times",
-                                  *after.throttle_events - *before.throttle_events),
-                      after);
+    return with_state(
+        fmt::format("the processor was slowed down {:.0f} times", *after.throttle_events - *before.throttle_events),
+        after);
   if (is_slower)
-    return with_state(fmt::format("a clock of {:.0f} MHz where it was calibrated at {:.0f}", *after.clock_mhz,
-                                  *calibrated.clock_mhz),
-                      after);
-  if (control_slowdown > kThrottledRatio)
+    return with_state(
+        fmt::format("a clock of {:.0f} MHz where it was calibrated at {:.0f}", *after.clock_mhz, *calibrated.clock_mhz),
+        after);
+  if (control_slowdown > most_slowdown)
     return fmt::format("the control case ran {:.1f} times slower than when the run began", control_slowdown);
   return "";
 }
 
-std::string draw_block(const Timing& timing, const std::function<void()>& draw) {
+std::string draw_block(const Timing& timing, const std::function<void()>& draw, double most_slowdown) {
   Session& session = timing.session;
   const Calibration& calibration = session.calibration();
   for (int again = 0;; ++again) {
@@ -66,7 +64,7 @@ std::string draw_block(const Timing& timing, const std::function<void()>& draw) 
       if (block.has(sample)) control_ns.push_back(sample.frame_time_ns);
     if (control_ns.empty()) return "";  // the book lacked nothing
     block.held_back = held_back_by(calibration.state, block.before, block.after,
-                                   median(control_ns) / calibration.reference_ns);
+                                   median(control_ns) / calibration.reference_ns, most_slowdown);
     timing.book.close(block);
     if (block.held_back.empty() || again == kMostAgain) return block.held_back;
     std::this_thread::sleep_for(std::chrono::duration<double>(timing.cooling_pause_s));

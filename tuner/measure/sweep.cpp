@@ -353,6 +353,8 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
       run.records, [&](const Record& one) { return may_pass(one.status) && !book.is_given_up(one.case_id); }));
   set_costs(summary, library, split);
   set_states(devices, run.blocks);
+  summary.held_back = static_cast<int>(
+      std::ranges::count_if(run.blocks, [](const BlockState& block) { return !block.held_back.empty(); }));
   store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
   return summary;
 }

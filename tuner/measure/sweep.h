@@ -39,6 +39,7 @@ struct SweepSummary {
   int resumed = 0;                        ///< of them finished by an earlier start
   int open = 0;                           ///< of them failed, and drawn again by the next start
   std::map<std::string, int> statuses{};  ///< status id -> cases
+  int held_back = 0;                      ///< blocks that do not count
   int bakes = 0;
   int bakes_cached = 0;
   int references = 0;

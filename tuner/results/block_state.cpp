@@ -69,7 +69,8 @@ DeviceState parse_state(const json& j) {
   for (const StateQuantity& row : state_quantities())
     if (const std::string id(row.id); j.contains(id)) enter_value(state, row.value, entry_of<double>(j, id.c_str()));
   if (j.contains(kHeldBack))
-    for (std::string& reason : entry_of<std::vector<std::string>>(j, kHeldBack)) state.held_back.insert(std::move(reason));
+    for (std::string& reason : entry_of<std::vector<std::string>>(j, kHeldBack))
+      state.held_back.insert(std::move(reason));
   return state;
 }
 

@@ -18,7 +18,7 @@ struct BlockState {
   std::string backend;
   double from_ns = 0;  ///< its samples are those of from < Sample::at_ns <= to
   double to_ns = 0;
-  int part = 0;        ///< Sample::part
+  int part = 0;  ///< Sample::part
   DeviceState before{};
   DeviceState after{};
   std::string held_back{};  ///< what says that the device was: then its samples do not count; "": they do

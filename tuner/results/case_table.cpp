@@ -31,8 +31,7 @@ std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& sa
 }  // namespace
 
 std::optional<double> ns_per_px(const Run& run, const Record& record) {
-  const auto scene =
-      std::ranges::find(run.scenes, record.scene_key, [](const MeasuredScene& one) { return one.key; });
+  const auto scene = std::ranges::find(run.scenes, record.scene_key, [](const MeasuredScene& one) { return one.key; });
   if (scene == run.scenes.end() || !record.frame_time) return std::nullopt;
   const Scene& frame = scene->spec.scene;
   return record.frame_time->summary.median / (static_cast<double>(frame.width_px) * frame.height_px);

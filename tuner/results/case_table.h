@@ -46,8 +46,8 @@ struct TableRow {
 /// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, scene_key,
 /// status, reason, map, every other parameter of the registry (blank where inactive), every metric of the registry
 /// (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns,
-/// ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a number that is not
-/// finite
+/// ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a
+/// number that is not finite
 [[nodiscard]] std::string case_table_csv(std::span<const TableRow> rows);
 
 /// Reads table.csv back. A parameter, metric, scene key or time per pixel whose column is missing counts as

@@ -226,7 +226,8 @@ void RunStore::open() {
   if (state == FolderState::fresh) return write_info(json::object());
   results_->cut_torn_line();
   samples_->cut_torn_line();
-  if (std::error_code none; fs::exists(folder_ / kBlocksFile, none)) blocks_.emplace(folder_ / kBlocksFile).cut_torn_line();
+  if (std::error_code none; fs::exists(folder_ / kBlocksFile, none))
+    blocks_.emplace(folder_ / kBlocksFile).cut_torn_line();
   earlier_ = load_run(folder_);
 }
 

@@ -22,7 +22,7 @@ struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   nlohmann::json info;                ///< run.json
   std::vector<MeasuredScene> scenes;  ///< run.json's "scenes": those of all records
   std::vector<Record> records;
-  std::vector<Sample> samples;        ///< without those of blocks that were held back
+  std::vector<Sample> samples;            ///< without those of blocks that were held back
   std::map<std::string, int> failures{};  ///< by case id: how many of its lines have a status that may_pass()
   std::vector<BlockState> blocks{};       ///< none of runs before these were kept, and where nothing was told
 };

@@ -1,6 +1,7 @@
 #include "tuner/tune/tune_run.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
@@ -129,7 +130,8 @@ void TuneRun::draw(std::span<const Wanted> round) {
   std::vector<TimedCase> cases;
   cases.reserve(round.size());
   for (const Wanted& wanted : round) cases.push_back(ready(wanted));
-  const std::string held_back = draw_block(*timing_, [&] { time(*timing_, cases); });
+  const std::string held_back = draw_block(
+      *timing_, [&] { time(*timing_, cases); }, std::numeric_limits<double>::infinity());
   if (!held_back.empty())
     fail_environment("{} is held back: {}; what was timed before is kept, and the same command goes on with it",
                      device().name, held_back);
