@@ -70,7 +70,7 @@ TEST_F(CliTest, recommend_holds_frames_of_several_sizes_to_one_another) {
     const std::string out = px == "[16, 16]" ? "alike" : "unlike";
     ASSERT_EQ(run({"sweep", "config.json", "-o", out, "--backend", "null"}).exit_code, 0);
     const std::vector<std::string> ask = {"recommend", out, "--max-error", "e_xy.p99<=100"};
-    EXPECT_EQ(run(ask).out.find("ns a pixel") != std::string::npos, out == "unlike");
+    EXPECT_EQ(run(ask).out.find("ns/px") != std::string::npos, out == "unlike");
     const CommandResult json = run({"recommend", out, "--max-error", "e_xy.p99<=100", "--json"});
     const nlohmann::json answers = nlohmann::json::parse(json.out).at("answers");
     ASSERT_EQ(answers.size(), 2U);

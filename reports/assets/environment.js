@@ -49,10 +49,10 @@ function filterBits(device) {
 /** Least and greatest of what a device told of itself before and after its blocks; undefined where it told nothing. */
 const rangeText = ({states}, id) => states?.[id]?.map((value) => formatNumber(value)).join(' – ');
 
-const heldBackText = ({states}) => states?.held_back &&
-    Object.entries(states.held_back)
-        .map(([reason, count]) => `${count} of ${states.blocks} blocks: ${reason}`)
-        .join('; ');
+function heldBackText({states}) {
+  if (!states?.blocks_held_back && !states?.held_back) return undefined;
+  return [`${states.blocks_held_back || 0} of ${states.blocks} blocks`, ...states.held_back || []].join(', ');
+}
 
 /** What some of the devices told. */
 function stateColumns(devices) {

@@ -58,7 +58,7 @@ function columnsShown() {
     },
     ...(hasFrameSizes ? [{
       id: 'ns_per_px',
-      title: 'ns a pixel',
+      title: 'ns/px',
       numeric: true,
       hint: 'median frame time over the pixels of the frame: scenes have frames of several sizes',
       value: (point) => point.ns_per_px ?? -Infinity,

@@ -51,14 +51,13 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
 /// Fills in the record's time from its samples, which are none where the device was held back.
 void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration,
                     const std::string& held_back) {
-  const std::vector<Sample>& samples = book.samples(record.case_id);
   if (!held_back.empty()) {
     record.status = Status::throttled;
     record.reason = held_back;
     return;
   }
-  record.frame_time =
-      frame_time(samples, book.control_samples(), calibration.reference_ns, timer_id(calibration.timer));
+  record.frame_time = frame_time(book.samples(record.case_id), book.control_samples(), calibration.reference_ns,
+                                 timer_id(calibration.timer));
 }
 
 /// Cases whose rounds of samples are drawn together.

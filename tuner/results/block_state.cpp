@@ -1,7 +1,6 @@
 #include "tuner/results/block_state.h"
 
 #include <algorithm>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <type_traits>
@@ -31,14 +30,16 @@ DeviceState state_in(const json& j, const char* key) { return j.contains(key) ? 
 
 json states_json(std::span<const BlockState> blocks, const std::string& backend) {
   int count = 0;
-  std::map<std::string, int> held_back;
+  int held_back = 0;
+  std::set<std::string> reasons;
   json states = json::object();
   for (const BlockState& block : blocks) {
     if (block.backend != backend) continue;
     ++count;
-    if (!block.held_back.empty()) ++held_back[block.held_back];
-    for (const StateQuantity& row : state_quantities())
-      for (const DeviceState* state : {&block.before, &block.after}) {
+    held_back += block.held_back.empty() ? 0 : 1;
+    for (const DeviceState* state : {&block.before, &block.after}) {
+      reasons.insert(state->held_back.begin(), state->held_back.end());
+      for (const StateQuantity& row : state_quantities()) {
         const std::optional<double>& value = state->*row.value;
         if (!value) continue;
         json& range = states[std::string(row.id)];
@@ -46,10 +47,12 @@ json states_json(std::span<const BlockState> blocks, const std::string& backend)
         range[0] = std::min(range[0].get<double>(), *value);
         range[1] = std::max(range[1].get<double>(), *value);
       }
+    }
   }
   if (count == 0) return nullptr;
   states["blocks"] = count;
-  if (!held_back.empty()) states[kHeldBack] = held_back;
+  if (held_back > 0) states["blocks_held_back"] = held_back;
+  if (!reasons.empty()) states[kHeldBack] = reasons;
   return states;
 }
 

@@ -33,8 +33,8 @@ void from_json(const nlohmann::json& j, BlockState& block);  ///< throws: Error(
 /// Leaves out the samples of blocks that were held back.
 void keep_counting(std::vector<Sample>& samples, std::span<const BlockState> blocks);
 
-/// Gives each device of run.json its "states", what its blocks were: their number, how many were held back and why,
-/// and of every quantity that was told its least and greatest value. No such member where nothing was told.
+/// Gives each device of run.json its "states": how many blocks it had, how many of them did not count, the driver's
+/// reasons, and of every quantity the least and greatest value. No such member where nothing was told.
 void set_states(std::span<nlohmann::json> devices, std::span<const BlockState> blocks);
 
 }  // namespace reliefbench

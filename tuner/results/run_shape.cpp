@@ -75,7 +75,7 @@ constexpr std::array kKeys = {
     KnownKey{"devices.*.states.clock_mhz", Type::array},
     KnownKey{"devices.*.states.temperature_c", Type::array},
     KnownKey{"devices.*.states.power_w", Type::array},
-    KnownKey{"devices.*.states.held_back", Type::object},
+    KnownKey{"devices.*.states.held_back", Type::array},
     KnownKey{"front", Type::object},
     KnownKey{"front.error", Type::text},
     KnownKey{"front.constraints", Type::array},
