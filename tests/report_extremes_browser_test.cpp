@@ -57,11 +57,12 @@ TEST_F(ReportInBrowser, HostileNamesAreTexts) {
     byId('environment').open = true;
     for (const index of data.points.keys()) showHover(index, 5, 5, plotted.chart);
     result.formula = csvText().split('\n').filter((line) => /(?:^|,)["]?=/.test(line)).length;
+    result.elements = document.querySelectorAll('img[src=x], #pins script').length;
+    result.wide = document.documentElement.scrollWidth > innerWidth;
+    byId('environment').dispatchEvent(new Event('toggle'));  // at once
     result.clocks = byId('environment').textContent.includes('1005 – 1950');
     result.held = byId('environment').textContent.includes('1 of 3 blocks, ');
     result.power = byId('environment').textContent.includes('Power (W)');
-    result.elements = document.querySelectorAll('img[src=x], #pins script').length;
-    result.wide = document.documentElement.scrollWidth > innerWidth;
   )"));
   expect_drawn(body);
   EXPECT_THAT(body, Not(HasSubstr("data-owned")));
