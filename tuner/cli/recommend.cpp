@@ -157,8 +157,7 @@ void print_answer(const Answer& answer, const Question& question, const Run& run
   const Record& pick = *answer.pick;
   line("pick", paint.good(name_of(pick)));
   const std::optional<double> per_px = has_frame_sizes(run) ? ns_per_px(run, pick) : std::nullopt;
-  put("{}{}{}\n", kIndent, numbers(pick, question),
-      per_px ? fmt::format("   {} ns/px", format_number(*per_px)) : "");
+  put("{}{}{}\n", kIndent, numbers(pick, question), per_px ? fmt::format("   {} ns/px", format_number(*per_px)) : "");
   const auto other = [&](std::string_view label, const Record& record) {
     line(label, name_of(record));
     put("{}{}\n", kIndent, against_pick(record, pick, question));
