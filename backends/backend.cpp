@@ -97,6 +97,11 @@ bool is_score(const Target& target) {
   return !target.attachments.empty() && target.attachments.front() == Target::score.attachments.front();
 }
 
+DeviceState Backend::state() {
+  if (!watch_) watch_.emplace(device());
+  return watch_->read();
+}
+
 void Backend::read_color(std::vector<std::uint8_t>& into) {
   const std::span<const std::uint8_t> bytes = read(Target::color.attachments[0].name);
   into.resize(bytes.size());

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "backends/device_state.h"
 #include "backends/spirv.h"
 #include "kernels/judge/score_pixel.h"
 #include "kernels/maps/map_texture.h"
@@ -46,6 +47,7 @@ struct DeviceInfo {
   bool float64 = false;               ///< doubles in shaders
   bool block_textures = false;        ///< TexelType::rgtc
   bool compiles_in_parallel = false;  ///< Backend::compile may be called on several threads at once
+  std::string pci{};                  ///< its address, "0000:65:00.0"; "" where it has none, or nobody tells
 };
 
 /// An image that frames are drawn into, named as the fragment shader's output; that output's location is its place in
@@ -195,6 +197,8 @@ class Backend {
   [[nodiscard]] bool is_gone() const { return is_gone_; }
 
   [[nodiscard]] virtual const DeviceInfo& device() const = 0;
+  /// Of the device now, as driver and system tell this process: not the one, maybe, that has the device.
+  [[nodiscard]] virtual DeviceState state();
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
   /// throws: Error(environment): also where the fragment shader's outputs are not the target's attachments
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) = 0;
@@ -229,6 +233,7 @@ class Backend {
  private:
   std::atomic<bool> is_gone_ = false;  ///< compile() is called on several threads
   double render_limit_s_ = std::numeric_limits<double>::infinity();
+  std::optional<DeviceWatch> watch_;
 };
 
 // What both APIs ask of a draw, and say in the same words.

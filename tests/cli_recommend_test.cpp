@@ -59,6 +59,26 @@ TEST_F(CliTest, recommend_prices_a_heightmap_that_changes) {
     EXPECT_EQ(run({"recommend", "run", "--rebake-every", none}).exit_code, 2) << none;
 }
 
+TEST_F(CliTest, recommend_holds_frames_of_several_sizes_to_one_another) {
+  const std::string config = R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "top", "frame_px": [16, 16]},
+               {"heightmap": {"source": "fbm", "width": 32, "height": 32}, "views": "top", "frame_px": OTHER}],
+    "measure": {"samples": 3, "batch_ms": 0.5, "warmup_batches_max": 2},
+    "sweeps": [{"technique": "parallax"}]})";
+  for (const std::string px : {"[16, 16]", "[32, 16]"}) {
+    write("config.json", std::string(config).replace(config.find("OTHER"), 5, px));
+    const std::string out = px == "[16, 16]" ? "alike" : "unlike";
+    ASSERT_EQ(run({"sweep", "config.json", "-o", out, "--backend", "null"}).exit_code, 0);
+    const std::vector<std::string> ask = {"recommend", out, "--max-error", "e_xy.p99<=100"};
+    EXPECT_EQ(run(ask).out.find("ns/px") != std::string::npos, out == "unlike");
+    const CommandResult json = run({"recommend", out, "--max-error", "e_xy.p99<=100", "--json"});
+    const nlohmann::json answers = nlohmann::json::parse(json.out).at("answers");
+    ASSERT_EQ(answers.size(), 2U);
+    EXPECT_DOUBLE_EQ(answers[0].at("ns_per_px"),
+                     answers[0]["pick"]["frame_time_ns"]["median"].get<double>() / (16.0 * 16));
+  }
+}
+
 TEST_F(CliTest, recommend_and_tune_say_what_ties_with_their_pick) {
   static_cast<void>(null_sweep(folder_));
   EXPECT_THAT(run({"recommend", "run", "--max-error", "e_xy.p95<=2"}).out,

@@ -34,7 +34,8 @@ class DeviceFault : public ::testing::Test {
                               .backends = {"null"},
                               .pictures = Pictured::none,
                               .quiet = true,
-                              .open = devices.opener()})
+                              .open = devices.opener(),
+                              .cooling_pause_s = 0})
         .statuses;
   }
   Statuses sweep(const std::string& name) const {

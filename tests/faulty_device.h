@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -16,10 +17,14 @@ class FaultyDevices {
   enum Call { upload, compile, draw, open };
 
   void fail(Call call, int nth, Fault fault) { faults_[{call, nth}] = fault; }  ///< nth: from 0
-  void slow_down(int from_draw, double factor) {
+  void slow_down(int from_draw, double factor, int to_draw = 1 << 30) {
     slow_from_ = from_draw;
+    slow_to_ = to_draw;
     factor_ = factor;
   }
+  /// What the devices say of themselves when they are asked for the n-th time, from 0.
+  void tell(std::function<DeviceState(int)> state_of) { state_of_ = std::move(state_of); }
+  [[nodiscard]] int states_told() const { return states_told_; }
   [[nodiscard]] int calls(Call call) const { return calls_.at(call); }
   [[nodiscard]] OpenDevice opener() {
     return [this](const BackendRow& row, int index) -> std::unique_ptr<Backend> {
@@ -33,6 +38,10 @@ class FaultyDevices {
    public:
     Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {}
     const DeviceInfo& device() const override { return inner_->device(); }
+    DeviceState state() override {
+      const int nth = devices_.states_told_++;
+      return devices_.state_of_ ? devices_.state_of_(nth) : inner_->state();
+    }
     std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
       enter(FaultyDevices::upload);
       return inner_->upload(desc);
@@ -46,7 +55,7 @@ class FaultyDevices {
       const bool is_timed = enter(draw) != Fault::invalid_timer;
       BatchTime time = inner_->render(frame, frames, timer);
       if (!is_timed) time.wall_ns = 0;
-      if (nth >= devices_.slow_from_) time.wall_ns *= devices_.factor_;
+      if (nth >= devices_.slow_from_ && nth < devices_.slow_to_) time.wall_ns *= devices_.factor_;
       return time;
     }
     std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
@@ -86,7 +95,10 @@ class FaultyDevices {
   std::array<int, 4> calls_{};
   std::mutex mutex_;
   int slow_from_ = 1 << 30;
+  int slow_to_ = 1 << 30;
   double factor_ = 1;
+  std::function<DeviceState(int)> state_of_;
+  int states_told_ = 0;
 };
 
 }  // namespace reliefbench

@@ -66,6 +66,7 @@ void expect_same_row(const TableRow& a, const TableRow& b) {
   EXPECT_EQ(a.memory_bytes, b.memory_bytes);
   EXPECT_EQ(a.bake_time_ns, b.bake_time_ns);
   EXPECT_EQ(a.first_draw_ns, b.first_draw_ns);
+  EXPECT_EQ(a.ns_per_px, b.ns_per_px);
   ASSERT_EQ(a.frame_time.has_value(), b.frame_time.has_value());
   if (a.frame_time) {
     EXPECT_EQ(a.frame_time->median, b.frame_time->median);
@@ -102,6 +103,28 @@ TEST(CaseTable, the_samples_of_a_sweep_sum_up_to_what_it_recorded) {
     ASSERT_TRUE(row.frame_time);
     EXPECT_DOUBLE_EQ(median(row.samples_ns), row.frame_time->median) << row.case_id;
   }
+}
+
+TEST(CaseTable, a_time_per_pixel_is_of_the_frame) {
+  const TempFolder folder;
+  reliefbench::Run run = load_run(null_sweep(folder));
+  const Scene& scene = run.scenes.front().spec.scene;
+  const double pixels = static_cast<double>(scene.width_px) * scene.height_px;
+  const std::vector<TableRow> rows = case_table(run);
+  for (const TableRow& row : rows)
+    if (row.scene == run.scenes.front().spec.id) {
+      EXPECT_EQ(row.ns_per_px, row.frame_time->median / pixels);
+    }
+  // A table of before there was such a column, and a run that does not say what its scenes are.
+  std::string text = case_table_csv(rows);
+  text.replace(text.find(",median_ns_per_px,"), 18, ",");
+  for (const TableRow& row : rows) {
+    const std::string cell = fmt::format(",{},", *row.ns_per_px);
+    text.replace(text.find(cell, text.find(row.case_id)), cell.size(), ",");
+  }
+  EXPECT_FALSE(parse_case_table(text, "old.csv").front().ns_per_px);
+  run.scenes.clear();
+  EXPECT_FALSE(case_table(run).front().ns_per_px);
 }
 
 TEST(CaseTable, no_number_that_is_none_is_written) {

@@ -47,6 +47,8 @@ TEST_F(ReportInBrowser, HostileNamesAreTexts) {
   run.info["argv"] = {hostile};
   run.info["devices"][0]["name"] = hostile;
   run.info["devices"][0]["audit"][0]["timer"] = hostile;
+  run.info["devices"][0]["states"] = {
+      {"blocks", 3}, {"blocks_held_back", 1}, {"clock_mhz", {1005, 1950}}, {"held_back", {hostile}}};
   run.info["host"] = {{"cpu", hostile}, {"os", hostile}, {"cores", 2}, {"memory_bytes", 1}};
   const std::string body = body_tag(document(report_of(run), R"(
     choose({pins: [...data.points.keys()]});
@@ -57,12 +59,19 @@ TEST_F(ReportInBrowser, HostileNamesAreTexts) {
     result.formula = csvText().split('\n').filter((line) => /(?:^|,)["]?=/.test(line)).length;
     result.elements = document.querySelectorAll('img[src=x], #pins script').length;
     result.wide = document.documentElement.scrollWidth > innerWidth;
+    byId('environment').dispatchEvent(new Event('toggle'));  // at once
+    result.clocks = byId('environment').textContent.includes('1005 – 1950');
+    result.held = byId('environment').textContent.includes('1 of 3 blocks, ');
+    result.power = byId('environment').textContent.includes('Power (W)');
   )"));
   expect_drawn(body);
   EXPECT_THAT(body, Not(HasSubstr("data-owned")));
   EXPECT_THAT(body, has("elements", 0));
   EXPECT_THAT(body, has("formula", 0));
   EXPECT_THAT(body, has("wide", "false"));
+  EXPECT_THAT(body, has("clocks", "true"));
+  EXPECT_THAT(body, has("held", "true"));
+  EXPECT_THAT(body, has("power", "false"));  // nobody told
 }
 
 // With the browser's clock: nothing is awaited here.

@@ -60,7 +60,8 @@ DeviceInfo some_device() {
           .subtexel_bits = 8,
           .float64 = true,
           .block_textures = true,
-          .compiles_in_parallel = true};
+          .compiles_in_parallel = true,
+          .pci = "0000:65:00.0"};
 }
 
 TEST(Wire, values_come_back) {
@@ -69,6 +70,7 @@ TEST(Wire, values_come_back) {
   const auto same = through_wire(device, nullptr, kept);
   EXPECT_EQ(same.name, device.name);
   EXPECT_EQ(same.timers, device.timers);
+  EXPECT_EQ(same.pci, device.pci);
   EXPECT_EQ(same.index, 3);
   EXPECT_TRUE(same.software && same.float64 && same.block_textures && same.compiles_in_parallel);
 

@@ -2,9 +2,13 @@
 
 #include <dlfcn.h>
 #include <epoxy/gl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <system_error>
 
 #include "kernels/base/error.h"
 
@@ -110,6 +114,22 @@ std::vector<EGLDisplay> egl_displays() {
     if (EGLDisplay display = initialised(EGL_PLATFORM_SURFACELESS_MESA, nullptr))
       if (std::find(opened.begin(), opened.end(), device_of(display)) == opened.end()) displays.push_back(display);
   return displays;
+}
+
+std::string pci_address(EGLDisplay display) {
+  EGLDeviceEXT const device = device_of(display);
+  if (device == EGL_NO_DEVICE_EXT) return "";
+  const char* const extensions = eglQueryDeviceStringEXT(device, EGL_EXTENSIONS);
+  if (extensions == nullptr || !epoxy_extension_in_string(extensions, "EGL_EXT_device_drm")) return "";
+  const char* const file = eglQueryDeviceStringEXT(device, EGL_DRM_DEVICE_FILE_EXT);
+  struct stat status {};
+  if (file == nullptr || ::stat(file, &status) != 0 || !S_ISCHR(status.st_mode)) return "";
+  std::error_code error;
+  const std::filesystem::path link =
+      fmt::format("/sys/dev/char/{}:{}/device", major(status.st_rdev), minor(status.st_rdev));
+  const std::filesystem::path folder = std::filesystem::canonical(link, error);
+  const bool is_pci = std::filesystem::exists("/sys/bus/pci/devices" / folder.filename(), error);
+  return is_pci && !folder.empty() ? folder.filename().string() : "";
 }
 
 EglContext::EglContext(EGLDisplay display, bool debug) : display_(display), context_(create_context(display, debug)) {

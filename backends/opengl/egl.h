@@ -1,6 +1,7 @@
 #pragma once
 #include <epoxy/egl.h>
 
+#include <string>
 #include <vector>
 
 #include "kernels/base/error.h"
@@ -15,6 +16,9 @@ namespace reliefbench {
 /// process: EGL hands the same one to every caller and does not count its users. Prints nothing, never throws for a
 /// missing library or a device that cannot be opened.
 [[nodiscard]] std::vector<EGLDisplay> egl_displays();
+
+/// The PCI address of a display's device, by its DRM device file; "" where EGL does not tell, as of software.
+[[nodiscard]] std::string pci_address(EGLDisplay display);
 
 /// An OpenGL 4.5 core context with GL_ARB_gl_spirv: a headless one of its own, or a window's.
 class EglContext {

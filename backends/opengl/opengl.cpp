@@ -271,6 +271,7 @@ std::vector<UsableDevice> usable_devices() {
     try {
       const EglContext context(display, false);
       devices.push_back({.display = display, .info = describe(static_cast<int>(devices.size()))});
+      devices.back().info.pci = pci_address(display);
     } catch (const Error&) {
       continue;  // no OpenGL 4.5 with SPIR-V there, or not for this user
     }

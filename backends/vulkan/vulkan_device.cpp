@@ -47,6 +47,22 @@ std::string_view type_name(VkPhysicalDeviceType type) {
   }
 }
 
+/// Its PCI address; "" where the driver does not tell.
+std::string pci_address(VkPhysicalDevice handle) {
+  std::uint32_t count = 0;
+  vkEnumerateDeviceExtensionProperties(handle, nullptr, &count, nullptr);
+  std::vector<VkExtensionProperties> extensions(count);
+  vkEnumerateDeviceExtensionProperties(handle, nullptr, &count, extensions.data());
+  if (std::ranges::none_of(extensions, [](const VkExtensionProperties& one) {
+        return std::string_view(one.extensionName) == VK_EXT_PCI_BUS_INFO_EXTENSION_NAME;
+      }))
+    return "";
+  VkPhysicalDevicePCIBusInfoPropertiesEXT pci{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PCI_BUS_INFO_PROPERTIES_EXT};
+  VkPhysicalDeviceProperties2 query{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, .pNext = &pci};
+  vkGetPhysicalDeviceProperties2(handle, &query);
+  return fmt::format("{:04x}:{:02x}:{:02x}.{:x}", pci.pciDomain, pci.pciBus, pci.pciDevice, pci.pciFunction);
+}
+
 std::optional<PhysicalDevice> usable(VkPhysicalDevice handle) {
   PhysicalDevice physical{.handle = handle};
   vkGetPhysicalDeviceProperties(handle, &physical.properties);
@@ -110,7 +126,8 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
                   .subtexel_bits = static_cast<int>(properties.limits.subTexelPrecisionBits),
                   .float64 = physical.float64,
                   .block_textures = physical.block_textures,
-                  .compiles_in_parallel = true};
+                  .compiles_in_parallel = true,
+                  .pci = pci_address(physical.handle)};
   if (physical.timestamp_bits > 0 && properties.limits.timestampPeriod > 0) info.timers.push_back(Timer::vk_timestamp);
   return info;
 }

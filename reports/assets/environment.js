@@ -46,6 +46,50 @@ function filterBits(device) {
   return device.subtexel_bits ? String(device.subtexel_bits) : 'not reported';
 }
 
+/** Least and greatest of what a device told of itself before and after its blocks; undefined where it told nothing. */
+const rangeText = ({states}, id) => states?.[id]?.map((value) => formatNumber(value)).join(' – ');
+
+function heldBackText({states}) {
+  if (!states?.blocks_held_back && !states?.held_back) return undefined;
+  return [`${states.blocks_held_back || 0} of ${states.blocks} blocks`, ...states.held_back || []].join(', ');
+}
+
+/** What a pixel costs in frames of each size, over its cost in larger ones. */
+const fillText = ({frame_fill: fills}) =>
+    fills?.map(({frame_px: [width, height], pixel_cost: cost}) => `${width}x${height}: ${formatNumber(cost)}`).join(', ');
+
+/** What some of the devices told. */
+function stateColumns(devices) {
+  /** @type {[string, (device: any) => string][]} */
+  const columns = [
+    ['Clock (MHz)', (device) => rangeText(device, 'clock_mhz')],
+    ['Temperature (C)', (device) => rangeText(device, 'temperature_c')],
+    ['Power (W)', (device) => rangeText(device, 'power_w')],
+    ['Held back', heldBackText],
+    ['Pixel, of twice the size', fillText],
+  ];
+  return columns.filter(([, text]) => devices.some(text));
+}
+
+function deviceTable(devices) {
+  if (devices.length === 0) return null;
+  /** @type {[string, (device: any) => string][]} */
+  const columns = [
+    ['Device', (device) => device.name],
+    ['Backend', (device) => `${device.backend} ${device.index}`],
+    ['Vendor', (device) => device.vendor],
+    ['Type', (device) => device.type],
+    ['Driver', (device) => device.driver],
+    ['API', (device) => device.api_version],
+    ['Filter weight bits', filterBits],
+    ['Control case', (device) => (device.control_reference_ns ? formatTime(device.control_reference_ns) : '–')],
+    ...stateColumns(devices),
+  ];
+  return dataTable(
+      columns.map(([title]) => title), devices.map((device) => columns.map(([, text]) => text(device) ?? '–')),
+      'Devices');
+}
+
 function runElement(run) {
   const {info} = run;
   const host = info.host || {};
@@ -69,17 +113,7 @@ function runElement(run) {
         ['References', cached('references', 'references_cached')],
         ['Shaders', counts.shaders === undefined ? null : String(counts.shaders)],
       ]),
-      devices.length === 0 ?
-          null :
-          dataTable(
-              ['Device', 'Backend', 'Vendor', 'Type', 'Driver', 'API', 'Filter weight bits', 'Control case'],
-              devices.map(
-                  (device) =>
-                      [device.name, `${device.backend} ${device.index}`, device.vendor, device.type, device.driver,
-                       device.api_version, filterBits(device),
-                       device.control_reference_ns ? formatTime(device.control_reference_ns) : '–']),
-              'Devices'),
-      auditTable(devices), info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
+      deviceTable(devices), auditTable(devices), info.wall_s ? wallSplit(info.wall_s) : null, statusTables(run));
 }
 
 export function drawEnvironment() { byId('environment-runs').append(...data.runs.map(runElement)); }

@@ -13,6 +13,8 @@ const sorted = {
   rows: kRowsAtOnce
 };
 
+const hasFrameSizes = new Set(data.scenes.map(({frame_px}) => String(frame_px))).size > 1;
+
 const metricColumn = (index) => ({
   id: data.metrics[index].id,
   title: metricTitle(data.metrics[index]),
@@ -54,6 +56,15 @@ function columnsShown() {
       value: (point) => point.time_ns[2],
       text: (point) => `${point.time_ns.slice(1).map((ns) => formatNumber(ns / 1e6)).join(' – ')}`
     },
+    ...(hasFrameSizes ? [{
+      id: 'ns_per_px',
+      title: 'ns/px',
+      numeric: true,
+      hint: 'median frame time over the pixels of the frame: scenes have frames of several sizes',
+      value: (point) => point.ns_per_px ?? -Infinity,
+      text: (point) => (point.ns_per_px === undefined ? 'none' : formatNumber(point.ns_per_px))
+    }] :
+                        []),
     ...metrics.map(metricColumn),
     {
       id: 'map',

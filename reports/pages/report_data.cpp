@@ -255,7 +255,7 @@ class DataBuilder {
       const CoarseFilter& filter = filters.try_emplace(record.backend, run.info, record.backend).first->second;
       const std::string_view mark = filter.mark(record.case_id);
       if (!mark.empty()) filter_notes.insert(filter.note());
-      add_point(index, run.folder, record, mark);
+      add_point(index, run, record, mark);
     }
     for (const AxisEffect& effect : effects_of(run.records)) add_effect(index, effect);
 
@@ -278,7 +278,7 @@ class DataBuilder {
     return groups_.size() - 1;
   }
 
-  void add_point(std::size_t run, const std::filesystem::path& folder, const Record& record, std::string_view mark) {
+  void add_point(std::size_t index, const Run& run, const Record& record, std::string_view mark) {
     json errors = json::array();
     for (const MetricRow& row : metrics()) {
       const std::optional<double> value = metric_value(record, row.id);
@@ -287,7 +287,7 @@ class DataBuilder {
     const Summary& time = record.frame_time->summary;
     const std::size_t scene = scenes_.index(record.scene, record.scene_key);
     const std::size_t setting = settings_.index(record, techniques_.index(record.technique));
-    json point = {{"group", group_index(run, record.backend, record.device)},
+    json point = {{"group", group_index(index, record.backend, record.device)},
                   {"scene", scene},
                   {"setting", setting},
                   {"id", record.case_id},
@@ -300,8 +300,9 @@ class DataBuilder {
                   {"memory_bytes", record.memory_bytes},
                   {"bake_ns", record.bake_time_ns},
                   {"first_draw_ns", record.first_draw_ns}};
+    if (const std::optional<double> per_px = ns_per_px(run, record)) point["ns_per_px"] = *per_px;
     if (!pictured_.contains({scene, setting})) {
-      json pictures = pictures_.pictures_of(folder, record);
+      json pictures = pictures_.pictures_of(run.folder, record);
       if (!pictures.is_null()) {
         pictured_.insert({scene, setting});
         point["pictures"] = std::move(pictures);

@@ -146,6 +146,7 @@ const Target kTargets[] = {
     {"run", "tests/fuzz/seeds/run*.json", [](std::string_view text) { read_run_with(kRunFile, text); }},
     {"results", "tests/fuzz/seeds/results.jsonl", [](std::string_view text) { read_run_with(kResultsFile, text); }},
     {"samples", "tests/fuzz/seeds/samples.jsonl", [](std::string_view text) { read_run_with(kSamplesFile, text); }},
+    {"blocks", "tests/fuzz/seeds/blocks.jsonl", [](std::string_view text) { read_run_with(kBlocksFile, text); }},
     {"table", "tests/fuzz/seeds/table.csv",
      [](std::string_view text) {
        const std::vector<TableRow> table = parse_case_table(text, "t.csv");

@@ -12,6 +12,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/results/block_state.h"
 #include "tuner/results/device_json.h"
 
 namespace reliefbench {
@@ -27,6 +28,7 @@ struct DevicesArguments {
 struct Found {
   const BackendRow* backend = nullptr;
   DeviceInfo info;
+  DeviceState state;                ///< now
   std::vector<TimerAudit> audit;    ///< empty where none was asked for
   std::vector<FilterAudit> filter;  ///< likewise
   std::string failure;              ///< why the audit could not be done, or found no timer to measure with
@@ -39,7 +41,8 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
     if (arguments.backend.empty() ? !row.real : row.id != arguments.backend) continue;
     for (const DeviceInfo& info : isolated_devices(row)) {
       if (arguments.device && info.index != *arguments.device) continue;
-      found.push_back({.backend = &row, .info = info, .audit = {}, .filter = {}, .failure = {}});
+      found.push_back(
+          {.backend = &row, .info = info, .state = DeviceWatch(info).read(), .audit = {}, .filter = {}, .failure = {}});
     }
   }
   return found;
@@ -66,6 +69,9 @@ void print_devices(const std::vector<Found>& devices, const Paint& paint) {
                     info.subtexel_bits == 0 ? "not reported" : fmt::format("{}", info.subtexel_bits)});
   }
   put("{}", columns(rows));
+  for (const Found& found : devices)
+    if (const std::string now = state_text(found.state); !now.empty())
+      put("{} {} now: {}\n", found.info.backend, found.info.index, now);
 }
 
 std::string weight_text(const FilterPrecision& shown, int reported_bits) {
@@ -104,6 +110,7 @@ nlohmann::json devices_json(const std::vector<Found>& devices, bool audited) {
   nlohmann::json list = nlohmann::json::array();
   for (const Found& found : devices) {
     nlohmann::json entry = device_json(found.info);
+    if (found.state.is_told()) entry["state"] = state_json(found.state);
     if (audited) {
       entry["audit"] = audit_json(found.audit);
       entry["filter"] = filter_json(found.filter);
@@ -154,9 +161,11 @@ void add_devices_command(CLI::App& app, int& exit_code) {
       "the\n"
       "work (`doubling` near 2). The linear filter's weights are read off two enlarged texels of every type: what "
       "they\n"
-      "are off by, times the difference of two neighbours, is what a sampled height is off by. Exit code 3 where "
-      "there\n"
-      "is no device, or one has no timer to measure with.\n"
+      "are off by, times the difference of two neighbours, is what a sampled height is off by. Clock, temperature, "
+      "power\n"
+      "and why the clock is held back are told where driver or system know them. Exit code 3 where there is no "
+      "device,\n"
+      "or one has no timer to measure with.\n"
       "Example:\n  reliefbench devices --audit --backend vulkan");
   command->callback([=, &exit_code] {
     DevicesArguments arguments{.backend = value_or(backend, std::string()),

@@ -18,6 +18,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/case_table.h"
 #include "tuner/results/coarse_filter.h"
 #include "tuner/results/frame_fill.h"
 #include "tuner/results/run_question.h"
@@ -130,6 +131,15 @@ std::string no_simpler_text(const Answer& answer, const Question& question) {
   return fmt::format("none of the {} simpler settings does it", answer.simpler);
 }
 
+/// Whether a person needs times per pixel to hold its scenes to one another.
+bool has_frame_sizes(const Run& run) {
+  const auto differs = [&](const MeasuredScene& one) {
+    const Scene& first = run.scenes.front().spec.scene;
+    return one.spec.scene.width_px != first.width_px || one.spec.scene.height_px != first.height_px;
+  };
+  return std::ranges::any_of(run.scenes, differs);
+}
+
 void print_answer(const Answer& answer, const Question& question, const Run& run, const Names& names,
                   const Paint& paint) {
   put("\n{}\n", paint.bold(fmt::format("{}, {}, {}", answer.scene, answer.backend, answer.device)));
@@ -147,7 +157,8 @@ void print_answer(const Answer& answer, const Question& question, const Run& run
   }
   const Record& pick = *answer.pick;
   line("pick", paint.good(name_of(pick)));
-  put("{}{}\n", kIndent, numbers(pick, question));
+  const std::optional<double> per_px = has_frame_sizes(run) ? ns_per_px(run, pick) : std::nullopt;
+  put("{}{}{}\n", kIndent, numbers(pick, question), per_px ? fmt::format("   {} ns/px", format_number(*per_px)) : "");
   const auto other = [&](std::string_view label, const Record& record) {
     line(label, name_of(record));
     put("{}{}\n", kIndent, against_pick(record, pick, question));
@@ -192,8 +203,12 @@ Exit recommend_command(const RecommendArguments& arguments) {
   const std::vector<Answer> answers = recommend(stored.records, question);
   if (arguments.json) {
     nlohmann::json json = answers_json(answers, question);
-    for (std::size_t i = 0; i < answers.size(); ++i)
+    for (std::size_t i = 0; i < answers.size(); ++i) {
       json["answers"][i]["filter_note"] = filter_note(answers[i], stored);
+      const std::optional<double> per_px =
+          answers[i].pick != nullptr ? ns_per_px(stored, *answers[i].pick) : std::nullopt;
+      json["answers"][i]["ns_per_px"] = per_px ? nlohmann::json(*per_px) : nlohmann::json();
+    }
     json["frame_notes"] = small_frame_notes(stored.info);
     fmt::print("{}\n", json.dump(2));
     return exit_of(answers);

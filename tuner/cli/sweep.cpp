@@ -106,6 +106,9 @@ void print_summary(const SweepSummary& summary) {
   for (const Part part : {Part::judge, Part::pictures}) harness_s += summary.part_s.at(static_cast<std::size_t>(part));
   put(" other {:.1f} s\njudging, pictures and other: {:.1f} % of it\n", summary.other_s,
       100 * harness_s / summary.total_s);
+  if (summary.held_back > 0)
+    put("blocks during which the device was held back, and which do not count: {} ({})\n", summary.held_back,
+        (summary.folder / kBlocksFile).string());
   for (const std::string& note : summary.notes) put("{}\n", note);
   put("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
 }
@@ -120,11 +123,12 @@ void print_failures(const SweepSummary& summary) {
     count += cases;
   }
   if (failed.empty()) return;
-  fmt::print(stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
-             fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
-             summary.open > 0
-                 ? "; the same command tries once more what timed out, lost the device or ran out of memory"
-                 : "");
+  fmt::print(
+      stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
+      fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
+      summary.open > 0
+          ? "; the same command tries once more what timed out, was throttled, lost the device or ran out of memory"
+          : "");
 }
 
 Pictured pictured_of(std::string_view text) {

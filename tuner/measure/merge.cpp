@@ -32,6 +32,7 @@ void write_joined(const JoinedRuns& joined) {
   RunStore store(run.folder, run.info["identity"]);
   for (const Record& record : run.records) store.append(record);
   for (const Sample& sample : run.samples) store.append(sample);
+  for (const BlockState& block : run.blocks) store.append(block);
   store.write_info(run.info);
 }
 

@@ -11,6 +11,7 @@
 #include "kernels/trace/shader_contract.h"
 #include "kernels/trace/technique.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/block_state.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/frame_fill.h"
 #include "tuner/results/host.h"
@@ -70,6 +71,7 @@ nlohmann::json device_json(const Session& session) {
   device["control_load_steps"] = calibration.load_steps;
   device["control_frames"] = calibration.frames;
   device["control_reference_ns"] = calibration.reference_ns;
+  if (calibration.state.is_told()) device["control_state"] = state_json(calibration.state);
   if (!session.fills().empty()) device["frame_fill"] = fills_json(session.fills());
   return device;
 }
@@ -84,7 +86,8 @@ std::optional<Calibration> known_calibration(const nlohmann::json& info, const D
         return Calibration{.timer = timer,
                            .load_steps = entry.at("control_load_steps"),
                            .frames = entry.at("control_frames"),
-                           .reference_ns = entry.at("control_reference_ns")};
+                           .reference_ns = entry.at("control_reference_ns"),
+                           .state = parse_state(entry.value("control_state", nlohmann::json::object()))};
   }
   return std::nullopt;
 }

@@ -1,5 +1,6 @@
 #include "tuner/measure/sample_book.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace reliefbench {
@@ -12,6 +13,19 @@ void SampleBook::append(Sample sample) {
   sample.round = static_cast<int>(samples(sample.case_id).size());  // the control case has no page
   if (store_ != nullptr) store_->append(sample);
   enter(sample);
+}
+
+void SampleBook::close(const BlockState& block) {
+  const bool is_held_back = !block.held_back.empty();
+  if (store_ != nullptr && (is_held_back || block.before.is_told() || block.after.is_told())) store_->append(block);
+  if (!is_held_back) return;
+  const auto is_forgotten = [&](const Sample& sample) { return block.has(sample); };
+  std::erase_if(control_samples_, is_forgotten);
+  std::erase_if(waiting_, is_forgotten);
+  for (auto& [id, page] : pages_) {
+    size_ -= std::erase_if(page.samples, is_forgotten);  // the last that were entered
+    page.times.resize(std::min(page.times.size(), page.samples.size()));
+  }
 }
 
 void SampleBook::enter(const Sample& sample) {

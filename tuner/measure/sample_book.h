@@ -28,6 +28,8 @@ class SampleBook {
 
   /// Its round: as many as the case has already.
   void append(Sample sample);
+  /// Keeps what is told of the block of samples that ends here; where it was held back, forgets them.
+  void close(const BlockState& block);
 
   /// Samples of a case in ns a frame, corrected as corrected_times_ns() does: as the run's tables will have them. A
   /// sample is among them once the control case was drawn after it.

@@ -351,6 +351,7 @@ void Session::calibrate(double batch_ms, const Calibration* known) {
   calibration_.frames = std::max(1, static_cast<int>(std::ceil(batch_ms / frame_ms)));
   std::vector<double> frame_ns(kControlBatches);
   for (double& value : frame_ns) value = draw_control_ns() / calibration_.frames;
+  calibration_.state = state();
   calibration_.reference_ns = median(frame_ns);
 }
 

@@ -26,6 +26,7 @@ struct Calibration {
   int load_steps = 0;       ///< LOAD_STEPS of load.frag
   int frames = 0;           ///< of one batch of the control case
   double reference_ns = 0;  ///< a frame's time of the control case when the run was first started
+  DeviceState state{};      ///< right after that
 };
 
 /// Opens a device of a row; throws as that does. Tests put devices in between that fail, commands open_isolated().
@@ -115,6 +116,8 @@ class Session {
   /// throws: Error(environment): no valid timer
   void calibrate(double batch_ms, const Calibration* known);
   [[nodiscard]] const Calibration& calibration() const { return calibration_; }
+  /// Not to be asked for inside a batch.
+  [[nodiscard]] DeviceState state() { return backend_->state(); }
   /// Time of one batch of the control case, ns.
   double draw_control_ns();
   /// How well frames of these scenes' sizes fill the device. Nothing of a software rasteriser, which any frame does, nor

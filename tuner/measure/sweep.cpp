@@ -10,6 +10,7 @@
 #include "kernels/base/clock.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
@@ -27,9 +28,6 @@
 
 namespace reliefbench {
 namespace {
-
-// Where the control case ran at less than a quarter of its calibrated speed, the device is not itself.
-constexpr double kThrottledRatio = 4;
 
 const SceneSpec& scene_of(const Config& config, const Case& c) {
   return *std::find_if(config.scenes.begin(), config.scenes.end(),
@@ -51,15 +49,16 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
   return identity;
 }
 
-/// Fills in the record's time from its samples.
-void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration) {
+/// Fills in the record's time from its samples, which are none where the device was held back.
+void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration,
+                    const std::string& held_back) {
+  if (!held_back.empty()) {
+    record.status = Status::throttled;
+    record.reason = held_back;
+    return;
+  }
   record.frame_time = frame_time(book.samples(record.case_id), book.control_samples(), calibration.reference_ns,
                                  timer_id(calibration.timer));
-  const double slowdown = record.frame_time->raw_median / record.frame_time->summary.median;
-  if (slowdown > kThrottledRatio) {
-    record.status = Status::throttled;
-    record.reason = fmt::format("the control case ran {:.1f} times slower than when the run began", slowdown);
-  }
 }
 
 /// Cases whose rounds of samples are drawn together.
@@ -122,7 +121,8 @@ class DeviceSweep {
                  .split = split,
                  .mark = &store.mark(),
                  .slowdowns = &options.slowdowns,
-                 .started_ns = started_ns}),
+                 .started_ns = started_ns,
+                 .cooling_pause_s = options.cooling_pause_s}),
         preparer_({.session = session,
                    .library = library,
                    .cache = cache,
@@ -163,10 +163,12 @@ class DeviceSweep {
       if (session_.is_lost(prepared.back().record.status)) reopen(prepared);
       on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
     }
-    sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
+    const std::string held_back = draw_block(timing_, [&] {
+      sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
+    });
     for (PreparedCase& one : prepared) {
       Record& record = one.record;
-      if (record.status == Status::ok) set_frame_time(record, samples_, session_.calibration());
+      if (record.status == Status::ok) set_frame_time(record, samples_, session_.calibration(), held_back);
       book_.append(record);
     }
   }
@@ -354,6 +356,9 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   summary.open = static_cast<int>(std::ranges::count_if(
       run.records, [&](const Record& one) { return may_pass(one.status) && !book.is_given_up(one.case_id); }));
   set_costs(summary, library, split);
+  set_states(devices, run.blocks);
+  summary.held_back = static_cast<int>(
+      std::ranges::count_if(run.blocks, [](const BlockState& block) { return !block.held_back.empty(); }));
   store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
   return summary;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/session.h"
 #include "tuner/measure/timing.h"
@@ -28,6 +29,7 @@ struct SweepOptions {
   Slowdowns slowdowns{};
   bool quiet = false;  ///< no progress
   OpenDevice open = open_device;
+  double cooling_pause_s = kCoolingPause_s;
 };
 
 /// What a sweep did, for its last lines and for run.json.
@@ -37,6 +39,7 @@ struct SweepSummary {
   int resumed = 0;                        ///< of them finished by an earlier start
   int open = 0;                           ///< of them failed, and drawn again by the next start
   std::map<std::string, int> statuses{};  ///< status id -> cases
+  int held_back = 0;                      ///< blocks that do not count
   int bakes = 0;
   int bakes_cached = 0;
   int references = 0;

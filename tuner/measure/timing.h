@@ -33,6 +33,7 @@ struct Timing {
   CaseMark* mark = nullptr;              ///< of the case that is being drawn; null where no run is kept
   const Slowdowns* slowdowns = nullptr;  ///< null: none
   double started_ns = 0;                 ///< of the run, ns since 1970: Sample::at_ns is 0 there
+  double cooling_pause_s = 0;            ///< of draw_block()
 };
 
 /// A case that was warmed up. Record and draws outlive it.

@@ -30,6 +30,13 @@ std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& sa
 
 }  // namespace
 
+std::optional<double> ns_per_px(const Run& run, const Record& record) {
+  const auto scene = std::ranges::find(run.scenes, record.scene_key, [](const MeasuredScene& one) { return one.key; });
+  if (scene == run.scenes.end() || !record.frame_time) return std::nullopt;
+  const Scene& frame = scene->spec.scene;
+  return record.frame_time->summary.median / (static_cast<double>(frame.width_px) * frame.height_px);
+}
+
 std::vector<TableRow> case_table(const Run& run) {
   const SamplesByCase samples = group_samples(run.samples);
   std::vector<TableRow> rows;
@@ -49,6 +56,7 @@ std::vector<TableRow> case_table(const Run& run) {
                  .bake_time_ns = record.bake_time_ns,
                  .first_draw_ns = record.first_draw_ns,
                  .frame_time = std::nullopt,
+                 .ns_per_px = ns_per_px(run, record),
                  .samples_ns = corrected_samples_ns(run, samples, record)};
     if (record.frame_time) row.frame_time = record.frame_time->summary;
     if (record.error)

@@ -29,8 +29,13 @@ struct TableRow {
   double bake_time_ns = 0;
   double first_draw_ns = 0;
   std::optional<Summary> frame_time;  ///< ns a frame, as the sweep summed it up; there where status is ok
+  std::optional<double> ns_per_px{};  ///< as ns_per_px() gives it; none of tables of earlier versions
   std::vector<double> samples_ns;     ///< ns a frame, corrected for drift; by time of measurement
 };
+
+/// A case's median frame time over the pixels of its scene's frame, to hold frames of several sizes to one another; of
+/// a time in ms it is ms per megapixel. None where the case has no time.
+[[nodiscard]] std::optional<double> ns_per_px(const Run& run, const Record& record);
 
 /// Every case of a run, in the run's order. throws: Error(bad_input): a record that this registry does not know
 [[nodiscard]] std::vector<TableRow> case_table(const Run& run);
@@ -41,11 +46,12 @@ struct TableRow {
 /// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, scene_key,
 /// status, reason, map, every other parameter of the registry (blank where inactive), every metric of the registry
 /// (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns,
-/// ci_high_ns, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a number that is not
-/// finite
+/// ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a
+/// number that is not finite
 [[nodiscard]] std::string case_table_csv(std::span<const TableRow> rows);
 
-/// Reads table.csv back. A parameter, metric or scene key whose column is missing counts as blank.
+/// Reads table.csv back. A parameter, metric, scene key or time per pixel whose column is missing counts as
+/// blank.
 /// throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown columns, names or values,
 ///         one scene with two keys
 [[nodiscard]] std::vector<TableRow> parse_case_table(std::string_view text, std::string_view file);

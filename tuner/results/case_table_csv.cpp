@@ -17,9 +17,11 @@ namespace {
 /// Columns before the parameters, and after the metrics.
 constexpr std::string_view kLeading[] = {"case",      "technique", "backend", "device", "scene",
                                          "scene_key", "status",    "reason",  "map"};
-constexpr std::string_view kTrailing[] = {"memory_bytes", "bake_time_ns", "first_draw_ns", "median_ns",
-                                          "mad_ns",       "ci_low_ns",    "ci_high_ns",    "samples_ns"};
-constexpr std::string_view kSceneKeyColumn = "scene_key";  // tables of earlier versions have none
+constexpr std::string_view kTrailing[] = {"memory_bytes", "bake_time_ns", "first_draw_ns",    "median_ns", "mad_ns",
+                                          "ci_low_ns",    "ci_high_ns",   "median_ns_per_px", "samples_ns"};
+// Tables of earlier versions have neither.
+constexpr std::string_view kSceneKeyColumn = "scene_key";
+constexpr std::string_view kPerPixelColumn = "median_ns_per_px";
 constexpr std::string_view kMapColumn = "map";  // the map that the case ran on; where it is a parameter, its value
 
 std::vector<std::string> param_columns() {
@@ -70,6 +72,7 @@ std::vector<std::string> cells_of(const TableRow& row, std::span<const std::stri
   const Summary time = row.frame_time.value_or(Summary{});
   for (const double value : {time.median, time.mad, time.ci_low, time.ci_high})
     cells.push_back(row.frame_time ? number_text(value, row, "frame time") : "");
+  cells.push_back(row.ns_per_px ? number_text(*row.ns_per_px, row, kPerPixelColumn) : "");
   cells.push_back(samples_text(row));
   return cells;
 }
@@ -164,6 +167,7 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
                .bake_time_ns = cells.number("bake_time_ns"),
                .first_draw_ns = cells.number("first_draw_ns"),
                .frame_time = std::nullopt,
+               .ns_per_px = cells.optional_number(kPerPixelColumn),
                .samples_ns = cells.numbers("samples_ns")};
   for (const MetricRow& metric : metrics()) row.errors.push_back(cells.optional_number(metric.id));
   if (cells.optional_number("median_ns"))
@@ -197,7 +201,8 @@ std::vector<TableRow> parse_case_table(std::string_view text, std::string_view f
   }
   for (const auto& fixed : {std::span<const std::string_view>(kLeading), std::span<const std::string_view>(kTrailing)})
     for (const std::string_view name : fixed)
-      if (!places.contains(name) && name != kSceneKeyColumn) fail_input("{}:1: column '{}': is missing", file, name);
+      if (!places.contains(name) && name != kSceneKeyColumn && name != kPerPixelColumn)
+        fail_input("{}:1: column '{}': is missing", file, name);
 
   const std::vector<std::string> params = param_columns();
   std::vector<TableRow> rows;

@@ -7,10 +7,13 @@ namespace reliefbench {
 nlohmann::json device_json(const DeviceInfo& device) {
   nlohmann::json timers = nlohmann::json::array();
   for (const Timer timer : device.timers) timers.push_back(timer_id(timer));
-  return {{"backend", device.backend},         {"index", device.index},       {"name", device.name},
-          {"vendor", device.vendor},           {"type", device.type},         {"driver", device.driver},
-          {"api_version", device.api_version}, {"software", device.software}, {"subtexel_bits", device.subtexel_bits},
-          {"timers", std::move(timers)}};
+  nlohmann::json j = {
+      {"backend", device.backend},         {"index", device.index},       {"name", device.name},
+      {"vendor", device.vendor},           {"type", device.type},         {"driver", device.driver},
+      {"api_version", device.api_version}, {"software", device.software}, {"subtexel_bits", device.subtexel_bits},
+      {"timers", std::move(timers)}};
+  if (!device.pci.empty()) j["pci"] = device.pci;
+  return j;
 }
 
 nlohmann::json audit_json(std::span<const TimerAudit> audit) {

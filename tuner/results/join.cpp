@@ -217,6 +217,7 @@ json info_of(const std::vector<Run>& runs, const JoinedRuns& joined, const std::
   info["identity"] = merged_identity(runs, parts);
   info["parts"] = parts;
   info["devices"] = united_devices(runs, json::json_pointer("/devices"));
+  set_states(info["devices"].get_ref<json::array_t&>(), joined.run.blocks);
   info["scenes"] = scenes_json(joined.run.scenes);
   info["started_unix_ns"] = started_ns;
   info["started"] = utc_text(started_ns);
@@ -251,6 +252,15 @@ void append_samples(Run& run, const std::unordered_set<std::string>& own_cases, 
     all.push_back(std::move(sample));
   }
   run.samples.clear();
+}
+
+void append_blocks(const Run& run, double started_ns, int first_part, std::vector<BlockState>& all) {
+  for (BlockState block : run.blocks) {
+    block.from_ns += start_of(run) - started_ns;
+    block.to_ns += start_of(run) - started_ns;
+    block.part += first_part;
+    all.push_back(std::move(block));
+  }
 }
 
 void set_control_range(JoinedRuns& joined, const std::vector<json>& parts, const json& devices) {
@@ -304,6 +314,7 @@ JoinedRuns join(std::vector<Run> runs) {
     if (owned[r].empty()) continue;
     Run& run = adding[places[r]];
     append_samples(run, owned[r], started_ns, static_cast<int>(parts.size()), joined.run.samples);
+    append_blocks(run, started_ns, static_cast<int>(parts.size()), joined.run.blocks);
     joined.run.scenes = joined_scenes(joined.run.scenes, run.scenes, folder_text(run));
     for (json& part : parts_of(run)) parts.push_back(std::move(part));
   }

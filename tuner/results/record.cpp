@@ -162,7 +162,7 @@ Status status_of(Fault fault, Status otherwise) {
 
 bool may_pass(Status status) {
   return status == Status::timeout || status == Status::device_lost || status == Status::out_of_memory ||
-         status == Status::crashed;
+         status == Status::throttled || status == Status::crashed;
 }
 
 void enter_failure(Record& record, Status otherwise) {

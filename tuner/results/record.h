@@ -26,7 +26,7 @@ enum class Status {
   device_lost,
   out_of_memory,
   invalid_timer,  ///< a time that was not finite and above zero
-  throttled,      ///< the device ran at a small part of its speed
+  throttled,      ///< the device was held back, however often it was drawn (measure/draw_block.h)
   crashed,        ///< the process that the driver was in died
 };
 /// Of what may be over when the case is drawn again, so that it is, once.

@@ -9,6 +9,7 @@ namespace reliefbench {
 inline constexpr std::string_view kRunFile = "run.json";
 inline constexpr std::string_view kResultsFile = "results.jsonl";
 inline constexpr std::string_view kSamplesFile = "samples.jsonl";
+inline constexpr std::string_view kBlocksFile = "blocks.jsonl";  ///< where states were told
 inline constexpr std::string_view kBenchmarkFile = "benchmark.json";
 inline constexpr std::string_view kFrontFile = "front.json";
 inline constexpr std::string_view kTableFile = "table.csv";

@@ -33,7 +33,8 @@ FolderState folder_state(const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder / kRunFile, error)) return FolderState::run;
   // The first lines are written after run.json: whatever holds some without it is not of an interrupted start.
-  for (const std::string_view name : {kResultsFile, kSamplesFile, kFrontFile, kBenchmarkFile, kTableFile, kT4File})
+  for (const std::string_view name :
+       {kResultsFile, kSamplesFile, kBlocksFile, kFrontFile, kBenchmarkFile, kTableFile, kT4File})
     if (holds(folder / name))
       fail_input("{}: holds {} but no {}; choose another folder", folder.string(), name, kRunFile);
   return FolderState::fresh;

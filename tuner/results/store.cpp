@@ -191,6 +191,8 @@ Run load_run(const fs::path& folder) {
   run.failures = count_failures(run.records);
   run.records = latest_of_each_case(std::move(run.records));
   run.samples = read_lines<Sample>(folder / kSamplesFile);
+  run.blocks = read_lines<BlockState>(folder / kBlocksFile);
+  keep_counting(run.samples, run.blocks);
   check_keys(run);
   return run;
 }
@@ -224,12 +226,19 @@ void RunStore::open() {
   if (state == FolderState::fresh) return write_info(json::object());
   results_->cut_torn_line();
   samples_->cut_torn_line();
+  if (std::error_code none; fs::exists(folder_ / kBlocksFile, none))
+    blocks_.emplace(folder_ / kBlocksFile).cut_torn_line();
   earlier_ = load_run(folder_);
 }
 
 void RunStore::append(const Record& record) { results_->append(line_of(record)); }
 
 void RunStore::append(const Sample& sample) { samples_->append(line_of(sample)); }
+
+void RunStore::append(const BlockState& block) {
+  if (!blocks_) blocks_.emplace(folder_ / kBlocksFile);
+  blocks_->append(line_of(block));
+}
 
 void RunStore::write_info(const json& info) {
   json whole = info;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/base/append_file.h"
+#include "tuner/results/block_state.h"
 #include "tuner/results/case_mark.h"
 #include "tuner/results/record.h"
 
@@ -21,8 +22,9 @@ struct Run {  // NOLINT(bugprone-exception-escape): moving a json does not throw
   nlohmann::json info;                ///< run.json
   std::vector<MeasuredScene> scenes;  ///< run.json's "scenes": those of all records
   std::vector<Record> records;
-  std::vector<Sample> samples;
+  std::vector<Sample> samples;            ///< without those of blocks that were held back
   std::map<std::string, int> failures{};  ///< by case id: how many of its lines have a status that may_pass()
+  std::vector<BlockState> blocks{};       ///< none of runs before these were kept, and where nothing was told
 };
 /// throws: Error(bad_input): not a run, other schema, one scene with two keys
 [[nodiscard]] Run load_run(const std::filesystem::path& folder);
@@ -40,6 +42,7 @@ class RunStore {
   [[nodiscard]] const Run& earlier() const { return earlier_; }
   void append(const Record& record);
   void append(const Sample& sample);
+  void append(const BlockState& block);
   /// Where the case that is about to be drawn is marked, and in which one an earlier start ended.
   [[nodiscard]] CaseMark& mark() { return *mark_; }
   /// Replaces run.json's content (identity is added).
@@ -54,6 +57,7 @@ class RunStore {
   Run earlier_;
   std::optional<AppendFile> results_;
   std::optional<AppendFile> samples_;
+  std::optional<AppendFile> blocks_;  ///< from the first line on
   std::optional<CaseMark> mark_;
 };
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/config.h"
 #include "tuner/plan/scene_key.h"
@@ -51,6 +52,7 @@ struct TuneOptions {
   bool retry_failed = false;  ///< draw again what failed in an earlier start
   bool quiet = false;
   OpenDevice open = open_device;
+  double cooling_pause_s = kCoolingPause_s;
 };
 
 /// A setting that is answered with. Times: of the combined scenes, ns a frame.

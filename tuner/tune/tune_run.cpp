@@ -1,9 +1,11 @@
 #include "tuner/tune/tune_run.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/plan/scene_json.h"
@@ -82,7 +84,8 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
                          .measure = config.measure,
                          .split = split_,
                          .mark = &store_->mark(),
-                         .started_ns = started_ns_});
+                         .started_ns = started_ns_,
+                         .cooling_pause_s = options.cooling_pause_s});
 }
 
 CoarseFilter TuneRun::filter() const {
@@ -135,7 +138,11 @@ void TuneRun::draw(std::span<const Wanted> round) {
   std::vector<TimedCase> cases;
   cases.reserve(round.size());
   for (const Wanted& wanted : round) cases.push_back(ready(wanted));
-  time(*timing_, cases);
+  const std::string held_back = draw_block(
+      *timing_, [&] { time(*timing_, cases); }, std::numeric_limits<double>::infinity());
+  if (!held_back.empty())
+    fail_environment("{} is held back: {}; what was timed before is kept, and the same command goes on with it",
+                     device().name, held_back);
 }
 
 const TimedCase& TuneRun::ready(const Wanted& wanted) {
@@ -205,7 +212,9 @@ void TuneRun::write_info(bool finished) {
   SweepSummary summary{.folder = options_.output, .cases = static_cast<int>(settings_.size())};
   set_costs(summary, library_, split_);
   summary.shaders = session_->shaders_compiled();
-  nlohmann::json info = run_info(config_, {device_json(*session_)}, scenes_, summary, started_ns_, finished);
+  std::vector<nlohmann::json> devices = {device_json(*session_)};
+  if (finished) set_states(devices, load_run(options_.output).blocks);
+  nlohmann::json info = run_info(config_, devices, scenes_, summary, started_ns_, finished);
   if (is_bisected_) info[kBisectedKey] = *is_bisected_;
   store_->write_info(info);
 }
