@@ -89,8 +89,8 @@ class EmbreeMesh {
     return std::lerp(std::lerp(at(i, j), at(i + 1, j), x - i), std::lerp(at(i, j + 1), at(i + 1, j + 1), x - i), y - j);
   }
 
-  static Eigen::Vector3d displaced(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, const Heightfield& map,
-                            const MeshRelief& relief, double b, double c) {
+  static Eigen::Vector3d displaced(const Mesh& mesh, const std::array<std::uint32_t, 3>& triangle,
+                                   const Heightfield& map, const MeshRelief& relief, double b, double c) {
     const MeshVertex& v0 = mesh.vertices[triangle[0]];
     const MeshVertex& v1 = mesh.vertices[triangle[1]];
     const MeshVertex& v2 = mesh.vertices[triangle[2]];

@@ -117,8 +117,8 @@ TEST(FrameFill, stands_in_the_run_and_in_what_the_sweep_says) {
     "measure": {"samples": 2, "batch_ms": 0.01, "warmup_batches_max": 1, "flicker_frames": 0},
     "sweeps": [{"technique": "relief", "axes": {"linear_steps": 4, "refinement": "none"}}]})",
                                      "config.json");
-  const SweepSummary summary = run_sweep(
-      config, {.output = folder / "run", .backends = {"null"}, .quiet = true, .open = slow_to_start(1e6)});
+  const SweepSummary summary =
+      run_sweep(config, {.output = folder / "run", .backends = {"null"}, .quiet = true, .open = slow_to_start(1e6)});
   ASSERT_EQ(summary.notes.size(), 1U);
   EXPECT_THAT(summary.notes[0], HasSubstr("frames of 16x16 do not fill"));
   EXPECT_EQ(small_frame_notes(load_run(folder / "run").info), summary.notes);

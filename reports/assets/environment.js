@@ -56,7 +56,8 @@ function heldBackText({states}) {
 
 /** What a pixel costs in frames of each size, over its cost in larger ones. */
 const fillText = ({frame_fill: fills}) =>
-    fills?.map(({frame_px: [width, height], pixel_cost: cost}) => `${width}x${height}: ${formatNumber(cost)}`).join(', ');
+    fills?.map(({frame_px: [width, height], pixel_cost: cost}) => `${width}x${height}: ${formatNumber(cost)}`)
+        .join(', ');
 
 /** What some of the devices told. */
 function stateColumns(devices) {

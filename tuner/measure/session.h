@@ -120,8 +120,8 @@ class Session {
   [[nodiscard]] DeviceState state() { return backend_->state(); }
   /// Time of one batch of the control case, ns.
   double draw_control_ns();
-  /// How well frames of these scenes' sizes fill the device. Nothing of a software rasteriser, which any frame does, nor
-  /// of frames that are as large as a screen.
+  /// How well frames of these scenes' sizes fill the device. Nothing of a software rasteriser, which any frame does,
+  /// nor of frames that are as large as a screen.
   void measure_fills(std::span<const SceneSpec> scenes);
   [[nodiscard]] const std::vector<FrameFill>& fills() const { return fills_; }
   /// Time of a batch by the calibration's timer, ns.
