@@ -56,8 +56,7 @@ function heldBackText({states}) {
 
 /** What a pixel costs in frames of each size, over its cost in larger ones. */
 const fillText = ({frame_fill: fills}) =>
-    fills?.map(({frame_px: [width, height], pixel_cost: cost}) => `${width}x${height}: ${formatNumber(cost)}`)
-        .join(', ');
+    fills?.map((fill) => `${(fill.frame_px || []).join('x')}: ${formatNumber(fill.pixel_cost)}`).join(', ');
 
 /** What some of the devices told. */
 function stateColumns(devices) {

@@ -157,15 +157,11 @@ void add_devices_command(CLI::App& app, int& exit_code) {
                  "check every timer against known work and the wall clock, and how exactly the sampler weighs");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
-      "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles with "
-      "the\n"
-      "work (`doubling` near 2). The linear filter's weights are read off two enlarged texels of every type: what "
-      "they\n"
-      "are off by, times the difference of two neighbours, is what a sampled height is off by. Clock, temperature, "
-      "power\n"
-      "and why the clock is held back are told where driver or system know them. Exit code 3 where there is no "
-      "device,\n"
-      "or one has no timer to measure with.\n"
+      "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles\n"
+      "with the work (`doubling` near 2). The linear filter's weights are read off two enlarged texels of every\n"
+      "type: what they are off by, times the difference of two neighbours, is what a sampled height is off by.\n"
+      "Clock, temperature, power and why the clock is held back are told where driver or system know them. Exit\n"
+      "code 3 where there is no device, or one has no timer to measure with.\n"
       "Example:\n  reliefbench devices --audit --backend vulkan");
   command->callback([=, &exit_code] {
     DevicesArguments arguments{.backend = value_or(backend, std::string()),
