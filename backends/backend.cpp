@@ -98,8 +98,8 @@ bool is_score(const Target& target) {
 }
 
 DeviceState Backend::state() {
-  if (!watch_) watch_.emplace(device());
-  return watch_->read();
+  if (!state_source_) state_source_ = [watch = std::make_shared<DeviceWatch>(device())] { return watch->read(); };
+  return state_source_();
 }
 
 void Backend::read_color(std::vector<std::uint8_t>& into) {

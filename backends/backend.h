@@ -2,6 +2,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "backends/device_state.h"
@@ -198,7 +200,7 @@ class Backend {
 
   [[nodiscard]] virtual const DeviceInfo& device() const = 0;
   /// Of the device now, as driver and system tell this process: not the one, maybe, that has the device.
-  [[nodiscard]] virtual DeviceState state();
+  [[nodiscard]] DeviceState state();
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
   /// throws: Error(environment): also where the fragment shader's outputs are not the target's attachments
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) = 0;
@@ -229,11 +231,13 @@ class Backend {
  protected:
   [[nodiscard]] double render_limit_s() const { return render_limit_s_; }
   void set_gone() { is_gone_ = true; }
+  /// Whom state() asks in the system's place.
+  void set_state_source(std::function<DeviceState()> source) { state_source_ = std::move(source); }
 
  private:
   std::atomic<bool> is_gone_ = false;  ///< compile() is called on several threads
   double render_limit_s_ = std::numeric_limits<double>::infinity();
-  std::optional<DeviceWatch> watch_;
+  std::function<DeviceState()> state_source_;  ///< null: nobody has asked yet
 };
 
 // What both APIs ask of a draw, and say in the same words.

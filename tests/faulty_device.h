@@ -36,12 +36,13 @@ class FaultyDevices {
  private:
   class Device final : public Backend {
    public:
-    Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {}
-    const DeviceInfo& device() const override { return inner_->device(); }
-    DeviceState state() override {
-      const int nth = devices_.states_told_++;
-      return devices_.state_of_ ? devices_.state_of_(nth) : inner_->state();
+    Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {
+      set_state_source([this] {
+        const int nth = devices_.states_told_++;
+        return devices_.state_of_ ? devices_.state_of_(nth) : inner_->state();
+      });
     }
+    const DeviceInfo& device() const override { return inner_->device(); }
     std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
       enter(FaultyDevices::upload);
       return inner_->upload(desc);
