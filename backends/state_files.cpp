@@ -13,6 +13,7 @@
 
 #include "backends/backend.h"
 #include "backends/device_state.h"
+#include "kernels/base/trimmed.h"
 
 namespace reliefbench {
 namespace {
@@ -30,13 +31,6 @@ std::string file_text(const fs::path& path) {
   ::close(fd);
   if (size <= 0 || static_cast<std::size_t>(size) == buffer.size()) return {};
   return {buffer.data(), static_cast<std::size_t>(size)};
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto is_space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  return text;
 }
 
 /// A file that is one number.

@@ -20,13 +20,17 @@ Param step(std::string_view fallback) {
                       "surface solved (cell_quad)",
                       {"plain", "cell_max", "cell_quad"}, fallback);
 }
-Param over_relaxation() {
-  Param param = choice_param("over_relaxation",
-                             "steps beyond the cone, by a fixed factor or one that adapts; where the cone at the end "
-                             "does not reach back to where the first one ended, that is where the ray goes on",
-                             {"none", "1_3", "auto"}, "none");
+/// Whose default ids leave out: it came when there were ids already.
+Param later(Param param) {
   param.is_spelt_out = false;
   return param;
+}
+Param over_relaxation() {
+  return later(
+      choice_param("over_relaxation",
+                   "steps beyond the cone, by a fixed factor or one that adapts; where the cone at the end does not "
+                   "reach back to where the first one ended, that is where the ray goes on",
+                   {"none", "1_3", "auto"}, "none"));
 }
 Param loop() {
   Param param =
@@ -40,23 +44,20 @@ Param only_if(std::string_view condition, Param param) {
 }
 
 Param dither() {
-  Param param = choice_param("dither",
-                             "where in its first linear step a ray begins: at its end; or elsewhere in each pixel "
-                             "(pixel), and in each of eight frames, too, whose mean is what people see (temporal)",
-                             {"none", "pixel", "temporal"}, "none");
-  param.is_spelt_out = false;
-  return param;
+  return later(
+      choice_param("dither",
+                   "where in its first linear step a ray begins: at its end; or elsewhere in each pixel (pixel), and "
+                   "in each of eight frames, too, whose mean is what people see (temporal)",
+                   {"none", "pixel", "temporal"}, "none"));
 }
 
 /// The linear search's steps, and how many of them a ray takes.
 std::vector<Param> paced_linear_steps() {
-  Param by =
-      choice_param("steps_by",
-                   "how many of its linear steps a ray takes: all; or, towards least_steps, fewer the steeper it "
-                   "is on the plane (view) or in the map (slope); or by its length in texels",
-                   {"count", "view", "slope", "length"}, "count");
-  by.is_spelt_out = false;
-  return {linear_steps(), by,
+  return {linear_steps(),
+          later(choice_param("steps_by",
+                             "how many of its linear steps a ray takes: all; or, towards least_steps, fewer the "
+                             "steeper it is on the plane (view) or in the map (slope); or by its length in texels",
+                             {"count", "view", "slope", "length"}, "count")),
           only_if("steps_by=view|slope|length", range_param("least_steps", "of a ray at least", 1, 4096, 8)),
           only_if("steps_by=length", range_param("texels_a_step", "of the level that is read", 1, 64, 2)), dither()};
 }

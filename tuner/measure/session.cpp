@@ -22,7 +22,7 @@ namespace {
 constexpr int kControlSide_px = 256;
 constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
-constexpr double kScreenPixels = 1920.0 * 1080;  // in a frame of as many every device has enough to do
+constexpr std::string_view kFull = "1080p";  // in a frame of that size every device has enough to do
 constexpr int kFillBatches = 7;
 constexpr double kLeastRenderLimit_s = 1;
 constexpr double kLeastRenderPatience_s = 60;  // with a device that was lost in a frame, or that nothing is known of
@@ -313,16 +313,15 @@ void Session::measure_fills(std::span<const SceneSpec> scenes) {
   if (device().software) return;
   std::set<std::pair<int, int>> sizes;
   for (const SceneSpec& spec : scenes) sizes.emplace(spec.scene.width_px, spec.scene.height_px);
+  const FrameSize& full = *find_frame_size(kFull);
   for (const auto& [width_px, height_px] : sizes) {
-    if (1.0 * width_px * height_px >= kScreenPixels) continue;
-    std::vector<double> own;
-    std::vector<double> larger;
-    for (int i = -1; i < kFillBatches; ++i) {  // the first of each makes the targets
-      const double ns = draw_pixel_ns(width_px, height_px);
-      const double larger_ns = draw_pixel_ns(2 * width_px, 2 * height_px);
-      if (i < 0) continue;
-      own.push_back(ns);
-      larger.push_back(larger_ns);
+    if (1.0 * width_px * height_px >= 1.0 * full.width_px * full.height_px) continue;
+    for (const int scale : {1, 2}) draw_pixel_ns(scale * width_px, scale * height_px);  // makes the targets
+    std::vector<double> own(kFillBatches);
+    std::vector<double> larger(kFillBatches);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      own[i] = draw_pixel_ns(width_px, height_px);
+      larger[i] = draw_pixel_ns(2 * width_px, 2 * height_px);
     }
     fills_.push_back({.width_px = width_px, .height_px = height_px, .pixel_cost = median(own) / median(larger)});
   }

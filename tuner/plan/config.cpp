@@ -8,6 +8,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/trimmed.h"
 #include "kernels/judge/score.h"
 #include "tuner/plan/config_reader.h"
 #include "tuner/plan/scene_key.h"
@@ -66,11 +67,6 @@ void check_ids(const ConfigReader& reader, const JsonNode& node, const std::vect
     }
 }
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
-  return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
-}
-
 }  // namespace
 
 MeasureSpec read_measure(const ConfigReader& reader, const JsonNode& node) {
@@ -113,11 +109,11 @@ std::string Budget::text() const {
 Budget parse_budget(std::string_view text) {
   const std::size_t at = std::min(text.find("<="), text.find(">="));
   if (at == std::string_view::npos) fail_input("'{}' is no bound (expected e.g. 'e_xy.p99<=0.5')", text);
-  const MetricRow& metric = find_metric(trimmed(text.substr(0, at)));
+  const MetricRow& metric = find_metric(trimmed(text.substr(0, at), " "));
   if ((text[at] == '<') != metric.lower_is_better)
     fail_input("'{}': {} is better {}, so its bound is '{}'", text, metric.id,
                metric.lower_is_better ? "lower" : "higher", metric.lower_is_better ? "<=" : ">=");
-  const std::string_view number = trimmed(text.substr(at + 2));
+  const std::string_view number = trimmed(text.substr(at + 2), " ");
   double limit = 0;
   const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), limit);
   if (error != std::errc{} || end != number.data() + number.size() || !std::isfinite(limit))

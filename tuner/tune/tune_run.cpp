@@ -88,13 +88,11 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
                          .cooling_pause_s = options.cooling_pause_s});
 }
 
-CoarseFilter TuneRun::filter() const {
-  return {{{"devices", nlohmann::json::array({device_json(*session_)})}}, options_.backend};
-}
+nlohmann::json TuneRun::device_info() const { return {{"devices", nlohmann::json::array({device_json(*session_)})}}; }
 
-std::vector<std::string> TuneRun::frame_notes() const {
-  return small_frame_notes({{"devices", nlohmann::json::array({device_json(*session_)})}});
-}
+CoarseFilter TuneRun::filter() const { return {device_info(), options_.backend}; }
+
+std::vector<std::string> TuneRun::frame_notes() const { return small_frame_notes(device_info()); }
 
 /// Those of the plan, and every setting on the held-out scenes.
 std::vector<Case> TuneRun::all_cases() const {

@@ -68,6 +68,8 @@ class TuneRun {
     PreparedCase prepared;
     TimedCase timed;
   };
+  /// As run.json has it, of the device alone.
+  [[nodiscard]] nlohmann::json device_info() const;
   [[nodiscard]] std::vector<Case> all_cases() const;
   [[nodiscard]] const TimedCase& ready(const Wanted& wanted);
   const Record& keep(const Record& record);
