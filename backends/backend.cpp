@@ -75,8 +75,6 @@ TextureDesc texture_desc(const TextureImage& image, Wrap wrap) {
           .wrap = wrap};
 }
 
-bool needs_depth(const Scene& scene) { return scene.occluded > 0 || scene.surface.kind == SurfaceKind::mesh; }
-
 Target color_target(std::span<const PixelFeature> features, bool has_depth) {
   Target target = Target::color;
   const auto has_objects = [](const PixelFeature& one) { return shows_in_objects(*one.feature); };
@@ -152,6 +150,27 @@ const Texture& texture_of(const Draw& draw, std::string_view sampler) {
   return *found->second;
 }
 
+std::array<std::uint32_t, 2> groups_of(const ShaderInterface& shader, const FrameUniforms& frame) {
+  const auto groups = [&](std::size_t axis) {
+    const auto pixels = static_cast<std::uint32_t>(frame.sizes[axis]);
+    return (pixels + shader.group[axis] - 1) / shader.group[axis];
+  };
+  return {groups(0), groups(1)};
+}
+
+namespace {
+
+void check_images(const ShaderInterface& shader, const Target& target, std::string_view label) {
+  if (target.has_depth) fail_environment("{}: no compute shader has depth", label);
+  if (shader.group[0] < 1 || shader.group[1] < 1) fail_environment("{}: its shader is no compute shader", label);
+  for (const Attachment& attachment : target.attachments)
+    if (std::ranges::find(shader.images, attachment.name, &ShaderVariable::name) == shader.images.end())
+      fail_environment("{}: the compute shader has no image `{}`, which its target has", label, attachment.name);
+  if (shader.images.size() > target.attachments.size())
+    fail_environment("{}: the compute shader has {} images, its target {}", label, shader.images.size(),
+                     target.attachments.size());
+}
+
 void check_outputs(const ShaderInterface& shader, const Target& target, std::string_view label) {
   for (std::size_t i = 0; i < target.attachments.size(); ++i) {
     const ShaderVariable wanted{.name = std::string(target.attachments[i].name),
@@ -163,6 +182,19 @@ void check_outputs(const ShaderInterface& shader, const Target& target, std::str
   if (shader.outputs.size() > target.attachments.size())
     fail_environment("{}: the fragment shader writes {} outputs, its target has {}", label, shader.outputs.size(),
                      target.attachments.size());
+}
+
+}  // namespace
+
+ShaderInterface interface_of(const PipelineDesc& desc) {
+  if (desc.target.by_compute) {
+    ShaderInterface shader = reflect(desc.fragment);
+    check_images(shader, desc.target, desc.label);
+    return shader;
+  }
+  ShaderInterface shader = joined(reflect(desc.vertex), reflect(desc.fragment));
+  check_outputs(shader, desc.target, desc.label);
+  return shader;
 }
 
 void fail_not_drawn(std::string_view backend, std::string_view attachment) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -64,7 +65,8 @@ struct Attachment {
 /// and colors of 0; without, frames start from anything: their draws cover every pixel.
 struct Target {
   std::vector<Attachment> attachments;
-  bool has_depth = false;  ///< a float32 attachment of the name "depth"
+  bool has_depth = false;   ///< a float32 attachment of the name "depth"
+  bool by_compute = false;  ///< a compute shader puts its pixels into images of the attachments' names; no depth then
   bool operator==(const Target&) const = default;
 
   static const Target color;  ///< the timed frame, RGBA8
@@ -73,9 +75,6 @@ struct Target {
 inline const Target Target::color{.attachments = {{"out_color", {.type = TexelType::unorm8, .channels = 4}}}};
 inline const Target Target::score{.attachments = {{"out_ray", {.type = TexelType::float32, .channels = 4}},
                                                   {"out_hit", {.type = TexelType::float32, .channels = 4}}}};
-/// Whether draws of such a scene do not cover the frame, or one another: something hides the relief, or its surface is
-/// of triangles.
-[[nodiscard]] bool needs_depth(const Scene& scene);
 /// Target::color, with depth where the scene needs it or a feature has objects beside the relief.
 [[nodiscard]] Target color_target(std::span<const PixelFeature> features, bool has_depth);
 /// Target::score, with an attachment of one float for each feature of the scene that the frame has.
@@ -85,10 +84,10 @@ inline const Target Target::score{.attachments = {{"out_ray", {.type = TexelType
 inline constexpr Attachment kDepth{.name = "depth", .layout = {.type = TexelType::float32, .channels = 1}};
 
 struct PipelineDesc {
-  std::string label;                      ///< for debuggers and the null backend: the technique's id
-  std::span<const std::uint32_t> vertex;  ///< SPIR-V in the backend's dialect
-  std::span<const std::uint32_t> fragment;
-  std::vector<SpecConstant> constants;  ///< ids that a module does not declare are ignored
+  std::string label;                        ///< for debuggers and the null backend: the technique's id
+  std::span<const std::uint32_t> vertex;    ///< SPIR-V in the backend's dialect; of no use to a target by_compute
+  std::span<const std::uint32_t> fragment;  ///< of a target by_compute the compute shader
+  std::vector<SpecConstant> constants;      ///< ids that a module does not declare are ignored
   Target target = Target::color;
 };
 
@@ -126,7 +125,7 @@ struct Draw {
   const Pipeline* pipeline = nullptr;
   Textures textures{};
   FrameUniforms frame{};  ///< the uniform block `Frame`; the first draw's says how large the frame is
-  int vertices = 3;       ///< there are no vertex buffers; three make the full-screen triangle
+  int vertices = 3;       ///< there are no vertex buffers; three make the full-screen triangle; compute has none
 };
 
 /// Where a compute shader finds {int first_group_row, int argument}, and from where on the buffers of its pass.
@@ -202,7 +201,7 @@ class Backend {
   /// Of the device now, as driver and system tell this process: not the one, maybe, that has the device.
   [[nodiscard]] DeviceState state();
   [[nodiscard]] virtual std::unique_ptr<Texture> upload(const TextureDesc& desc) = 0;
-  /// throws: Error(environment): also where the fragment shader's outputs are not the target's attachments
+  /// throws: Error(environment): also where the shader's outputs are not the target's attachments
   [[nodiscard]] virtual std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) = 0;
   /// Draws a frame `frames` times and waits for the end. frame: its draws in their order, all into the same target
   virtual BatchTime render(std::span<const Draw> frame, int frames, Timer timer) = 0;
@@ -240,11 +239,14 @@ class Backend {
   std::function<DeviceState()> state_source_;  ///< null: nobody has asked yet
 };
 
+/// Groups of a compute shader that cover a frame: columns, rows.
+[[nodiscard]] std::array<std::uint32_t, 2> groups_of(const ShaderInterface& shader, const FrameUniforms& frame);
+
 // What both APIs ask of a draw, and say in the same words.
 /// throws: Error(environment): the draw has no texture for the sampler
 [[nodiscard]] const Texture& texture_of(const Draw& draw, std::string_view sampler);
-/// throws: Error(environment): the outputs are not the target's attachments, in their order
-void check_outputs(const ShaderInterface& shader, const Target& target, std::string_view label);
+/// Of all its shaders. throws: Error(environment): their outputs are not the target's attachments, in their order
+[[nodiscard]] ShaderInterface interface_of(const PipelineDesc& desc);
 [[noreturn]] void fail_not_drawn(std::string_view backend, std::string_view attachment);
 
 struct BackendOptions {

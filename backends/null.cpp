@@ -20,7 +20,7 @@ constexpr std::string_view kFailingLabel = "relaxed_cone";
 
 constexpr double kPassNs = 0.5;       ///< a pixel of a technique without steps
 constexpr double kStepNs = 0.25;      ///< a pixel and step, before the technique's own factor
-constexpr double kLoadStepNs = 0.05;  ///< a pixel and iteration of load.frag
+constexpr double kLoadStepNs = 0.05;  ///< a pixel and iteration of load.glsl
 constexpr double kNoise = 0.01;       ///< largest relative deviation of a batch
 
 /// The same in every run and on every machine, evenly spread over [0, 1).

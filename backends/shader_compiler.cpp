@@ -181,7 +181,8 @@ Spirv compile_last_stage(const ShaderText& technique, const Technique* row, cons
     includes.insert(generated("surface.glsl", fmt::format("#include \"{}\"\n", surface_row(surface).shader)));
     if (surface_row(surface).has_mesh) includes.insert(generated("mesh_contract.glsl", mesh_contract()));
   }
-  return compile_stage(is_score(target) ? "score.frag" : "shade.frag", EShLangFragment, dialect, std::move(includes));
+  return compile_stage(fmt::format("{}.{}", is_score(target) ? "score" : "shade", target.by_compute ? "comp" : "frag"),
+                       target.by_compute ? EShLangCompute : EShLangFragment, dialect, std::move(includes));
 }
 
 }  // namespace
@@ -224,6 +225,9 @@ Spirv compile_filter(Dialect dialect) {
   return compile_stage("filter.frag", EShLangFragment, dialect, {shared_constants()});
 }
 
-Spirv compile_load(Dialect dialect) { return compile_stage("load.frag", EShLangFragment, dialect); }
+Spirv compile_load(Dialect dialect, bool by_compute) {
+  return by_compute ? compile_stage("load.comp", EShLangCompute, dialect)
+                    : compile_stage("load.frag", EShLangFragment, dialect);
+}
 
 }  // namespace reliefbench

@@ -17,7 +17,8 @@ struct ShaderText {
   std::string text;
 };
 
-/// The last stage of a fragment shader: `shade.frag` or `score.frag` include the technique's trace.
+/// What puts a frame's pixels: `shade.glsl` or `score.glsl` with the technique's trace, as a fragment shader or, where
+/// the target is by_compute, as a compute shader.
 /// technique: a shader file's name without `.glsl`, included by the stage as "technique.glsl", after the constants of
 /// its row where there is one
 /// features: of the scene, that the frame has; without any the text is the same as if there were none to have
@@ -49,9 +50,9 @@ enum class PanelStage { vertex, fragment };
 /// throws: Error(environment) where there is no such file
 [[nodiscard]] Spirv compile_compute(std::string_view name, Dialect dialect, const ShaderText& contract);
 
-/// The audit's and the control case's load: `load.frag`, an arithmetic loop whose length is constant 0. Into
-/// Target::color.
-[[nodiscard]] Spirv compile_load(Dialect dialect);
+/// The audit's and the control case's load: `load.glsl`, an arithmetic loop whose length is constant 0. Into
+/// Target::color, or that by compute.
+[[nodiscard]] Spirv compile_load(Dialect dialect, bool by_compute = false);
 
 /// The filter audit's enlarged texels: `filter.frag`. Into an attachment "out_shown".
 [[nodiscard]] Spirv compile_filter(Dialect dialect);

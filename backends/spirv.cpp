@@ -1,6 +1,7 @@
 #include "backends/spirv.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <optional>
 #include <set>
@@ -14,7 +15,9 @@ namespace {
 constexpr std::size_t kHeaderWords = 5;
 enum Opcode : std::uint32_t {
   kOpName = 5,
+  kOpExecutionMode = 16,
   kOpTypeVector = 23,
+  kOpTypeImage = 25,
   kOpTypePointer = 32,
   kOpFunction = 54,
   kOpFunctionEnd = 56,
@@ -27,6 +30,7 @@ enum Opcode : std::uint32_t {
   kOpFMod = 141,
 };
 enum Decoration : std::uint32_t { kSpecId = 1, kBlock = 2, kLocation = 30, kBinding = 33, kDescriptorSet = 34 };
+constexpr std::uint32_t kLocalSize = 17;  // the execution mode
 enum StorageClass : std::uint32_t { kUniformConstant = 0, kUniform = 2, kOutput = 3 };
 
 using Words = std::span<const std::uint32_t>;
@@ -54,6 +58,8 @@ struct Module {
   std::map<std::uint32_t, std::string> names;
   std::map<std::uint32_t, std::uint32_t> pointees;  ///< of pointer types
   std::map<std::uint32_t, std::map<std::uint32_t, std::uint32_t>> decorations;
+  std::set<std::uint32_t> images;  ///< types of images without a sampler
+  std::array<std::uint32_t, 3> group{};
   std::vector<std::uint32_t> constants;  ///< in the module's order
   std::vector<Variable> variables;
   std::set<std::uint32_t> read;  ///< what functions load from, index or hand on
@@ -74,6 +80,9 @@ struct Module {
 void Module::take(std::uint32_t opcode, Words operands) {
   const std::size_t count = operands.size();
   if (opcode == kOpName && count >= 2) names[operands[0]] = literal(operands.subspan(1));
+  if (opcode == kOpTypeImage && count >= 1) images.insert(operands[0]);
+  if (opcode == kOpExecutionMode && count >= 5 && operands[1] == kLocalSize)
+    std::ranges::copy(operands.subspan(2, 3), group.begin());
   if (opcode == kOpTypePointer && count >= 3) pointees[operands[0]] = operands[2];
   if (opcode == kOpDecorate && count >= 2) {
     decorations[operands[0]][operands[1]] = count >= 3 ? operands[2] : 0;
@@ -128,6 +137,7 @@ void check_places(const ShaderInterface& interface) {
 ShaderInterface reflect(std::span<const std::uint32_t> spirv) {
   const Module module = parse(spirv);
   ShaderInterface interface;
+  interface.group = module.group;
   for (const std::uint32_t id : module.constants)
     interface.constants.push_back({.id = *module.decoration(id, kSpecId), .name = module.name_of(id)});
   for (const Variable& variable : module.variables) {
@@ -138,16 +148,19 @@ ShaderInterface reflect(std::span<const std::uint32_t> spirv) {
     }
     const auto pointee = module.pointees.find(variable.pointer_type);
     if (pointee == module.pointees.end()) fail_environment("SPIR-V: variable {} has no pointer type", variable.id);
-    const bool is_sampler = variable.storage == kUniformConstant;
+    const bool is_image = variable.storage == kUniformConstant && module.images.contains(pointee->second);
+    const bool is_sampler = variable.storage == kUniformConstant && !is_image;
     const bool is_block = variable.storage == kUniform && module.decoration(pointee->second, kBlock);
     const auto binding = module.decoration(variable.id, kBinding);
-    if ((!is_sampler && !is_block) || !binding || !module.read.contains(variable.id)) continue;
-    const std::string name = module.name_of(is_sampler ? variable.id : pointee->second);
+    if ((!is_sampler && !is_image && !is_block) || !binding || !module.read.contains(variable.id)) continue;
+    const std::string name = module.name_of(is_block ? pointee->second : variable.id);
     if (const auto set = module.decoration(variable.id, kDescriptorSet); set.value_or(0) != 0)
       fail_environment("SPIR-V: `{}` is in descriptor set {}, not in 0", name, *set);
-    (is_sampler ? interface.samplers : interface.uniform_blocks).push_back({.name = name, .place = *binding});
+    auto& list = is_image ? interface.images : (is_sampler ? interface.samplers : interface.uniform_blocks);
+    list.push_back({.name = name, .place = *binding});
   }
-  for (auto* list : {&interface.samplers, &interface.uniform_blocks, &interface.outputs}) sort_by_place(*list);
+  for (auto* list : {&interface.samplers, &interface.uniform_blocks, &interface.outputs, &interface.images})
+    sort_by_place(*list);
   check_places(interface);
   return interface;
 }

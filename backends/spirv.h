@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <set>
 #include <span>
@@ -19,18 +20,20 @@ struct DeclaredConstant {
 
 /// A variable of a shader's interface.
 struct ShaderVariable {
-  std::string name;         ///< of a sampler or an output; of a uniform block its type's
+  std::string name;         ///< of a sampler, an image or an output; of a uniform block its type's
   std::uint32_t place = 0;  ///< binding in descriptor set 0; of an output its location
   bool operator==(const ShaderVariable&) const = default;
 };
 
-/// What a module wants from outside and gives to it, in the order of their places. Samplers and uniform blocks count
-/// only where the module's code reads them: a declaration alone binds nothing.
+/// What a module wants from outside and gives to it, in the order of their places. Samplers, images and uniform blocks
+/// count only where the module's code reads them: a declaration alone binds nothing.
 struct ShaderInterface {
   std::vector<DeclaredConstant> constants;  ///< in the module's order; OpenGL refuses any other id
   std::vector<ShaderVariable> samplers;
   std::vector<ShaderVariable> uniform_blocks;
-  std::vector<ShaderVariable> outputs;  ///< of a fragment shader: colors
+  std::vector<ShaderVariable> outputs;   ///< of a fragment shader: colors
+  std::vector<ShaderVariable> images;    ///< that are written to, by name and binding
+  std::array<std::uint32_t, 3> group{};  ///< invocations of a compute shader's group along each axis
 };
 
 /// throws: Error(environment): not a SPIR-V module of this machine's byte order, cut short, or with resources in

@@ -26,15 +26,17 @@ constexpr int kAttempts = 12;  ///< a busy machine spoils every second one or so
 /// Fills frames with `steps` of known work.
 class Load {
  public:
-  Load(Backend& backend, Dialect dialect)
-      : backend_(backend), vertex_(compile_vertex(dialect)), fragment_(compile_load(dialect)) {}
+  Load(Backend& backend, Dialect dialect, bool by_compute)
+      : backend_(backend), vertex_(compile_vertex(dialect)), load_(compile_load(dialect, by_compute)) {
+    target_.by_compute = by_compute;
+  }
 
   [[nodiscard]] std::unique_ptr<Pipeline> pipeline(int steps) const {
     auto pipeline = backend_.compile({.label = "load",
                                       .vertex = vertex_,
-                                      .fragment = fragment_,
+                                      .fragment = load_,
                                       .constants = {{.id = 0, .value = steps}},
-                                      .target = Target::color});
+                                      .target = target_});
     static_cast<void>(time(*pipeline, 1, Timer::fenced_wall));  // drivers compile as late as the first draw
     return pipeline;
   }
@@ -48,7 +50,8 @@ class Load {
  private:
   Backend& backend_;
   Spirv vertex_;
-  Spirv fragment_;
+  Spirv load_;
+  Target target_ = Target::color;
 };
 
 /// Known work N: batches of so many frames of so many steps.
@@ -132,8 +135,8 @@ std::vector<TimerAudit> attempt(const Load& load, const std::array<const Pipelin
 
 }  // namespace
 
-std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect) {
-  const Load load(backend, dialect);
+std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_compute) {
+  const Load load(backend, dialect, by_compute);
   const Work work = calibrate(load);
   const auto single = load.pipeline(work.steps);
   const auto twice = load.pipeline(2 * work.steps);
@@ -162,6 +165,16 @@ std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect) {
     audit.reason = "the fenced wall clock that it is judged by is not valid";
   }
   return audits;
+}
+
+std::vector<TimerAudit> with_compute(std::vector<TimerAudit> audit, const std::vector<TimerAudit>& by_compute) {
+  for (TimerAudit& of_draws : audit) {
+    const auto found = std::ranges::find(by_compute, of_draws.timer, &TimerAudit::timer);
+    if (!of_draws.valid || found == by_compute.end() || found->valid) continue;
+    of_draws = *found;
+    of_draws.reason = "compute: " + found->reason;
+  }
+  return audit;
 }
 
 Timer choose_timer(const std::vector<TimerAudit>& audit) {

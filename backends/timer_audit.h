@@ -15,9 +15,13 @@ struct TimerAudit {
   std::string reason;     ///< why it was rejected, or ""
 };
 
-/// Known work N and 2N: a timer is believed if it agrees with the fenced wall clock within 5 % and doubles with the
-/// work within 10 %. The wall clock itself must double. Medians of several interleaved batches.
-[[nodiscard]] std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect);
+/// Known work N and 2N, of fragments or by_compute: a timer is believed if it agrees with the fenced wall clock within
+/// 5 % and doubles with the work within 10 %. The wall clock itself must double. Medians of several interleaved
+/// batches.
+[[nodiscard]] std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_compute = false);
+/// What is left of an audit by the work of compute shaders: a timer is valid where it is so by both.
+[[nodiscard]] std::vector<TimerAudit> with_compute(std::vector<TimerAudit> audit,
+                                                   const std::vector<TimerAudit>& by_compute);
 
 /// The timer to measure with: the first valid device timer, else the fenced wall clock.
 /// throws: Error(environment) when not even the wall clock is valid

@@ -236,6 +236,10 @@ TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   expect_refused({"--case", "cone?format=r8", "-o", "out"}, "format r8 has room for 0 cone ratios");
   expect_refused({"--case", "relief", "--wrap", "mirror", "-o", "out"}, "--wrap");
   expect_refused({"--case", "relief?silhouette=quadric", "--for", "unity", "-o", "out"}, "no engine's recipe");
+  expect_refused({"--case", "relief?dispatch=compute", "--for", "godot", "-o", "out"},
+                 "no engine's recipe is a compute shader, which dispatch=compute measures; export it without --for");
+  expect_refused({"--case", "cone?dispatch=compute&lod=footprint", "-o", "out"},
+                 "takes derivatives, which compute shaders have none of (dispatch=compute)");
   expect_refused({"--case", "relief?dither=temporal", "--for", "godot", "-o", "out"},
                  "no engine's recipe passes the number of the frame that dither=temporal needs");
   expect_refused({"--case", "double_relief", "-o", "out"}, "needs a heightmap of two heights a texel");

@@ -104,6 +104,19 @@ TEST(TimerAudit, RejectsSilenceZeroAndNonsenseWithFiniteNumbers) {
   }
 }
 
+// A timer may see draws, and miss what compute shaders do.
+TEST(TimerAudit, ATimerThatLiesAboutComputeIsNotValidWhereThereIsSome) {
+  const auto draws = audited({});
+  const auto compute = audited({.device_ns = [](double) { return std::optional(1e3); }});
+  const auto both = with_compute(draws, compute);
+  EXPECT_TRUE(both[0].valid);
+  EXPECT_FALSE(both[1].valid);
+  EXPECT_THAT(both[1].reason, HasSubstr("compute: says 0.001 ms where the fenced wall clock says"));
+  EXPECT_EQ(choose_timer(both), Timer::fenced_wall);
+  EXPECT_EQ(choose_timer(with_compute(draws, draws)), Timer::gl_time_elapsed);
+  EXPECT_EQ(with_compute(compute, draws)[1].reason, compute[1].reason);
+}
+
 // A fixed cost of a fifth of 2N: right to 5 % at 2N, yet it does not tell work from overhead.
 TEST(TimerAudit, RejectsATimerThatAgreesButDoesNotDouble) {
   const auto audits = audited({.device_ns = [](double ns) { return std::optional(ns < 30e6 ? 1.3 * ns : ns); }});

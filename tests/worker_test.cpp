@@ -164,7 +164,9 @@ std::vector<std::vector<std::uint8_t>> frames_of(Backend& backend, Dialect diale
     const auto relief = backend.upload({.width = 32, .height = 32, .texels = texels});
     Scene scene = kScene;
     if (is_large) scene.width_px = 640;
-    for (const Target* target : {&Target::color, &Target::score}) {
+    Target dispatched = Target::score;
+    dispatched.by_compute = true;
+    for (const Target* target : {&Target::color, &Target::score, &std::as_const(dispatched)}) {
       const auto pipeline = backend.compile({.label = "relief",
                                              .vertex = vertex,
                                              .fragment = compile_fragment("relief", *target, dialect),

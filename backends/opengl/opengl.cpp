@@ -116,6 +116,7 @@ class OpenglBackend final : public Backend {
   GlTarget& prepare_target(const Draw& first);
   void write_uniforms(std::span<const Draw> frame);
   void bind(const Draw& draw, std::size_t index) const;
+  static void put_pixels(const Draw& draw);
   void draw_frame(std::span<const Draw> frame) const;
   [[nodiscard]] std::optional<double> device_time_ns(Timer timer) const;
 
@@ -179,13 +180,23 @@ void OpenglBackend::bind(const Draw& draw, std::size_t index) const {
                       sizeof(FrameUniforms));
   for (const ShaderVariable& sampler : pipeline.shader().samplers)
     glBindTextureUnit(sampler.place, static_cast<const OpenglTexture&>(texture_of(draw, sampler.name)).id());
+  targets_.back().bind_images(pipeline.shader());
+}
+
+/// A triangle list, or groups of a compute shader: each dispatch waits until the one before has put its pixels.
+void OpenglBackend::put_pixels(const Draw& draw) {
+  const auto& pipeline = static_cast<const OpenglPipeline&>(*draw.pipeline);
+  if (!pipeline.target().by_compute) return glDrawArrays(GL_TRIANGLES, 0, draw.vertices);
+  const auto [columns, rows] = groups_of(pipeline.shader(), draw.frame);
+  glDispatchCompute(columns, rows, 1);
+  glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
 }
 
 void OpenglBackend::draw_frame(std::span<const Draw> frame) const {
   targets_.back().clear();
   for (std::size_t i = 0; i < frame.size(); ++i) {
     if (frame.size() > 1) bind(frame[i], i);  // a lone draw stays bound
-    glDrawArrays(GL_TRIANGLES, 0, frame[i].vertices);
+    put_pixels(frame[i]);
   }
   // Ends the frame: a tiler that sees several opaque full-screen draws at once shades only the last one.
   glFlush();
@@ -229,6 +240,7 @@ BatchTime OpenglBackend::render(std::span<const Draw> frame, int frames, Timer t
   glDeleteSync(fence);
   const std::chrono::duration<double, std::nano> wall = Clock::now() - start;
 
+  if (target.target.by_compute) glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT);
   const BatchTime time{.wall_ns = wall.count(), .device_ns = device_time_ns(timer)};
   check_gl("draw");
   return time;

@@ -77,6 +77,11 @@ std::string info_log(GLuint object, const Get& get) {
   return text;
 }
 
+std::vector<OpenglProgram::Stage> stages_of(const PipelineDesc& desc) {
+  if (desc.target.by_compute) return {{.kind = GL_COMPUTE_SHADER, .spirv = desc.fragment}};
+  return {{.kind = GL_VERTEX_SHADER, .spirv = desc.vertex}, {.kind = GL_FRAGMENT_SHADER, .spirv = desc.fragment}};
+}
+
 }  // namespace
 
 Fault fault_of_gl(GLenum error, GLenum reset) {
@@ -181,12 +186,9 @@ void OpenglProgram::attach(const Stage& stage, const std::string& label,
 }
 
 OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
-    : shader_(joined(reflect(desc.vertex), reflect(desc.fragment))),
-      target_((check_outputs(shader_, desc.target, desc.label), desc.target)),
-      program_(context, desc.label,
-               std::array{OpenglProgram::Stage{.kind = GL_VERTEX_SHADER, .spirv = desc.vertex},
-                          OpenglProgram::Stage{.kind = GL_FRAGMENT_SHADER, .spirv = desc.fragment}},
-               desc.constants) {}
+    : shader_(interface_of(desc)),
+      target_(desc.target),
+      program_(context, desc.label, stages_of(desc), desc.constants) {}
 
 void GlTarget::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;
@@ -222,6 +224,14 @@ void GlTarget::clear() const {
   for (std::size_t i = 0; i < target.attachments.size(); ++i)
     glClearNamedFramebufferfv(framebuffer, GL_COLOR, static_cast<GLint>(i), kBlack.data());
   glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &kFarthest);
+}
+
+void GlTarget::bind_images(const ShaderInterface& shader) const {
+  for (const ShaderVariable& image : shader.images)
+    for (std::size_t i = 0; i < target.attachments.size(); ++i)
+      if (target.attachments[i].name == image.name)
+        glBindImageTexture(image.place, textures[i], 0, GL_FALSE, 0, GL_WRITE_ONLY,
+                           gl_format(target.attachments[i].layout).internal);
 }
 
 bool GlTarget::read(std::string_view attachment, std::vector<std::uint8_t>& bytes) const {

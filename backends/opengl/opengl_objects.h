@@ -84,6 +84,8 @@ struct GlTarget {
   void clear() const;
   /// Reads the attachment of that name into `bytes`; false: it has no such
   [[nodiscard]] bool read(std::string_view attachment, std::vector<std::uint8_t>& bytes) const;
+  /// Makes the attachments the images that a compute shader puts its pixels into.
+  void bind_images(const ShaderInterface& shader) const;
 };
 
 }  // namespace reliefbench

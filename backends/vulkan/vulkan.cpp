@@ -60,6 +60,7 @@ class VulkanBackend final : public Backend {
  private:
   const VulkanTarget& prepare_target(std::span<const Draw> frame);
   void record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const VulkanTarget& target, int frames);
+  void record_dispatches(VkCommandBuffer commands, std::span<const Draw> frame, int frames);
   void record_bound(VkCommandBuffer commands, const Draw& draw, std::size_t index);
 
   VulkanDevice device_;
@@ -86,15 +87,32 @@ const VulkanTarget& VulkanBackend::prepare_target(std::span<const Draw> frame) {
 void VulkanBackend::record_bound(VkCommandBuffer commands, const Draw& draw, std::size_t index) {
   const VolkDeviceTable& vk = device_.calls();
   const auto& pipeline = own<VulkanPipeline>(draw.pipeline, "pipeline");
-  vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.handle.get());
+  const VkPipelineBindPoint point =
+      pipeline.target.by_compute ? VK_PIPELINE_BIND_POINT_COMPUTE : VK_PIPELINE_BIND_POINT_GRAPHICS;
+  vk.vkCmdBindPipeline(commands, point, pipeline.handle.get());
   const VkDescriptorSet set = bindings_.set(index);
-  if (set != VK_NULL_HANDLE)
-    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline.layout.get(), 0, 1, &set, 0,
-                               nullptr);
+  if (set != VK_NULL_HANDLE) vk.vkCmdBindDescriptorSets(commands, point, pipeline.layout.get(), 0, 1, &set, 0, nullptr);
+}
+
+/// Each dispatch waits until the one before has put its pixels.
+void VulkanBackend::record_dispatches(VkCommandBuffer commands, std::span<const Draw> frame, int frames) {
+  const VolkDeviceTable& vk = device_.calls();
+  const VkMemoryBarrier one_before{
+      .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER, .srcAccessMask = kStored.access, .dstAccessMask = kStored.access};
+  if (frame.size() == 1) record_bound(commands, frame.front(), 0);  // a lone one stays bound
+  for (int i = 0; i < frames; ++i)
+    for (std::size_t draw = 0; draw < frame.size(); ++draw) {
+      if (frame.size() > 1) record_bound(commands, frame[draw], draw);
+      vk.vkCmdPipelineBarrier(commands, kStored.stage, kStored.stage, 0, 1, &one_before, 0, nullptr, 0, nullptr);
+      const auto [columns, rows] =
+          groups_of(own<VulkanPipeline>(frame[draw].pipeline, "pipeline").shader, frame[draw].frame);
+      vk.vkCmdDispatch(commands, columns, rows, 1);
+    }
 }
 
 void VulkanBackend::record_frames(VkCommandBuffer commands, std::span<const Draw> frame, const VulkanTarget& target,
                                   int frames) {
+  if (target.target.by_compute) return record_dispatches(commands, frame, frames);
   const VolkDeviceTable& vk = device_.calls();
   const VkRect2D area{.extent = target.extent};
   const VkViewport viewport{.width = static_cast<float>(target.extent.width),
@@ -128,7 +146,7 @@ BatchTime VulkanBackend::render(std::span<const Draw> frame, int frames, Timer t
   }
   if (frame.empty() || frames < 1) fail_environment("vulkan: a batch of {} frames of {} draws", frames, frame.size());
   const VulkanTarget& target = prepare_target(frame);
-  bindings_.write(frame);
+  bindings_.write(frame, target);
 
   const VkCommandBufferUsageFlags replayed = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;
   const Commands before(device_, 0);

@@ -16,7 +16,7 @@ namespace reliefbench {
 /// backend: of open_vulkan_for_window()
 [[nodiscard]] const VulkanDevice& vulkan_device_of(const Backend& backend);
 
-/// The last frame drawn into Target::color, in use as kDrawn. throws: Error(environment): none was
+/// The last frame drawn into Target::color. throws: Error(environment): none was
 [[nodiscard]] const DeviceImage& image_in_window(const Backend& backend);
 
 }  // namespace reliefbench

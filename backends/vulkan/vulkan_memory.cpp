@@ -136,7 +136,8 @@ DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc&
                     .view = {},
                     .extent = desc.extent,
                     .levels = desc.levels,
-                    .aspect = desc.aspect};
+                    .aspect = desc.aspect,
+                    .rest = desc.rest};
   VkMemoryRequirements needs;
   vk.vkGetImageMemoryRequirements(device.handle(), handle, &needs);
   image.memory = allocate(device, needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0);
@@ -159,10 +160,6 @@ ImageView make_view(const VulkanDevice& device, const ImageRef& image, VkFormat 
   VkImageView view = VK_NULL_HANDLE;
   vk_check(device.calls().vkCreateImageView(device.handle(), &info, nullptr, &view), "vkCreateImageView");
   return {device.logical(), view};
-}
-
-const ImageUse& drawn_as(VkImageAspectFlags aspect) {
-  return aspect == VK_IMAGE_ASPECT_DEPTH_BIT ? kDrawnDepth : kDrawn;
 }
 
 void transition(const VulkanDevice& device, VkCommandBuffer commands, const ImageRef& image, const ImageUse& from,
@@ -218,9 +215,9 @@ std::span<const std::byte> read_texels(const VulkanDevice& device, const DeviceI
   const std::size_t size = std::size_t{image.extent.width} * image.extent.height * bytes_per_texel;
   if (staging.bytes.size() < size)
     staging = make_host_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT, VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
-  const ImageUse& drawn = drawn_as(image.aspect);
-  run_once(device,
-           [&](VkCommandBuffer commands) { record_read(device, commands, ref_of(image), drawn, drawn, staging); });
+  run_once(device, [&](VkCommandBuffer commands) {
+    record_read(device, commands, ref_of(image), image.rest, image.rest, staging);
+  });
   return staging.bytes.first(size);
 }
 

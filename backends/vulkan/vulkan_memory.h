@@ -25,28 +25,6 @@ struct DeviceBuffer {
 
 using ImageView = Owned<VkImageView, &VolkDeviceTable::vkDestroyImageView>;
 
-/// Device-local, optimal tiling.
-struct DeviceImage {
-  Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
-  Owned<VkImage, &VolkDeviceTable::vkDestroyImage> image;
-  ImageView view;
-  VkExtent2D extent{};
-  std::uint32_t levels = 1;
-  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
-};
-struct DeviceImageDesc {
-  VkExtent2D extent;
-  VkFormat format;
-  std::string_view format_id;  ///< for messages
-  std::size_t texel_bytes;
-  VkImageUsageFlags usage;
-  VkFormatFeatureFlags features;  ///< that the format must have
-  std::uint32_t levels = 1;
-  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
-};
-/// throws: Error(environment) where the device has not all of the format's features, or not this size
-[[nodiscard]] DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc& desc);
-
 /// What an image is used for: its layout, and the stage and accesses that a barrier waits for.
 struct ImageUse {
   VkImageLayout layout;
@@ -58,17 +36,44 @@ inline constexpr ImageUse kCopyTo{VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_PIPEL
                                   VK_ACCESS_TRANSFER_WRITE_BIT};
 inline constexpr ImageUse kCopyFrom{VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_PIPELINE_STAGE_TRANSFER_BIT,
                                     VK_ACCESS_TRANSFER_READ_BIT};
-inline constexpr ImageUse kSampled{VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
-                                   VK_PIPELINE_STAGE_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT,
-                                   VK_ACCESS_SHADER_READ_BIT};
+inline constexpr ImageUse kSampled{
+    VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
+    VK_PIPELINE_STAGE_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+    VK_ACCESS_SHADER_READ_BIT};
 inline constexpr ImageUse kDrawn{VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
                                  VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT, VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT};
 inline constexpr ImageUse kDrawnDepth{
     VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
     VK_PIPELINE_STAGE_EARLY_FRAGMENT_TESTS_BIT | VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT,
     VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_READ_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT};
-/// How an attachment with this aspect is drawn into.
-[[nodiscard]] const ImageUse& drawn_as(VkImageAspectFlags aspect);
+inline constexpr ImageUse kStored{VK_IMAGE_LAYOUT_GENERAL, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                  VK_ACCESS_SHADER_WRITE_BIT};
+
+/// Device-local, optimal tiling.
+struct DeviceImage {
+  Owned<VkDeviceMemory, &VolkDeviceTable::vkFreeMemory> memory;
+  Owned<VkImage, &VolkDeviceTable::vkDestroyImage> image;
+  ImageView view;
+  VkExtent2D extent{};
+  std::uint32_t levels = 1;
+  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+  ImageUse rest = kSampled;  ///< what it is left as by whatever uses it
+};
+struct DeviceImageDesc {
+  VkExtent2D extent;
+  VkFormat format;
+  std::string_view format_id;  ///< for messages
+  std::size_t texel_bytes;
+  VkImageUsageFlags usage;
+  VkFormatFeatureFlags features;  ///< that the format must have
+  std::uint32_t levels = 1;
+  VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+  ImageUse rest = kSampled;
+};
+/// Unused yet: DeviceImage::rest is what it is going to be.
+/// throws: Error(environment) where the device has not all of the format's features, or not this size
+[[nodiscard]] DeviceImage make_device_image(const VulkanDevice& device, const DeviceImageDesc& desc);
+
 /// An image, whoever owns it.
 struct ImageRef {
   VkImage image;
@@ -93,7 +98,7 @@ void record_read(const VulkanDevice& device, VkCommandBuffer commands, const Ima
 /// Fills an unused image with tightly packed rows, level after level, and leaves it as kSampled.
 void upload_texels(const VulkanDevice& device, const DeviceImage& image, const TexelLayout& layout,
                    std::span<const std::byte> texels);
-/// Reads an attachment that was drawn into, tightly packed, and leaves it so. staging: where the texels lie; made anew
+/// Reads an attachment, tightly packed. staging: where the texels lie; made anew
 /// where it is too small
 [[nodiscard]] std::span<const std::byte> read_texels(const VulkanDevice& device, const DeviceImage& image,
                                                      std::size_t bytes_per_texel, HostBuffer& staging);

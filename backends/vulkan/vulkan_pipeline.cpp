@@ -7,17 +7,17 @@
 namespace reliefbench {
 namespace {
 
-VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device, const ShaderInterface& shader) {
+VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device, const ShaderInterface& shader,
+                                             VkShaderStageFlags stages) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   const auto add = [&](const std::vector<ShaderVariable>& list, VkDescriptorType type) {
     for (const ShaderVariable& variable : list)
-      bindings.push_back({.binding = variable.place,
-                          .descriptorType = type,
-                          .descriptorCount = 1,
-                          .stageFlags = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT});
+      bindings.push_back(
+          {.binding = variable.place, .descriptorType = type, .descriptorCount = 1, .stageFlags = stages});
   };
   add(shader.uniform_blocks, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
   add(shader.samplers, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
+  add(shader.images, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
   const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
                                              .bindingCount = static_cast<std::uint32_t>(bindings.size()),
                                              .pBindings = bindings.data()};
@@ -35,17 +35,19 @@ VkPipelineLayout make_layout(const VulkanDevice& device, VkDescriptorSetLayout s
   return layout;
 }
 
+VkPipelineShaderStageCreateInfo stage_info(VkShaderStageFlagBits stage, const ShaderModule& module,
+                                           const VkSpecializationInfo* constants) {
+  return {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+          .stage = stage,
+          .module = module.get(),
+          .pName = "main",
+          .pSpecializationInfo = constants};
+}
+
 VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass, VkPipelineLayout layout,
                                   const PipelineState& state) {
-  const auto stage = [&state](VkShaderStageFlagBits bit, const ShaderModule& module) {
-    return VkPipelineShaderStageCreateInfo{.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
-                                           .stage = bit,
-                                           .module = module.get(),
-                                           .pName = "main",
-                                           .pSpecializationInfo = state.constants};
-  };
-  const std::array stages = {stage(VK_SHADER_STAGE_VERTEX_BIT, state.vertex),
-                             stage(VK_SHADER_STAGE_FRAGMENT_BIT, state.fragment)};
+  const std::array stages = {stage_info(VK_SHADER_STAGE_VERTEX_BIT, state.vertex, state.constants),
+                             stage_info(VK_SHADER_STAGE_FRAGMENT_BIT, state.fragment, state.constants)};
   const VkPipelineInputAssemblyStateCreateInfo triangles{
       .sType = VK_STRUCTURE_TYPE_PIPELINE_INPUT_ASSEMBLY_STATE_CREATE_INFO,
       .topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST};
@@ -90,6 +92,31 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass,
   return handle;
 }
 
+VkPipeline make_compute_pipeline(const VulkanDevice& device, VkPipelineLayout layout, const ShaderModule& module,
+                                 const VkSpecializationInfo& constants) {
+  const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+                                         .stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module, &constants),
+                                         .layout = layout};
+  VkPipeline handle = VK_NULL_HANDLE;
+  vk_check(device.calls().vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &handle),
+           "vkCreateComputePipelines");
+  return handle;
+}
+
+PipelineHandles make_layouts(const VulkanDevice& device, const ShaderInterface& shader, VkShaderStageFlags stages) {
+  PipelineHandles handles;
+  handles.descriptors = {device.logical(), make_descriptor_layout(device, shader, stages)};
+  handles.layout = {device.logical(), make_layout(device, handles.descriptors.get())};
+  return handles;
+}
+
+PipelineHandles make_compute_handles(const VulkanDevice& device, const ShaderInterface& shader,
+                                     const ShaderModule& module, const VkSpecializationInfo& constants) {
+  PipelineHandles handles = make_layouts(device, shader, VK_SHADER_STAGE_COMPUTE_BIT);
+  handles.handle = {device.logical(), make_compute_pipeline(device, handles.layout.get(), module, constants)};
+  return handles;
+}
+
 }  // namespace
 
 ShaderModule make_module(const VulkanDevice& device, std::span<const std::uint32_t> spirv) {
@@ -113,9 +140,7 @@ void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string
 
 PipelineHandles make_handles(const VulkanDevice& device, VkRenderPass pass, const ShaderInterface& shader,
                              const PipelineState& state) {
-  PipelineHandles handles;
-  handles.descriptors = {device.logical(), make_descriptor_layout(device, shader)};
-  handles.layout = {device.logical(), make_layout(device, handles.descriptors.get())};
+  PipelineHandles handles = make_layouts(device, shader, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT);
   handles.handle = {device.logical(), make_graphics_pipeline(device, pass, handles.layout.get(), state)};
   return handles;
 }
@@ -134,10 +159,7 @@ VkDescriptorSet allocate_set(const VulkanDevice& device, VkDescriptorPool pool, 
 std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRenderPass pass, const PipelineDesc& desc) {
   auto pipeline = std::make_unique<VulkanPipeline>();
   pipeline->target = desc.target;
-  pipeline->shader = joined(reflect(desc.vertex), reflect(desc.fragment));
-  check_outputs(pipeline->shader, desc.target, desc.label);
-  const ShaderModule vertex = make_module(device, desc.vertex);
-  const ShaderModule fragment = make_module(device, desc.fragment);
+  pipeline->shader = interface_of(desc);
   std::vector<VkSpecializationMapEntry> entries;
   for (std::size_t i = 0; i < desc.constants.size(); ++i) {
     entries.push_back({.constantID = desc.constants[i].id,
@@ -148,6 +170,14 @@ std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRend
                                        .pMapEntries = entries.data(),
                                        .dataSize = desc.constants.size() * sizeof(SpecConstant),
                                        .pData = desc.constants.data()};
+  if (desc.target.by_compute) {
+    static_cast<PipelineHandles&>(*pipeline) =
+        make_compute_handles(device, pipeline->shader, make_module(device, desc.fragment), constants);
+    set_name(device, pipeline->handle.get(), desc.label);
+    return pipeline;
+  }
+  const ShaderModule vertex = make_module(device, desc.vertex);
+  const ShaderModule fragment = make_module(device, desc.fragment);
   constexpr VkPipelineColorBlendAttachmentState kOverwrite{.colorWriteMask = kAllComponents};
   const std::vector overwrite(desc.target.attachments.size(), kOverwrite);
   static_cast<PipelineHandles&>(*pipeline) = make_handles(device, pass, pipeline->shader,

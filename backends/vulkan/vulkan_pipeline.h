@@ -42,7 +42,7 @@ struct VulkanPipeline final : Pipeline, PipelineHandles {
   Target target;
   ShaderInterface shader;
 };
-/// pass: of the target
+/// pass: of the target; null where it is by compute
 [[nodiscard]] std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRenderPass pass,
                                                             const PipelineDesc& desc);
 

@@ -56,15 +56,19 @@ VkRenderPass make_render_pass(const VulkanDevice& device, const Target& target) 
   return pass;
 }
 
-DeviceImage make_color(const VulkanDevice& device, const TexelLayout& layout, VkExtent2D extent) {
+/// One that may be drawn into is no storage image: that may cost it its compression.
+DeviceImage make_color(const VulkanDevice& device, const TexelLayout& layout, VkExtent2D extent, bool by_compute) {
   const std::string format_id = fmt::format("{} x {}", layout.channels, texel_type_id(layout.type));
-  return make_device_image(device,
-                           {.extent = extent,
-                            .format = vulkan_format(layout),
-                            .format_id = format_id,
-                            .texel_bytes = static_cast<std::size_t>(layout.bytes()),
-                            .usage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
-                            .features = VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT});
+  const VkImageUsageFlags usage = by_compute ? VK_IMAGE_USAGE_STORAGE_BIT : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT;
+  const VkFormatFeatureFlags feature =
+      by_compute ? VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT : VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT;
+  return make_device_image(device, {.extent = extent,
+                                    .format = vulkan_format(layout),
+                                    .format_id = format_id,
+                                    .texel_bytes = static_cast<std::size_t>(layout.bytes()),
+                                    .usage = usage | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
+                                    .features = feature | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT,
+                                    .rest = by_compute ? kStored : kDrawn});
 }
 
 DeviceImage make_depth(const VulkanDevice& device, VkExtent2D extent) {
@@ -75,7 +79,25 @@ DeviceImage make_depth(const VulkanDevice& device, VkExtent2D extent) {
                .texel_bytes = static_cast<std::size_t>(kDepth.layout.bytes()),
                .usage = VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT,
                .features = VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_TRANSFER_SRC_BIT,
-               .aspect = VK_IMAGE_ASPECT_DEPTH_BIT});
+               .aspect = VK_IMAGE_ASPECT_DEPTH_BIT,
+               .rest = kDrawnDepth});
+}
+
+VkFramebuffer make_framebuffer(const VulkanDevice& device, VkRenderPass pass, std::span<const DeviceImage> images,
+                               VkExtent2D extent) {
+  std::vector<VkImageView> views;
+  views.reserve(images.size());
+  for (const DeviceImage& image : images) views.push_back(image.view.get());
+  const VkFramebufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
+                                     .renderPass = pass,
+                                     .attachmentCount = static_cast<std::uint32_t>(views.size()),
+                                     .pAttachments = views.data(),
+                                     .width = extent.width,
+                                     .height = extent.height,
+                                     .layers = 1};
+  VkFramebuffer framebuffer = VK_NULL_HANDLE;
+  vk_check(device.calls().vkCreateFramebuffer(device.handle(), &info, nullptr, &framebuffer), "vkCreateFramebuffer");
+  return framebuffer;
 }
 
 }  // namespace
@@ -83,8 +105,9 @@ DeviceImage make_depth(const VulkanDevice& device, VkExtent2D extent) {
 VulkanTarget& FrameTargets::find(const Target& target) {
   const auto found = std::ranges::find(targets_, target, &VulkanTarget::target);
   if (found != targets_.end()) return *found;
-  return targets_.emplace_back(
-      VulkanTarget{.target = target, .pass = {device_.logical(), make_render_pass(device_, target)}});
+  VulkanTarget& made = targets_.emplace_back(VulkanTarget{.target = target});
+  if (!target.by_compute) made.pass = {device_.logical(), make_render_pass(device_, target)};
+  return made;
 }
 
 const VulkanTarget& FrameTargets::prepare(const Target& target, VkExtent2D extent) {
@@ -97,23 +120,13 @@ const VulkanTarget& FrameTargets::prepare(const Target& target, VkExtent2D exten
   frame.images.clear();
   std::vector<DeviceImage> images;
   images.reserve(target.attachments.size() + 1);
-  for (const Attachment& color : target.attachments) images.push_back(make_color(device_, color.layout, extent));
+  for (const Attachment& color : target.attachments)
+    images.push_back(make_color(device_, color.layout, extent, target.by_compute));
   if (target.has_depth) images.push_back(make_depth(device_, extent));
-  std::vector<VkImageView> views;
-  views.reserve(images.size());
-  for (const DeviceImage& image : images) views.push_back(image.view.get());
-  const VkFramebufferCreateInfo info{.sType = VK_STRUCTURE_TYPE_FRAMEBUFFER_CREATE_INFO,
-                                     .renderPass = frame.pass.get(),
-                                     .attachmentCount = static_cast<std::uint32_t>(views.size()),
-                                     .pAttachments = views.data(),
-                                     .width = extent.width,
-                                     .height = extent.height,
-                                     .layers = 1};
-  VkFramebuffer framebuffer = VK_NULL_HANDLE;
-  vk_check(device_.calls().vkCreateFramebuffer(device_.handle(), &info, nullptr, &framebuffer), "vkCreateFramebuffer");
-  frame.framebuffer = {device_.logical(), framebuffer};
+  if (!target.by_compute)
+    frame.framebuffer = {device_.logical(), make_framebuffer(device_, frame.pass.get(), images, extent)};
   run_once(device_, [&](VkCommandBuffer commands) {
-    for (const DeviceImage& image : images) transition(device_, commands, image, kUnused, drawn_as(image.aspect));
+    for (const DeviceImage& image : images) transition(device_, commands, image, kUnused, image.rest);
   });
   frame.images = std::move(images);
   frame.extent = extent;

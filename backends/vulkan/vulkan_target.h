@@ -12,9 +12,9 @@ namespace reliefbench {
 /// A Target with the images that its frames were last drawn into.
 struct VulkanTarget {
   Target target;
-  Owned<VkRenderPass, &VolkDeviceTable::vkDestroyRenderPass> pass;
+  Owned<VkRenderPass, &VolkDeviceTable::vkDestroyRenderPass> pass{};  ///< none by compute
   std::vector<DeviceImage> images{};  ///< the colors, then the depth; empty: nothing was drawn yet
-  Owned<VkFramebuffer, &VolkDeviceTable::vkDestroyFramebuffer> framebuffer{};
+  Owned<VkFramebuffer, &VolkDeviceTable::vkDestroyFramebuffer> framebuffer{};  ///< likewise
   VkExtent2D extent{};
 };
 
@@ -23,7 +23,7 @@ class FrameTargets {
  public:
   explicit FrameTargets(const VulkanDevice& device) : device_(device) {}
 
-  /// For pipelines. It stays.
+  /// For pipelines. It stays. Null for a target by compute.
   [[nodiscard]] VkRenderPass render_pass(const Target& target) { return find(target).pass.get(); }
   /// Makes the images anew where the size changed.
   /// throws: Error(environment): the device cannot draw into a frame of this size

@@ -82,12 +82,12 @@ class VulkanScreen final : public Screen {
                             .dstSubresource = color,
                             .extent = {.width = kept.extent.width, .height = kept.extent.height, .depth = 1}};
     run_once(device_, [&](VkCommandBuffer commands) {
-      transition(device_, commands, drawn, kDrawn, kCopyFrom);
+      transition(device_, commands, drawn, drawn.rest, kCopyFrom);
       transition(device_, commands, kept, kSampled, kCopyTo);
       device_.calls().vkCmdCopyImage(commands, drawn.image.get(), kCopyFrom.layout, kept.image.get(), kCopyTo.layout, 1,
                                      &whole);
       transition(device_, commands, kept, kCopyTo, kSampled);
-      transition(device_, commands, drawn, kCopyFrom, kDrawn);
+      transition(device_, commands, drawn, kCopyFrom, drawn.rest);
     });
   }
 

@@ -44,7 +44,7 @@ auto members(Is<TextureDesc> auto& x) {
   return std::tie(x.width, x.height, x.layout, x.levels, x.texels, x.wrap, x.filter);
 }
 auto members(Is<Attachment> auto& x) { return std::tie(x.name, x.layout); }
-auto members(Is<Target> auto& x) { return std::tie(x.attachments, x.has_depth); }
+auto members(Is<Target> auto& x) { return std::tie(x.attachments, x.has_depth, x.by_compute); }
 auto members(Is<SpecConstant> auto& x) { return std::tie(x.id, x.value); }
 auto members(Is<PipelineDesc> auto& x) { return std::tie(x.label, x.vertex, x.fragment, x.constants, x.target); }
 auto members(Is<ComputeDesc> auto& x) { return std::tie(x.label, x.spirv, x.buffers); }

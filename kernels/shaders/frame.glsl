@@ -25,7 +25,7 @@ bool make_ray(vec2 pixel, out Ray ray) {
 }
 
 #define light_here() frame.light.xyz
-#define eye_depth_here() eye_depth(gl_FragCoord.xy)
+#define eye_depth_here() eye_depth(PIXEL)
 
 // The image of a pixel that has a ray, from the exact derivatives of the plane's point: its longer side is GL's scale
 // factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).

@@ -1,5 +1,6 @@
 #ifndef FRAME_BLOCK_GLSL
 #define FRAME_BLOCK_GLSL
+#include "pixel.glsl"
 // The C++ twin of the block: FrameUniforms (view.h).
 
 // clang-format off
@@ -15,7 +16,11 @@ layout(BINDING(0), std140) uniform Frame {
 } frame;
 // clang-format on
 
-#define dither_phase relief_dither(ivec2(gl_FragCoord.xy), int(frame.forward.w))
+#ifdef BY_COMPUTE
+bool is_beyond_frame() { return any(greaterThanEqual(ivec2(gl_GlobalInvocationID.xy), frame.sizes.xy)); }
+#endif
+
+#define dither_phase relief_dither(ivec2(PIXEL), int(frame.forward.w))
 
 // Of a pixel's ray, of length 1 along the view's axis. `precise`: the same bits in every shader.
 vec3 eye_direction(vec2 pixel) {

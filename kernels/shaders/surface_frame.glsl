@@ -82,7 +82,7 @@ void end_on_surface(inout Ray ray, inout Hit hit) {
 #endif
 }
 
-#define WAY_PER_T (surface_relief() / -dot(eye_direction(gl_FragCoord.xy), entered.normal))
+#define WAY_PER_T (surface_relief() / -dot(eye_direction(PIXEL), entered.normal))
 
 // What features go by: the plane that touches where the ray enters is theirs, too, and ways to the light are straight
 // in it.
@@ -98,7 +98,7 @@ vec2 eye_depth_here() { return vec2(entered_way, WAY_PER_T); }
 Place shown_place(Ray ray, Hit hit) {
 #ifdef HAS_EXACT_HITS
   float way = entered_way + hit.t * WAY_PER_T;
-  Place place = exact_place(on_surface(frame.position.xyz) + eye_direction(gl_FragCoord.xy) * way);
+  Place place = exact_place(on_surface(frame.position.xyz) + eye_direction(PIXEL) * way);
   place.uv *= frame.right.w;
 #else
   Place place = entered;

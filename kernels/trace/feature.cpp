@@ -48,12 +48,18 @@ std::vector<const FeatureRow*> rows_of(const Settings& settings) {
   return rows;
 }
 
-std::vector<PixelFeature> frame_features(const Settings& settings) {
+std::vector<PixelFeature> chosen_features(const Settings& settings) {
   std::vector<PixelFeature> features;
   for (const Feature& feature : all_features())
-    if (feature.is_of_scene && settings.active(feature.id) != nullptr && settings.get(feature.id) != 0)
+    if (settings.active(feature.id) != nullptr && settings.get(feature.id) != 0)
       features.push_back(
           {.feature = &feature, .row = &feature.rows.at(static_cast<std::size_t>(settings.get(feature.id)))});
+  return features;
+}
+
+std::vector<PixelFeature> frame_features(const Settings& settings) {
+  std::vector<PixelFeature> features = chosen_features(settings);
+  std::erase_if(features, [](const PixelFeature& one) { return !one.feature->is_of_scene; });
   return features;
 }
 

@@ -96,9 +96,10 @@ struct Feature {
   std::string_view id;
   std::string_view description;
   std::vector<FeatureRow> rows;  ///< the first is the plainest
-  int constant_id = -1;          ///< specialization constant that all techniques share; -1: one of each technique's own
-  bool is_spelt_out = true;      ///< ids have the plainest row too, as those of the first two features do
-  bool is_of_all = false;        ///< every technique that reads a map has it, after all its other parameters
+  /// Specialization constant that all techniques share; -1: one of each technique's own; kNoConstant: none.
+  int constant_id = -1;
+  bool is_spelt_out = true;  ///< ids have the plainest row too, as those of the first two features do
+  bool is_of_all = false;    ///< every technique that reads a map has it, after all its other parameters
   /// It is something of what is seen, not of how a hit is found: its parameters stand behind all others, frames have
   /// the text of the row that is chosen and of no other, and a scene may require it (tuner/decide/require.h).
   bool is_of_scene = false;
@@ -122,13 +123,15 @@ struct FeatureUse {
 
 /// The row that these settings choose on each feature that they have, in the order of all_features().
 [[nodiscard]] std::vector<const FeatureRow*> rows_of(const Settings& settings);
-/// A feature of the scene that is on, with the row that is chosen; null: the exact values, in the reference picture.
+/// A feature that is on, with the row that is chosen; null: the exact values, in the reference picture.
 struct PixelFeature {
   const Feature* feature;
   const FeatureRow* row;
 };
 /// A list of values for each of some features, one a pixel.
 using FeatureValues = std::vector<std::vector<float>>;
+/// The features that are on in these settings: another row than the plainest is chosen.
+[[nodiscard]] std::vector<PixelFeature> chosen_features(const Settings& settings);
 /// All features of the scene that are on in these settings: what a frame's text is made of.
 [[nodiscard]] std::vector<PixelFeature> frame_features(const Settings& settings);
 /// Those that have a PixelValue.

@@ -86,6 +86,21 @@ std::string lacks_march(const Settings& settings) {
                      technique);
 }
 
+std::string lacks_draws(const Settings& settings) {
+  const Technique& technique = settings.technique();
+  if (!technique.passes.empty())
+    return fmt::format("dispatch=compute needs another technique than {}, whose passes are draws", technique.id);
+  if (settings.is("normals", "gradient"))
+    return "dispatch=compute needs normals=footprint or base: derivatives are fragments' alone";
+  if (settings.active("depth") != nullptr && settings.get("depth") != 0)
+    return fmt::format("dispatch=compute has no depth buffer, which depth={} writes", settings.choice("depth"));
+  return "";
+}
+std::string lacks_whole_frame(const Scene& scene) {
+  return needs_depth(scene) ? "dispatch=compute needs a scene whose frames the relief fills: no mesh, nothing before it"
+                            : "";
+}
+
 /// Upwards a cone must be free of all of the surface: relaxed ones are right only from the top plate.
 Guarantee cone_shadow_guarantee(const Settings& settings) {
   return has_free_cones(settings) && settings.is("shadow_bias", "none") ? Guarantee::never_skips : Guarantee::none;
@@ -137,6 +152,18 @@ std::vector<Feature> feature_table() {
                 {.id = "manual", .description = "four fetches, weighted in full precision"}},
        .constant_id = kFilterConstant,
        .is_of_all = true},
+      {.id = "dispatch",
+       .description = "what a frame's pixels are traced by: a fragment each, or a compute shader's invocation",
+       .rows = {{.id = "fragment", .description = "fragments of a triangle over the whole frame"},
+                {.id = "compute",
+                 .description = "a compute shader in groups of 8x8 pixels, which puts them into an image",
+                 .source = "as engines that shade in compute",
+                 .lacks = lacks_draws,
+                 .lacks_in = lacks_whole_frame}},
+       .constant_id = kNoConstant,
+       .is_spelt_out = false,
+       .is_of_all = true,
+       .needs_map = false},
       {.id = "shadow",
        .description = "what keeps the light from a hit: the relief's shadow on itself",
        .rows = {{.id = "none", .description = "nothing: every hit is lit"},

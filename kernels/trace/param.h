@@ -8,6 +8,9 @@ namespace reliefbench {
 /// When a parameter takes effect. A map is baked once for all run-time values.
 enum class Stage { bake, run };
 
+/// Param::constant_id of what no shader has in its text.
+inline constexpr int kNoConstant = -2;
+
 /// One axis of the space: an integer range, or a list of named choices (its value is then the index).
 struct Param {
   std::string_view id;

@@ -125,6 +125,8 @@ bool is_dithered(const Settings& settings) {
   return dither != nullptr && settings.get(dither->id) != dither->fallback;
 }
 
+bool is_by_compute(const Settings& settings) { return settings.is("dispatch", "compute"); }
+
 int frames_seen(const Settings& settings) { return settings.is("dither", "temporal") ? kDitherFrames : 1; }
 
 int step_cap(const Settings& settings) {
@@ -180,7 +182,7 @@ std::string conflict(const Settings& settings, const Scene& scene, bool is_solid
     return fmt::format("a solid, a heightmap of two heights a texel, needs a plane, not a {}",
                        surface_row(scene.surface.kind).id);
   if (std::string reason = heights_conflict(settings, is_solid); !reason.empty()) return reason;
-  return lacking_in(frame_features(settings), scene);
+  return lacking_in(chosen_features(settings), scene);
 }
 
 std::string conflict(const Settings& settings) {

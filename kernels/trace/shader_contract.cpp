@@ -239,7 +239,7 @@ std::string hooks(std::span<const PixelFeature> features) {
   if (begins.empty()) return files;
   return "#define HAS_WAY\n" + files +
          fmt::format(
-             "Hit trace_way(Ray ray) {{\n  Way way = Way(ray, pixel_at(gl_FragCoord.xy), 1.0);\n{}"
+             "Hit trace_way(Ray ray) {{\n  Way way = Way(ray, pixel_at(PIXEL), 1.0);\n{}"
              "  return traced(way);\n}}\n",
              begins);
 }
@@ -306,9 +306,9 @@ std::string feature_outputs(std::span<const PixelFeature> features) {
   std::string zeros;
   int location = 2;  // behind the ray and the hit
   for (const PixelFeature& one : valued) {
-    outputs += fmt::format("layout(location = {}) out float {};\n", location++, one.feature->value->output);
-    puts += fmt::format("  {} = values.{};\n", one.feature->value->output, one.feature->id);
-    zeros += fmt::format("  {} = 0.0;\n", one.feature->value->output);
+    outputs += fmt::format("PIXEL_OUTPUT({}, r32f, float, {});\n", location++, one.feature->value->output);
+    puts += fmt::format("  PUT({}, values.{});\n", one.feature->value->output, one.feature->id);
+    zeros += fmt::format("  PUT({}, 0.0);\n", one.feature->value->output);
   }
   return fmt::format("{}void put(PixelValues values) {{\n{}}}\nvoid put_nothing() {{\n{}}}\n", outputs, puts, zeros);
 }

@@ -106,7 +106,7 @@ Technique assembled(Technique technique) {
   append_features(false);
   auto next = static_cast<int>(kFirstOwnConstant);
   for (Param& param : technique.params)
-    if ((param.stage == Stage::run || param.is_constant) && param.constant_id < 0 && !is_feature_of_scene(param.id))
+    if ((param.stage == Stage::run || param.is_constant) && param.constant_id == -1 && !is_feature_of_scene(param.id))
       param.constant_id = next++;
   append_features(true);
   return technique;

@@ -118,6 +118,8 @@ class Settings {
 [[nodiscard]] Mips mips_of(const Settings& settings);
 /// Whether a ray may begin anywhere in its first step, so that a shader is told where.
 [[nodiscard]] bool is_dithered(const Settings& settings);
+/// Whether a compute shader puts the frame's pixels (dispatch=compute).
+[[nodiscard]] bool is_by_compute(const Settings& settings);
 /// How many frames a ray's beginning goes through (dither=temporal).
 inline constexpr int kDitherFrames = 8;
 /// How many frames' mean is what people see of these settings: kDitherFrames, or 1.

@@ -102,6 +102,11 @@ struct Scene {
   }
 };
 
+/// Whether draws of such a scene do not cover the frame, or one another: something hides the relief, or its surface is
+/// of triangles.
+[[nodiscard]] inline bool needs_depth(const Scene& scene) {
+  return scene.occluded > 0 || scene.surface.kind == SurfaceKind::mesh;
+}
 /// Why a scene's base cannot be, "" if it can: on what is curved, all are 1.
 [[nodiscard]] std::string base_fault(const Scene& scene);
 /// Why its camera cannot see it, "" if it can: inside of what reaches over the polygon.

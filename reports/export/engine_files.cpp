@@ -141,6 +141,11 @@ class Folder {
     if (is_dithered(shader.settings) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe passes the number of the frame that dither={} needs; export it without --for",
                  shader.settings.choice("dither"));
+    if (is_by_compute(shader.settings) && engine_.id != kPlainEngine)
+      fail_input("no engine's recipe is a compute shader, which dispatch=compute measures; export it without --for");
+    if (is_by_compute(shader.settings) && takes_derivatives(shader.settings))
+      fail_input("{}: its relief_trace takes derivatives, which compute shaders have none of (dispatch=compute)",
+                 setting_id(shader.settings));
     if (may_pass(shader) && engine_.id != kPlainEngine)
       fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
                  shader.settings.technique().is_of_solids() ? shader.settings.technique().id : "silhouette=clip");

@@ -111,6 +111,8 @@ std::string use_lines(const ShippedShader& shipped) {
   if (!shipped.textures.empty())
     text +=
         comment("relief_normal gives the unit normal at the hit's uv from the heights, for whom has no normal map.");
+  if (is_by_compute(shipped.settings))
+    text += comment("Measured in a compute shader, groups of 8x8 pixels: a fragment here is an invocation there.");
   if (takes_derivatives(shipped.settings))
     text += comment("relief_trace takes derivatives of uv: call it in uniform control flow.");
   if (const Param* normals = shipped.settings.active("normals");

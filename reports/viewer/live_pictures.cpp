@@ -59,7 +59,9 @@ const TimerAudit& LivePictures::audit() const {
 }
 
 void LivePictures::audit_timers() {
-  session_.audit_now();
+  if (session_.audit().empty()) session_.audit_now();
+  if (std::exchange(is_compute_audited_, shows_compute() || is_compute_audited_) != is_compute_audited_)
+    session_.audit_compute();
   timer_ = choose_timer(session_.audit());
   times_ns_.clear();  // they may be another timer's
   static_cast<void>(time_again(1));

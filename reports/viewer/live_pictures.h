@@ -44,7 +44,10 @@ class LivePictures {
   /// Audits the timers: seconds, in which nothing else is drawn. Until then times are the fenced wall clock's, and
   /// nothing is settled. throws: Error(environment): the device was lost
   void audit_timers();
-  [[nodiscard]] bool is_audited() const { return !session_.audit().empty(); }
+  /// By what draws the left pane, too.
+  [[nodiscard]] bool is_audited() const {
+    return !session_.audit().empty() && (is_compute_audited_ || !shows_compute());
+  }
 
   [[nodiscard]] Screen& screen() { return *screen_; }
   [[nodiscard]] const Pane& left() const { return left_; }
@@ -69,6 +72,7 @@ class LivePictures {
  private:
   using Clock = std::chrono::steady_clock;
 
+  [[nodiscard]] bool shows_compute() const { return left_.settings && is_by_compute(*left_.settings); }
   void judge_next(const ViewChoice& choice);
   void bring(Pane& pane, const Settings& settings, const SceneSpec& spec);
   void draw(Pane& pane, const Settings& settings, const SceneSpec& spec);
@@ -89,6 +93,7 @@ class LivePictures {
   ReferenceTracer tracer_;
   std::unique_ptr<const Mesh> mesh_;  ///< null: the relief lies on none
   Timer timer_ = Timer::fenced_wall;
+  bool is_compute_audited_ = false;
   Pane left_;
   Pane right_;
   std::unique_ptr<ScreenPicture> reference_;

@@ -30,6 +30,7 @@ struct Found {
   DeviceInfo info;
   DeviceState state;                ///< now
   std::vector<TimerAudit> audit;    ///< empty where none was asked for
+  std::vector<TimerAudit> compute;  ///< by the work of compute shaders, likewise; empty where the device has none
   std::vector<FilterAudit> filter;  ///< likewise
   std::string failure;              ///< why the audit could not be done, or found no timer to measure with
 };
@@ -41,8 +42,13 @@ std::vector<Found> find_devices(const DevicesArguments& arguments) {
     if (arguments.backend.empty() ? !row.real : row.id != arguments.backend) continue;
     for (const DeviceInfo& info : isolated_devices(row)) {
       if (arguments.device && info.index != *arguments.device) continue;
-      found.push_back(
-          {.backend = &row, .info = info, .state = DeviceWatch(info).read(), .audit = {}, .filter = {}, .failure = {}});
+      found.push_back({.backend = &row,
+                       .info = info,
+                       .state = DeviceWatch(info).read(),
+                       .audit = {},
+                       .compute = {},
+                       .filter = {},
+                       .failure = {}});
     }
   }
   return found;
@@ -54,6 +60,7 @@ void audit_device(Found& found) {
     const std::unique_ptr<Backend> backend = open_isolated(*found.backend, found.info.index);
     if (found.backend->real) found.filter = audit_filter(*backend, found.backend->dialect);
     found.audit = audit_timers(*backend, found.backend->dialect);
+    found.compute = audit_timers(*backend, found.backend->dialect, true);
     (void)choose_timer(found.audit);
   } catch (const Error& error) {
     found.failure = error.what();
@@ -91,14 +98,21 @@ void print_filter(const Found& found) {
 void print_audits(const std::vector<Found>& devices, const Paint& paint) {
   for (const Found& found : devices) {
     put("\n{}\n", paint.bold(fmt::format("{} {}, {}", found.info.backend, found.info.index, found.info.name)));
-    std::vector<std::vector<std::string>> rows = {{"timer", "verdict", "of wall", "doubling", "reason"}};
-    for (const TimerAudit& timer : found.audit) {
-      rows.push_back({std::string(timer_id(timer.timer)), timer.valid ? paint.good("valid") : paint.bad("rejected"),
-                      fmt::format("{:.3f}", timer.wall_ratio), fmt::format("{:.3f}", timer.doubling), timer.reason});
-    }
+    std::vector<std::vector<std::string>> rows = {{"timer", "of", "verdict", "of wall", "doubling", "reason"}};
+    const auto add = [&](const std::vector<TimerAudit>& audit, const std::string& work) {
+      for (const TimerAudit& timer : audit)
+        rows.push_back({std::string(timer_id(timer.timer)), work,
+                        timer.valid ? paint.good("valid") : paint.bad("rejected"),
+                        fmt::format("{:.3f}", timer.wall_ratio), fmt::format("{:.3f}", timer.doubling), timer.reason});
+    };
+    add(found.audit, "fragments");
+    add(found.compute, "compute");
     if (!found.audit.empty()) put("{}", columns(rows, "  "));
     if (found.failure.empty()) {
-      put("  measured with: {}\n", timer_id(choose_timer(found.audit)));
+      const Timer timer = choose_timer(found.audit);
+      const Timer with_both = choose_timer(with_compute(found.audit, found.compute));
+      put("  measured with: {}{}\n", timer_id(timer),
+          timer == with_both ? "" : fmt::format("; where a setting has dispatch=compute: {}", timer_id(with_both)));
     } else {
       put("  {}\n", paint.bad(found.failure));
     }
@@ -113,6 +127,7 @@ nlohmann::json devices_json(const std::vector<Found>& devices, bool audited) {
     if (found.state.is_told()) entry["state"] = state_json(found.state);
     if (audited) {
       entry["audit"] = audit_json(found.audit);
+      entry["audit_compute"] = audit_json(found.compute);
       entry["filter"] = filter_json(found.filter);
       entry["failure"] = found.failure;
       entry["timer"] = found.failure.empty() ? nlohmann::json(timer_id(choose_timer(found.audit))) : nlohmann::json();
@@ -158,7 +173,8 @@ void add_devices_command(CLI::App& app, int& exit_code) {
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles\n"
-      "with the work (`doubling` near 2). The linear filter's weights are read off two enlarged texels of every\n"
+      "with the work (`doubling` near 2), of fragments and of compute shaders. The linear filter's weights are read "
+      "off two enlarged texels of every\n"
       "type: what they are off by, times the difference of two neighbours, is what a sampled height is off by.\n"
       "Clock, temperature, power and why the clock is held back are told where driver or system know them. Exit\n"
       "code 3 where there is no device, or one has no timer to measure with.\n"

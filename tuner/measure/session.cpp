@@ -32,7 +32,8 @@ std::string shader_key(std::string_view shader, std::span<const PixelFeature> fe
                        const Target& target) {
   return fmt::format("{}{}{}{}/{}", shader, features.empty() ? "" : "?", text_of(features),
                      is_curved(surface) ? fmt::format(" on {}", surface_row(surface).id) : "",
-                     is_score(target) ? "score" : "shade");
+                     is_score(target) ? "score" : "shade") +
+         (target.by_compute ? " by compute" : "");
 }
 
 std::string pipeline_key(const std::string& fragment_key, std::span<const SpecConstant> constants) {
@@ -64,6 +65,10 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
 
 void Session::audit_now() {
   split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
+}
+
+void Session::audit_compute() {
+  split_.book(Part::audit, [&] { audit_ = with_compute(audit_, audit_timers(*backend_, dialect_, true)); });
 }
 
 void Session::simulate_filter(const SimulatedFilter& simulated) {
@@ -141,7 +146,8 @@ Session::Source Session::source_of(const Settings& settings, const Target& targe
                 .constants = constants_of(&settings, scene.wrap, sampler_of(settings))};
   // The score frame of what is hidden is whole.
   if (is_score(target)) source.target = score_target(source.features, scene.surface.kind == SurfaceKind::mesh);
-  source.fragment_key = shader_key(source.shader, source.features, source.surface, target);
+  source.target.by_compute = is_by_compute(settings);
+  source.fragment_key = shader_key(source.shader, source.features, source.surface, source.target);
   set_vertex(source);
   return source;
 }

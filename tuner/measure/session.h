@@ -23,7 +23,7 @@ namespace reliefbench {
 /// control case (known arithmetic, drawn between the samples, by which drift is seen and taken out).
 struct Calibration {
   Timer timer = Timer::fenced_wall;
-  int load_steps = 0;       ///< LOAD_STEPS of load.frag
+  int load_steps = 0;       ///< LOAD_STEPS of load.glsl
   int frames = 0;           ///< of one batch of the control case
   double reference_ns = 0;  ///< a frame's time of the control case when the run was first started
   DeviceState state{};      ///< right after that
@@ -45,6 +45,8 @@ class Session {
 
   /// Audits the timers, where the constructor was told that nothing will be timed.
   void audit_now();
+  /// Audits them once more by work of compute shaders, which a timer may see otherwise: those that fail are not valid.
+  void audit_compute();
 
   /// Opens the device again after it was lost, and draws the control case on it. Whatever was made on the lost one must
   /// be gone before; pipelines are compiled anew when they are asked for. Calibration and audit stay.

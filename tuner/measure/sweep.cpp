@@ -298,6 +298,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
   for (const std::string& id : options.backends) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
     sessions.back()->set_timeout(config.measure.timeout_s);
+    if (has_compute(plan.cases)) sessions.back()->audit_compute();
   }
 
   RunStore store(options.output, identity_of(config, options, sessions));

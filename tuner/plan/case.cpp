@@ -34,6 +34,10 @@ std::string Case::id() const {
                      backend);
 }
 
+bool has_compute(std::span<const Case> cases) {
+  return std::ranges::any_of(cases, [](const Case& c) { return is_by_compute(c.settings); });
+}
+
 std::string bake_text(const Settings& settings, const SceneSpec& scene) {
   std::string text = fmt::format("{}|{}", heightmap_part(scene.id), map_of(settings).id);
   for (const SettingValue& given : settings.values()) {

@@ -31,6 +31,9 @@ struct Case {
   [[nodiscard]] std::string id() const;
 };
 
+/// Whether compute shaders put the frames of any of them.
+[[nodiscard]] bool has_compute(std::span<const Case> cases);
+
 /// What identifies a bake: all settings with the same text share one map.
 /// "<heightmap id>|<map>|correction=..|search_steps=..|heights=unorm8|wrap=repeat"
 [[nodiscard]] std::string bake_text(const Settings& settings, const SceneSpec& scene);

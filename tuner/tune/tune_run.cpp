@@ -53,6 +53,7 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
     if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
   session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_, true, options.open);
   session_->set_timeout(config.measure.timeout_s);
+  if (has_compute(plan_.cases)) session_->audit_compute();
   store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
   holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
   scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
