@@ -129,8 +129,8 @@ TEST(Flip, IsSymmetric) {
 
 TEST(MaskedMean, LeavesPixelsWithoutARayOut) {
   const std::vector<PixelScore> mask{{.verdict = Verdict::good}, {}, {.verdict = Verdict::missed}};
-  EXPECT_EQ(masked_mean(std::vector{1.0F, 100.0F, 3.0F}, mask), 2.0);
-  EXPECT_FALSE(masked_mean(std::vector{1.0F}, std::vector<PixelScore>(1)).has_value());
+  EXPECT_EQ(masked_mean(std::vector{1.0F, 100.0F, 3.0F}, ray_mask(mask)), 2.0);
+  EXPECT_FALSE(masked_mean(std::vector{1.0F}, ray_mask(std::vector<PixelScore>(1))).has_value());
 }
 
 TEST(Flicker, IsTheChangeOfTheErrorNotOfThePicture) {

@@ -163,7 +163,7 @@ TEST(Score, PercentilesOfOnePixelAreIt) {
 
 std::optional<double> psnr_of(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
                               std::span<const PixelScore> mask) {
-  return psnr({.reference = a, .test = b, .width = static_cast<int>(mask.size()), .height = 1}, mask);
+  return psnr({.reference = a, .test = b, .width = static_cast<int>(mask.size()), .height = 1}, ray_mask(mask));
 }
 
 TEST(Psnr, MatchesHandValues) {

@@ -139,18 +139,17 @@ struct TileFeatures {
 
 void add(const TilePlane& from, TilePlane& to) {
   const Tag tag;
-  for (std::size_t i = 0; i + hn::Lanes(tag) <= to.values.size(); i += hn::Lanes(tag))
-    hn::StoreU(hn::Add(hn::LoadU(tag, to.values.data() + i), hn::LoadU(tag, from.values.data() + i)), tag,
-               to.values.data() + i);
+  for (std::size_t i = 0; i + hn::Lanes(tag) <= to.size(); i += hn::Lanes(tag))
+    hn::StoreU(hn::Add(hn::LoadU(tag, to.data() + i), hn::LoadU(tag, from.data() + i)), tag, to.data() + i);
 }
 
 void take_magnitude(const TilePlane& across, TilePlane& along) {
   const Tag tag;
   const Vec scale = splat(1.0 / 116);  // from Y to lightness; the kernels' sum is 0, so its offset does not matter
-  for (std::size_t i = 0; i + hn::Lanes(tag) <= along.values.size(); i += hn::Lanes(tag)) {
-    const Vec x = hn::LoadU(tag, along.values.data() + i);
-    const Vec y = hn::LoadU(tag, across.values.data() + i);
-    hn::StoreU(hn::Mul(scale, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y)))), tag, along.values.data() + i);
+  for (std::size_t i = 0; i + hn::Lanes(tag) <= along.size(); i += hn::Lanes(tag)) {
+    const Vec x = hn::LoadU(tag, along.data() + i);
+    const Vec y = hn::LoadU(tag, across.data() + i);
+    hn::StoreU(hn::Mul(scale, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y)))), tag, along.data() + i);
   }
 }
 

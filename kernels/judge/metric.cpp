@@ -29,15 +29,13 @@ void append(const JudgedPixels& pixels, std::vector<float>& values, const Takes&
   values.resize(size);
 }
 
-/// Of pixels: how many show another object than the relief, how many have a ray, how many of those the wrong object.
+/// Of pixels: how many show another object than the relief, how many of those with a ray the wrong object.
 struct Seen {
   std::int64_t objects = 0;
-  std::int64_t pixels = 0;
   std::int64_t wrong = 0;
 
   Seen& operator+=(const Seen& other) {
     objects += other.objects;
-    pixels += other.pixels;
     wrong += other.wrong;
     return *this;
   }
@@ -109,48 +107,47 @@ float depth_error(float found, float exact) {
   return static_cast<float>(std::abs(closeness(exact) / closeness(found) - 1));
 }
 
-std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const PixelScore> mask) {
+std::optional<double> wrong_visible(const PicturePair& pictures, const RayMask& mask) {
   const auto is_object = [](SeenObject seen) { return seen == SeenObject::square || seen == SeenObject::ball; };
-  const Seen whole = sum_of_shares(mask.size(), [&](std::size_t first, std::size_t count) {
+  const Seen whole = sum_of_shares(mask.has_ray.size(), [&](std::size_t first, std::size_t count) {
     Seen share;
     for (std::size_t i = first; i < first + count; ++i) {
       const SeenObject exact{pictures.reference[4 * i + 3]};
       const SeenObject found{pictures.test[4 * i + 3]};
       share.objects += is_object(exact) || is_object(found) ? 1 : 0;
-      share.pixels += is_judged(mask[i]) ? 1 : 0;
-      share.wrong += is_judged(mask[i]) && exact != found ? 1 : 0;
+      share.wrong += exact != found ? mask.has_ray[i] : 0;
     }
     return share;
   });
-  if (whole.objects == 0 || whole.pixels == 0) return std::nullopt;
-  return static_cast<double>(whole.wrong) / static_cast<double>(whole.pixels);
+  if (whole.objects == 0 || mask.count == 0) return std::nullopt;
+  return static_cast<double>(whole.wrong) / static_cast<double>(mask.count);
 }
 
-std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask) {
+std::optional<double> psnr(const PicturePair& pictures, const RayMask& mask) {
   const std::span<const std::uint8_t> reference = pictures.reference;
   const std::span<const std::uint8_t> test = pictures.test;
-  assert(reference.size() == 4 * mask.size() && test.size() == 4 * mask.size());
-  const std::int64_t pixels = judged_count(mask);
-  const std::int64_t squares = sum_of_shares(mask.size(), [&](std::size_t first, std::size_t count) {
+  assert(reference.size() == 4 * mask.has_ray.size() && test.size() == reference.size());
+  const std::int64_t squares = sum_of_shares(mask.has_ray.size(), [&](std::size_t first, std::size_t count) {
     std::int64_t sum = 0;
     for (std::size_t i = first; i < first + count; ++i) {
-      if (!is_judged(mask[i])) continue;
+      int of_pixel = 0;
       for (std::size_t channel = 4 * i; channel < 4 * i + 3; ++channel) {
-        const std::int64_t difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
-        sum += difference * difference;
+        const int difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
+        of_pixel += difference * difference;
       }
+      sum += of_pixel * mask.has_ray[i];
     }
     return sum;
   });
   if (squares == 0) return std::nullopt;
-  const double mean_square = static_cast<double>(squares) / static_cast<double>(3 * pixels);
+  const double mean_square = static_cast<double>(squares) / static_cast<double>(3 * mask.count);
   return 10 * std::log10(255.0 * 255.0 / mean_square);
 }
 
-std::optional<double> mean_flip(const PicturePair& pictures, std::span<const PixelScore> mask) {
+std::optional<double> mean_flip(const PicturePair& pictures, const RayMask& mask) {
   return masked_mean(flip_map(pictures), mask).value_or(0);
 }
-std::optional<double> mean_ssim(const PicturePair& pictures, std::span<const PixelScore> mask) {
+std::optional<double> mean_ssim(const PicturePair& pictures, const RayMask& mask) {
   return masked_mean(ssim_map(pictures), mask).value_or(1);
 }
 

@@ -44,7 +44,7 @@ enum class NoValue {
 using OfPixels = void (*)(const JudgedPixels& pixels,
                           std::vector<float>& values);  ///< appends one a judged pixel, none negative
 using OfVerdict = bool (*)(Verdict verdict);            ///< whether a pixel counts: a share
-using OfPictures = std::optional<double> (*)(const PicturePair& pictures, std::span<const PixelScore> mask);
+using OfPictures = std::optional<double> (*)(const PicturePair& pictures, const RayMask& mask);
 using OfFeature = float (*)(float found, float exact);  ///< of a pixel that has both, not negative
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
 
@@ -78,10 +78,10 @@ void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
 [[nodiscard]] float false_dark(float found, float exact);
 [[nodiscard]] float penumbra_error(float found, float exact);
 [[nodiscard]] float depth_error(float found, float exact);
-[[nodiscard]] std::optional<double> wrong_visible(const PicturePair& pictures, std::span<const PixelScore> mask);
-[[nodiscard]] std::optional<double> psnr(const PicturePair& pictures, std::span<const PixelScore> mask);
-[[nodiscard]] std::optional<double> mean_flip(const PicturePair& pictures, std::span<const PixelScore> mask);
-[[nodiscard]] std::optional<double> mean_ssim(const PicturePair& pictures, std::span<const PixelScore> mask);
+[[nodiscard]] std::optional<double> wrong_visible(const PicturePair& pictures, const RayMask& mask);
+[[nodiscard]] std::optional<double> psnr(const PicturePair& pictures, const RayMask& mask);
+[[nodiscard]] std::optional<double> mean_flip(const PicturePair& pictures, const RayMask& mask);
+[[nodiscard]] std::optional<double> mean_ssim(const PicturePair& pictures, const RayMask& mask);
 
 inline constexpr std::array kMetrics{
     Metric{.id = "e_xy",

@@ -21,17 +21,16 @@ struct Trembling {
 
 }  // namespace
 
-std::optional<double> masked_mean(std::span<const float> map, std::span<const PixelScore> mask) {
-  assert(map.size() == mask.size());
-  const std::int64_t count = judged_count(mask);
-  if (count == 0) return std::nullopt;
+std::optional<double> masked_mean(std::span<const float> map, const RayMask& mask) {
+  assert(map.size() == mask.has_ray.size());
+  if (mask.count == 0) return std::nullopt;
   const double sum = sum_of_shares(map.size(), [&](std::size_t first, std::size_t size) {
     double of_share = 0;
     for (std::size_t i = first; i < first + size; ++i)
-      if (is_judged(mask[i])) of_share += static_cast<double>(map[i]);
+      of_share += mask.has_ray[i] != 0 ? static_cast<double>(map[i]) : 0;
     return of_share;
   });
-  return sum / static_cast<double>(count);
+  return sum / static_cast<double>(mask.count);
 }
 
 std::optional<double> flicker(const FlickerFrame& before, const FlickerFrame& now) {

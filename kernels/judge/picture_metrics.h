@@ -40,8 +40,8 @@ inline constexpr double kPixelsPerDegree = 67.02;  ///< of the eye: a 0.7 m wide
 /// source: Wang et al., Image Quality Assessment: From Error Visibility to Structural Similarity, 2004
 [[nodiscard]] std::vector<float> ssim_map(const PicturePair& pictures);
 
-/// Mean over the pixels where `mask` is not no_ray; none where there is no such pixel.
-[[nodiscard]] std::optional<double> masked_mean(std::span<const float> map, std::span<const PixelScore> mask);
+/// Mean over the pixels that have a ray; none where there is no such pixel.
+[[nodiscard]] std::optional<double> masked_mean(std::span<const float> map, const RayMask& mask);
 
 /// How the error of a moving picture trembles: mean |E - E_before| over pixels with a ray in both frames and over their
 /// three channels, as a share of full scale. E = picture - reference, of this frame and of the one before.

@@ -34,9 +34,10 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
   // The found t is a float: the two around t_enter are as good as it can be, even where the ray only touches.
   if (t >= reference.t_exit && pixel.t > std::nextafter(static_cast<float>(reference.t_enter), 2.0F))
     return Verdict::missed;
-  if (e_xy <= kRecoverableTexels) return Verdict::good;
-  if (t < reference.t_enter || pixel.status == static_cast<float>(PixelStatus::step_cap)) return Verdict::unconverged;
-  return Verdict::inside;
+  // No branches, which random errors would make the processor mistake.
+  constexpr std::array kVerdicts{Verdict::inside, Verdict::unconverged, Verdict::good, Verdict::good};
+  const bool is_before = t < reference.t_enter || pixel.status == static_cast<float>(PixelStatus::step_cap);
+  return kVerdicts[(e_xy <= kRecoverableTexels ? 2U : 0U) | (is_before ? 1U : 0U)];
 }
 
 /// Whether it passed, in truth and as it was found; none: neither.
@@ -54,7 +55,7 @@ inline PixelScore scored(const ScorePixel& pixel, const ReferenceHit& reference,
   return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
 }
 
-PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, int map_width, int map_height) {
+PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, double map_width, double map_height) {
   if (!has_ray(pixel)) return {};
   // Squares of floats neither overflow a double nor vanish in it.
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
@@ -75,40 +76,58 @@ double sum_of(std::span<const float> values) {
   return std::accumulate(lanes.begin(), lanes.end(), 0.0);
 }
 
+/// The aggregates that are percentiles.
+constexpr std::array kPercentiles{std::pair(Aggregate::p50, 50.0), std::pair(Aggregate::p95, 95.0),
+                                  std::pair(Aggregate::p99, 99.0)};
+
 /// The values of a metric, one a judged pixel, in shares that threads fill.
 class MetricValues {
  public:
-  /// append(first, count, values): those of `count` pixels from the first on
+  MetricValues(const Metric& metric, std::size_t pixels)
+      : aggregates_(metric.aggregates), shares_(share_count(pixels)) {}
+
+  /// Fills the share of that number. append(values): its pixels' values
   template <typename Append>
-  MetricValues(std::size_t pixels, const Append& append) : shares_(share_count(pixels)) {
-    for_each_share(pixels, [&](std::size_t at, std::size_t first, std::size_t count) {
-      Share& share = shares_[at];
-      append(first, count, share.values);
-      share.sum = sum_of(share.values);
-      for (const float value : share.values) share.max = std::max(share.max, value);
-    });
-    for (const Share& share : shares_) {
-      sum_ += share.sum;
-      max_ = std::max(max_, share.max);
-      count_ += share.values.size();
-    }
+  void fill(std::size_t at, const Append& append) {
+    Share& share = shares_[at];
+    append(share.values);
+    share.sum = sum_of(share.values);
+    for (const float value : share.values) share.max = std::max(share.max, value);
+    if (!has_percentiles()) return;
+    share.counts.assign(kBins, 0);
+    for (const float value : share.values) ++share.counts[bin_of(value)];
   }
 
-  [[nodiscard]] bool is_empty() const { return count_ == 0; }
-  [[nodiscard]] double mean() const { return sum_ / static_cast<double>(count_); }
-  [[nodiscard]] double max() const { return static_cast<double>(max_); }
-  /// By nearest rank: the smallest value that at least `percent` of all do not exceed.
-  [[nodiscard]] double percentile(double percent) {
-    if (histogram_.empty()) count_bins();
-    auto rank = static_cast<std::int64_t>(std::ceil(percent * static_cast<double>(count_) / 100)) - 1;
-    std::size_t bin = 0;
-    for (; rank >= histogram_[bin]; ++bin) rank -= histogram_[bin];
-    std::vector<float> same = values_of(bin);
-    std::ranges::nth_element(same, same.begin() + rank);
-    return static_cast<double>(same[static_cast<std::size_t>(rank)]);
+  /// All shares' numbers, one an aggregate; what they are stays where there is no value.
+  void put(std::span<std::optional<double>> numbers) {
+    double sum = 0;
+    float max = 0;
+    std::size_t count = 0;
+    for (const Share& share : shares_) {
+      sum += share.sum;
+      max = std::max(max, share.max);
+      count += share.values.size();
+    }
+    if (count == 0) return;
+    const Percentiles percentiles = has_percentiles() ? percentiles_of(count) : Percentiles{};
+    std::ranges::transform(aggregates_, numbers.begin(), [&](Aggregate aggregate) {
+      if (aggregate == Aggregate::mean) return sum / static_cast<double>(count);
+      if (aggregate == Aggregate::max) return static_cast<double>(max);
+      return percentiles.at(percentile_of(aggregate));
+    });
   }
 
  private:
+  using Percentiles = std::array<double, kPercentiles.size()>;
+  static std::size_t percentile_of(Aggregate aggregate) {
+    const auto* const found = std::ranges::find(kPercentiles, aggregate, [](const auto& one) { return one.first; });
+    return static_cast<std::size_t>(found - kPercentiles.begin());
+  }
+  [[nodiscard]] bool has_percentiles() const {
+    return std::ranges::any_of(aggregates_,
+                               [](Aggregate aggregate) { return percentile_of(aggregate) < kPercentiles.size(); });
+  }
+
   /// Values are not negative, so that their bits lie as they do. A bin is an exponent and three bits of the mantissa.
   static constexpr int kBinShift = 20;
   static constexpr std::size_t kBins = 1U << (31 - kBinShift);
@@ -121,60 +140,53 @@ class MetricValues {
     std::vector<std::int64_t> counts;  // a bin
   };
 
-  template <typename Work>
-  void each_share(const Work& work) {
-    parallel_for(static_cast<int>(shares_.size()), 0, [&](int at) { work(static_cast<std::size_t>(at)); });
-  }
-
-  void count_bins() {
-    each_share([&](std::size_t at) {
-      Share& share = shares_[at];
-      share.counts.assign(kBins, 0);
-      for (const float value : share.values) ++share.counts[bin_of(value)];
-    });
-    histogram_.assign(kBins, 0);
-    for (const Share& share : shares_)
-      std::ranges::transform(histogram_, share.counts, histogram_.begin(), std::plus());
-  }
-
-  std::vector<float> values_of(std::size_t bin) {
-    std::vector<std::int64_t> begins;
-    begins.reserve(shares_.size());
-    std::int64_t count = 0;
-    for (const Share& share : shares_) {
-      begins.push_back(count);
-      count += share.counts[bin];
+  /// By nearest rank: the smallest value that at least so many percent of all do not exceed. Of the bins that these are
+  /// in, all values are looked at.
+  Percentiles percentiles_of(std::size_t count) {
+    std::vector<std::int64_t> histogram(kBins);
+    for (const Share& share : shares_) std::ranges::transform(histogram, share.counts, histogram.begin(), std::plus());
+    std::array<std::int64_t, kPercentiles.size()> ranks{};  // within the bin
+    std::array<std::size_t, kPercentiles.size()> bins{};
+    std::vector<std::vector<float>> same(kBins);
+    for (std::size_t i = 0; i < kPercentiles.size(); ++i) {
+      const double percent = kPercentiles.at(i).second;
+      std::int64_t& rank = ranks.at(i);
+      std::size_t& bin = bins.at(i);
+      rank = static_cast<std::int64_t>(std::ceil(percent * static_cast<double>(count) / 100)) - 1;
+      for (; rank >= histogram[bin]; ++bin) rank -= histogram[bin];
+      same[bin].resize(static_cast<std::size_t>(histogram[bin]));
     }
-    std::vector<float> found(static_cast<std::size_t>(count));
-    each_share([&](std::size_t at) {
-      std::ranges::copy_if(shares_[at].values, found.begin() + begins[at],
-                           [&](float value) { return bin_of(value) == bin; });
+    fetch(same);
+    Percentiles percentiles{};
+    for (std::size_t i = 0; i < kPercentiles.size(); ++i) {
+      std::vector<float>& values = same[bins.at(i)];
+      std::ranges::nth_element(values, values.begin() + ranks.at(i));
+      percentiles.at(i) = static_cast<double>(values[static_cast<std::size_t>(ranks.at(i))]);
+    }
+    return percentiles;
+  }
+
+  /// Fills those bins that are not empty with their values.
+  void fetch(std::vector<std::vector<float>>& bins) const {
+    std::vector<std::vector<float*>> ends(shares_.size());  // a share, a bin
+    std::vector<float*> end(kBins);
+    std::ranges::transform(bins, end.begin(),
+                           [](std::vector<float>& bin) { return bin.empty() ? nullptr : bin.data(); });
+    for (std::size_t at = 0; at < shares_.size(); ++at) {
+      ends[at] = end;
+      for (std::size_t bin = 0; bin < kBins; ++bin)
+        if (end[bin] != nullptr) end[bin] += shares_[at].counts[bin];
+    }
+    parallel_for(static_cast<int>(shares_.size()), 0, [&](int at) {
+      std::vector<float*>& to = ends[static_cast<std::size_t>(at)];
+      for (const float value : shares_[static_cast<std::size_t>(at)].values)
+        if (float*& next = to[bin_of(value)]; next != nullptr) *next++ = value;
     });
-    return found;
   }
 
+  std::span<const Aggregate> aggregates_;
   std::vector<Share> shares_;
-  double sum_ = 0;
-  float max_ = 0;
-  std::size_t count_ = 0;
-  std::vector<std::int64_t> histogram_;
 };
-
-double number_of(MetricValues& values, Aggregate aggregate) {
-  switch (aggregate) {
-    case Aggregate::mean:
-      return values.mean();
-    case Aggregate::p50:
-      return values.percentile(50);
-    case Aggregate::p95:
-      return values.percentile(95);
-    case Aggregate::p99:
-      return values.percentile(99);
-    case Aggregate::max:
-      return values.max();
-  }
-  return 0;
-}
 
 /// Calls use(function, numbers) for the metrics whose function is of one kind.
 template <typename Function, typename Use>
@@ -203,13 +215,11 @@ struct VerdictCounts {
 };
 
 VerdictCounts verdicts_of(std::span<const PixelScore> scores) {
-  return sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
-    std::array<VerdictCounts, 4> parts{};  // an addition need not wait for the one before, which is of the same verdict
-    for (std::size_t i = 0; i < size; ++i)
-      ++parts[i % parts.size()].counts[static_cast<std::size_t>(scores[first + i].verdict)];
-    return std::accumulate(parts.begin(), parts.end(), VerdictCounts{},
-                           [](VerdictCounts sum, const VerdictCounts& part) { return sum += part; });
-  });
+  std::array<VerdictCounts, 4> parts{};  // an addition need not wait for the one before, which is of the same verdict
+  for (std::size_t i = 0; i < scores.size(); ++i)
+    ++parts[i % parts.size()].counts[static_cast<std::size_t>(scores[i].verdict)];
+  return std::accumulate(parts.begin(), parts.end(), VerdictCounts{},
+                         [](VerdictCounts sum, const VerdictCounts& part) { return sum += part; });
 }
 
 /// The shares of pixels with a verdict, of one feature, or of hits ("").
@@ -219,6 +229,53 @@ void judge_verdicts(std::string_view feature, const VerdictCounts& verdicts, Fra
     if (metric.feature != feature) return;
     numbers.front() = pixels == 0 ? 0 : static_cast<double>(verdicts.of(is_one)) / static_cast<double>(pixels);
   });
+}
+
+void score_rays(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, double map_width,
+                double map_height, std::span<PixelScore> scores) {
+  for (std::size_t i = 0; i < scores.size(); ++i) {
+    const PixelScore score = score_ray(pixels[i], reference[i], map_width, map_height);
+    // Part by part: a whole that was just put together from parts is slow to read.
+    scores[i].e_xy = score.e_xy;
+    scores[i].e_z = score.e_z;
+    scores[i].verdict = score.verdict;
+  }
+}
+
+/// All that is judged of a share is judged while it is in the processor's cache.
+/// score(first, scores): fills in the scores of pixels from the first on
+template <typename Score>
+JudgedFrame judge_shares(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing,
+                         const Score& score) {
+  JudgedFrame frame{.score = {}, .pixels = std::move(judged)};
+  std::vector<MetricValues> values;
+  each_metric<OfPixels>(
+      frame.score, [&](const Metric& metric, OfPixels, const auto&) { values.emplace_back(metric, pixels.size()); });
+  const VerdictCounts verdicts = [&] {
+    std::vector<VerdictCounts> of_shares(share_count(pixels.size()));
+    for_each_share(pixels.size(), [&](std::size_t at, std::size_t first, std::size_t count) {
+      const std::span<PixelScore> scores = std::span(frame.pixels).subspan(first, count);
+      score(first, scores);
+      of_shares[at] = verdicts_of(scores);
+      auto into = values.begin();
+      each_metric<OfPixels>(frame.score, [&](const Metric&, OfPixels function, const auto&) {
+        (into++)->fill(at, [&](std::vector<float>& list) {
+          function({.traced = pixels.subspan(first, count), .scores = scores}, list);
+        });
+      });
+    });
+    return std::accumulate(of_shares.begin(), of_shares.end(), VerdictCounts{},
+                           [](VerdictCounts sum, const VerdictCounts& share) { return sum += share; });
+  }();
+  frame.score.pixels = verdicts.of(is_judged);
+  auto from = values.begin();
+  each_metric<OfPixels>(frame.score, [&](const Metric&, OfPixels, const auto& numbers) {
+    std::ranges::fill(numbers, 0);
+    (from++)->put(numbers);
+  });
+  judge_verdicts("", verdicts, frame.score);
+  if (!passing.empty()) judge_verdicts(passing, verdicts, frame.score);
+  return frame;
 }
 
 }  // namespace
@@ -231,7 +288,18 @@ std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceH
   return scored_passing(pixel, reference);
 }
 
-std::int64_t judged_count(std::span<const PixelScore> scores) { return verdicts_of(scores).of(is_judged); }
+RayMask ray_mask(std::span<const PixelScore> scores) {
+  RayMask mask{.has_ray = std::vector<std::uint8_t>(scores.size())};
+  mask.count = sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
+    std::int64_t count = 0;
+    for (std::size_t i = first; i < first + size; ++i) {
+      mask.has_ray[i] = is_judged(scores[i]) ? 1 : 0;
+      count += mask.has_ray[i];
+    }
+    return count;
+  });
+  return mask;
+}
 
 std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
   std::vector<TextureRay> rays(pixels.size());
@@ -274,34 +342,24 @@ std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::sp
   assert(pixels.size() == reference.size());
   std::vector<PixelScore> scores(pixels.size());
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
-    for (std::size_t i = first; i < first + count; ++i)
-      scores[i] = score_ray(pixels[i], reference[i], map_width, map_height);
+    score_rays(pixels.subspan(first, count), reference.subspan(first, count), map_width, map_height,
+               std::span(scores).subspan(first, count));
   });
   return scores;
 }
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
                   int map_height, bool is_solid) {
-  return judge(pixels, judge_pixels(pixels, reference, map_width, map_height), is_solid ? kOfSolid : "");
+  assert(pixels.size() == reference.size());
+  const auto score = [&](std::size_t first, std::span<PixelScore> scores) {
+    score_rays(pixels.subspan(first, scores.size()), reference.subspan(first, scores.size()), map_width, map_height,
+               scores);
+  };
+  return judge_shares(pixels, std::vector<PixelScore>(pixels.size()), is_solid ? kOfSolid : "", score);
 }
 
 JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing) {
-  JudgedFrame frame{.score = {}, .pixels = std::move(judged)};
-  const VerdictCounts verdicts = verdicts_of(frame.pixels);
-  frame.score.pixels = verdicts.of(is_judged);
-  each_metric<OfPixels>(frame.score, [&](const Metric& metric, OfPixels function, const auto& numbers) {
-    std::ranges::fill(numbers, 0);
-    if (frame.score.pixels == 0) return;
-    const std::span<const PixelScore> scores = frame.pixels;
-    MetricValues values(pixels.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
-      function({.traced = pixels.subspan(first, count), .scores = scores.subspan(first, count)}, into);
-    });
-    if (values.is_empty()) return;
-    std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
-  });
-  judge_verdicts("", verdicts, frame.score);
-  if (!passing.empty()) judge_verdicts(passing, verdicts, frame.score);
-  return frame;
+  return judge_shares(pixels, std::move(judged), passing, [](std::size_t, std::span<PixelScore>) {});
 }
 
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,
@@ -311,16 +369,20 @@ void judge_feature(std::string_view feature, std::span<const float> found, std::
     if (metric.feature != feature) return;
     std::ranges::fill(numbers, 0);
     if (score.pixels == 0) return;
-    MetricValues values(mask.size(), [&](std::size_t first, std::size_t count, std::vector<float>& into) {
-      into.reserve(count);
-      for (std::size_t i = first; i < first + count; ++i)
-        if (has_hits(mask[i])) into.push_back(function(found[i], exact[i]));
+    MetricValues values(metric, mask.size());
+    for_each_share(mask.size(), [&](std::size_t at, std::size_t first, std::size_t count) {
+      values.fill(at, [&](std::vector<float>& into) {
+        into.reserve(count);
+        for (std::size_t i = first; i < first + count; ++i)
+          if (has_hits(mask[i])) into.push_back(function(found[i], exact[i]));
+      });
     });
-    std::ranges::transform(metric.aggregates, numbers.begin(), [&](Aggregate part) { return number_of(values, part); });
+    values.put(numbers);
   });
 }
 
-void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> mask, FrameScore& score) {
+void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> scores, FrameScore& score) {
+  const RayMask mask = ray_mask(scores);
   each_metric<OfPictures>(score, [&](const Metric&, OfPictures function, const auto& numbers) {
     numbers.front() = function(pictures, mask);
   });

@@ -45,8 +45,8 @@ struct JudgedFrame {
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,
                    std::span<const PixelScore> mask, FrameScore& score);
 
-/// Fills in the metrics that compare a shaded frame with the shaded reference. mask: of the same frame
-void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> mask, FrameScore& score);
+/// Fills in the metrics that compare a shaded frame with the shaded reference. scores: of the same frame's pixels
+void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> scores, FrameScore& score);
 
 /// The metrics of a moving camera: each the mean of its values over the frames that have one.
 class MotionJudge {

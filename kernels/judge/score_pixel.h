@@ -47,7 +47,13 @@ struct PixelScore {
 /// Whether there are two hits, a found one and an exact one, which can be compared.
 [[nodiscard]] constexpr bool has_hits(Verdict verdict) { return is_judged(verdict) && verdict < Verdict::passed; }
 [[nodiscard]] inline bool has_hits(const PixelScore& score) { return has_hits(score.verdict); }
-[[nodiscard]] std::int64_t judged_count(std::span<const PixelScore> scores);
+
+/// Which pixels of a frame have a ray, one byte each: pictures are compared there.
+struct RayMask {
+  std::vector<std::uint8_t> has_ray;  ///< 1, or 0
+  std::int64_t count = 0;             ///< of ones
+};
+[[nodiscard]] RayMask ray_mask(std::span<const PixelScore> scores);
 
 /// The pixels of a frame as they were traced and as they were judged; frame size, row-major.
 struct JudgedPixels {

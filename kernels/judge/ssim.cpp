@@ -41,17 +41,17 @@ int mirrored(int i, int n) {
 /// Luma about the middle (Rec. 601) of a tile and its border of the kernel's radius.
 void fill_luma(std::span<const std::uint8_t> rgba8, int width, int height, const Tile& tile, TilePlane& plane) {
   plane.resize(tile.width + 2 * kSsimRadius, tile.height + 2 * kSsimRadius);
-  std::vector<std::size_t> columns(static_cast<std::size_t>(plane.width));
+  std::vector<int> columns(static_cast<std::size_t>(plane.width));
   for (std::size_t x = 0; x < columns.size(); ++x)
-    columns[x] = 4 * static_cast<std::size_t>(mirrored(tile.x + static_cast<int>(x) - kSsimRadius, width));
+    columns[x] = mirrored(tile.x + static_cast<int>(x) - kSsimRadius, width);
+  std::vector<std::uint32_t> pixels(columns.size());
   for (int y = 0; y < plane.height; ++y) {
     const auto line = static_cast<std::size_t>(mirrored(tile.y + y - kSsimRadius, height));
-    const std::uint8_t* const from = rgba8.data() + 4 * line * static_cast<std::size_t>(width);
+    take_pixels(rgba8.data() + 4 * line * static_cast<std::size_t>(width), columns, pixels.data());
     float* const row = plane.row(y);
-    for (std::size_t x = 0; x < columns.size(); ++x) {
-      const auto channel = [&](std::size_t c) { return static_cast<float>(from[columns[x] + c]); };
-      row[x] = 0.299F * channel(0) + 0.587F * channel(1) + 0.114F * channel(2) - kMiddle;
-    }
+    for (std::size_t x = 0; x < pixels.size(); ++x)
+      row[x] = 0.299F * channel_of(pixels[x], 0) + 0.587F * channel_of(pixels[x], 1) +
+               0.114F * channel_of(pixels[x], 2) - kMiddle;
   }
 }
 
@@ -64,9 +64,8 @@ void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<f
                      TilePlane& out) {
   const hn::ScalableTag<float> tag;
   scratch.product.resize(a.width, a.height);
-  for (std::size_t i = 0; i + hn::Lanes(tag) <= a.values.size(); i += hn::Lanes(tag))
-    hn::StoreU(hn::Mul(hn::LoadU(tag, a.values.data() + i), hn::LoadU(tag, b.values.data() + i)), tag,
-               scratch.product.values.data() + i);
+  for (std::size_t i = 0; i + hn::Lanes(tag) <= a.size(); i += hn::Lanes(tag))
+    hn::StoreU(hn::Mul(hn::LoadU(tag, a.data() + i), hn::LoadU(tag, b.data() + i)), tag, scratch.product.data() + i);
   along_both(scratch.product, kernel, kernel, kSsimRadius, scratch.rows, out);
 }
 

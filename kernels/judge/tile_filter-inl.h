@@ -10,6 +10,8 @@
 #include <hwy/highway.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <vector>
 
 HWY_BEFORE_NAMESPACE();
@@ -17,23 +19,49 @@ namespace reliefbench {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A float plane of `width` x `height` whose rows may be read and written four vectors past their end.
+/// A float plane of `width` x `height` whose rows may be read and written four vectors past their end. Rows begin where
+/// cache lines do: a vector that lies on two of them takes twice as long to read.
 struct TilePlane {
   int width = 0;
   int height = 0;
   std::size_t stride = 0;
-  std::vector<float> values{};
 
   void resize(int new_width, int new_height) {
     constexpr std::size_t kSlack = 4 * 16 + 64;  // four of the widest vectors; and a kernel's length
     width = new_width;
     height = new_height;
-    stride = static_cast<std::size_t>(new_width) + kSlack;
-    values.resize(stride * static_cast<std::size_t>(new_height) + kSlack);
+    stride = lines_for(static_cast<std::size_t>(new_width) + kSlack) * kLine;
+    lines_.resize(lines_for(stride * static_cast<std::size_t>(new_height) + kSlack));
   }
-  [[nodiscard]] float* row(int y) { return values.data() + stride * static_cast<std::size_t>(y); }
-  [[nodiscard]] const float* row(int y) const { return values.data() + stride * static_cast<std::size_t>(y); }
+  [[nodiscard]] std::size_t size() const { return lines_.size() * kLine; }  ///< of all rows, with what is behind them
+  [[nodiscard]] float* data() { return lines_.data()->values; }
+  [[nodiscard]] const float* data() const { return lines_.data()->values; }
+  [[nodiscard]] float* row(int y) { return data() + stride * static_cast<std::size_t>(y); }
+  [[nodiscard]] const float* row(int y) const { return data() + stride * static_cast<std::size_t>(y); }
+
+ private:
+  static constexpr std::size_t kLine = 16;
+  struct alignas(kLine * sizeof(float)) Line {
+    float values[kLine];
+  };
+  static constexpr std::size_t lines_for(std::size_t count) { return (count + kLine - 1) / kLine; }
+
+  std::vector<Line> lines_{};
 };
+
+/// RGBA8 pixels, red lowest, of a line of a picture at these columns, which run on by one but for the picture's
+/// borders.
+HWY_INLINE void take_pixels(const std::uint8_t* line, const std::vector<int>& columns, std::uint32_t* out) {
+  for (std::size_t x = 0; x < columns.size();) {
+    std::size_t end = x + 1;
+    while (end < columns.size() && columns[end] == columns[end - 1] + 1) ++end;
+    std::memcpy(out + x, line + 4 * columns[x], 4 * (end - x));
+    x = end;
+  }
+}
+HWY_INLINE float channel_of(std::uint32_t pixel, int channel) {
+  return static_cast<float>(static_cast<std::int32_t>(pixel >> (8 * channel) & 0xffU));
+}
 
 /// A row of weighted sums: out[x] = sum over k of weights[k] in[x + k step]. Four vectors at once, so that a weight is
 /// fetched once for them.
