@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "backends/gpu_bake_wedge.h"
 #include "kernels/base/error.h"
 #include "kernels/base/rounding.h"
 #include "kernels/maps/cone_map.h"
@@ -42,6 +43,7 @@ struct BakeHead {
   std::int32_t top_level = 0;
   std::int32_t pyramids = 1;
   std::int32_t pyramid_quads = 0;
+  std::int32_t layers = 1;
   std::int32_t repeats = 0;
   std::int32_t exact_distances = 0;
   std::int32_t footpoint = 0;
@@ -68,13 +70,15 @@ std::string bake_contract(BakeNumbers numbers) {
   return text;
 }
 
-/// A cone for every texel, from one pyramid or several.
+/// A cone for every texel, or a layer of them for every wedge, from one pyramid or several.
 struct BakeSearch {
   std::string_view shader;  ///< name of the .comp file
   bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
   BakeFootpoint footpoint = kNearest;
   bool group_a_texel = false;  ///< a workgroup for each texel; else for 8 x 8
+  std::vector<MarginedWedge> (*wedges)(const BakeRequest& request) = nullptr;  ///< null: all directions have one cone
 };
+constexpr std::string_view kWedgeShader = "bake_wedge";
 constexpr BakeSearch kConservativeBake{.shader = "bake_exact"};
 constexpr BakeSearch kRelaxedBake{.shader = "bake_exact", .quadrants = true};
 
@@ -83,6 +87,7 @@ struct Row {
   BakeSearch search;
   std::optional<BakeSearch> other{};  ///< the map is the mean of the two
   bool needs_doubles = false;
+  bool is_interleaved = false;  ///< the ratios of a texel lie together, not those of a wedge
 };
 constexpr std::array kRows{
     Row{.kind = MapKind::conservative, .search = kConservativeBake},
@@ -94,6 +99,10 @@ constexpr std::array kRows{
     Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = kUnvisited}},
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = kCentre}},
     Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake, .needs_doubles = true},
+    Row{.kind = MapKind::quad, .search = {.shader = kWedgeShader, .wedges = quad_wedges}, .is_interleaved = true},
+    Row{.kind = MapKind::sector, .search = {.shader = kWedgeShader, .wedges = sector_wedges}},
+    Row{.kind = MapKind::sector_relaxed,
+        .search = {.shader = kWedgeShader, .quadrants = true, .wedges = relaxed_sector_wedges}},
 };
 constexpr std::string_view kPyramidShader = "bake_pyramid";
 constexpr std::string_view kMeanShader = "bake_mean";
@@ -118,7 +127,8 @@ QuadLevels quad_levels(const Heightfield& heights) {
 }
 
 /// Bytes of the Bake buffer of one search.
-std::vector<std::byte> bake_buffer(const BakeRequest& request, const BakeSearch& search, const QuadLevels& levels) {
+std::vector<std::byte> bake_buffer(const BakeRequest& request, const BakeSearch& search, const QuadLevels& levels,
+                                   int layers) {
   const Heightfield& heights = request.heights;
   const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
   const double widest = metric.side * static_cast<double>(request.max_ratio);
@@ -139,6 +149,7 @@ std::vector<std::byte> bake_buffer(const BakeRequest& request, const BakeSearch&
                       .top_level = static_cast<std::int32_t>(levels.levels.size()),
                       .pyramids = search.quadrants ? 4 : 1,
                       .pyramid_quads = levels.quads,
+                      .layers = layers,
                       .repeats = request.wrap == Wrap::repeat ? 1 : 0,
                       .exact_distances = is_exact ? 1 : 0,
                       .footpoint = search.footpoint,
@@ -166,7 +177,10 @@ void check_correction(Correction correction) {
 int groups(int texels) { return (texels + kGroupSide - 1) / kGroupSide; }
 
 /// Storage buffers of each shader.
-int buffers_of(std::string_view shader) { return shader == kMinimumShader ? 3 : 4; }
+int buffers_of(std::string_view shader) {
+  if (shader == kMinimumShader) return 3;
+  return shader == kWedgeShader ? 5 : 4;
+}
 
 /// The passes of a bake as they are added, and the buffers between them.
 class BakePasses {
@@ -183,6 +197,9 @@ class BakePasses {
   // Each returns the buffer of the ratios that it makes.
 
   int add_search(const BakeSearch& search) {
+    const std::vector<MarginedWedge> margined =
+        search.wedges == nullptr ? std::vector<MarginedWedge>() : search.wedges(request_);
+    layers_ = std::max(static_cast<int>(margined.size()), 1);
     const int bake = add_head(search);
     const int pyramids = search.quadrants ? 4 : 1;
     const int quads =
@@ -196,9 +213,12 @@ class BakePasses {
                              .groups_y = groups(nodes_at(request_.heights.height, level)),
                              .groups_z = pyramids,
                              .argument = level});
-    add_pass("search", search.shader, {bake, heights_, quads, ratios});
+    std::vector<int> buffers{bake, heights_, quads, ratios};
+    if (!margined.empty()) buffers.push_back(add_wedges(margined));
+    add_pass("search", search.shader, std::move(buffers));
     ComputePass& pass = job_.passes.back();
-    pass.may_be_long = may_be_long_;
+    pass.may_be_long =
+        may_be_long_ || request_.heights.texels.size() * static_cast<std::size_t>(layers_) > kShortTexels;
     if (search.group_a_texel) {
       pass.groups_x = request_.heights.width;
       pass.groups_y = request_.heights.height;
@@ -235,18 +255,27 @@ class BakePasses {
     job_.buffers.back().contents = contents;
     return place;
   }
-  int add_ratios() { return add_buffer(std::span(request_.heights.texels).size_bytes()); }
+  int add_ratios() {
+    return add_buffer(static_cast<std::size_t>(layers_) * std::span(request_.heights.texels).size_bytes());
+  }
   int add_head(const BakeSearch& search) {
-    heads_.push_back(bake_buffer(request_, search, levels_));
-    head_ = add_buffer(heads_.back());
+    contents_.push_back(bake_buffer(request_, search, levels_, layers_));
+    head_ = add_buffer(contents_.back());
     return head_;
+  }
+  int add_wedges(const std::vector<MarginedWedge>& margined) {
+    const std::vector<BakeWedge> wedges = bake_wedges(margined, request_);
+    const auto bytes = std::as_bytes(std::span(wedges));
+    contents_.emplace_back(bytes.begin(), bytes.end());
+    return add_buffer(contents_.back());
   }
   void add_pass(std::string_view part, std::string_view shader, std::vector<int> buffers) {
     job_.passes.push_back({.part = part,
                            .pipeline = pipeline(shader),
                            .buffers = std::move(buffers),
                            .groups_x = groups(request_.heights.width),
-                           .groups_y = groups(request_.heights.height)});
+                           .groups_y = groups(request_.heights.height),
+                           .groups_z = layers_});
   }
   [[nodiscard]] const Pipeline* pipeline(std::string_view shader) const {
     return pipelines_.at(std::string(shader)).get();
@@ -257,10 +286,20 @@ class BakePasses {
   QuadLevels levels_;
   bool may_be_long_;
   ComputeJob job_;
-  std::deque<std::vector<std::byte>> heads_;  ///< of the searches
+  std::deque<std::vector<std::byte>> contents_;  ///< of the searches' buffers
+  int layers_ = 1;
   int heights_;
   int head_ = 0;  ///< any search's: all know the map's size and wrap
 };
+
+/// Layers of so many values as the values of each layer's first, then of each one's second, ...
+std::vector<float> interleaved(const std::vector<float>& layers, std::size_t size) {
+  const std::size_t count = layers.size() / size;
+  std::vector<float> mixed(layers.size());
+  for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t i = 0; i < size; ++i) mixed[count * i + k] = layers[size * k + i];
+  return mixed;
+}
 
 }  // namespace
 
@@ -310,10 +349,11 @@ GpuBake GpuBaker::bake(const BakeRequest& request) const {
   if (request.correction == Correction::min3x3 || request.correction == Correction::safe)
     ratios = passes.add_minimum(ratios);
   const ComputeResult computed = backend_.compute(passes.job(ratios));
-  GpuBake bake{.values = std::vector<float>(request.heights.texels.size()),
+  GpuBake bake{.values = std::vector<float>(computed.bytes.size() / sizeof(float)),
                .times = computed.times,
                .transport_ns = computed.transport_ns};
   std::memcpy(bake.values.data(), computed.bytes.data(), computed.bytes.size());
+  if (row.is_interleaved) bake.values = interleaved(bake.values, request.heights.texels.size());
   if (std::ranges::find(bake.values, kCutShort) != bake.values.end())
     fail_environment("{} ends a shader's loops before the search of this {} map is done; the CPU bakes it",
                      backend_.device().name, find_map(kind_).id);

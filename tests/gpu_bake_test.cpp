@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "kernels/maps/cone_map.h"
+#include "kernels/maps/sector_map.h"
 #include "tests/backend_rig.h"
 #include "tests/cone_test_maps.h"
 
@@ -73,6 +74,8 @@ TEST_P(GpuBakeTest, every_correction_and_an_unbounded_ratio_have_the_bits_of_the
       const GpuBaker gpu = baker(rig, kind);
       for (const Correction correction : corrections_of(kind))
         for (const float max_ratio : {1.0F, kUnboundedRatio}) {
+          const bool has_wedges = find_map(kind).ratios > 1 || find_map(kind).content == MapContent::sectors;
+          if (has_wedges && max_ratio > 1) continue;  // theirs are at most 1
           SCOPED_TRACE(fmt::format("{} {} up to {}", find_map(kind).id, correction_id(correction), max_ratio));
           for (const Heightfield* map : {&heights, &long_map})
             expect_cpu_bits(gpu, kind,
@@ -92,6 +95,37 @@ TEST_P(GpuBakeTest, the_steps_of_the_exit_search_count) {
   });
 }
 
+// Under clamp those on the borders see more than their sector.
+TEST_P(GpuBakeTest, every_count_of_sectors_has_the_bits_of_the_cpu) {
+  on_every_device([](Rig& rig) {
+    std::size_t number = 0;
+    for (const MapKind kind : {MapKind::sector, MapKind::sector_relaxed}) {
+      const GpuBaker gpu = baker(rig, kind);
+      for (const auto& [width, height] : {std::pair(19, 24), std::pair(32, 16)})
+        for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
+          for (const Correction correction : corrections_of(kind))
+            for (const int sectors : {1, 2}) {  // 8, 16
+              if (!is_tried_here(rig, number++)) continue;
+              SCOPED_TRACE(fmt::format("{} {}x{} wrap {} {} {}", find_map(kind).id, width, height,
+                                       static_cast<int>(wrap), correction_id(correction), 4 << sectors));
+              const Heightfield heights = bricks_map(width, height);
+              expect_cpu_bits(gpu, kind,
+                              {.heights = heights,
+                               .wrap = wrap,
+                               .correction = correction,
+                               .parameters = {{kSectors.id, sectors}},
+                               .threads = 1});
+            }
+    }
+    const Heightfield coprime = noise_map(4099, 4093);
+    EXPECT_THAT(
+        message_of([&] {
+          static_cast<void>(baker(rig, MapKind::sector).bake({.heights = coprime, .parameters = {{kSectors.id, 2}}}));
+        }),
+        HasSubstr("4099x4093 texels, whose sides have no large divisor in common, are too many"));
+  });
+}
+
 TEST_P(GpuBakeTest, a_map_of_several_dispatches_has_the_bits_of_the_cpu) {
   on_every_device([](Rig& rig) {
     const Heightfield heights = fbm_map(521, 514);  // sides over 2^9: a deep pyramid, most of its last nodes outside
@@ -104,7 +138,8 @@ TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_unde
   on_every_device([](Rig& rig) {
     const Heightfield bricks = bricks_map(48, 48);
     const Heightfield long_map = fbm_map(96, 64);  // 1.5 times as long as wide: most of a distance is slack
-    for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::quick, MapKind::quick_centre}) {
+    for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::quick, MapKind::quick_centre,
+                               MapKind::quad, MapKind::sector}) {
       const GpuBaker gpu(*rig.backend, rig.row.dialect, kind, BakeNumbers::floats);
       for (const Heightfield* heights : {&bricks, &long_map})
         for (const Correction correction : corrections_of(kind)) {

@@ -34,15 +34,13 @@ Heightfield far_borders(const Heightfield& candidates, const ConeView::Normal& q
 }
 
 /// Ratios of one sector after the other, as `ratios_of` has them.
-/// Beyond a ratio of 1 images of a repeated texel count that are farther away than search_cones looks.
 template <typename Ratios>
 std::vector<float> layers(const BakeRequest& request, const Ratios& ratios_of) {
-  if (request.max_ratio > 1) fail_input("ratios of a sector map are at most 1");
-  const int count = sector_count(request.parameters);
+  const std::vector<Wedge> wedges = all_sector_wedges(request);
   std::vector<float> all;
-  all.reserve(static_cast<std::size_t>(count) * request.heights.texels.size());
-  for (int k = 0; k < count; ++k) {
-    const std::vector<float> layer = ratios_of(sector_wedge(k, count));
+  all.reserve(wedges.size() * request.heights.texels.size());
+  for (const Wedge& wedge : wedges) {
+    const std::vector<float> layer = ratios_of(wedge);
     all.insert(all.end(), layer.begin(), layer.end());
   }
   return all;
@@ -86,6 +84,15 @@ Wedge sector_wedge(int k, int count) {
     wedge.normals[3] = normal(-kUnderTangent.rise, kUnderTangent.run);
   }
   return wedge;
+}
+
+std::vector<Wedge> all_sector_wedges(const BakeRequest& request) {
+  if (request.max_ratio > 1) fail_input("ratios of a sector map are at most 1");
+  const int count = sector_count(request.parameters);
+  std::vector<Wedge> wedges;
+  wedges.reserve(static_cast<std::size_t>(count));
+  for (int k = 0; k < count; ++k) wedges.push_back(sector_wedge(k, count));
+  return wedges;
 }
 
 SectorAtlas::SectorAtlas(int count, int map_width, int map_height)

@@ -30,6 +30,11 @@ inline constexpr float kSectorTangent = 0.41421356F;
 /// bit 3 (of 16): farther from that axis than pi / 8. So the opposite sector is k ^ 3.
 [[nodiscard]] Wedge sector_wedge(int k, int count);
 
+/// All that a bake makes a layer of.
+/// throws: Error(bad_input): its greatest ratio is over 1. Images of a repeated texel then count that are farther away
+/// than bakers look
+[[nodiscard]] std::vector<Wedge> all_sector_wedges(const BakeRequest& request);
+
 /// The layers of a sector map in one texture, below and beside one another: columns x rows. Each has its heights and
 /// ratios within a border of one texel, which repeats the other side, or under clamp this one.
 struct SectorAtlas {

@@ -63,7 +63,7 @@ bool is_better(Arms arms, float distance2, float top) {
   return distance2 * (best_rise * best_rise) < best_distance2 * (rise * rise);
 }
 
-void finish(ivec2 owner) { ratios[index_of(owner)] = sqrt(low_limit) * bake.rows_to_ratio; }
+void finish(ivec2 owner) { ratios[layered(owner)] = sqrt(low_limit) * bake.rows_to_ratio; }
 #endif
 
 // A target as high as `top`, at the distance2 of its arms.

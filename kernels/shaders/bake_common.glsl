@@ -31,6 +31,7 @@ layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
   int top_level;          // of the pyramid: its only quad
   int pyramids;           // 1 of all texels; or 4, of those that count in the quadrants ++, -+, +-, --
   int pyramid_quads;      // from one pyramid to the next
+  int layers;             // of ratios
   bool repeats;           // the map is tiled
   bool exact_distances;   // squared distances in units of weight_y have no rounding in float
   int footpoint;          // FOOTPOINT_*
@@ -47,6 +48,8 @@ ivec2 own_texel() {
 }
 bool is_outside(ivec2 texel) { return any(greaterThanEqual(texel, bake.size)); }
 int index_of(ivec2 texel) { return texel.y * bake.size.x + texel.x; }
+// Of a ratio, where a dispatch has a layer of them for each of its groups' z.
+int layered(ivec2 texel) { return int(gl_WorkGroupID.z) * bake.size.x * bake.size.y + index_of(texel); }
 
 // A texel within a side of the map, brought into it.
 ivec2 wrapped(ivec2 texel) {

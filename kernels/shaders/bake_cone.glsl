@@ -26,7 +26,7 @@ float owner_height;
 float limit;  // keys from here on are no better than the best
 
 #ifdef HAS_DOUBLES
-void store_key(ivec2 texel, double key) { ratios[index_of(texel)] = rounded_down(divide(square_root(key), bake.side)); }
+void store_key(ivec2 texel, double key) { ratios[layered(texel)] = rounded_down(divide(square_root(key), bake.side)); }
 #endif
 
 // From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.

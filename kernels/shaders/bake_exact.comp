@@ -5,6 +5,38 @@
 
 // The exact conservative cone map [DUM06]; on the pyramids of the four quadrants, the exact relaxed one [BVBV24].
 
+ivec2 facing;  // signs of the pyramid's quadrant; 0: all texels count
+
+int turns() { return bake.pyramids; }
+
+bool counts(ivec2 first, float size, vec2 offset) { return true; }
+
+// distance_to, in the direction that the pyramid's quadrant faces alone.
+float distance_along(int axis, float offset, float reach) {
+  float side = float(bake.size[axis]);
+  int sign = facing[axis];
+  if (sign == 0) return distance_to(offset, reach, side);
+  const float NEVER = 1e9;
+  float first = float(sign) * offset - reach;
+  float last = float(sign) * offset + reach;
+  if (first >= 0.0) return first;
+  if (last >= 0.0) return 0.0;
+  return bake.repeats ? max(first + side, 0.0) : NEVER;
+}
+
+void start_turn(int turn) {
+  pyramid = turn;
+  origin = ivec2(0);
+  facing = bake.pyramids == 1 ? ivec2(0) : 1 - 2 * ivec2(pyramid & 1, pyramid >> 1);
+  for (int y = -1; y <= 1; ++y)
+    for (int x = -1; x <= 1; ++x) {
+      ivec2 texel = wrapped(owner + ivec2(x, y));
+      vec2 offset = vec2(texel - owner);
+      try_texel(texel, vec2(distance_along(0, offset.x, 0.0), distance_along(1, offset.y, 0.0)),
+                node_at(pyramid, 0, texel));
+    }
+}
+
 void try_texel(ivec2 texel, vec2 texels, float top) {
   Arms arms = Arms(texels, texels);
   offer(arms, distance2_of(arms), top);

@@ -1,24 +1,21 @@
 // Branch and bound on the max pyramid, near child first, for bakers that ask over all higher texels for the least of a
-// key: see kernels/maps/cone_search.cpp. The including file defines try_texel and finish.
+// key: see kernels/maps/cone_search.cpp. It is made in turns, of a pyramid or an image of the map each. The including
+// file defines the functions that are only declared here.
 
 int pyramid;   // the one that is searched
-ivec2 facing;  // signs of its quadrant; 0: all texels count
+ivec2 origin;  // where the image of the map begins that is searched
 
+int turns();
+// Chooses a turn's pyramid and image, and tries the owner's neighbours.
+void start_turn(int turn);
+// From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
+float distance_along(int axis, float offset, float reach);
+// Whether any texel counts of a box of `size` texels a side. first: of its texels; offset: from the owner to its middle
+bool counts(ivec2 first, float size, vec2 offset);
 // A texel of the height `top` whose distance and rise alone would lower the key. texels: to it along the axes
 void try_texel(ivec2 texel, vec2 texels, float top);
 // Stores the owner's ratio.
 void finish(ivec2 owner);
-
-// distance_to, in the direction of `sign` alone unless that is 0.
-float distance_towards(float offset, float reach, float side, int sign) {
-  if (sign == 0) return distance_to(offset, reach, side);
-  const float NEVER = 1e9;
-  float first = float(sign) * offset - reach;
-  float last = float(sign) * offset + reach;
-  if (first >= 0.0) return first;
-  if (last >= 0.0) return 0.0;
-  return bake.repeats ? max(first + side, 0.0) : NEVER;
-}
 
 // Of one level of the pyramid, where the search is.
 struct Branch {
@@ -36,17 +33,19 @@ Promising look(Branch at) {
   vec4 tops = quads[quad_index(pyramid, at.level, at.quad)];
   float size = float(1 << (at.level - 1));
   float reach = 0.5 * (size - 1.0);
-  vec2 side = vec2(bake.size);
-  vec2 first = vec2(2 * at.quad) * size + reach - vec2(owner);
-  vec2 x = vec2(distance_towards(first.x, reach, side.x, facing.x),
-                distance_towards(first.x + size, reach, side.x, facing.x));
-  vec2 y = vec2(distance_towards(first.y, reach, side.y, facing.y),
-                distance_towards(first.y + size, reach, side.y, facing.y));
+  vec2 first = vec2(2 * at.quad) * size + reach - vec2(owner - origin);
+  vec2 x = vec2(distance_along(0, first.x, reach), distance_along(0, first.x + size, reach));
+  vec2 y = vec2(distance_along(1, first.y, reach), distance_along(1, first.y + size, reach));
   vec2 x2 = bake.aspect * x * x;
   vec2 y2 = y * y;
   vec4 rise = max(tops - owner_height, 0.0);
   vec4 slack = bake.slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
   bvec4 may_improve = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + slack);
+  ivec2 texel = 2 * at.quad * int(size);
+  for (int i = 0; i < 4; ++i) {
+    ivec2 node = ivec2(i & 1, i >> 1);
+    if (may_improve[i]) may_improve[i] = counts(texel + node * int(size), size, first + vec2(node) * size);
+  }
   if (at.level == 1) {
     if (may_improve.x) try_texel(2 * at.quad, vec2(x.x, y.x), tops.x);
     if (may_improve.y) try_texel(2 * at.quad + ivec2(1, 0), vec2(x.y, y.x), tops.y);
@@ -97,39 +96,27 @@ bool next(inout Branch at) {
   return true;
 }
 
-void try_neighbours() {
-  for (int y = -1; y <= 1; ++y)
-    for (int x = -1; x <= 1; ++x) {
-      ivec2 texel = wrapped(owner + ivec2(x, y));
-      vec2 offset = vec2(texel - owner);
-      vec2 texels = vec2(distance_towards(offset.x, 0.0, float(bake.size.x), facing.x),
-                         distance_towards(offset.y, 0.0, float(bake.size.y), facing.y));
-      try_texel(texel, texels, node_at(pyramid, 0, texel));
-    }
-}
-
-Branch start_pyramid() {
-  facing = bake.pyramids == 1 ? ivec2(0) : 1 - 2 * ivec2(pyramid & 1, pyramid >> 1);
-  try_neighbours();
+Branch start_branch(int turn) {
+  start_turn(turn);
   waiting = uvec2(0u);
   nears = 0u;
   return Branch(bake.top_level, ivec2(0));
 }
 
-// Searches all pyramids, then stores the ratio. It is stored within the loop, by a turn of its own: a device that
+// Makes all turns, then stores the ratio. It is stored within the loop, by a turn of its own: a device that
 // leaves loops before their end, as llvmpipe does after 65,535 turns of all of them together, leaves CUT_SHORT in its
 // place.
 void search() {
-  pyramid = 0;
-  Branch at = start_pyramid();
+  int turn = 0;
+  Branch at = start_branch(turn);
   for (bool has_more = true;;) {
     if (!has_more) {
-      pyramid += 1;
-      if (pyramid == bake.pyramids) {
+      turn += 1;
+      if (turn == turns()) {
         finish(owner);
         return;
       }
-      at = start_pyramid();
+      at = start_branch(turn);
     }
     Promising promising = look(at);
     waiting = uvec2((waiting.x << 4) | by_rank(promising), (waiting.y << 4) | (waiting.x >> 28));

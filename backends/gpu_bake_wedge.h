@@ -1,0 +1,33 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kernels/maps/cone_search.h"
+
+namespace reliefbench {
+
+/// A wedge that has a cone of its own, and within how many texels of it targets count.
+struct MarginedWedge {
+  Wedge wedge;
+  double margin;
+};
+/// Of the maps that have cones of several directions, in the order of their ratios.
+[[nodiscard]] std::vector<MarginedWedge> quad_wedges(const BakeRequest& request);
+[[nodiscard]] std::vector<MarginedWedge> sector_wedges(const BakeRequest& request);
+[[nodiscard]] std::vector<MarginedWedge> relaxed_sector_wedges(const BakeRequest& request);
+
+/// Wedge of bake_wedge.comp.
+struct BakeWedge {
+  std::array<std::array<std::int32_t, 2>, 4> normals{};
+  std::array<std::int32_t, 4> least{};
+  std::array<std::int32_t, 2> quadrant{};
+  std::int32_t is_bounded = 0;
+  std::int32_t place = 0;
+};
+/// Wedges in whole numbers.
+/// throws: Error(environment): they are too large for a shader's
+[[nodiscard]] std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined,
+                                                 const BakeRequest& request);
+
+}  // namespace reliefbench
