@@ -64,7 +64,7 @@ struct RandomMap {
   Wrap wrap;
 };
 
-RandomMap random_map() {
+RandomMap random_cone_map() {
   const int width = *rc::gen::inRange(2, 13);
   const int height = *rc::gen::inRange(2, 13);
   const int seed = *rc::gen::arbitrary<int>();
@@ -78,7 +78,7 @@ RandomMap random_map() {
 constexpr double kRounding = 1e-12;  // of this test's own sums
 
 RC_GTEST_PROP(MipChain, CoarseSurfacesAreAboveAndCoarseConesWithin, ()) {
-  const auto [heights, ratios, wrap] = random_map();
+  const auto [heights, ratios, wrap] = random_cone_map();
   MipLevel fine{.heights = heights, .ratios = ratios};
   for (const MipLevel& coarse : mip_chain(heights, ratios, 1, wrap)) {
     compare(fine.heights, coarse.heights, wrap, [&](const Neighbours& near, const Neighbours& far) {
@@ -95,7 +95,7 @@ RC_GTEST_PROP(MipChain, CoarseSurfacesAreAboveAndCoarseConesWithin, ()) {
 
 // As stored, the coarse cones are within the base's cones as baked, whichever of its four texels counts.
 RC_GTEST_PROP(MipChain, PackedConesAreWithinTheBakedOnes, ()) {
-  const auto [raw, ratios, wrap] = random_map();
+  const auto [raw, ratios, wrap] = random_cone_map();
   const Format& format = find_format(*rc::gen::element("rg8", "rg16", "rg16f", "rg32f", "r8+r8", "bc5"));
   const Encoding& encoding = *rc::gen::elementOf(encodings());
   const Heightfield heights = quantise_heights(raw, format.type);

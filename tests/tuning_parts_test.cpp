@@ -84,23 +84,23 @@ TEST(ReplaySource, frames_of_a_block_are_correlated_and_each_is_distributed_as_r
   }
 }
 
-struct Point {
+struct RankedTime {
   std::size_t rank;
   double log_time;
 };
 
-std::vector<Point> random_points(Random& random, std::size_t ranks) {
-  std::vector<Point> points(random.below(8));
-  for (Point& point : points)
+std::vector<RankedTime> random_points(Random& random, std::size_t ranks) {
+  std::vector<RankedTime> points(random.below(8));
+  for (RankedTime& point : points)
     point = {.rank = static_cast<std::size_t>(random.below(ranks)), .log_time = static_cast<double>(random.below(9))};
   return points;
 }
 
-double brute_volume(const std::vector<Point>& points, std::size_t ranks, double reference) {
+double brute_volume(const std::vector<RankedTime>& points, std::size_t ranks, double reference) {
   double area = 0;
   for (std::size_t rank = 0; rank < ranks; ++rank) {
     double best = reference;
-    for (const Point& point : points) {
+    for (const RankedTime& point : points) {
       if (point.rank <= rank) best = std::min(best, point.log_time);
     }
     area += reference - best;
@@ -111,9 +111,9 @@ double brute_volume(const std::vector<Point>& points, std::size_t ranks, double 
 TEST(Staircase, hypervolume_agrees_with_brute_force) {
   Random random(1);
   for (int round = 0; round < 500; ++round) {
-    const std::vector<Point> points = random_points(random, 10);
+    const std::vector<RankedTime> points = random_points(random, 10);
     Staircase front(10, 7);
-    for (const Point& point : points) front.add(point.rank, point.log_time);
+    for (const RankedTime& point : points) front.add(point.rank, point.log_time);
     EXPECT_NEAR(front.hypervolume(), brute_volume(points, 10, 7), 1e-9);
   }
 }
@@ -121,9 +121,9 @@ TEST(Staircase, hypervolume_agrees_with_brute_force) {
 TEST(Staircase, expected_growth_agrees_with_an_integral_over_the_time) {
   Random random(2);
   for (int round = 0; round < 50; ++round) {
-    std::vector<Point> points = random_points(random, 10);
+    std::vector<RankedTime> points = random_points(random, 10);
     Staircase front(10, 7);
-    for (const Point& point : points) front.add(point.rank, point.log_time);
+    for (const RankedTime& point : points) front.add(point.rank, point.log_time);
     const auto rank = static_cast<std::size_t>(random.below(10));
     const double mean = 8 * random.uniform();
     const double deviation = 0.2 + random.uniform();
