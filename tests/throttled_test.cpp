@@ -30,10 +30,8 @@ template <typename IsHot>
 std::function<DeviceState(int)> hot_when(IsHot is_hot) {
   return [=](int nth) -> DeviceState {
     if (!is_hot(nth)) return {.clock_mhz = 1950, .clock_max_mhz = 1980, .temperature_c = 60};
-    return {.clock_mhz = 1005,
-            .clock_max_mhz = 1980,
-            .temperature_c = 88,
-            .held_back = {std::string(kThermalSlowdown)}};
+    return {
+        .clock_mhz = 1005, .clock_max_mhz = 1980, .temperature_c = 88, .held_back = {std::string(kThermalSlowdown)}};
   };
 }
 
@@ -62,13 +60,12 @@ TEST_F(ThrottledTest, the_pause_is_shown_and_has_its_part_of_the_wall_time) {
   FaultyDevices devices;
   devices.tell(hot_when([](int nth) { return nth == 2; }));
   testing::internal::CaptureStderr();
-  const SweepSummary summary =
-      run_sweep(load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json"),
-                {.output = folder_ / "run",
-                 .backends = {"null"},
-                 .pictures = Pictured::none,
-                 .open = devices.opener(),
-                 .cooling_pause_s = 0.25});
+  const SweepSummary summary = run_sweep(
+      load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json"), {.output = folder_ / "run",
+                                                                                          .backends = {"null"},
+                                                                                          .pictures = Pictured::none,
+                                                                                          .open = devices.opener(),
+                                                                                          .cooling_pause_s = 0.25});
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               HasSubstr(std::string("null is cooling for 0.25 s: ") + kTooHot + "\n"));
   EXPECT_GE(summary.part_s.at(static_cast<std::size_t>(Part::cooling)), 0.25);
@@ -91,8 +88,7 @@ constexpr const char* kClaim = R"({"source": "[X] table 1", "about": "a test",
 
 std::vector<ClaimResult> claims_on(FaultyDevices& devices, std::vector<Claim>& claims) {
   devices.be_hardware();
-  return run_claims(
-      claims, {.backends = {"null"}, .quiet = true, .open = devices.opener(), .cooling_pause_s = 0});
+  return run_claims(claims, {.backends = {"null"}, .quiet = true, .open = devices.opener(), .cooling_pause_s = 0});
 }
 
 TEST_F(ThrottledTest, claims_are_timed_again) {
@@ -131,8 +127,7 @@ SceneFile scene_file() {
 }
 
 RequireReport required(FaultyDevices& devices, const SceneFile& file, const std::string& backend = "null") {
-  return run_require(
-      file, {.backend = backend, .quiet = true, .open = devices.opener(), .cooling_pause_s = 0});
+  return run_require(file, {.backend = backend, .quiet = true, .open = devices.opener(), .cooling_pause_s = 0});
 }
 
 TEST_F(ThrottledTest, features_are_timed_again) {
