@@ -12,6 +12,7 @@
 namespace reliefbench {
 
 /// Opens devices that fail at chosen calls, counted over all that it opened. A lost one fails whatever is asked of it.
+/// They may be said to be hardware.
 class FaultyDevices {
  public:
   enum Call { upload, compile, draw, open };
@@ -24,6 +25,7 @@ class FaultyDevices {
   }
   /// What the devices say of themselves when they are asked for the n-th time, from 0.
   void tell(std::function<DeviceState(int)> state_of) { state_of_ = std::move(state_of); }
+  void be_hardware() { is_hardware_ = true; }
   [[nodiscard]] int states_told() const { return states_told_; }
   [[nodiscard]] int calls(Call call) const { return calls_.at(call); }
   [[nodiscard]] OpenDevice opener() {
@@ -36,13 +38,15 @@ class FaultyDevices {
  private:
   class Device final : public Backend {
    public:
-    Device(FaultyDevices& devices, std::unique_ptr<Backend> inner) : devices_(devices), inner_(std::move(inner)) {
+    Device(FaultyDevices& devices, std::unique_ptr<Backend> inner)
+        : devices_(devices), inner_(std::move(inner)), info_(inner_->device()) {
+      info_.software &= !devices.is_hardware_;
       set_state_source([this] {
         const int nth = devices_.states_told_++;
         return devices_.state_of_ ? devices_.state_of_(nth) : inner_->state();
       });
     }
-    const DeviceInfo& device() const override { return inner_->device(); }
+    const DeviceInfo& device() const override { return info_; }
     std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
       enter(FaultyDevices::upload);
       return inner_->upload(desc);
@@ -80,6 +84,7 @@ class FaultyDevices {
 
     FaultyDevices& devices_;
     std::unique_ptr<Backend> inner_;
+    DeviceInfo info_;
     bool is_lost_ = false;
   };
 
@@ -98,6 +103,7 @@ class FaultyDevices {
   int slow_from_ = 1 << 30;
   int slow_to_ = 1 << 30;
   double factor_ = 1;
+  bool is_hardware_ = false;
   std::function<DeviceState(int)> state_of_;
   int states_told_ = 0;
 };

@@ -55,6 +55,25 @@ TEST_F(FileTest, what_is_not_committed_goes) {
   EXPECT_TRUE(names().empty());
 }
 
+TEST_F(FileTest, what_is_streamed_is_whole_or_not_there) {
+  std::string whole;
+  write_atomically(folder_ / "out", [&](std::ostream& out) {
+    for (std::size_t length = 1; length < 200000; length *= 3) {  // within the buffer, and beyond it
+      const std::string piece(length, static_cast<char>('a' + length % 26));
+      out << piece << '\n' << length;
+      whole += piece + '\n' + std::to_string(length);
+    }
+  });
+  EXPECT_EQ(read_file(folder_ / "out"), whole);
+  const WriteBytes half = [](std::ostream& out) {
+    out << std::string(100000, 'x');
+    fail_file("elsewhere", "is gone", EIO);
+  };
+  EXPECT_THROW(write_atomically(folder_ / "out", half), FileError);
+  EXPECT_EQ(read_file(folder_ / "out"), whole);
+  EXPECT_EQ(names(), (std::vector<std::string>{"out"}));
+}
+
 TEST_F(FileTest, what_killed_writers_left_goes_and_nothing_else) {
   const pid_t child = fork();
   if (child == 0) {

@@ -267,6 +267,7 @@ TEST_F(MergeTest, what_is_not_one_run_is_refused) {
     };
   };
   expect_no_merge({shard(1), other("frame", frame_of(32))}, "' is not that of " + shard(1).string() + ": frame 64x64");
+  expect_no_merge({shard(1), folder_ / "frame"}, "now 32x64; `sweep --frame-px` gives all shards one size");
   const auto heights = [](reliefbench::Run& run) {
     MeasuredScene& scene = run.scenes.front();
     scene.heights_sha256 = std::string(64, '1');

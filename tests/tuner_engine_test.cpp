@@ -73,6 +73,7 @@ class MadeSource final : public TuneSource {
     failures.emplace_back(failed.record.case_id, is_left_out);
     if (is_left_out) left_out_ = failed.record.case_id;
   }
+  Progress& progress() override { return progress_; }
 
   bool is_feasible = true;
   std::string broken{};
@@ -80,6 +81,7 @@ class MadeSource final : public TuneSource {
   std::vector<std::vector<std::size_t>> spaces{};  ///< scenes of each that was asked for
 
  private:
+  Progress progress_{true};
   std::map<std::string, std::vector<double>> times_ns_;
   std::vector<std::string> candidates_;
   std::string left_out_;

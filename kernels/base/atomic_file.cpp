@@ -5,11 +5,15 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <ostream>
 #include <random>
+#include <streambuf>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "kernels/base/file_error.h"
 
@@ -33,6 +37,48 @@ void remove_if_stale(const fs::path& path) {
   ::close(fd);
 }
 
+/// What goes to a descriptor, some of it at a time.
+class FileBuffer final : public std::streambuf {
+ public:
+  FileBuffer(int fd, const fs::path& path) : fd_(fd), path_(path), held_(std::size_t{1} << 16U) { reset(); }
+
+ private:
+  int_type overflow(int_type c) override {
+    sync();
+    if (!traits_type::eq_int_type(c, traits_type::eof())) sputc(traits_type::to_char_type(c));
+    return traits_type::not_eof(c);
+  }
+  std::streamsize xsputn(const char* bytes, std::streamsize count) override {
+    if (count > epptr() - pptr()) {
+      sync();
+      write({bytes, static_cast<std::size_t>(count)});
+    } else {
+      std::copy_n(bytes, count, pptr());
+      pbump(static_cast<int>(count));
+    }
+    return count;
+  }
+  int sync() override {
+    const std::string_view bytes(pbase(), static_cast<std::size_t>(pptr() - pbase()));
+    reset();
+    write(bytes);
+    return 0;
+  }
+  void reset() { setp(held_.data(), held_.data() + held_.size()); }
+  void write(std::string_view bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) fail_file(path_, "cannot be written", written < 0 ? errno : ENOSPC);
+      bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+  }
+
+  int fd_;
+  const fs::path& path_;
+  std::vector<char> held_;
+};
+
 }  // namespace
 
 std::string temporary_name() {
@@ -46,10 +92,21 @@ bool is_temporary_name(std::string_view name) {
          name.substr(kPrefix.size(), kDigits).find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-PendingFile::PendingFile(fs::path path, std::string_view bytes) : path_(std::move(path)) {
+PendingFile::PendingFile(fs::path path, std::string_view bytes)
+    : PendingFile(std::move(path),
+                  [bytes](std::ostream& out) { out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())); }) {
+}
+
+PendingFile::PendingFile(fs::path path, const WriteBytes& write) : path_(std::move(path)) {
   try {
     open();
-    write(bytes);
+    FileBuffer buffer(fd_, path_);
+    std::ostream out(&buffer);
+    out.exceptions(std::ios::badbit);  // or it would keep what the buffer throws to itself
+    write(out);
+    out.flush();
+    while (::fsync(fd_) != 0)
+      if (errno != EINTR) fail_file(path_, "cannot be written", errno);
   } catch (...) {
     discard();
     throw;
@@ -75,17 +132,6 @@ void PendingFile::open() {
   }
 }
 
-void PendingFile::write(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) fail_file(path_, "cannot be written", written < 0 ? errno : ENOSPC);
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-  while (::fsync(fd_) != 0)
-    if (errno != EINTR) fail_file(path_, "cannot be written", errno);
-}
-
 void PendingFile::discard() {
   if (fd_ < 0) return;
   ::unlink(temporary_.c_str());
@@ -103,6 +149,7 @@ void PendingFile::commit() {
 }
 
 void write_atomically(const fs::path& path, std::string_view bytes) { PendingFile(path, bytes).commit(); }
+void write_atomically(const fs::path& path, const WriteBytes& write) { PendingFile(path, write).commit(); }
 
 void write_output(const fs::path& path, std::string_view bytes) {
   remove_stale_temporaries(folder_of(path));

@@ -1,9 +1,14 @@
 #pragma once
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <string>
 #include <string_view>
 
 namespace reliefbench {
+
+/// Puts a file's bytes into a stream, which throws what goes wrong with the file.
+using WriteBytes = std::function<void(std::ostream&)>;
 
 /// A file that is whole on disk, but does not stand in its place yet. The temporary file beside the place has a name
 /// that nobody can foresee, follows no link, is locked while its writer lives, and goes with the object.
@@ -11,6 +16,7 @@ class PendingFile {
  public:
   /// throws: FileError
   PendingFile(std::filesystem::path path, std::string_view bytes);
+  PendingFile(std::filesystem::path path, const WriteBytes& write);
   ~PendingFile();
   PendingFile(PendingFile&& other) noexcept;
   PendingFile& operator=(PendingFile&&) = delete;
@@ -21,7 +27,6 @@ class PendingFile {
 
  private:
   void open();
-  void write(std::string_view bytes);
   void discard();
 
   std::filesystem::path path_;
@@ -31,6 +36,8 @@ class PendingFile {
 
 /// Writes a file whole or not at all: temporary file beside it, fsync, rename. throws: FileError
 void write_atomically(const std::filesystem::path& path, std::string_view bytes);
+/// The same without holding all bytes at once.
+void write_atomically(const std::filesystem::path& path, const WriteBytes& write);
 
 /// The same for a file that a command was asked for by name, so that what killed writers left beside it goes, too.
 void write_output(const std::filesystem::path& path, std::string_view bytes);

@@ -13,8 +13,16 @@ function answerText() {
                        `No set of features is drawn unseen; the nearest is ${listed(features)} (${seen}).`;
 }
 
-function priceText({median, ci_low: low, ci_high: high}) {
+function priceText(price) {
+  if (!price) return 'throttled';
+  const {median, ci_low: low, ci_high: high} = price;
   return `${signed(median)} [${signed(low)}, ${signed(high)}]`;
+}
+
+function frameText({frame_time_ns: time}) {
+  if (!time) return `throttled: ${data.held_back.times}`;
+  const {median, ci_low: low, ci_high: high} = time;
+  return `${formatTime(median)} (${formatInterval([median, low, high])}), the mean over ${data.views.length} views`;
 }
 
 const featureRow = (feature) =>
@@ -36,10 +44,10 @@ function pictureFigures({feature, choice, without, with: set, pictures}) {
 byId('title').textContent = `What ${data.scene} requires`;
 byId('subtitle').textContent = data.about;
 byId('answer').textContent = answerText();
-const {median, ci_low: low, ci_high: high} = data.answer.frame_time_ns;
 byId('setting').append(factsTable([
   ['setting', make('code', {}, data.answer.setting)],
-  ['frame', `${formatTime(median)} (${formatInterval([median, low, high])}), the mean over ${data.views.length} views`],
+  ['frame', frameText(data.answer)],
+  ...(data.held_back?.ties ? [['ties', `which is the fastest is not known, throttled: ${data.held_back.ties}`]] : []),
   ['device', `${data.device.backend}, ${data.device.name}${data.device.software ? ', a software rasteriser' : ''}`],
 ]));
 byId('features')

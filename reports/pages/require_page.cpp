@@ -36,7 +36,7 @@ void write_sheet(const std::filesystem::path& file, const RequireReport& report)
     if (!worth.pictures.without.empty()) rows.push_back(&worth);
   if (rows.empty()) return;
   const auto scene_of = [&](const FeatureWorth& worth) -> const Scene& {
-    return report.file->scenes[report.at(worth.without).view].scene;
+    return report.file.scenes[report.at(worth.without).view].scene;
   };
   int cell_width = 0;
   int cell_height = 0;
@@ -72,7 +72,7 @@ void write_require(const RequireReport& report, const std::filesystem::path& fol
   write_output(folder / kRequireFile, data.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (std::size_t i = 0; i < report.worth.size(); ++i) {
     const FeatureWorth& worth = report.worth[i];
-    const Scene& scene = report.file->scenes[report.at(worth.without).view].scene;
+    const Scene& scene = report.file.scenes[report.at(worth.without).view].scene;
     const auto picture = [&](const char* kind, std::span<const std::uint8_t> rgba8) {
       return write_picture(folder / kImagesFolder / fmt::format("{}-{}.png", worth.name, kind), scene, rgba8);
     };

@@ -33,7 +33,7 @@ std::string figure(const std::map<std::string, double>& figures, const std::stri
 
 std::string painted(ClaimVerdict verdict, const Paint& paint) {
   const std::string_view text = claim_verdict_id(verdict);
-  if (verdict == ClaimVerdict::not_testable) return paint.dim(text);
+  if (verdict == ClaimVerdict::not_testable || verdict == ClaimVerdict::throttled) return paint.dim(text);
   return verdict == ClaimVerdict::reproduced ? paint.good(text) : paint.bad(text);
 }
 

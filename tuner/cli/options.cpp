@@ -1,5 +1,6 @@
 #include "tuner/cli/options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <tuple>
@@ -7,6 +8,8 @@
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "kernels/trace/technique.h"
+#include "kernels/trace/view.h"
+#include "tuner/plan/scene_key.h"
 
 namespace reliefbench {
 
@@ -62,6 +65,24 @@ std::pair<int, int> parse_size(const std::string& text, std::string_view option,
   const auto height = has_height ? std::from_chars(width.ptr + 1, end, size.second) : width;
   if (!has_height || height.ec != std::errc() || height.ptr != end)
     fail_input("{} {}: expected WIDTHxHEIGHT in {}, as in 256x256", option, text, unit);
+  return size;
+}
+
+CLI::Option* add_frame_option(CLI::App& command) {
+  std::vector<std::string_view> sizes(kFrameSizes.size());
+  std::ranges::transform(kFrameSizes, sizes.begin(), &FrameSize::id);
+  const std::string words = fmt::format(
+      "WIDTHxHEIGHT of all frames, or {}; default: the scene's, else 1080p on hardware, {}x{} on software rasterisers",
+      fmt::join(sizes, " | "), Scene{}.width_px, Scene{}.height_px);
+  return command.add_option("--frame-px", words)->type_name("WxH");
+}
+
+std::pair<int, int> parse_frame_px(const std::string& text) {
+  if (const FrameSize* size = find_frame_size(text)) return {size->width_px, size->height_px};
+  const std::pair<int, int> size = parse_size(text, "--frame-px", "pixels");
+  for (const int side : {size.first, size.second})
+    if (side < 1 || side > kFrameSideMax_px)
+      fail_input("--frame-px: {} is out of range: a side has 1 to {} pixels", side, kFrameSideMax_px);
   return size;
 }
 

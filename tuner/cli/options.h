@@ -51,6 +51,11 @@ void add_base_option(CLI::App& command, std::optional<double>& base, const std::
 /// "WIDTHxHEIGHT". option, unit: for the message. throws: Error(bad_input)
 [[nodiscard]] std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit);
 
+/// --frame-px, for parse_frame_px().
+[[nodiscard]] CLI::Option* add_frame_option(CLI::App& command);
+/// "WIDTHxHEIGHT" or a name of kFrameSizes. throws: Error(bad_input)
+[[nodiscard]] std::pair<int, int> parse_frame_px(const std::string& text);
+
 /// "WIDTHxHEIGHT" into the spec. throws: Error(bad_input)
 void set_size(HeightmapSpec& spec, const std::string& text);
 

@@ -12,6 +12,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/measure/require_run.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/setting_names.h"
@@ -30,6 +31,7 @@ struct RequireArguments {
   std::string visible;
   std::string search;
   std::string output;
+  std::string frame_px;
   bool quiet = false;
   bool json = false;
 };
@@ -43,31 +45,37 @@ std::string spoken(const std::vector<std::string>& words) {
 }
 
 std::string price_text(const Summary& price) {
+  if (price.n == 0) return std::string(status_id(Status::throttled));
   return fmt::format("{:+.4g} ms [{:+.4g}, {:+.4g}; {}]", price.median * kMsPerNs, price.ci_low * kMsPerNs,
                      price.ci_high * kMsPerNs, coverage_text(price.n));
 }
 
+/// Of what was drawn while the device was held back.
+std::string throttled(const std::string& held_back) {
+  return fmt::format("{}: {}; the same command may find it cooler", status_id(Status::throttled), held_back);
+}
+
 /// The answer in a sentence.
 std::string sentence(const RequireReport& report) {
-  const Budget& visible = report.file->visible;
+  const Budget& visible = report.file.visible;
   const SeenSet& answer = report.at(report.answer);
   const std::string seen = fmt::format("{} {} in {}, the worst of {} view{}; {} is not seen", visible.metric,
-                                       format_number(answer.value), report.file->scenes[answer.view].id,
+                                       format_number(answer.value), report.file.scenes[answer.view].id,
                                        report.views.size(), report.views.size() == 1 ? "" : "s", visible.text());
   const std::vector<std::string> needed = report.names(report.answer);
   if (!report.is_met)
-    return fmt::format("No set of features draws {} unseen: the nearest has {} ({}).", report.file->name,
+    return fmt::format("No set of features draws {} unseen: the nearest has {} ({}).", report.file.name,
                        needed.empty() ? "none" : spoken(needed), seen);
   std::vector<std::string> others;
   for (const FeatureWorth& worth : report.worth)
     if (!worth.is_needed) others.push_back(worth.name);
-  return fmt::format("{} requires {}{} ({}).", report.file->name,
+  return fmt::format("{} requires {}{} ({}).", report.file.name,
                      needed.empty() ? "nothing but plain normal mapping" : spoken(needed),
                      others.empty() ? "" : fmt::format("; nobody would miss {}", spoken(others)), seen);
 }
 
 void print_worth(const RequireReport& report, const Paint& paint) {
-  const std::string& metric = report.file->visible.metric;
+  const std::string& metric = report.file.visible.metric;
   std::vector<std::vector<std::string>> rows{{paint.dim("feature"), paint.dim("by"), paint.dim("required"),
                                               paint.dim(metric + " without"), paint.dim("with"),
                                               paint.dim("price of a frame")}};
@@ -81,8 +89,8 @@ void print_worth(const RequireReport& report, const Paint& paint) {
 /// What is seen by nobody either way, and makes frames faster.
 void print_savers(const RequireReport& report) {
   for (const FeatureWorth& worth : report.worth)
-    if (report.is_met && !worth.is_needed && worth.price_ns.ci_high < 0 &&
-        within(report.at(worth.with).value, report.file->visible))
+    if (report.is_met && !worth.is_needed && worth.price_ns.n > 0 && worth.price_ns.ci_high < 0 &&
+        within(report.at(worth.with).value, report.file.visible))
       put("{} would save {:.3g} ms, and nobody would see it.\n", worth.name, -worth.price_ns.median * kMsPerNs);
 }
 
@@ -95,31 +103,34 @@ void print_rows(const RequireReport& report, const Paint& paint) {
   if (!text.empty())
     put("{}\n", paint.dim(fmt::format("Of rows that bring the same the nearest to the reference stands for them, {} "
                                       "alone over the displaced relief: {}",
-                                      report.file->visible.metric, text)));
+                                      report.file.visible.metric, text)));
 }
 
 void print_report(const RequireReport& report, const Paint& paint) {
   put("{}\n", paint.bold(sentence(report)));
   const SeenSet& answer = report.at(report.answer);
-  put("  {}: {}\n", named(answer.settings), format_interval_ns(report.frame_time_ns));
+  put("  {}: {}\n", named(answer.settings),
+      report.times_held_back.empty() ? format_interval_ns(report.frame_time_ns) : throttled(report.times_held_back));
   print_worth(report, paint);
   put("\n");
   print_savers(report);
   if (report.ties.size() > 1)
-    put("{} sets of as few features are not seen either; this one is the fastest.\n", report.ties.size());
+    put("{} sets of as few features are not seen either; {}.\n", report.ties.size(),
+        report.ties_held_back.empty() ? "this one is the fastest"
+                                      : "which is the fastest is not known, " + throttled(report.ties_held_back));
   print_rows(report, paint);
   put("{}\n",
       paint.dim(fmt::format("Held against exact hits with every feature exact, over all views, of which the worst "
                             "decides. {} of {} sets were drawn{}. Price: frame time with it less without, drawn in "
                             "turns, mean over the views, median of {} [interval]. {}, {}{}",
                             report.seen.size(), report.sets, report.is_exhaustive ? "" : ", greedily both ways",
-                            report.frame_time_ns.n, report.backend, report.device,
+                            report.file.measure.samples, report.backend, report.device,
                             report.is_software ? " (a software rasteriser: prices are the processor's)" : "")));
   if (const std::vector<std::string> needed = report.names(report.answer); report.is_met && !needed.empty())
-    put_command(fmt::format("reliefbench tune {} --features {}", shell_quoted(report.file->path.string()),
+    put_command(fmt::format("reliefbench tune {} --features {}", shell_quoted(report.file.path.string()),
                             fmt::join(needed, ",")));
   put_command(fmt::format("reliefbench export {} --case {} -o out/shipped",
-                          shell_quoted(report.file->scenes.front().heightmap.source),
+                          shell_quoted(report.file.scenes.front().heightmap.source),
                           shell_quoted(setting_id(answer.settings))));
 }
 
@@ -134,6 +145,7 @@ Exit require_command(const RequireArguments& arguments) {
     file.visible = parse_budget(arguments.visible);
     check_visible(file.visible);
   }
+  if (!arguments.frame_px.empty()) set_frames(file.scenes, parse_frame_px(arguments.frame_px));
   std::string backend = arguments.backend;
   if (backend.empty()) backend = choose_backends("all").back();
   const RequireReport report = run_require(file, {.backend = choose_backends(backend).front(),
@@ -172,6 +184,7 @@ void add_require_command(CLI::App& app, int& exit_code) {
       command->add_option("--search", search_words)->check(CLI::IsMember({"auto", "exhaustive", "greedy"}));
   const CLI::Option* output =
       command->add_option("-o,--output", "folder for require.json, require.html and pictures")->type_name("FOLDER");
+  const CLI::Option* frame = add_frame_option(*command);
   const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
@@ -187,6 +200,7 @@ void add_require_command(CLI::App& app, int& exit_code) {
                                                   .visible = value_or(visible, std::string()),
                                                   .search = value_or(search, std::string()),
                                                   .output = value_or(output, std::string()),
+                                                  .frame_px = value_or(frame, std::string()),
                                                   .quiet = is_set(quiet),
                                                   .json = is_set(json)}));
   });

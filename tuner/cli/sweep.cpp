@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "backends/worker/remote.h"
@@ -13,6 +14,7 @@
 #include "tuner/cli/format.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/shard.h"
@@ -29,6 +31,7 @@ struct SweepArguments {
   int device = 0;
   std::string filter;
   std::string key;
+  std::string frame_px;
   std::optional<Shard> shard{};
   Names names;
   std::string pictures = "shown";
@@ -136,8 +139,19 @@ Pictured pictured_of(std::string_view text) {
   return text == "none" ? Pictured::none : Pictured::shown;
 }
 
+/// What frames are going to be that no scene has a size for.
+std::string frame_choice(const Config& config, const SweepArguments& arguments,
+                         std::span<const std::string> backend_ids) {
+  std::vector<DeviceInfo> drawing;
+  for (const std::string& id : backend_ids)
+    for (const DeviceInfo& device : isolated_devices(find_backend(id)))
+      if (device.index == arguments.device) drawing.push_back(device);
+  return default_frame(drawing, config, arguments.output).why;
+}
+
 void sweep_command(const SweepArguments& arguments, int& exit_code) {
-  const Config config = load_config(arguments.config);
+  Config config = load_config(arguments.config);
+  if (!arguments.frame_px.empty()) set_frames(config, parse_frame_px(arguments.frame_px));
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
   if (arguments.dry_run) {
     const Share share =
@@ -145,6 +159,7 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
     if (arguments.json) return print_plan_json(config, share.plan, share.json);
     print_plan(config, share.plan, arguments.names);
     if (!share.text.empty()) put("{}\n", share.text);
+    if (has_default_frames(config.scenes)) put("{}\n", frame_choice(config, arguments, backend_ids));
     return;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
@@ -185,6 +200,7 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       ->check([](const std::string& text) {
         return is_setting_key(text) ? std::string() : fmt::format("'{}' is no setting's key of eight digits", text);
       });
+  const CLI::Option* frame = add_frame_option(*command);
   const CLI::Option* shard = command
                                  ->add_option("--shard",
                                               "only part I of N of the cases, which go by the maps that they share; "
@@ -207,6 +223,7 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       "Examples:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all\n"
       "  reliefbench sweep configs/exhaustive.json --shard 3/8 -o out/shard_3");
   command->callback([=, &exit_code] {
+    arguments->frame_px = value_or(frame, std::string());
     arguments->slowdowns = slowdowns_of(slowdowns);
     if (is_set(shard)) arguments->shard = parse_shard(shard->as<std::string>());
     sweep_command(*arguments, exit_code);

@@ -112,10 +112,7 @@ SceneOptions scene_options_of(const TuneArguments& arguments) {
                        .base = arguments.base,
                        .wrap = arguments.wrap,
                        .tiling = arguments.tiling};
-  if (const FrameSize* size = find_frame_size(arguments.frame_px))
-    options.frame_px = {size->width_px, size->height_px};
-  else if (!arguments.frame_px.empty())
-    options.frame_px = parse_size(arguments.frame_px, "--frame-px", "pixels");
+  if (!arguments.frame_px.empty()) options.frame_px = parse_frame_px(arguments.frame_px);
   return options;
 }
 
@@ -159,6 +156,7 @@ std::vector<SceneSpec> holdout_of(const TuneArguments& arguments, const Config& 
     for (const SceneSpec& scene : config.scenes) {
       SceneSpec held_out = same_views.front();
       held_out.scene = scene.scene;
+      held_out.has_default_frame = scene.has_default_frame;
       held_out.id = held_out.id.substr(0, held_out.id.find('/')) + scene.id.substr(scene.id.find('/'));
       scenes.push_back(std::move(held_out));
     }
@@ -311,12 +309,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
       ->check(CLI::NonNegativeNumber);
   add_base_option(*command, arguments->base, "1, or the config's");
-  std::vector<std::string_view> sizes(kFrameSizes.size());
-  std::ranges::transform(kFrameSizes, sizes.begin(), &FrameSize::id);
-  command
-      ->add_option("--frame-px", arguments->frame_px,
-                   fmt::format("WIDTHxHEIGHT of the frame, or {}", fmt::join(sizes, " | ")))
-      ->type_name("WxH");
+  const CLI::Option* frame = add_frame_option(*command);
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
   command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(CLI::PositiveNumber);
   add_names_option(*command, arguments->names);
@@ -335,6 +328,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       "  reliefbench tune configs/scenes/floor.json --features shadow,penumbra -o out/floor_tuned");
   command->callback([=, &exit_code] {
     arguments->features = value_or(features, std::string());
+    arguments->frame_px = value_or(frame, std::string());
     tune_command(*arguments, exit_code);
   });
 }

@@ -49,13 +49,28 @@ void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& h
   figures["too_wide"] = wider / texels;
 }
 
-/// Median frame times, corrected for drift, of draws that are timed in turn.
-void measure_times(Session& session, WallSplit& split, const std::vector<std::vector<Draw>>& draws, int rounds,
-                   std::vector<ClaimFigures>& measured) {
+/// What claims are measured on.
+struct Bench {
+  Session& session;
+  WallSplit& split;
+  Progress& progress;
+  double cooling_pause_s;
+};
+
+/// Median frame times, corrected for drift, of draws that are timed in turn; none where the device was held back.
+/// returns: what says that it was, ""
+std::string measure_times(const Bench& bench, const std::vector<std::vector<Draw>>& draws, int rounds,
+                          std::vector<ClaimFigures>& measured) {
   const MeasureSpec measure{.samples = rounds, .batch_ms = kBatch_ms};
-  SampleBook book(SampleBook::Control{.id = control_case_id(session.device().backend),
-                                      .reference_ns = session.calibration().reference_ns});
-  const Timing timing{.session = session, .book = book, .measure = measure, .split = split, .started_ns = unix_ns()};
+  SampleBook book(SampleBook::Control{.id = control_case_id(bench.session.device().backend),
+                                      .reference_ns = bench.session.calibration().reference_ns});
+  const Timing timing{.session = bench.session,
+                      .book = book,
+                      .measure = measure,
+                      .split = bench.split,
+                      .started_ns = unix_ns(),
+                      .cooling_pause_s = bench.cooling_pause_s,
+                      .progress = &bench.progress};
   std::vector<Record> records(draws.size());
   std::vector<TimedCase> cases;
   cases.reserve(draws.size());
@@ -63,11 +78,15 @@ void measure_times(Session& session, WallSplit& split, const std::vector<std::ve
     records[i].case_id = fmt::format("row {}", i);
     cases.push_back(warm_up(timing, records[i], draws[i]));
   }
-  for (int round = 0; round < measure.samples; ++round) time(timing, cases);
+  std::string held_back = draw_block(timing, [&] {
+    for (int round = 0; round < measure.samples; ++round) time(timing, cases);
+  });
+  if (!held_back.empty()) return held_back;
   for (std::size_t i = 0; i < draws.size(); ++i) {
     measured[i].times_ns = book.times(records[i].case_id);
     measured[i].values["frame_time"] = median(measured[i].times_ns) / kNsPerMs;
   }
+  return "";
 }
 
 /// The maps of a claim's rows, each baked once.
@@ -104,9 +123,14 @@ bool is_at_hand(const HeightmapSpec& spec) {
 
 bool is_contest(const Claim& claim) { return std::ranges::all_of(claim.checks, &ClaimCheck::is_contest); }
 
-SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfield& heights, Session& session,
-                       WallSplit& split) {
+/// Whether it is decided by what draw_block() times.
+bool rests_on_frame_times(const ClaimCheck& check) {
+  return check.is_contest() || !check.beaten_by.empty() || check.metric == "frame_time";
+}
+
+SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfield& heights, const Bench& bench) {
   SceneFigures result{.scene = &spec};
+  Session& session = bench.session;
   Backend& backend = session.backend();
   const Scene& scene = spec.scene;
   const ReferenceTracer tracer(heights, scene.wrap);
@@ -131,14 +155,22 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
     for (const MetricRow& metric : metrics())
       if (const std::optional<double> value = metric.value(judged.score)) figures[std::string(metric.id)] = *value;
   }
-  measure_times(session, split, draws, is_contest(claim) ? kContestRounds : kRounds, result.rows);
+  result.held_back = measure_times(bench, draws, is_contest(claim) ? kContestRounds : kRounds, result.rows);
   return result;
 }
 
+ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimResult& result) {
+  if (rests_on_frame_times(check))
+    for (const SceneFigures& scene : result.scenes)
+      if (!scene.held_back.empty())
+        return {.verdict = ClaimVerdict::throttled, .numbers = fmt::format("{}: {}", scene.scene->id, scene.held_back)};
+  return check.is_contest() ? judge_contest(claim, check, result.scenes)
+                            : judge_claim(claim, check, result.scenes.front().rows, result.is_software);
+}
+
 /// tell: is told each scene as it begins
-ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split,
-                      const std::function<void(const SceneSpec&)>& tell) {
-  const DeviceInfo& device = session.device();
+ClaimResult run_claim(const Claim& claim, const Bench& bench, const std::function<void(const SceneSpec&)>& tell) {
+  const DeviceInfo& device = bench.session.device();
   ClaimResult result{.claim = &claim,
                      .backend = device.backend,
                      .device = device.name,
@@ -153,13 +185,10 @@ ClaimResult run_claim(const Claim& claim, Session& session, WallSplit& split,
       continue;
     }
     tell(scene);
-    result.scenes.push_back(run_scene(claim, scene, load_heightmap(scene.heightmap), session, split));
+    result.scenes.push_back(run_scene(claim, scene, load_heightmap(scene.heightmap), bench));
   }
   if (result.scenes.empty()) fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
-  for (const ClaimCheck& check : claim.checks)
-    result.answers.push_back(check.is_contest()
-                                 ? judge_contest(claim, check, result.scenes)
-                                 : judge_claim(claim, check, result.scenes.front().rows, result.is_software));
+  for (const ClaimCheck& check : claim.checks) result.answers.push_back(answer_of(claim, check, result));
   return result;
 }
 
@@ -208,10 +237,15 @@ std::pair<bool, std::string> beaten(const Claim& claim, const ClaimCheck& check,
                       ratio.median, ratio.ci_low, ratio.ci_high, coverage_text(ratio.n))};
 }
 
+bool has_compute_row(const Claim& claim) {
+  return std::ranges::any_of(claim.rows, [](const ClaimRow& row) { return is_by_compute(row.settings); });
+}
+
 }  // namespace
 
 std::string_view claim_verdict_id(ClaimVerdict verdict) {
-  constexpr std::array<std::string_view, 3> kIds{"reproduced", "not reproduced", "not testable on this device"};
+  constexpr std::array<std::string_view, 4> kIds{"reproduced", "not reproduced", "not testable on this device",
+                                                 "throttled"};
   return kIds.at(static_cast<std::size_t>(verdict));
 }
 
@@ -253,10 +287,13 @@ std::vector<ClaimResult> run_claims(std::span<Claim> claims, const ClaimOptions&
   for (const std::string& backend : options.backends) {
     Session session(find_backend(backend), options.device, split, true, options.open);
     session.set_timeout(kTimeout_s);
+    if (std::ranges::any_of(claims, has_compute_row)) session.audit_compute();
     session.calibrate(kBatch_ms, nullptr);
+    const Bench bench{
+        .session = session, .split = split, .progress = progress, .cooling_pause_s = options.cooling_pause_s};
     for (const Claim& claim : claims) {
       double scenes = 0;
-      results.push_back(run_claim(claim, session, split, [&](const SceneSpec& scene) {
+      results.push_back(run_claim(claim, bench, [&](const SceneSpec& scene) {
         const double done = static_cast<double>(results.size()) + scenes++ / static_cast<double>(claim.scenes.size());
         progress.update(done / total, fmt::format("{} on {}, {}", claim.id, backend, scene.id));
       }));

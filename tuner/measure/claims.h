@@ -8,12 +8,18 @@
 #include <string_view>
 #include <vector>
 
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/claims_config.h"
 
 namespace reliefbench {
 
-enum class ClaimVerdict { reproduced, not_reproduced, not_testable };
+enum class ClaimVerdict {
+  reproduced,
+  not_reproduced,
+  not_testable,
+  throttled,  ///< it rests on frame times, and the device was held back
+};
 [[nodiscard]] std::string_view claim_verdict_id(ClaimVerdict verdict);
 
 struct ClaimAnswer {
@@ -25,13 +31,14 @@ struct ClaimAnswer {
 /// What was measured of a row.
 struct ClaimFigures {
   std::map<std::string, double> values{};  ///< by metric
-  std::vector<double> times_ns{};          ///< of its frames, one a round; the same rounds as the other rows'
+  std::vector<double> times_ns{};          ///< of its frames, one a round, as the other rows'; none: held back
 };
 
 /// All rows in one scene.
 struct SceneFigures {
   const SceneSpec* scene = nullptr;
   std::vector<ClaimFigures> rows{};  ///< parallel to Claim::rows
+  std::string held_back{};           ///< what held the device back whenever they were timed: no time counts
 };
 
 /// A claim as it came out on one device.
@@ -51,14 +58,15 @@ struct ClaimOptions {
   int frame_px = 0;  ///< side of the frames; 0: as the claims have it
   bool quiet = false;
   OpenDevice open = open_device;
+  double cooling_pause_s = kCoolingPause_s;
 };
 /// Runs the claims on every backend. Times on a software rasteriser are measured and shown, but decide nothing: checks
-/// of them are `not_testable`, unless they are contests.
-/// throws: Error(environment): no such device, no valid timer; Error(bad_input): a heightmap is not there, of several
-/// all
+/// of them are `not_testable`, unless they are contests. Where the device is held back, a scene's rows are timed again,
+/// see draw_block(); where it stays so, what rests on their times is `throttled`. throws: Error(environment): no such
+/// device, no valid timer; Error(bad_input): a heightmap is not there, of several all
 [[nodiscard]] std::vector<ClaimResult> run_claims(std::span<Claim> claims, const ClaimOptions& options);
 
-/// How a check comes out on what was measured.
+/// How a check comes out on what was measured while nothing held the device back.
 [[nodiscard]] ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
                                       std::span<const ClaimFigures> measured, bool is_software);
 

@@ -67,7 +67,11 @@ std::string draw_block(const Timing& timing, const std::function<void()>& draw, 
                                    median(control_ns) / calibration.reference_ns, most_slowdown);
     timing.book.close(block);
     if (block.held_back.empty() || again == kMostAgain) return block.held_back;
-    std::this_thread::sleep_for(std::chrono::duration<double>(timing.cooling_pause_s));
+    if (timing.progress != nullptr)
+      timing.progress->wait(
+          fmt::format("{} is cooling for {:g} s: {}", session.device().name, timing.cooling_pause_s, block.held_back));
+    timing.split.book(Part::cooling,
+                      [&] { std::this_thread::sleep_for(std::chrono::duration<double>(timing.cooling_pause_s)); });
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <cstdint>
 #include <exception>
 #include <map>
 #include <sstream>
@@ -58,22 +59,24 @@ void run_round(std::span<const TimedBatch> batches, const std::function<void(std
   if (failure) std::rethrow_exception(failure);
 }
 
-std::string benchmark_json(std::span<const Sample> samples) {
+void write_benchmark_json(std::span<const Sample> samples, std::ostream& out) {
   std::map<std::string, std::vector<const Sample*>> by_case;
   for (const Sample& sample : samples) by_case[sample.case_id].push_back(&sample);
 
-  std::ostringstream out;
   std::ostringstream ignored;
   benchmark::JSONReporter reporter;
   reporter.SetOutputStream(&out);
   reporter.SetErrorStream(&ignored);
   const benchmark::BenchmarkReporter::Context context;
   reporter.ReportContext(context);
+  std::int64_t family = 0;  // Google Benchmark leaves it as it was in memory
   for (const auto& [id, list] : by_case) {
     std::vector<benchmark::BenchmarkReporter::Run> runs;
     for (const Sample* sample : list) {
       benchmark::BenchmarkReporter::Run run;
       run.run_name.function_name = id;
+      run.family_index = family;
+      run.per_family_instance_index = 0;
       run.iterations = sample->frames;
       run.repetitions = static_cast<int64_t>(list.size());
       run.repetition_index = static_cast<int64_t>(runs.size());
@@ -84,9 +87,9 @@ std::string benchmark_json(std::span<const Sample> samples) {
       runs.push_back(run);
     }
     reporter.ReportRuns(runs);
+    ++family;
   }
   reporter.Finalize();
-  return out.str();
 }
 
 }  // namespace reliefbench

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <iosfwd>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,6 @@ struct TimedBatch {
 void run_round(std::span<const TimedBatch> batches, const std::function<void(std::size_t, double)>& on_time);
 
 /// Every raw sample as one repetition, in Google Benchmark's own JSON, written by its own reporter.
-[[nodiscard]] std::string benchmark_json(std::span<const Sample> samples);
+void write_benchmark_json(std::span<const Sample> samples, std::ostream& out);
 
 }  // namespace reliefbench

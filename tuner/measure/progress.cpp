@@ -26,27 +26,32 @@ Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) 
 Progress::~Progress() { finish(); }
 
 void Progress::update(double fraction, std::string_view label) {
+  fraction_ = std::clamp(fraction, 0.0, 1.0);
+  if (Clock::now() - last_ >= (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000)))
+    show(label);
+}
+
+void Progress::wait(std::string_view why) { show(why); }
+
+void Progress::show(std::string_view label) {
   if (quiet_) return;
   const Clock::time_point now = Clock::now();
-  const auto since_last = now - last_;
-  if (since_last < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000))) return;
-  fraction = std::clamp(fraction, 0.0, 1.0);
   if (last_ == Clock::time_point{}) {
     start_ = now;
-    start_fraction_ = fraction;
+    start_fraction_ = fraction_;
   }
   last_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
-  const double done = fraction - start_fraction_;
+  const double done = fraction_ - start_fraction_;
   const std::string left =
-      done > 0.01 ? clock_text(elapsed_s * (1 - fraction) / done) + " left" : std::string("estimating");
+      done > 0.01 ? clock_text(elapsed_s * (1 - fraction_) / done) + " left" : std::string("estimating");
   if (!terminal_) {
-    write_stderr(fmt::format("{:3.0f} %  {} passed, {}  {}\n", fraction * 100, clock_text(elapsed_s), left, label));
+    write_stderr(fmt::format("{:3.0f} %  {} passed, {}  {}\n", fraction_ * 100, clock_text(elapsed_s), left, label));
     return;
   }
-  const int filled = static_cast<int>(fraction * kBarWidth);
+  const int filled = static_cast<int>(fraction_ * kBarWidth);
   write_stderr(fmt::format("{}[{:=<{}}{: <{}}] {:3.0f} %  {}  {}", kClearLine, "", filled, "", kBarWidth - filled,
-                           fraction * 100, left, label.substr(0, 60)));
+                           fraction_ * 100, left, label.substr(0, 60)));
   drawn_ = true;
 }
 
@@ -59,6 +64,8 @@ void Progress::note(std::string_view line) {
 void Progress::finish() {
   if (drawn_) write_stderr(kClearLine);
   drawn_ = false;
+  last_ = {};
+  fraction_ = 0;
 }
 
 }  // namespace reliefbench

@@ -15,17 +15,23 @@ class Progress {
 
   /// fraction: of the whole work, 0 to 1; label: what is being done
   void update(double fraction, std::string_view label);
+  /// The work waits: shown at once, with as much done as before.
+  void wait(std::string_view why);
   /// A line that stays, above the bar.
   void note(std::string_view line);
+  /// What is updated afterwards is other work.
   void finish();
 
  private:
   using Clock = std::chrono::steady_clock;
+  void show(std::string_view label);
+
   bool quiet_;
   bool terminal_;
   bool drawn_ = false;
   Clock::time_point start_{};  // of the first update; the time left is judged by what was done since
   double start_fraction_ = 0;
+  double fraction_ = 0;
   Clock::time_point last_{};
 };
 

@@ -6,8 +6,11 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <utility>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/require_space.h"
@@ -19,30 +22,34 @@ namespace {
 /// Draws and times settings of one scene on one device.
 class SceneStudy {
  public:
-  SceneStudy(const SceneFile& file, const RequireOptions& options)
-      : file_(file),
+  SceneStudy(SceneFile file, const RequireOptions& options)
+      : file_(std::move(file)),
         options_(options),
         cache_(Cache::open()),
         library_(cache_, split_),
-        metric_(find_metric(file.visible.metric)),
+        metric_(find_metric(file_.visible.metric)),
         progress_(options.quiet),
         session_(find_backend(options.backend), options.device, split_, true, options.open),
         preparer_({.session = session_,
                    .library = library_,
                    .cache = cache_,
                    .split = split_,
-                   .timeout_s = file.measure.timeout_s,
-                   .flicker_frames = file.measure.flicker_frames,
+                   .timeout_s = file_.measure.timeout_s,
+                   .flicker_frames = file_.measure.flicker_frames,
                    .seen_features = exact_features()}) {
-    for (const SceneSpec& scene : file.scenes)
+    for (const SceneSpec& scene : file_.scenes)
       if (is_solid(scene.heightmap))
         fail_input("{}: light and depth of a solid, a heightmap of two heights a texel, are not traced", scene.id);
-    session_.set_timeout(file.measure.timeout_s);
-    session_.calibrate(file.measure.batch_ms, nullptr);
+    session_.set_timeout(file_.measure.timeout_s);
+    session_.calibrate(file_.measure.batch_ms, nullptr);
+    if (!has_default_frames(file_.scenes)) return;
+    const DefaultFrame frame = default_frame({&session_.device(), 1});
+    set_default_frames(file_.scenes, frame);
+    progress_.note(frame.why);
   }
 
   RequireReport run() {
-    RequireReport report{.file = &file_,
+    RequireReport report{.file = file_,
                          .views = library_.measured(file_.scenes),
                          .backend = session_.device().backend,
                          .device = session_.device().name,
@@ -66,9 +73,11 @@ class SceneStudy {
     for (const FeatureWorth& one : report.worth)
       for (const FeatureSet set : {one.with, one.without})
         if (std::ranges::find(timed, set) == timed.end()) timed.push_back(set);
-    const Times times = time_sets(made, timed);
-    report.frame_time_ns = summarise(times.at(report.answer));
-    for (FeatureWorth& one : report.worth) one.price_ns = difference(times, one.with, one.without);
+    const Times times = time_sets(made, timed, report.times_held_back);
+    if (report.times_held_back.empty()) {
+      report.frame_time_ns = summarise(times.at(report.answer));
+      for (FeatureWorth& one : report.worth) one.price_ns = difference(times, one.with, one.without);
+    }
     if (options_.has_pictures)
       for (FeatureWorth& one : report.worth) draw(made, report, one);
     progress_.finish();
@@ -123,8 +132,11 @@ class SceneStudy {
     } else if (report.ties.size() == 1) {
       report.answer = report.ties.front();
     } else {
-      const Times times = time_sets(made, report.ties);
-      report.answer = *std::ranges::min_element(report.ties, {}, [&](FeatureSet set) { return median(times.at(set)); });
+      const Times times = time_sets(made, report.ties, report.ties_held_back);
+      report.answer = report.ties.front();
+      if (report.ties_held_back.empty())
+        report.answer =
+            *std::ranges::min_element(report.ties, {}, [&](FeatureSet set) { return median(times.at(set)); });
     }
   }
 
@@ -144,8 +156,8 @@ class SceneStudy {
     report.worth.push_back(std::move(worth));
   }
 
-  /// Frame times of sets in turns, in rounds of all of them in all views.
-  Times time_sets(const SettingSpace& made, const std::vector<FeatureSet>& sets) {
+  /// Frame times of sets in turns, in rounds of all of them in all views; none where the device was held back.
+  Times time_sets(const SettingSpace& made, const std::vector<FeatureSet>& sets, std::string& held_back) {
     std::vector<Case> cases;
     for (const FeatureSet set : sets)
       for (const SceneSpec& scene : file_.scenes) cases.push_back(case_of(made.at(set), scene));
@@ -156,16 +168,25 @@ class SceneStudy {
     }
     SampleBook book(SampleBook::Control{.id = control_case_id(session_.device().backend),
                                         .reference_ns = session_.calibration().reference_ns});
-    const Timing timing{.session = session_, .book = book, .measure = file_.measure, .split = split_};
+    const Timing timing{.session = session_,
+                        .book = book,
+                        .measure = file_.measure,
+                        .split = split_,
+                        .started_ns = unix_ns(),
+                        .cooling_pause_s = options_.cooling_pause_s,
+                        .progress = &progress_};
     std::vector<TimedCase> order;
     order.reserve(prepared.size());
     for (const PreparedCase& one : prepared) order.push_back(warm_up(timing, one.record, one.draws));
     std::mt19937_64 random(1);
-    for (int round = 0; round < file_.measure.samples; ++round) {
-      std::shuffle(order.begin(), order.end(), random);
-      time(timing, order);
-      progress_.update(0.8 + 0.2 * (round + 1.0) / file_.measure.samples, "frame times");
-    }
+    held_back = draw_block(timing, [&] {
+      for (int round = 0; round < file_.measure.samples; ++round) {
+        std::shuffle(order.begin(), order.end(), random);
+        time(timing, order);
+        progress_.update(0.8 + 0.2 * (round + 1.0) / file_.measure.samples, "frame times");
+      }
+    });
+    if (!held_back.empty()) return {};
     Times times;
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const std::vector<double>& own = book.times(prepared[i].record.case_id);
@@ -191,7 +212,7 @@ class SceneStudy {
         .without = std::move(without.frame), .with = std::move(with.frame), .reference = std::move(with.reference)};
   }
 
-  const SceneFile& file_;
+  SceneFile file_;
   const RequireOptions& options_;
   WallSplit split_;
   Cache cache_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tuner/decide/require.h"
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/scene_file.h"
 #include "tuner/results/statistics.h"
@@ -29,6 +30,7 @@ struct RequireOptions {
   bool has_pictures = false;  ///< draw what the answer rests on
   bool quiet = false;
   OpenDevice open = open_device;
+  double cooling_pause_s = kCoolingPause_s;
 };
 
 /// A set of features with the setting that draws it, and its picture against the full reference in the worst view.
@@ -61,13 +63,15 @@ struct FeatureWorth {
   bool is_needed = false;
   FeatureSet without = 0;
   FeatureSet with = 0;
-  Summary price_ns{};  ///< frame time with it less that without it, over all views: medians of differences in turns
+  /// Frame time with it less that without it, over all views: medians of differences in turns; of no round where the
+  /// device was held back.
+  Summary price_ns{};
   FeaturePictures pictures{};  ///< in the worst view of the set without it; empty where none were asked for
 };
 
 /// What a scene requires.
 struct RequireReport {
-  const SceneFile* file = nullptr;
+  SceneFile file;  ///< every view with its frame's size
   std::vector<MeasuredScene> views{};
   std::string backend;
   std::string device;
@@ -77,11 +81,15 @@ struct RequireReport {
   std::size_t sets = 0;                 ///< that there are
   std::vector<std::string> features{};  ///< FeatureSet's bits
   std::vector<TriedRow> rows{};
-  std::vector<SeenSet> seen{};        ///< in the order in which they were drawn
-  bool is_met = false;                ///< false: `answer` is the set that is seen least, and seen it is
-  FeatureSet answer = 0;              ///< of several as small the fastest
-  std::vector<FeatureSet> ties{};     ///< all of them
-  Summary frame_time_ns{};            ///< of the answer, the mean over the views
+  std::vector<SeenSet> seen{};     ///< in the order in which they were drawn
+  bool is_met = false;             ///< false: `answer` is the set that is seen least, and seen it is
+  FeatureSet answer = 0;           ///< of several as small the fastest, or the first, see ties_held_back
+  std::vector<FeatureSet> ties{};  ///< all of them
+  /// What held the device back while the ties, or the answer and the sets round it, were drawn, again and again: then
+  /// no time counts. "": nothing did
+  std::string ties_held_back{};
+  std::string times_held_back{};
+  Summary frame_time_ns{};            ///< of the answer, the mean over the views; of no round where it was held back
   std::vector<FeatureWorth> worth{};  ///< in the order of `features`
 
   [[nodiscard]] const SeenSet& at(FeatureSet set) const;
@@ -91,6 +99,7 @@ struct RequireReport {
 /// Draws the scene with sets of its features, each against the full reference (exact hits, every feature that there is,
 /// exact) in every view, the worst view deciding; finds the smallest whose picture nobody tells from it; and times it
 /// in turns with the sets round it.
+/// Where the device is held back, frames are drawn again, see draw_block(); where it stays so, they have no times.
 /// throws: Error(environment): no such device, a frame that is not drawn; Error(bad_input): conflicting settings
 [[nodiscard]] RequireReport run_require(const SceneFile& file, const RequireOptions& options);
 

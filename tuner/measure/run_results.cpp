@@ -1,5 +1,7 @@
 #include "tuner/measure/run_results.h"
 
+#include <ostream>
+
 #include "kernels/base/atomic_file.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/measure/harness.h"
@@ -12,7 +14,7 @@ namespace reliefbench {
 void write_results(const Config& config, const Run& run) {
   const std::vector<Front> all = fronts(run.records, config.front_error, config.front_constraints);
   write_atomically(run.folder / kFrontFile, fronts_json(all).dump(1) + "\n");
-  write_atomically(run.folder / kBenchmarkFile, benchmark_json(run.samples));
+  write_atomically(run.folder / kBenchmarkFile, [&](std::ostream& out) { write_benchmark_json(run.samples, out); });
   const std::vector<TableRow> table = case_table(run);
   write_atomically(run.folder / kTableFile, case_table_csv(table));
   write_atomically(

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <random>
 #include <set>
 
@@ -11,6 +12,7 @@
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/measure/draw_block.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
@@ -105,7 +107,8 @@ void check_complete(const Run& run, const Plan& plan) {
 class DeviceSweep {
  public:
   DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, double started_ns)
+              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, double started_ns,
+              Progress& progress)
       : config_(config),
         folder_(options.output),
         split_(split),
@@ -122,7 +125,8 @@ class DeviceSweep {
                  .mark = &store.mark(),
                  .slowdowns = &options.slowdowns,
                  .started_ns = started_ns,
-                 .cooling_pause_s = options.cooling_pause_s}),
+                 .cooling_pause_s = options.cooling_pause_s,
+                 .progress = &progress}),
         preparer_({.session = session,
                    .library = library,
                    .cache = cache,
@@ -285,20 +289,29 @@ std::vector<std::string> choose_backends(const std::string& name) {
   return ids;
 }
 
-SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
+SweepSummary run_sweep(Config config, const SweepOptions& options) {
   WallSplit split;
   Plan plan = make_plan(config, options.backends, options.filter, options.key);
   if (options.shard) plan = shard_of(plan, config, *options.shard);
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
-  const std::vector<MeasuredScene> measured = library.measured(config.scenes);
+  std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
   for (const std::string& reading : library.readings()) progress.note("read " + reading);
   std::vector<std::unique_ptr<Session>> sessions;
+  std::vector<DeviceInfo> drawing;
   for (const std::string& id : options.backends) {
     sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
     sessions.back()->set_timeout(config.measure.timeout_s);
     if (has_compute(plan.cases)) sessions.back()->audit_compute();
+    drawing.push_back(sessions.back()->device());
+  }
+  std::vector<std::string> notes;
+  if (has_default_frames(config.scenes)) {
+    const DefaultFrame frame = default_frame(drawing, config, options.output);
+    set_default_frames(config, frame);
+    measured = library.measured(config.scenes);
+    progress.note(notes.emplace_back(frame.why));
   }
 
   RunStore store(options.output, identity_of(config, options, sessions));
@@ -324,7 +337,8 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     });
     devices.push_back(device_json(*session));
   }
-  summary.notes = small_frame_notes({{"devices", devices}});
+  summary.notes = std::move(notes);
+  std::ranges::move(small_frame_notes({{"devices", devices}}), std::back_inserter(summary.notes));
   store.write_info(run_info(config, devices, scenes, summary, started_ns, false));
 
   double done_before = summary.resumed;
@@ -332,7 +346,7 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     const std::vector<Block> blocks = blocks_of(plan, session->device().backend, book, config.measure.block_cases);
     std::size_t pending = 0;
     for (const Block& block : blocks) pending += block.size();
-    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, started_ns);
+    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, started_ns, progress);
     sweep.run(blocks, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));
@@ -340,9 +354,9 @@ SweepSummary run_sweep(const Config& config, const SweepOptions& options) {
     sweep.run(crashed_once(blocks, book), [](double) {});
     done_before += static_cast<double>(pending);
     progress.finish();
-    Progress drawing(options.quiet);
+    Progress picturing(options.quiet);
     const Run so_far = load_run(options.output);
-    sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan, drawing);
+    sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan, picturing);
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
     summary.shaders += session->shaders_compiled();

@@ -45,7 +45,7 @@ struct SweepSummary {
   int references = 0;
   int references_cached = 0;
   int shaders = 0;
-  std::vector<std::string> notes{};  ///< small_frame_notes()
+  std::vector<std::string> notes{};  ///< DefaultFrame::why, where that was asked; small_frame_notes()
   std::array<double, kPartIds.size()> part_s{};
   double other_s = 0;
   double total_s = 0;
@@ -58,7 +58,7 @@ struct SweepSummary {
 /// those that get pictures are drawn once more, also for a run that was complete before.
 /// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
 ///         before config, heightmaps and devices have been found good.
-[[nodiscard]] SweepSummary run_sweep(const Config& config, const SweepOptions& options);
+[[nodiscard]] SweepSummary run_sweep(Config config, const SweepOptions& options);
 
 /// The backends that `--backend` means: an id, or "all" for every real one that has a device.
 /// throws: Error: unknown id; none has a device

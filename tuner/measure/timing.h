@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kernels/base/error.h"
+#include "tuner/measure/progress.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/config.h"
@@ -34,6 +35,7 @@ struct Timing {
   const Slowdowns* slowdowns = nullptr;  ///< null: none
   double started_ns = 0;                 ///< of the run, ns since 1970: Sample::at_ns is 0 there
   double cooling_pause_s = 0;            ///< of draw_block()
+  Progress* progress = nullptr;          ///< shows that pause; null: nothing does
 };
 
 /// A case that was warmed up. Record and draws outlive it.

@@ -16,9 +16,10 @@ enum class Part {
   pictures,
   warmup,
   samples,
+  cooling,  ///< pauses before a block is drawn again that the device was held back in
 };
-inline constexpr std::array<std::string_view, 9> kPartIds = {"audit", "bake",     "compile", "reference", "draw",
-                                                             "judge", "pictures", "warmup",  "samples"};
+inline constexpr std::array<std::string_view, 10> kPartIds = {"audit", "bake",     "compile", "reference", "draw",
+                                                              "judge", "pictures", "warmup",  "samples",   "cooling"};
 
 /// Adds up wall time by part. Parts do not nest.
 class WallSplit {

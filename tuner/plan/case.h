@@ -16,6 +16,7 @@ struct SceneSpec {
   std::string id;  ///< "<heightmap>/<view>", e.g. rocks/grazing
   HeightmapSpec heightmap;
   Scene scene;
+  bool has_default_frame = false;  ///< its config does not say how large frames are: what draws them decides
 };
 
 /// "rocks/grazing: 8 degrees, 256x256 pixels, relief depth 0.1, repeat", with tiling and pan where they are not plain.

@@ -37,6 +37,12 @@ json config_scene_json(const SceneSpec& scene) {
   return written;
 }
 
+json& listed_scenes(json& config) {
+  json& scenes = config.at("scenes");
+  if (!scenes.is_array()) scenes = json::array({scenes});
+  return scenes;
+}
+
 json config_sweep_json(const Settings& settings) {
   json axes = json::object();
   for (const SettingValue& given : settings.values())

@@ -9,6 +9,9 @@ namespace reliefbench {
 /// written whole; no preset may have its id.
 [[nodiscard]] nlohmann::json config_scene_json(const SceneSpec& scene);
 
+/// A config's "scenes" as a list, which one that stands alone becomes.
+[[nodiscard]] nlohmann::json& listed_scenes(nlohmann::json& config);
+
 /// A setting as a config's "sweeps" have it: a technique with one value an axis.
 [[nodiscard]] nlohmann::json config_sweep_json(const Settings& settings);
 

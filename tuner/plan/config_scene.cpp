@@ -269,8 +269,8 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
     if (picture_row(scene.reference).is_complete && is_solid(heightmap.spec))
       reader.fail(*reference, "the exact shadow of a solid is not traced");
   }
-  if (const JsonNode* frame = node.find("frame_px"))
-    std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
+  const JsonNode* frame = node.find("frame_px");
+  if (frame != nullptr) std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
   if (const JsonNode* surface = node.find("surface")) {
     scene.surface = read_surface(reader, *surface, folder);
     if (const std::string reason = surface_fault(scene); !reason.empty()) reader.fail(*surface, reason);
@@ -294,7 +294,8 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
       scenes.push_back(
           {.id = fmt::format("{}/{}{}{}{}", heightmap.id, scene.view.id, surface_part(scene.surface), based, hidden),
            .heightmap = heightmap.spec,
-           .scene = scene});
+           .scene = scene,
+           .has_default_frame = frame == nullptr});
     }
   };
   for (const JsonNode& item : reader.items(reader.required(node, "views"))) {

@@ -63,13 +63,18 @@ void check_same_devices(const Run& first, const Run& run) {
   }
 }
 
+bool is_of_same_size(const Scene& a, const Scene& b) { return a.width_px == b.width_px && a.height_px == b.height_px; }
+
 void check_scenes(const Run& first, const Run& run) {
   for (const MeasuredScene& scene : run.scenes) {
     const auto known =
         std::ranges::find(first.scenes, scene.spec.id, [](const MeasuredScene& one) { return one.spec.id; });
     if (known != first.scenes.end() && known->key != scene.key)
-      fail_input("{}: scene '{}' is not that of {}: {}", folder_text(run), scene.spec.id, folder_text(first),
-                 difference_text(*known, scene));
+      fail_input("{}: scene '{}' is not that of {}: {}{}", folder_text(run), scene.spec.id, folder_text(first),
+                 difference_text(*known, scene),
+                 is_of_same_size(known->spec.scene, scene.spec.scene)
+                     ? ""
+                     : "; `sweep --frame-px` gives all shards one size, whatever draws them");
   }
 }
 

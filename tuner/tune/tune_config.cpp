@@ -4,6 +4,7 @@
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "tuner/plan/config_assets.h"
+#include "tuner/plan/config_json.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/scene_file.h"
 #include "tuner/plan/wanted_features.h"
@@ -108,6 +109,7 @@ Config default_tune_config(const HeightmapSpec& heightmap, const SceneOptions& o
   json scene = config.at("scenes").at(0);
   scene["heightmap"] = heightmap_value(heightmap);
   scene["views"] = {scene.at("views").at(0)};
+  scene.erase("frame_px");  // what draws them decides
   apply(options, scene);
   config["scenes"] = {std::move(scene)};
   config["name"] = "tune";
@@ -119,7 +121,7 @@ Config scene_tune_config(const std::filesystem::path& path, const SceneOptions& 
   json config = built_in_space(file.scenes.front().heightmap);
   config["name"] = file.name;
   config["scenes"] = json::parse(read_file(path), nullptr, true, /*ignore_comments=*/true).at("scenes");
-  for (json& scene : config["scenes"]) apply(options, scene);
+  for (json& scene : listed_scenes(config)) apply(options, scene);
   config["front"] = {{"error", file.visible.metric}, {"constraints", json::array()}};
   config["budgets"] = {file.visible.text()};
   return parse_made(config, path);
@@ -144,9 +146,9 @@ Config with_features(const Config& config, std::string_view features) {
 
 Config with_scene_options(const Config& config, const SceneOptions& options) {
   json changed = json::parse(config.text, nullptr, true, /*ignore_comments=*/true);
-  const json before = changed;
-  for (json& scene : changed.at("scenes")) apply(options, scene);
-  return changed == before ? config : parse_made(changed, config.path);
+  const json before = listed_scenes(changed);
+  for (json& scene : listed_scenes(changed)) apply(options, scene);
+  return changed.at("scenes") == before ? config : parse_made(changed, config.path);
 }
 
 }  // namespace reliefbench

@@ -33,12 +33,13 @@ bool compares_pictures(const std::vector<Budget>& budgets, std::string_view erro
 class DeviceSource final : public TuneSource {
  public:
   DeviceSource(const Config& config, const TuneOptions& options, TuneClock& clock)
-      : config_(config), options_(options), clock_(clock), run_(config, options), settings_(run_.settings()) {}
+      : options_(options), clock_(clock), run_(config, options), config_(run_.config()), settings_(run_.settings()) {}
 
   /// The error pass.
   void score_settings() {
-    Progress progress(options_.quiet);
+    Progress& progress = run_.progress();
     for (const std::string& reading : run_.library().readings()) progress.note("read " + reading);
+    if (!run_.frame_choice().empty()) progress.note(run_.frame_choice());
     const bool pictures = compares_pictures(asked(), config_.front_error);
     // A device that is lost is opened again; where that fails, all ends.
     std::exception_ptr end;
@@ -213,6 +214,8 @@ class DeviceSource final : public TuneSource {
     return run;
   }
 
+  Progress& progress() override { return run_.progress(); }
+
   void take_failure(const CaseFailed& failed, bool is_left_out) override {
     run_.take_failure(failed);
     if (!is_left_out) return;
@@ -256,8 +259,8 @@ class DeviceSource final : public TuneSource {
       }
     result.wall_s = clock_.elapsed_s();
     const Run run = load_run(options_.output);
-    Progress progress(options_.quiet);
-    run_.write_pictures(run, progress);
+    run_.write_pictures(run);
+    run_.progress().finish();
     write_results(config_, run);
     write_atomically(options_.output / kTuneFile, tune_json(result).dump(1) + "\n");
     run_.write_info(true);
@@ -297,10 +300,10 @@ class DeviceSource final : public TuneSource {
     return ids;
   }
 
-  const Config& config_;
   const TuneOptions& options_;
   TuneClock& clock_;
   TuneRun run_;
+  const Config& config_;
   const std::vector<Settings>& settings_;
   std::vector<SettingScore> scores_;     // one a setting
   std::vector<std::size_t> candidates_;  // settings, in the order of the space

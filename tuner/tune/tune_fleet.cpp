@@ -33,8 +33,9 @@ std::vector<FleetRun> runs_in_scene(std::vector<FleetRun> runs, const TunePlace&
     std::erase_if(run.rows, [&](const TableRow& row) { return !is_in(row, place); });
     if (run.rows.empty())
       fail_input("--fleet {}: measured nothing of the scene that is tuned on, {}{}", run.name, place.scene,
-                 scenes.contains(place.scene) ? ", but another scene of that name (heightmap, depth, view, frame)"
-                                              : fmt::format("; it has {}", fmt::join(scenes, ", ")));
+                 scenes.contains(place.scene)
+                     ? ", but another scene of that name (heightmap, depth, view, frame: see --frame-px)"
+                     : fmt::format("; it has {}", fmt::join(scenes, ", ")));
     for (TableRow& row : run.rows) {
       row.scene = place.scene;
       row.scene_key = place.scene_key;

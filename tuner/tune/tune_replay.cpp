@@ -107,6 +107,7 @@ class RecordedSource final : public TuneSource {
     return run;
   }
   void take_failure(const CaseFailed& failed, bool /*is_left_out*/) override { throw failed; }  // nothing is drawn
+  Progress& progress() override { return progress_; }
 
  private:
   void draw(std::span<const BookSource::Wanted> round) {
@@ -122,6 +123,7 @@ class RecordedSource final : public TuneSource {
 
   std::string name_;
   const TuneOptions& options_;
+  Progress progress_{options_.quiet};
   RecordedTable table_;
   FleetRun whole_{};  ///< all that was recorded; where a fleet asks
   ReplaySource replay_{table_, options_.question.seed};

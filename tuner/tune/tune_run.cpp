@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "tuner/measure/draw_block.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/plan/scene_json.h"
@@ -41,20 +43,22 @@ nlohmann::json identity_of(const Config& config, const TuneOptions& options, con
 
 }  // namespace
 
-TuneRun::TuneRun(const Config& config, const TuneOptions& options)
-    : config_(config),
+TuneRun::TuneRun(Config config, const TuneOptions& options)
+    : config_(std::move(config)),
       options_(options),
-      plan_(make_plan(config, std::vector{options.backend}, "")),
+      progress_(options.quiet),
+      plan_(make_plan(config_, std::vector{options.backend}, "")),
       cache_(Cache::open()),
       library_(cache_, split_),
-      tuned_(library_.measured(config.scenes)),
+      tuned_(library_.measured(config_.scenes)),
       holdout_(named_holdout(library_.measured(options.holdout), tuned_, {})) {
   for (const Case& c : plan_.cases)
-    if (c.scene_id == config.scenes.front().id) settings_.push_back(c.settings);
+    if (c.scene_id == config_.scenes.front().id) settings_.push_back(c.settings);
   session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_, true, options.open);
-  session_->set_timeout(config.measure.timeout_s);
+  session_->set_timeout(config_.measure.timeout_s);
   if (has_compute(plan_.cases)) session_->audit_compute();
-  store_ = std::make_unique<RunStore>(options.output, identity_of(config, options, *session_));
+  set_frames();
+  store_ = std::make_unique<RunStore>(options.output, identity_of(config_, options, *session_));
   holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
   scenes_ = joined_scenes(store_->earlier().scenes, tuned_, options.output.string());
   scenes_ = joined_scenes(scenes_, holdout_, options.output.string());
@@ -66,8 +70,8 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
   const std::optional<Calibration> known =
       info.is_object() ? known_calibration(info, session_->device()) : std::nullopt;
   split_.book(Part::audit, [&] {
-    session_->calibrate(config.measure.batch_ms, known ? &*known : nullptr);
-    session_->measure_fills(config.scenes);
+    session_->calibrate(config_.measure.batch_ms, known ? &*known : nullptr);
+    session_->measure_fills(config_.scenes);
   });
   if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
   write_info(false);
@@ -75,18 +79,30 @@ TuneRun::TuneRun(const Config& config, const TuneOptions& options)
                                                            .library = library_,
                                                            .cache = cache_,
                                                            .split = split_,
-                                                           .timeout_s = config.measure.timeout_s,
-                                                           .flicker_frames = config.measure.flicker_frames});
+                                                           .timeout_s = config_.measure.timeout_s,
+                                                           .flicker_frames = config_.measure.flicker_frames});
   book_ =
       std::make_unique<SampleBook>(*store_, SampleBook::Control{.id = control_case_id(options.backend),
                                                                 .reference_ns = session_->calibration().reference_ns});
   timing_.emplace(Timing{.session = *session_,
                          .book = *book_,
-                         .measure = config.measure,
+                         .measure = config_.measure,
                          .split = split_,
                          .mark = &store_->mark(),
                          .started_ns = started_ns_,
-                         .cooling_pause_s = options.cooling_pause_s});
+                         .cooling_pause_s = options.cooling_pause_s,
+                         .progress = &progress_});
+}
+
+void TuneRun::set_frames() {
+  if (!has_default_frames(config_.scenes)) return;
+  const DefaultFrame frame = default_frame({&session_->device(), 1}, config_, options_.output);
+  frame_choice_ = frame.why;
+  set_default_frames(config_, frame);
+  std::vector<SceneSpec> holdout = options_.holdout;
+  set_default_frames(holdout, frame);
+  tuned_ = library_.measured(config_.scenes);
+  holdout_ = named_holdout(library_.measured(holdout), tuned_, {});
 }
 
 nlohmann::json TuneRun::device_info() const { return {{"devices", nlohmann::json::array({device_json(*session_)})}}; }
@@ -193,7 +209,7 @@ void TuneRun::reopen() {
   session_->reopen();
 }
 
-void TuneRun::write_pictures(const Run& run, Progress& progress) {
+void TuneRun::write_pictures(const Run& run) {
   std::vector<SceneSpec> scenes = config_.scenes;
   for (const MeasuredScene& scene : holdout_) scenes.push_back(scene.spec);
   const std::set<const Record*> pictured = pictured_records(run.records, config_, Pictured::shown);
@@ -202,7 +218,7 @@ void TuneRun::write_pictures(const Run& run, Progress& progress) {
                                .split = split_,
                                .mark = store_->mark(),
                                .folder = options_.output,
-                               .progress = progress},
+                               .progress = progress_},
                               pictured, all_cases(), scenes);
   remove_other_pictures(options_.output, pictured);
 }

@@ -22,8 +22,10 @@ namespace reliefbench {
 class TuneRun {
  public:
   /// throws: as run_tune()
-  TuneRun(const Config& config, const TuneOptions& options);
+  TuneRun(Config config, const TuneOptions& options);
 
+  [[nodiscard]] const Config& config() const { return config_; }  ///< every scene with its frame's size
+  [[nodiscard]] const std::string& frame_choice() const { return frame_choice_; }  ///< DefaultFrame::why; "": not asked
   [[nodiscard]] const std::vector<Settings>& settings() const { return settings_; }  ///< of the space
   [[nodiscard]] std::size_t conflicts() const { return plan_.conflicts.size(); }
   [[nodiscard]] const std::vector<MeasuredScene>& tuned() const { return tuned_; }  ///< one a scene of the config
@@ -33,6 +35,7 @@ class TuneRun {
   [[nodiscard]] std::vector<std::string> frame_notes() const;
   [[nodiscard]] MapLibrary& library() { return library_; }
   [[nodiscard]] const SampleBook& book() const { return *book_; }
+  [[nodiscard]] Progress& progress() { return progress_; }
 
   /// Of a case's score frame; with_pictures: of all its frames. throws: Error: it cannot be drawn
   [[nodiscard]] FrameScore score(const Case& c, const SceneSpec& scene, bool with_pictures);
@@ -60,7 +63,7 @@ class TuneRun {
   void set_bisected(bool is_bisected) { is_bisected_ = is_bisected; }
   void write_info(bool finished);
   /// Those that a report shows, and no other. run: what is in the folder
-  void write_pictures(const Run& run, Progress& progress);
+  void write_pictures(const Run& run);
 
  private:
   struct Ready {
@@ -68,6 +71,8 @@ class TuneRun {
     PreparedCase prepared;
     TimedCase timed;
   };
+  /// Settles how large frames are whose scene does not say it.
+  void set_frames();
   /// As run.json has it, of the device alone.
   [[nodiscard]] nlohmann::json device_info() const;
   [[nodiscard]] std::vector<Case> all_cases() const;
@@ -76,8 +81,10 @@ class TuneRun {
   /// Enters the exception that is being handled where it may pass, for the next start to count.
   void keep_failure(const Case& c, const SceneSpec& scene);
 
-  const Config& config_;
+  Config config_;
   const TuneOptions& options_;
+  std::string frame_choice_;
+  Progress progress_;
   WallSplit split_;
   Plan plan_;
   Cache cache_;

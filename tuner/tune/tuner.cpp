@@ -58,7 +58,7 @@ class Tuner {
     for (;;) {
       result_.space = source_.space(all_scenes_);
       if (result_.space.candidates.empty()) return;
-      Progress progress(options_.quiet);
+      Progress& progress = source_.progress();
       try {
         search_scenes(result_, all_scenes_, end_s, [&](const SearchProgress& now) {
           show(progress, now, options_.question, clock_.elapsed_s() / end_s);
@@ -66,6 +66,7 @@ class Tuner {
         progress.finish();
         return;
       } catch (const CaseFailed& failed) {  // what was timed is kept, so the search comes back to here at once
+        progress.finish();
         source_.take_failure(failed, true);
         --result_.counts.scored;
         ++result_.counts.failed;

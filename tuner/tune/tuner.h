@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tuner/measure/progress.h"
 #include "tuner/measure/timing.h"
 #include "tuner/search/observations.h"
 #include "tuner/tune/tune.h"
@@ -55,6 +56,8 @@ class TuneSource {
   /// The device with the first scene, and what was timed there so far, as a run that a fleet takes.
   [[nodiscard]] virtual TunePlace place() const = 0;
   [[nodiscard]] virtual FleetRun timed_run() = 0;
+  /// Where what is done is shown, and that a device cools.
+  [[nodiscard]] virtual Progress& progress() = 0;
   /// Enters a failure. is_left_out: from here on its setting is no candidate
   virtual void take_failure(const CaseFailed& failed, bool is_left_out) = 0;
 };
