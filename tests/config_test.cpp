@@ -220,7 +220,7 @@ std::vector<Broken> broken_configs() {
       {"param", sweep("{\"technique\": \"relief\",\n\"axes\": {\n\"linear_stepz\": [8]}}"), 7,
        "sweeps[0].axes.linear_stepz", "unknown (did you mean 'linear_steps'?; known: linear_steps, steps_by"},
       {"param_of_flat", sweep(R"({"technique": "flat", "axes": {"format": "r8"}})"), 5, "sweeps[0].axes.format",
-       "unknown (known: normals)"},
+       "unknown (known: dispatch, normals)"},
       {"empty_axis", sweep(R"({"technique": "relief", "axes": {"linear_steps": []}})"), 5,
        "sweeps[0].axes.linear_steps", "the list is empty"},
       {"value_range", sweep("{\"technique\": \"relief\", \"axes\": {\"linear_steps\": [8,\n4097\n]}}"), 6,

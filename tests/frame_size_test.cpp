@@ -190,5 +190,11 @@ TEST_F(FrameSizeTest, sweep_takes_one_for_all_scenes) {
   EXPECT_THAT(said.err, HasSubstr("frames are 256x256 where"));
 }
 
+TEST_F(FrameSizeTest, of_claims_is_spelt_as_everywhere) {
+  const CommandResult wrong = run_reliefbench({"claims", "--frame-px", "1080"}, folder_.path());
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--frame-px 1080: expected WIDTHxHEIGHT in pixels"));
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -122,11 +122,11 @@ TEST(Features, bring_their_rows_parameters) {
   const Settings settings = settings_of("relief", {{"refinement", "secant"}, {"filter", "manual"}});
   std::vector<std::string_view> rows;
   for (const FeatureRow* row : rows_of(settings)) rows.push_back(row->id);
-  EXPECT_THAT(rows, ElementsAre("secant", "manual", "none", "base", "none", "base", "none", "none"));
-  EXPECT_EQ(rows_of(settings_of("flat")).size(), 1U);  // normals
-  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 6U);
-  EXPECT_EQ(rows_of(settings_of("distance")).size(), 5U);  // cells are fetched, until step=published; no levels
-  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 7U);
+  EXPECT_THAT(rows, ElementsAre("secant", "manual", "fragment", "none", "base", "none", "base", "none", "none"));
+  EXPECT_EQ(rows_of(settings_of("flat")).size(), 2U);  // dispatch, normals
+  EXPECT_EQ(rows_of(settings_of("max_mip")).size(), 7U);
+  EXPECT_EQ(rows_of(settings_of("distance")).size(), 6U);  // cells are fetched, until step=published; no levels
+  EXPECT_EQ(rows_of(settings_of("distance", {{"step", "published"}})).size(), 8U);
 
   for (const Technique& technique : techniques())
     for (const Feature& feature : all_features()) {

@@ -137,6 +137,20 @@ TEST_F(CliTest, features_narrow_recommend_and_presets_and_widen_tune) {
   EXPECT_EQ(nlohmann::json::parse(tuned.out).at("settings").size(), 60);
 }
 
+// Features change the config's text, which has all of its scenes.
+TEST_F(CliTest, tune_keeps_to_the_scene_that_is_chosen_where_features_are_wanted) {
+  write("two.json", R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "frame_px": [16, 16],
+                "views": ["top", "oblique"]}],
+    "sweeps": [{"technique": "relief", "axes": {"linear_steps": [4, 8, 16]}}, {"technique": "flat"}]})");
+  const CommandResult tuned = run({"tune", "two.json", "--backend", "null", "--scene", "oblique", "--features",
+                                   "displacement", "--max-error", "e_xy.p95<=100", "-o", "t", "--quiet"});
+  EXPECT_EQ(tuned.exit_code, 0) << tuned.err;
+  const nlohmann::json scenes = nlohmann::json::parse(file_text(folder_ / "t/run.json")).at("scenes");
+  ASSERT_EQ(scenes.size(), 1) << scenes;
+  EXPECT_EQ(scenes.front().at("id"), "fbm_16x16/oblique");
+}
+
 // The way from what a scene requires to what it ships: one file, one set of names.
 TEST_F(CliTest, tune_takes_a_scene_file) {
   std::ofstream(folder_ / "scene.json") << R"({

@@ -5,12 +5,18 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "backends/worker/remote.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/options.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/plan.h"
 
@@ -21,7 +27,8 @@ struct ClaimsArguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
-  int frame_px = 0;
+  std::string frame_px;
+  bool quick = false;
   bool quiet = false;
   bool json = false;
 };
@@ -71,17 +78,29 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   put("\n");
 }
 
+/// How large all frames are; none: as the claims have it. why: in a line, where nobody asked for it
+std::optional<std::pair<int, int>> frames_of(const ClaimsArguments& arguments, std::span<const std::string> backend_ids,
+                                             std::string& why) {
+  if (!arguments.frame_px.empty()) return parse_frame_px(arguments.frame_px);
+  if (arguments.quick) return std::nullopt;
+  const DefaultFrame frame = default_frame(chosen_devices(backend_ids, arguments.device));
+  if (frame.size_px) why = frame.why + "; --quick draws the claims' own";
+  return frame.size_px;
+}
+
 void claims_command(const ClaimsArguments& arguments, int& exit_code) {
   std::vector<Claim> claims = built_in_claims();
   std::erase_if(claims, [&](const Claim& claim) {
     return !arguments.filter.empty() && !glob_matches(arguments.filter, claim.id);
   });
   if (claims.empty()) fail_input("claims: the filter '{}' matches none", arguments.filter);
-  const std::vector<ClaimResult> results = run_claims(claims, {.backends = choose_backends(arguments.backend),
-                                                               .device = arguments.device,
-                                                               .frame_px = arguments.frame_px,
-                                                               .quiet = arguments.quiet,
-                                                               .open = open_isolated});
+  const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
+  std::string why;
+  if (const auto size_px = frames_of(arguments, backend_ids, why))
+    for (Claim& claim : claims) set_frames(claim.scenes, *size_px);
+  if (!why.empty() && !arguments.json) put("{}\n\n", why);
+  const std::vector<ClaimResult> results = run_claims(
+      claims, {.backends = backend_ids, .device = arguments.device, .quiet = arguments.quiet, .open = open_isolated});
   if (arguments.json) {
     fmt::print("{}\n", claims_json(results).dump(1));
   } else {
@@ -105,12 +124,16 @@ void add_claims_command(CLI::App& app, int& exit_code) {
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
   command->add_option("--filter", arguments->filter, "only claims whose id matches this glob, e.g. 'bvbv24*'");
-  command->add_option("--frame-px", arguments->frame_px, "side of square frames instead of the claims' own")
-      ->check(CLI::Range(16, 8192));
+  const CLI::Option* frame_px =
+      add_frame_option(*command, "1080p on hardware, the claims' own on software rasterisers");
+  command->add_flag("--quick", arguments->quick, "the claims' own small frames on hardware, too");
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "as JSON");
   command->footer("Example:\n  reliefbench claims --backend vulkan");
-  command->callback([arguments, &exit_code] { claims_command(*arguments, exit_code); });
+  command->callback([arguments, frame_px, &exit_code] {
+    arguments->frame_px = value_or(frame_px, std::string());
+    claims_command(*arguments, exit_code);
+  });
 }
 
 }  // namespace reliefbench

@@ -173,9 +173,9 @@ void add_devices_command(CLI::App& app, int& exit_code) {
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
       "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles\n"
-      "with the work (`doubling` near 2), of fragments and of compute shaders. The linear filter's weights are read "
-      "off two enlarged texels of every\n"
-      "type: what they are off by, times the difference of two neighbours, is what a sampled height is off by.\n"
+      "with the work (`doubling` near 2), of fragments and, for dispatch=compute, of compute shaders. The linear\n"
+      "filter's weights are read off two enlarged texels of every type: what they are off by, times the\n"
+      "difference of two neighbours, is what a sampled height is off by.\n"
       "Clock, temperature, power and why the clock is held back are told where driver or system know them. Exit\n"
       "code 3 where there is no device, or one has no timer to measure with.\n"
       "Example:\n  reliefbench devices --audit --backend vulkan");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "backends/worker/remote.h"
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "kernels/trace/technique.h"
@@ -68,12 +69,21 @@ std::pair<int, int> parse_size(const std::string& text, std::string_view option,
   return size;
 }
 
-CLI::Option* add_frame_option(CLI::App& command) {
+std::vector<DeviceInfo> chosen_devices(std::span<const std::string> backend_ids, int index) {
+  std::vector<DeviceInfo> chosen;
+  for (const std::string& id : backend_ids)
+    for (const DeviceInfo& device : isolated_devices(find_backend(id)))
+      if (device.index == index) chosen.push_back(device);
+  return chosen;
+}
+
+CLI::Option* add_frame_option(CLI::App& command, std::string_view otherwise) {
   std::vector<std::string_view> sizes(kFrameSizes.size());
   std::ranges::transform(kFrameSizes, sizes.begin(), &FrameSize::id);
-  const std::string words = fmt::format(
-      "WIDTHxHEIGHT of all frames, or {}; default: the scene's, else 1080p on hardware, {}x{} on software rasterisers",
-      fmt::join(sizes, " | "), Scene{}.width_px, Scene{}.height_px);
+  const std::string usual = fmt::format("the scene's, else 1080p on hardware, {}x{} on software rasterisers",
+                                        Scene{}.width_px, Scene{}.height_px);
+  const std::string words = fmt::format("WIDTHxHEIGHT of all frames, or {}; default: {}", fmt::join(sizes, " | "),
+                                        otherwise.empty() ? usual : otherwise);
   return command.add_option("--frame-px", words)->type_name("WxH");
 }
 

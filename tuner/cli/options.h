@@ -2,10 +2,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include "backends/backend.h"
 #include "kernels/image/heightmap.h"
 #include "tuner/measure/timing.h"
 
@@ -51,8 +54,10 @@ void add_base_option(CLI::App& command, std::optional<double>& base, const std::
 /// "WIDTHxHEIGHT". option, unit: for the message. throws: Error(bad_input)
 [[nodiscard]] std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit);
 
-/// --frame-px, for parse_frame_px().
-[[nodiscard]] CLI::Option* add_frame_option(CLI::App& command);
+/// The devices of that index on some backends.
+[[nodiscard]] std::vector<DeviceInfo> chosen_devices(std::span<const std::string> backend_ids, int index);
+/// --frame-px, for parse_frame_px(). otherwise: what frames are without it, on hardware and on software rasterisers
+[[nodiscard]] CLI::Option* add_frame_option(CLI::App& command, std::string_view otherwise = {});
 /// "WIDTHxHEIGHT" or a name of kFrameSizes. throws: Error(bad_input)
 [[nodiscard]] std::pair<int, int> parse_frame_px(const std::string& text);
 

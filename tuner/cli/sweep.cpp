@@ -142,11 +142,7 @@ Pictured pictured_of(std::string_view text) {
 /// What frames are going to be that no scene has a size for.
 std::string frame_choice(const Config& config, const SweepArguments& arguments,
                          std::span<const std::string> backend_ids) {
-  std::vector<DeviceInfo> drawing;
-  for (const std::string& id : backend_ids)
-    for (const DeviceInfo& device : isolated_devices(find_backend(id)))
-      if (device.index == arguments.device) drawing.push_back(device);
-  return default_frame(drawing, config, arguments.output).why;
+  return default_frame(chosen_devices(backend_ids, arguments.device), config, arguments.output).why;
 }
 
 void sweep_command(const SweepArguments& arguments, int& exit_code) {

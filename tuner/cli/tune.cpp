@@ -116,6 +116,7 @@ SceneOptions scene_options_of(const TuneArguments& arguments) {
   return options;
 }
 
+/// With all its scenes.
 Config subject_config(const TuneArguments& arguments) {
   SceneOptions options = scene_options_of(arguments);
   if (!is_config(arguments.subject)) {
@@ -127,9 +128,12 @@ Config subject_config(const TuneArguments& arguments) {
   if (arguments.reading.channel || arguments.reading.invert || arguments.reading.normalise)
     fail_input("{}: a config says itself how its heightmaps are read; the command's options are for a heightmap",
                arguments.subject);
-  Config config = is_scene(arguments.subject) ? scene_tune_config(arguments.subject, options)
-                                              : with_scene_options(load_config(arguments.subject), options);
-  if (arguments.scenes.empty()) return config;
+  return is_scene(arguments.subject) ? scene_tune_config(arguments.subject, options)
+                                     : with_scene_options(load_config(arguments.subject), options);
+}
+
+/// The scenes of a config that are asked for.
+std::vector<SceneSpec> chosen_scenes(const Config& config, const TuneArguments& arguments) {
   std::vector<SceneSpec> kept;
   for (const std::string& id : arguments.scenes) {
     const auto found = std::ranges::find_if(config.scenes, [&](const SceneSpec& scene) {
@@ -138,13 +142,14 @@ Config subject_config(const TuneArguments& arguments) {
     if (found == config.scenes.end()) fail_input("--scene '{}': {} has no such scene", id, arguments.subject);
     kept.push_back(*found);
   }
-  config.scenes = std::move(kept);
-  return config;
+  return kept;
 }
 
 Config config_of(const TuneArguments& arguments) {
-  const Config config = subject_config(arguments);
-  return arguments.features.empty() ? config : with_features(config, arguments.features);
+  Config config = subject_config(arguments);
+  if (!arguments.features.empty()) config = with_features(config, arguments.features);  // all its scenes again
+  if (is_config(arguments.subject) && !arguments.scenes.empty()) config.scenes = chosen_scenes(config, arguments);
+  return config;
 }
 
 std::vector<SceneSpec> holdout_of(const TuneArguments& arguments, const Config& config) {

@@ -276,10 +276,7 @@ ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<c
                 fmt::format("ours {:.3g}x, the paper's {:.3g}x", quotient, check.quotient));
 }
 
-std::vector<ClaimResult> run_claims(std::span<Claim> claims, const ClaimOptions& options) {
-  if (options.frame_px > 0)
-    for (Claim& claim : claims)
-      for (SceneSpec& scene : claim.scenes) scene.scene.width_px = scene.scene.height_px = options.frame_px;
+std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options) {
   WallSplit split;
   Progress progress(options.quiet);
   std::vector<ClaimResult> results;

@@ -55,7 +55,6 @@ struct ClaimResult {
 struct ClaimOptions {
   std::vector<std::string> backends;
   int device = 0;
-  int frame_px = 0;  ///< side of the frames; 0: as the claims have it
   bool quiet = false;
   OpenDevice open = open_device;
   double cooling_pause_s = kCoolingPause_s;
@@ -64,7 +63,7 @@ struct ClaimOptions {
 /// of them are `not_testable`, unless they are contests. Where the device is held back, a scene's rows are timed again,
 /// see draw_block(); where it stays so, what rests on their times is `throttled`. throws: Error(environment): no such
 /// device, no valid timer; Error(bad_input): a heightmap is not there, of several all
-[[nodiscard]] std::vector<ClaimResult> run_claims(std::span<Claim> claims, const ClaimOptions& options);
+[[nodiscard]] std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options);
 
 /// How a check comes out on what was measured while nothing held the device back.
 [[nodiscard]] ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check,
