@@ -37,9 +37,10 @@ BakeWedge bake_wedge(const MarginedWedge& margined, const BakeRequest& request) 
 }  // namespace
 
 std::vector<MarginedWedge> quad_wedges(const BakeRequest& request) {
+  const double margin = request.correction == Correction::safe ? 1 : 0;
   std::vector<MarginedWedge> all;
-  for (const Wedge& wedge : kQuadWedges)
-    all.push_back({.wedge = wedge, .margin = request.correction == Correction::safe ? 1.0 : 0.0});
+  all.reserve(kQuadWedges.size());
+  for (const Wedge& wedge : kQuadWedges) all.push_back({.wedge = wedge, .margin = margin});
   return all;
 }
 

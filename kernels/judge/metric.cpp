@@ -135,7 +135,7 @@ std::optional<double> psnr(const PicturePair& pictures, const RayMask& mask) {
         const int difference = static_cast<int>(test[channel]) - static_cast<int>(reference[channel]);
         of_pixel += difference * difference;
       }
-      sum += of_pixel * mask.has_ray[i];
+      sum += std::int64_t{of_pixel} * mask.has_ray[i];
     }
     return sum;
   });

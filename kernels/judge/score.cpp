@@ -36,9 +36,9 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
   if (t >= reference.t_exit && pixel.t > std::nextafter(static_cast<float>(reference.t_enter), 2.0F))
     return Verdict::missed;
   // No branches, which random errors would make the processor mistake.
-  constexpr std::array kVerdicts{Verdict::inside, Verdict::unconverged, Verdict::good, Verdict::good};
+  constexpr std::array kOtherVerdicts{Verdict::inside, Verdict::unconverged, Verdict::good, Verdict::good};
   const bool is_before = t < reference.t_enter || pixel.status == static_cast<float>(PixelStatus::step_cap);
-  return kVerdicts[(e_xy <= kRecoverableTexels ? 2U : 0U) | (is_before ? 1U : 0U)];
+  return kOtherVerdicts[(e_xy <= kRecoverableTexels ? 2U : 0U) | (is_before ? 1U : 0U)];
 }
 
 /// Whether it passed, in truth and as it was found; none: neither.

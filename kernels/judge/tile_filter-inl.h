@@ -55,7 +55,7 @@ HWY_INLINE void take_pixels(const std::uint8_t* line, const std::vector<int>& co
   for (std::size_t x = 0; x < columns.size();) {
     std::size_t end = x + 1;
     while (end < columns.size() && columns[end] == columns[end - 1] + 1) ++end;
-    std::memcpy(out + x, line + 4 * columns[x], 4 * (end - x));
+    std::memcpy(out + x, line + std::size_t{4} * static_cast<std::size_t>(columns[x]), 4 * (end - x));
     x = end;
   }
 }
