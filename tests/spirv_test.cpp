@@ -53,11 +53,13 @@ TEST(Spirv, stages_share_their_bindings_or_quarrel_over_them) {
   const ShaderInterface a{.constants = {{.id = 1, .name = "A"}},
                           .samplers = {{.name = "map", .place = 2}},
                           .uniform_blocks = {{.name = "Frame", .place = 0}},
-                          .outputs = {}};
+                          .outputs = {},
+                          .images = {}};
   ShaderInterface b{.constants = {},
                     .samplers = {{.name = "other", .place = 1}, {.name = "map", .place = 2}},
                     .uniform_blocks = {},
-                    .outputs = {{.name = "out_color", .place = 0}}};
+                    .outputs = {{.name = "out_color", .place = 0}},
+                    .images = {}};
   const ShaderInterface both = joined(a, b);
   EXPECT_THAT(places(both.samplers), ElementsAre(Pair("other", 1), Pair("map", 2)));
   EXPECT_EQ(both.uniform_blocks, a.uniform_blocks);
