@@ -31,7 +31,11 @@ using ::testing::StartsWith;
 using Side = std::pair<int, int>;
 
 DeviceInfo device_of(const std::string& name, const std::string& backend, bool is_software) {
-  return {.backend = backend, .name = name, .software = is_software};
+  DeviceInfo device;
+  device.backend = backend;
+  device.name = name;
+  device.software = is_software;
+  return device;
 }
 const DeviceInfo kGpu = device_of("H200", "vulkan", false);
 const DeviceInfo kRasteriser = device_of("llvmpipe", "opengl", true);
