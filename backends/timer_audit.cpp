@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "backends/shader_compiler.h"
 #include "kernels/base/error.h"
@@ -22,6 +23,9 @@ constexpr int kMaxSteps = 1 << 14;  ///< at work N; llvmpipe ends every loop aft
 constexpr int kMaxFrames = 4096;
 constexpr int kRounds = 7;
 constexpr int kAttempts = 12;  ///< a busy machine spoils every second one or so
+/// Where the wall clock does not double so often, the work is too short: below some milliseconds a system may leave a
+/// rasteriser's threads on one core, and above spread them.
+constexpr int kAttemptsOfWork = 2;
 
 /// Fills frames with `steps` of known work.
 class Load {
@@ -137,9 +141,9 @@ std::vector<TimerAudit> attempt(const Load& load, const std::array<const Pipelin
 
 std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_compute) {
   const Load load(backend, dialect, by_compute);
-  const Work work = calibrate(load);
-  const auto single = load.pipeline(work.steps);
-  const auto twice = load.pipeline(2 * work.steps);
+  Work work = calibrate(load);
+  auto single = load.pipeline(work.steps);
+  auto twice = load.pipeline(2 * work.steps);
 
   std::vector<TimerAudit> audits;
   // A timer that agrees with the wall clock but does not double was disturbed, not lying: it is measured again, and
@@ -150,6 +154,11 @@ std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_
     const bool all = i == 0 || std::ranges::any_of(audits, [&](const TimerAudit& audit) {
                        return is_wall(audit) && was_disturbed(audit);
                      });
+    if (i > 0 && all && i % kAttemptsOfWork == 0 && work.steps < kMaxSteps) {
+      work.steps *= 2;
+      single = std::move(twice);
+      twice = load.pipeline(2 * work.steps);
+    }
     const std::vector<TimerAudit> fresh =
         attempt(load, {single.get(), twice.get()}, work.frames, backend.device().timers);
     audits.resize(fresh.size());

@@ -117,6 +117,18 @@ TEST(TimerAudit, ATimerThatLiesAboutComputeIsNotValidWhereThereIsSome) {
   EXPECT_EQ(with_compute(compute, draws)[1].reason, compute[1].reason);
 }
 
+// Short work on one core, longer work on two, as a system may have it: the audit looks at longer work then.
+TEST(TimerAudit, TakesMoreWorkWhereTheWallClockDoesNotDouble) {
+  const auto spread = [](double ns, int) { return ns < 40e6 ? ns : std::max(40e6, ns / 2); };
+  const auto audits = audited({.wall_ns = spread, .device_ns = [](double ns) {
+                                 return std::optional(ns < 40e6 ? ns : std::max(40e6, ns / 2));
+                               }});
+  for (const TimerAudit& audit : audits) {
+    EXPECT_TRUE(audit.valid) << audit.reason;
+    EXPECT_NEAR(audit.doubling, 2, 0.2);
+  }
+}
+
 // A fixed cost of a fifth of 2N: right to 5 % at 2N, yet it does not tell work from overhead.
 TEST(TimerAudit, RejectsATimerThatAgreesButDoesNotDouble) {
   const auto audits = audited({.device_ns = [](double ns) { return std::optional(ns < 30e6 ? 1.3 * ns : ns); }});

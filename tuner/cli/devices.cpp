@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -95,6 +96,15 @@ void print_filter(const Found& found) {
   if (!found.filter.empty()) put("{}", columns(rows, "  "));
 }
 
+/// What settings with dispatch=compute are measured with, where that is something else.
+std::string of_compute(const Found& found, Timer of_fragments) {
+  const std::vector<TimerAudit> both = with_compute(found.audit, found.compute);
+  const auto wall = std::ranges::find(both, Timer::fenced_wall, &TimerAudit::timer);
+  if (!wall->valid) return "; where a setting has dispatch=compute with nothing: its wall clock is not valid";
+  const Timer timer = choose_timer(both);
+  return timer == of_fragments ? "" : fmt::format("; where a setting has dispatch=compute with {}", timer_id(timer));
+}
+
 void print_audits(const std::vector<Found>& devices, const Paint& paint) {
   for (const Found& found : devices) {
     put("\n{}\n", paint.bold(fmt::format("{} {}, {}", found.info.backend, found.info.index, found.info.name)));
@@ -110,9 +120,7 @@ void print_audits(const std::vector<Found>& devices, const Paint& paint) {
     if (!found.audit.empty()) put("{}", columns(rows, "  "));
     if (found.failure.empty()) {
       const Timer timer = choose_timer(found.audit);
-      const Timer with_both = choose_timer(with_compute(found.audit, found.compute));
-      put("  measured with: {}{}\n", timer_id(timer),
-          timer == with_both ? "" : fmt::format("; where a setting has dispatch=compute: {}", timer_id(with_both)));
+      put("  measured with: {}{}\n", timer_id(timer), of_compute(found, timer));
     } else {
       put("  {}\n", paint.bad(found.failure));
     }
