@@ -13,6 +13,7 @@
 #include "kernels/base/rounding.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/cone_search.h"
+#include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "kernels/base/error.h"
-#include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
@@ -15,9 +14,8 @@ BakeWedge bake_wedge(const MarginedWedge& margined, const BakeRequest& request) 
   const auto [width, height] = std::pair(request.heights.width, request.heights.height);
   const ConeView view = wedge_view(request.heights, width, height, margined.wedge, margined.margin);
   const auto [x, y] = margined.wedge.quadrant;
-  const bool is_whole = margined.wedge.normals[2].x == 0 && margined.wedge.normals[2].y == 0;
   BakeWedge wedge{.quadrant = {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)},
-                  .is_bounded = request.wrap == Wrap::clamp && x != 0 && !is_whole ? 1 : 0};
+                  .is_bounded = is_bounded(margined.wedge, request.wrap) ? 1 : 0};
   for (std::size_t i = 0; i < view.normals.size(); ++i) {
     const auto [across, along] = view.normals.at(i);
     const double length = std::abs(across) + std::abs(along);
@@ -35,27 +33,6 @@ BakeWedge bake_wedge(const MarginedWedge& margined, const BakeRequest& request) 
 }
 
 }  // namespace
-
-std::vector<MarginedWedge> quad_wedges(const BakeRequest& request) {
-  const double margin = request.correction == Correction::safe ? 1 : 0;
-  std::vector<MarginedWedge> all;
-  all.reserve(kQuadWedges.size());
-  for (const Wedge& wedge : kQuadWedges) all.push_back({.wedge = wedge, .margin = margin});
-  return all;
-}
-
-std::vector<MarginedWedge> sector_wedges(const BakeRequest& request) {
-  std::vector<MarginedWedge> all;
-  for (const Wedge& wedge : all_sector_wedges(request))
-    all.push_back({.wedge = wedge, .margin = request.correction == Correction::safe ? wedge.safe_margin : 0});
-  return all;
-}
-
-std::vector<MarginedWedge> relaxed_sector_wedges(const BakeRequest& request) {
-  std::vector<MarginedWedge> all;
-  for (const Wedge& wedge : all_sector_wedges(request)) all.push_back({.wedge = wedge, .margin = wedge.safe_margin});
-  return all;
-}
 
 std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined, const BakeRequest& request) {
   std::vector<BakeWedge> wedges;

@@ -7,16 +7,6 @@
 
 namespace reliefbench {
 
-/// A wedge that has a cone of its own, and within how many texels of it targets count.
-struct MarginedWedge {
-  Wedge wedge;
-  double margin;
-};
-/// Of the maps that have cones of several directions, in the order of their ratios.
-[[nodiscard]] std::vector<MarginedWedge> quad_wedges(const BakeRequest& request);
-[[nodiscard]] std::vector<MarginedWedge> sector_wedges(const BakeRequest& request);
-[[nodiscard]] std::vector<MarginedWedge> relaxed_sector_wedges(const BakeRequest& request);
-
 /// Wedge of bake_wedge.comp.
 struct BakeWedge {
   std::array<std::array<std::int32_t, 2>, 4> normals{};

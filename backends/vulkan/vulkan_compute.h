@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "backends/vulkan/vulkan_device.h"
+#include "backends/vulkan/vulkan_pipeline.h"
 
 namespace reliefbench {
 
@@ -11,18 +12,13 @@ class VulkanCompute final : public Pipeline {
   VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc);
 
   [[nodiscard]] std::uint32_t bindings() const { return bindings_; }  ///< storage buffers, at 0, 1, ...
-  [[nodiscard]] VkDescriptorSetLayout set_layout() const { return set_layout_.get(); }
-  [[nodiscard]] VkPipelineLayout layout() const { return layout_.get(); }
-  [[nodiscard]] VkPipeline handle() const { return pipeline_.get(); }
+  [[nodiscard]] VkDescriptorSetLayout set_layout() const { return handles_.descriptors.get(); }
+  [[nodiscard]] VkPipelineLayout layout() const { return handles_.layout.get(); }
+  [[nodiscard]] VkPipeline handle() const { return handles_.handle.get(); }
 
  private:
-  void make_layouts(const VulkanDevice& device);
-  void make_pipeline(const VulkanDevice& device, const ComputeDesc& desc);
-
   std::uint32_t bindings_;
-  Owned<VkDescriptorSetLayout, &VolkDeviceTable::vkDestroyDescriptorSetLayout> set_layout_;
-  Owned<VkPipelineLayout, &VolkDeviceTable::vkDestroyPipelineLayout> layout_;
-  Owned<VkPipeline, &VolkDeviceTable::vkDestroyPipeline> pipeline_;
+  PipelineHandles handles_;
 };
 
 [[noreturn]] void fail_limit(const VulkanDevice& device, std::string_view what, std::size_t wanted,

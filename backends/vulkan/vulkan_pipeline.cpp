@@ -7,8 +7,7 @@
 namespace reliefbench {
 namespace {
 
-VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device, const ShaderInterface& shader,
-                                             VkShaderStageFlags stages) {
+std::vector<VkDescriptorSetLayoutBinding> bindings_of(const ShaderInterface& shader, VkShaderStageFlags stages) {
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   const auto add = [&](const std::vector<ShaderVariable>& list, VkDescriptorType type) {
     for (const ShaderVariable& variable : list)
@@ -18,6 +17,11 @@ VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device, const S
   add(shader.uniform_blocks, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
   add(shader.samplers, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER);
   add(shader.images, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE);
+  return bindings;
+}
+
+VkDescriptorSetLayout make_descriptor_layout(const VulkanDevice& device,
+                                             std::span<const VkDescriptorSetLayoutBinding> bindings) {
   const VkDescriptorSetLayoutCreateInfo info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
                                              .bindingCount = static_cast<std::uint32_t>(bindings.size()),
                                              .pBindings = bindings.data()};
@@ -93,9 +97,9 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass,
 }
 
 VkPipeline make_compute_pipeline(const VulkanDevice& device, VkPipelineLayout layout, const ShaderModule& module,
-                                 const VkSpecializationInfo& constants) {
+                                 const VkSpecializationInfo* constants) {
   const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
-                                         .stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module, &constants),
+                                         .stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module, constants),
                                          .layout = layout};
   VkPipeline handle = VK_NULL_HANDLE;
   vk_check(device.calls().vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &handle),
@@ -103,17 +107,10 @@ VkPipeline make_compute_pipeline(const VulkanDevice& device, VkPipelineLayout la
   return handle;
 }
 
-PipelineHandles make_layouts(const VulkanDevice& device, const ShaderInterface& shader, VkShaderStageFlags stages) {
+PipelineHandles make_layouts(const VulkanDevice& device, std::span<const VkDescriptorSetLayoutBinding> bindings) {
   PipelineHandles handles;
-  handles.descriptors = {device.logical(), make_descriptor_layout(device, shader, stages)};
+  handles.descriptors = {device.logical(), make_descriptor_layout(device, bindings)};
   handles.layout = {device.logical(), make_layout(device, handles.descriptors.get())};
-  return handles;
-}
-
-PipelineHandles make_compute_handles(const VulkanDevice& device, const ShaderInterface& shader,
-                                     const ShaderModule& module, const VkSpecializationInfo& constants) {
-  PipelineHandles handles = make_layouts(device, shader, VK_SHADER_STAGE_COMPUTE_BIT);
-  handles.handle = {device.logical(), make_compute_pipeline(device, handles.layout.get(), module, constants)};
   return handles;
 }
 
@@ -140,8 +137,16 @@ void set_name(const VulkanDevice& device, VkPipeline pipeline, const std::string
 
 PipelineHandles make_handles(const VulkanDevice& device, VkRenderPass pass, const ShaderInterface& shader,
                              const PipelineState& state) {
-  PipelineHandles handles = make_layouts(device, shader, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT);
+  PipelineHandles handles =
+      make_layouts(device, bindings_of(shader, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT));
   handles.handle = {device.logical(), make_graphics_pipeline(device, pass, handles.layout.get(), state)};
+  return handles;
+}
+
+PipelineHandles make_compute_handles(const VulkanDevice& device, std::span<const VkDescriptorSetLayoutBinding> bindings,
+                                     const ShaderModule& module, const VkSpecializationInfo* constants) {
+  PipelineHandles handles = make_layouts(device, bindings);
+  handles.handle = {device.logical(), make_compute_pipeline(device, handles.layout.get(), module, constants)};
   return handles;
 }
 
@@ -172,7 +177,8 @@ std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRend
                                        .pData = desc.constants.data()};
   if (desc.target.by_compute) {
     static_cast<PipelineHandles&>(*pipeline) =
-        make_compute_handles(device, pipeline->shader, make_module(device, desc.fragment), constants);
+        make_compute_handles(device, bindings_of(pipeline->shader, VK_SHADER_STAGE_COMPUTE_BIT),
+                             make_module(device, desc.fragment), &constants);
     set_name(device, pipeline->handle.get(), desc.label);
     return pipeline;
   }

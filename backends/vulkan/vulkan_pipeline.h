@@ -33,6 +33,12 @@ inline constexpr VkColorComponentFlags kAllComponents =
 [[nodiscard]] PipelineHandles make_handles(const VulkanDevice& device, VkRenderPass pass, const ShaderInterface& shader,
                                            const PipelineState& state);
 
+/// Of a compute shader. constants: null for none
+[[nodiscard]] PipelineHandles make_compute_handles(const VulkanDevice& device,
+                                                   std::span<const VkDescriptorSetLayoutBinding> bindings,
+                                                   const ShaderModule& module,
+                                                   const VkSpecializationInfo* constants = nullptr);
+
 /// A set that a pipeline's shaders read from; nothing is in it yet.
 [[nodiscard]] VkDescriptorSet allocate_set(const VulkanDevice& device, VkDescriptorPool pool,
                                            const PipelineHandles& pipeline);

@@ -35,12 +35,12 @@ Heightfield far_borders(const Heightfield& candidates, const ConeView::Normal& q
 
 /// Ratios of one sector after the other, as `ratios_of` has them.
 template <typename Ratios>
-std::vector<float> layers(const BakeRequest& request, const Ratios& ratios_of) {
-  const std::vector<Wedge> wedges = all_sector_wedges(request);
+std::vector<float> layers(const BakeRequest& request, const std::vector<MarginedWedge>& wedges,
+                          const Ratios& ratios_of) {
   std::vector<float> all;
   all.reserve(wedges.size() * request.heights.texels.size());
-  for (const Wedge& wedge : wedges) {
-    const std::vector<float> layer = ratios_of(wedge);
+  for (const auto& [wedge, margin] : wedges) {
+    const std::vector<float> layer = ratios_of(wedge, margin);
     all.insert(all.end(), layer.begin(), layer.end());
   }
   return all;
@@ -86,13 +86,23 @@ Wedge sector_wedge(int k, int count) {
   return wedge;
 }
 
-std::vector<Wedge> all_sector_wedges(const BakeRequest& request) {
+std::vector<MarginedWedge> relaxed_sector_wedges(const BakeRequest& request) {
   if (request.max_ratio > 1) fail_input("ratios of a sector map are at most 1");
   const int count = sector_count(request.parameters);
-  std::vector<Wedge> wedges;
-  wedges.reserve(static_cast<std::size_t>(count));
-  for (int k = 0; k < count; ++k) wedges.push_back(sector_wedge(k, count));
-  return wedges;
+  std::vector<MarginedWedge> all;
+  all.reserve(static_cast<std::size_t>(count));
+  for (int k = 0; k < count; ++k) {
+    const Wedge wedge = sector_wedge(k, count);
+    all.push_back({.wedge = wedge, .margin = wedge.safe_margin});
+  }
+  return all;
+}
+
+std::vector<MarginedWedge> sector_wedges(const BakeRequest& request) {
+  std::vector<MarginedWedge> all = relaxed_sector_wedges(request);
+  if (request.correction != Correction::safe)
+    for (MarginedWedge& one : all) one.margin = 0;
+  return all;
 }
 
 SectorAtlas::SectorAtlas(int count, int map_width, int map_height)
@@ -104,11 +114,9 @@ SectorAtlas::SectorAtlas(int count, int map_width, int map_height)
 std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& candidates, int width, int height,
                                 const Wedge& wedge, double margin) {
   const auto [x, y] = wedge.quadrant;
-  const bool is_whole = wedge.normals[2].x == 0 && wedge.normals[2].y == 0;
-  const bool is_bounded = search.wrap == Wrap::clamp && x != 0 && !is_whole;
   ConeSearch seen = search;
   seen.views = {wedge_view(candidates, width, height, wedge, margin)};
-  if (!is_bounded) return search_cones(seen);
+  if (!is_bounded(wedge, search.wrap)) return search_cones(seen);
   const auto quadrant_of = [x = static_cast<int>(x), y = static_cast<int>(y)](const Heightfield& targets) {
     return quadrant_view(targets, x, y);
   };
@@ -139,24 +147,20 @@ std::vector<float> bake_sector(const BakeRequest& request) {
   check_request(request, MapKind::sector);
   const Heightfield& heights = request.heights;
   const ConeSearch search = search_of(request);
-  return layers(request, [&](const Wedge& wedge) {
+  return layers(request, sector_wedges(request), [&](const Wedge& wedge, double margin) {
     if (request.correction == Correction::certified) return certified_cones(request, wedge);
-    const double margin = request.correction == Correction::safe ? wedge.safe_margin : 0;
     return with_minimum(search_wedge(search, heights, heights.width, heights.height, wedge, margin), request);
   });
 }
 
-// A ray over a texel u, in the sector, goes down through the surface in a cell whose corners are less than one texel
-// per axis from where it does: those may be beside the sector, and always count.
 std::vector<float> bake_sector_relaxed(const BakeRequest& request) {
   check_request(request, MapKind::sector_relaxed);
   const Heightfield& heights = request.heights;
   const ConeSearch search = search_of(request);
-  return layers(request, [&](const Wedge& wedge) {
+  return layers(request, relaxed_sector_wedges(request), [&](const Wedge& wedge, double margin) {
     const auto [x, y] = wedge.quadrant;
     const Heightfield limiting = limiting_heights(heights, request.wrap, static_cast<int>(x), static_cast<int>(y));
-    return with_minimum(search_wedge(search, limiting, heights.width, heights.height, wedge, wedge.safe_margin),
-                        request);
+    return with_minimum(search_wedge(search, limiting, heights.width, heights.height, wedge, margin), request);
   });
 }
 

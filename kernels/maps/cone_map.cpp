@@ -51,6 +51,11 @@ ConeView quadrant_view(const Heightfield& candidates, int x, int y) {
   return {.candidates = &candidates, .normals = {{across, along}}};
 }
 
+bool is_bounded(const Wedge& wedge, Wrap wrap) {
+  const bool is_whole_quadrant = wedge.normals[2].x == 0 && wedge.normals[2].y == 0;
+  return wrap == Wrap::clamp && wedge.quadrant.x != 0 && !is_whole_quadrant;
+}
+
 ConeView wedge_view(const Heightfield& candidates, int width, int height, const Wedge& wedge, double margin) {
   // In a unit in which a step between texels is a whole number along both axes.
   const int common = std::gcd(width, height);

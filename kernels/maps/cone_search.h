@@ -69,6 +69,16 @@ inline constexpr std::array<Wedge, 4> kQuadWedges{{{.normals = {{{1, 1}, {1, -1}
 /// others: the candidates of a relaxed cone in that quadrant [BVBV24].
 [[nodiscard]] Heightfield limiting_heights(const Heightfield& heights, Wrap wrap, int x, int y);
 
+/// A wedge that has a cone of its own, and within how many texels of it targets count.
+struct MarginedWedge {
+  Wedge wedge;
+  double margin = 0;
+};
+/// Those of bake_quad, in the order of its ratios.
+[[nodiscard]] std::vector<MarginedWedge> quad_wedges(const BakeRequest& request);
+/// Whether the map ends and owners or targets on its borders see, or are seen in, more than the wedge: search_wedge.
+[[nodiscard]] bool is_bounded(const Wedge& wedge, Wrap wrap);
+
 struct ConeSearch {
   const Heightfield& heights;
   Wrap wrap = Wrap::repeat;

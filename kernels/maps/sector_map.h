@@ -33,7 +33,10 @@ inline constexpr float kSectorTangent = 0.41421356F;
 /// All that a bake makes a layer of.
 /// throws: Error(bad_input): its greatest ratio is over 1. Images of a repeated texel then count that are farther away
 /// than bakers look
-[[nodiscard]] std::vector<Wedge> all_sector_wedges(const BakeRequest& request);
+[[nodiscard]] std::vector<MarginedWedge> sector_wedges(const BakeRequest& request);
+/// The same of relaxed cones. A ray over a texel, in the sector, goes down through the surface in a cell whose corners
+/// are less than one texel per axis from where it does: those may be beside the sector, and always count.
+[[nodiscard]] std::vector<MarginedWedge> relaxed_sector_wedges(const BakeRequest& request);
 
 /// The layers of a sector map in one texture, below and beside one another: columns x rows. Each has its heights and
 /// ratios within a border of one texel, which repeats the other side, or under clamp this one.
