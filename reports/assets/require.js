@@ -48,6 +48,7 @@ byId('setting').append(factsTable([
   ['setting', make('code', {}, data.answer.setting)],
   ['frame', frameText(data.answer)],
   ...(data.held_back?.ties ? [['ties', `which is the fastest is not known, throttled: ${data.held_back.ties}`]] : []),
+  ...(data.failed ?? []).map(({setting, reason}) => ['can\'t be drawn', `${setting}: ${reason}`]),
   ['device', `${data.device.backend}, ${data.device.name}${data.device.software ? ', a software rasteriser' : ''}`],
 ]));
 byId('features')

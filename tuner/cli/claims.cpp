@@ -69,7 +69,7 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend,
       count == 1 ? result.scenes.front().scene->id : fmt::format("{} scenes", count), result.device, claim.about);
   if (!result.missing.empty()) put("Left out: {}; `./dev setup` fetches them\n", fmt::join(result.missing, ", "));
-  if (count == 1) print_rows(result, paint);
+  if (count == 1 && result.scenes.front().failure.empty()) print_rows(result, paint);
   for (std::size_t i = 0; i < claim.checks.size(); ++i) {
     const ClaimAnswer& answer = result.answers[i];
     if (!answer.table.empty()) put("{}", columns(answer.table, "  "));

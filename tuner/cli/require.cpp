@@ -119,6 +119,8 @@ void print_report(const RequireReport& report, const Paint& paint) {
         report.ties_held_back.empty() ? "this one is the fastest"
                                       : "which is the fastest is not known, " + throttled(report.ties_held_back));
   print_rows(report, paint);
+  for (const FailedSetting& failed : report.failed)
+    put("{} can't be drawn, and counts as seen: {}\n", named(failed.settings), failed.reason);
   put("{}\n",
       paint.dim(fmt::format("Held against exact hits with every feature exact, over all views, of which the worst "
                             "decides. {} of {} sets were drawn{}. Price: frame time with it less without, drawn in "

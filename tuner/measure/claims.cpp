@@ -13,6 +13,7 @@
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/surface_tracer.h"
+#include "tuner/measure/attempt.h"
 #include "tuner/measure/frame.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/timing.h"
@@ -159,7 +160,19 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
   return result;
 }
 
+/// run_scene(), or why it can't be drawn.
+SceneFigures try_scene(const Claim& claim, const SceneSpec& spec, const Bench& bench) {
+  const Heightfield heights = load_heightmap(spec.heightmap);
+  SceneFigures figures;
+  std::string failure = attempt(bench.session, [&] { figures = run_scene(claim, spec, heights, bench); });
+  if (failure.empty()) return figures;
+  return {.scene = &spec, .failure = std::move(failure)};
+}
+
 ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimResult& result) {
+  for (const SceneFigures& scene : result.scenes)
+    if (!scene.failure.empty())
+      return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("{}: {}", scene.scene->id, scene.failure)};
   if (rests_on_frame_times(check))
     for (const SceneFigures& scene : result.scenes)
       if (!scene.held_back.empty())
@@ -185,7 +198,7 @@ ClaimResult run_claim(const Claim& claim, const Bench& bench, const std::functio
       continue;
     }
     tell(scene);
-    result.scenes.push_back(run_scene(claim, scene, load_heightmap(scene.heightmap), bench));
+    result.scenes.push_back(try_scene(claim, scene, bench));
   }
   if (result.scenes.empty()) fail_input("claim {}: none of its heightmaps is there; run `./dev setup`", claim.id);
   for (const ClaimCheck& check : claim.checks) result.answers.push_back(answer_of(claim, check, result));
@@ -305,7 +318,7 @@ nlohmann::json claims_json(std::span<const ClaimResult> results) {
   for (const ClaimResult& result : results) {
     nlohmann::json rows = nlohmann::json::array();
     for (const SceneFigures& scene : result.scenes)
-      for (std::size_t i = 0; i < result.claim->rows.size(); ++i) {
+      for (std::size_t i = 0; i < scene.rows.size(); ++i) {
         const ClaimRow& row = result.claim->rows[i];
         rows.push_back({{"label", row.label},
                         {"scene", scene.scene->id},

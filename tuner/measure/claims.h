@@ -38,6 +38,7 @@ struct ClaimFigures {
 struct SceneFigures {
   const SceneSpec* scene = nullptr;
   std::vector<ClaimFigures> rows{};  ///< parallel to Claim::rows
+  std::string failure{};             ///< why they could not all be drawn: then there are no rows
   std::string held_back{};           ///< what held the device back whenever they were timed: no time counts
 };
 
@@ -61,8 +62,9 @@ struct ClaimOptions {
 };
 /// Runs the claims on every backend. Times on a software rasteriser are measured and shown, but decide nothing: checks
 /// of them are `not_testable`, unless they are contests. Where the device is held back, a scene's rows are timed again,
-/// see draw_block(); where it stays so, what rests on their times is `throttled`. throws: Error(environment): no such
-/// device, no valid timer; Error(bad_input): a heightmap is not there, of several all
+/// see draw_block(); where it stays so, what rests on their times is `throttled`. A claim of which a scene can't be
+/// drawn, at the second attempt() either, is `not_testable`. throws: Error(environment): no such device, no valid
+/// timer; Error(bad_input): a heightmap is not there, of several all
 [[nodiscard]] std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options);
 
 /// How a check comes out on what was measured while nothing held the device back.

@@ -134,12 +134,17 @@ void write_pictures(const PictureWork& work, const std::set<const Record*>& pict
     const std::string id = c.id();
     work.progress.update(static_cast<double>(i) / static_cast<double>(lacking.size()),
                          fmt::format("pictures of {} cases on {}", lacking.size(), work.session.device().name));
+    const std::string mark = "pictures of " + id;  // not the case's own, which is measured
+    if (const auto& death = work.mark.death(); death && death->case_id == mark && death->is_its_fault()) {
+      work.progress.note(fmt::format("no {}: the process ended {} times in them", mark, death->times));
+      continue;
+    }
     const PictureFiles files(id, c.scene_id, c.backend);
     const SceneSpec scene = pictured_scene(*std::ranges::find(scenes, c.scene_id, &SceneSpec::id));
     Record drawn;
     CasePictures pictures;
     try {
-      const auto hold = work.mark.hold(id);
+      const auto hold = work.mark.hold(mark);
       pictures = work.preparer.pictures(c, scene);
     } catch (...) {
       enter_failure(drawn, Status::unsupported);

@@ -7,11 +7,6 @@
 #include "tuner/measure/prepare.h"
 
 namespace reliefbench {
-namespace {
-
-constexpr int kEndsOfACrash = 2;
-
-}  // namespace
 
 RecordBook::RecordBook(RunStore& store, bool retry_failed)
     : store_(store),
@@ -23,7 +18,7 @@ RecordBook::RecordBook(RunStore& store, bool retry_failed)
 void RecordBook::enter_death(std::span<const Case> cases, std::span<const MeasuredScene> scenes,
                              const DeviceInfo& device) {
   const std::optional<CaseMark::Death>& death = store_.mark().death();
-  if (!death || death->times % kEndsOfACrash != 0) return;
+  if (!death || !death->is_its_fault()) return;
   const auto found = std::ranges::find(cases, death->case_id, &Case::id);
   if (found == cases.end() || found->backend != device.backend) return;
   const auto scene = std::ranges::find(scenes, found->scene_id, [](const MeasuredScene& one) { return one.spec.id; });

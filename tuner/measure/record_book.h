@@ -20,7 +20,7 @@ class RecordBook {
   RecordBook(RunStore& store, bool retry_failed);
 
   /// Makes the case in which earlier starts ended, if it is one of these, a `crashed` record: a driver may take the
-  /// whole machine with it. One such end says nothing (kill -9, power), so that it takes two. scenes: of all cases.
+  /// whole machine with it. scenes: of all cases. See CaseMark::Death::is_its_fault()
   void enter_death(std::span<const Case> cases, std::span<const MeasuredScene> scenes, const DeviceInfo& device);
   void append(const Record& record);
 

@@ -61,6 +61,8 @@ json require_json(const RequireReport& report) {
         {"name", report.device},
         {"software", report.is_software},
         {"timer", report.timer}}}};
+  for (const FailedSetting& failed : report.failed)
+    all["failed"].push_back({{"setting", setting_id(failed.settings)}, {"reason", failed.reason}});
   if (!held_back.empty()) all["held_back"] = std::move(held_back);
   return all;
 }

@@ -10,6 +10,7 @@
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "tuner/measure/attempt.h"
 #include "tuner/measure/frame_size.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
@@ -18,6 +19,8 @@
 
 namespace reliefbench {
 namespace {
+
+constexpr double kUndrawable = std::numeric_limits<double>::infinity();  // the error of what can't be drawn
 
 /// Draws and times settings of one scene on one device.
 class SceneStudy {
@@ -57,13 +60,16 @@ class SceneStudy {
                          .timer = std::string(timer_id(session_.calibration().timer))};
     const auto error_of = [&](const Settings& settings) { return worst_of(settings).first; };
     const SettingSpace made = setting_space(file_, error_of, report.rows);
+    std::erase_if(report.rows, [](const TriedRow& row) { return row.value == kUndrawable; });
     for (TriedRow& row : report.rows) row.value = value_of(row.value);
     report.features = made.space.features;
     report.sets = made.space.sets.size();
+    std::size_t judged = 0;
     const SetError error = [&](FeatureSet set) {
       const auto [worst, view] = worst_of(made.at(set));
-      report.seen.push_back({.set = set, .settings = made.at(set), .value = value_of(worst), .view = view});
-      progress_.update(0.8 * static_cast<double>(report.seen.size()) / static_cast<double>(report.sets),
+      if (worst != kUndrawable)
+        report.seen.push_back({.set = set, .settings = made.at(set), .value = value_of(worst), .view = view});
+      progress_.update(0.8 * static_cast<double>(++judged) / static_cast<double>(report.sets),
                        fmt::format("sets of features on {}", report.device));
       return worst;
     };
@@ -80,6 +86,7 @@ class SceneStudy {
     }
     if (options_.has_pictures)
       for (FeatureWorth& one : report.worth) draw(made, report, one);
+    report.failed = std::move(failed_);
     progress_.finish();
     return report;
   }
@@ -102,9 +109,18 @@ class SceneStudy {
     std::pair<double, std::size_t> worst{-std::numeric_limits<double>::infinity(), 0};
     for (std::size_t view = 0; view < file_.scenes.size(); ++view) {
       const Case c = case_of(settings, file_.scenes[view]);
-      const PreparedCase prepared = preparer_.prepare(c, file_.scenes[view]);
-      check(prepared);
-      const std::optional<double> value = metric_.value(*prepared.record.error);
+      FrameScore score;
+      const std::string failure = tried([&] {
+        const PreparedCase prepared = preparer_.prepare(c, file_.scenes[view]);
+        check(prepared);
+        score = *prepared.record.error;
+      });
+      if (!failure.empty()) {
+        failed_.push_back({.settings = settings, .reason = fmt::format("{}: {}", c.scene_id, failure)});
+        worst = {kUndrawable, view};
+        break;
+      }
+      const std::optional<double> value = metric_.value(score);
       if (!value)
         fail_input("{}: {} has no value in {} (flicker needs measure.flicker_frames, every metric a ray)",
                    file_.path.string(), metric_.id, c.scene_id);
@@ -114,9 +130,11 @@ class SceneStudy {
   }
 
   static void check(const PreparedCase& prepared) {
-    if (prepared.record.status != Status::ok)
-      fail_environment("{}: {}: {}", prepared.record.case_id, status_id(prepared.record.status),
-                       prepared.record.reason);
+    if (prepared.record.status != Status::ok) throw CaseFailed(prepared.record);
+  }
+
+  std::string tried(const std::function<void()>& work) {
+    return attempt(session_, work, [&] { preparer_.release(); });
   }
 
   void answer(const SettingSpace& made, const SetError& error, RequireReport& report) {
@@ -128,7 +146,9 @@ class SceneStudy {
     report.ties = required.smallest;
     report.is_met = !report.ties.empty();
     if (!report.is_met) {
-      report.answer = std::ranges::min_element(required.judged, {}, &JudgedSet::error)->set;
+      const JudgedSet& nearest = *std::ranges::min_element(required.judged, {}, &JudgedSet::error);
+      if (nearest.error == kUndrawable) fail_environment("no set of features can be drawn: {}", failed_.front().reason);
+      report.answer = nearest.set;
     } else if (report.ties.size() == 1) {
       report.answer = report.ties.front();
     } else {
@@ -152,12 +172,20 @@ class SceneStudy {
         is_in ? largest_without(made.space, report.answer, feature) : smallest_with(made.space, report.answer, feature);
     if (!other) return;
     (is_in ? worth.without : worth.with) = *other;
-    if (std::ranges::find(report.seen, *other, &SeenSet::set) == report.seen.end()) static_cast<void>(error(*other));
+    const bool is_seen = std::ranges::find(report.seen, *other, &SeenSet::set) != report.seen.end();
+    if (!is_seen && error(*other) == kUndrawable) return;
     report.worth.push_back(std::move(worth));
   }
 
   /// Frame times of sets in turns, in rounds of all of them in all views; none where the device was held back.
   Times time_sets(const SettingSpace& made, const std::vector<FeatureSet>& sets, std::string& held_back) {
+    Times times;
+    const std::string failure = tried([&] { times = draw_sets(made, sets, held_back); });
+    if (!failure.empty()) fail_environment("frames can't be timed: {}", failure);
+    return times;
+  }
+
+  Times draw_sets(const SettingSpace& made, const std::vector<FeatureSet>& sets, std::string& held_back) {
     std::vector<Case> cases;
     for (const FeatureSet set : sets)
       for (const SceneSpec& scene : file_.scenes) cases.push_back(case_of(made.at(set), scene));
@@ -206,10 +234,13 @@ class SceneStudy {
 
   void draw(const SettingSpace& made, const RequireReport& report, FeatureWorth& worth) {
     const SceneSpec& scene = file_.scenes[report.at(worth.without).view];
-    CasePictures without = preparer_.pictures(case_of(made.at(worth.without), scene), scene);
-    CasePictures with = preparer_.pictures(case_of(made.at(worth.with), scene), scene);
-    worth.pictures = {
-        .without = std::move(without.frame), .with = std::move(with.frame), .reference = std::move(with.reference)};
+    const std::string failure = tried([&] {
+      CasePictures without = preparer_.pictures(case_of(made.at(worth.without), scene), scene);
+      CasePictures with = preparer_.pictures(case_of(made.at(worth.with), scene), scene);
+      worth.pictures = {
+          .without = std::move(without.frame), .with = std::move(with.frame), .reference = std::move(with.reference)};
+    });
+    if (!failure.empty()) progress_.note(fmt::format("no pictures of {}: {}", worth.name, failure));
   }
 
   SceneFile file_;
@@ -222,6 +253,7 @@ class SceneStudy {
   Session session_;
   Preparer preparer_;
   std::map<std::string, std::pair<double, std::size_t>> known_;
+  std::vector<FailedSetting> failed_;
 };
 
 }  // namespace

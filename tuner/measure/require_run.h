@@ -41,6 +41,12 @@ struct SeenSet {
   std::size_t view = 0;  ///< the worst, a place in SceneFile::scenes
 };
 
+/// A setting that can't be drawn in one of the views: its picture counts as infinitely far from the reference.
+struct FailedSetting {
+  Settings settings;
+  std::string reason;  ///< "rocks_256x256/oblique: crashed: signal 11"
+};
+
 /// A row that might stand for a feature, alone over the displaced relief.
 struct TriedRow {
   std::string feature;  ///< what the row brings, e.g. "penumbra"
@@ -81,7 +87,8 @@ struct RequireReport {
   std::size_t sets = 0;                 ///< that there are
   std::vector<std::string> features{};  ///< FeatureSet's bits
   std::vector<TriedRow> rows{};
-  std::vector<SeenSet> seen{};     ///< in the order in which they were drawn
+  std::vector<SeenSet> seen{};  ///< in the order in which they were drawn
+  std::vector<FailedSetting> failed{};
   bool is_met = false;             ///< false: `answer` is the set that is seen least, and seen it is
   FeatureSet answer = 0;           ///< of several as small the fastest, or the first, see ties_held_back
   std::vector<FeatureSet> ties{};  ///< all of them
@@ -100,7 +107,9 @@ struct RequireReport {
 /// exact) in every view, the worst view deciding; finds the smallest whose picture nobody tells from it; and times it
 /// in turns with the sets round it.
 /// Where the device is held back, frames are drawn again, see draw_block(); where it stays so, they have no times.
-/// throws: Error(environment): no such device, a frame that is not drawn; Error(bad_input): conflicting settings
+/// What fails is drawn once more where it lost the device, see attempt().
+/// throws: Error(environment): no such device, no setting that can be drawn, frames that fail when they are timed;
+/// Error(bad_input): conflicting settings
 [[nodiscard]] RequireReport run_require(const SceneFile& file, const RequireOptions& options);
 
 /// configs/schema/require.schema.json

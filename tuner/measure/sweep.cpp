@@ -263,7 +263,6 @@ class DeviceSweep {
     }
   }
 
-  static constexpr int kMostLostByControl = 3;  // in a block
   static constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
 
   const Config& config_;

@@ -25,6 +25,9 @@ class CaseFailed : public Error {
 /// found. A run says so.
 using Slowdowns = std::map<std::string, double, std::less<>>;
 
+/// So often a device that was lost over the control case, which is no case's fault, is opened again.
+inline constexpr int kMostLostByControl = 3;
+
 /// What timing needs besides its cases.
 struct Timing {
   Session& session;

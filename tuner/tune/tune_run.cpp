@@ -150,6 +150,20 @@ void TuneRun::keep_failure(const Case& c, const SceneSpec& scene) {
 }
 
 void TuneRun::draw(std::span<const Wanted> round) {
+  for (;;) {
+    try {
+      draw_once(round);
+      return;
+    } catch (const CaseFailed&) {
+      throw;
+    } catch (const Error& error) {
+      if (!is_lost(error.fault()) || ++lost_by_control_ > kMostLostByControl) throw;
+      reopen();
+    }
+  }
+}
+
+void TuneRun::draw_once(std::span<const Wanted> round) {
   std::vector<TimedCase> cases;
   cases.reserve(round.size());
   for (const Wanted& wanted : round) cases.push_back(ready(wanted));

@@ -44,7 +44,8 @@ class TuneRun {
     Case spec;
     const SceneSpec* scene = nullptr;
   };
-  /// time() of these cases, each prepared and warmed up when it is first asked for. throws: CaseFailed
+  /// time() of these cases, each prepared and warmed up when it is first asked for. Where the device is lost over the
+  /// control case, it is opened again, and the round is drawn from its start. throws: CaseFailed
   void draw(std::span<const Wanted> round);
   /// The record of a case that was timed, with its error: as an earlier start left it if nothing was drawn
   /// since, or a search that is asked for again would enter it again.
@@ -76,6 +77,7 @@ class TuneRun {
   /// As run.json has it, of the device alone.
   [[nodiscard]] nlohmann::json device_info() const;
   [[nodiscard]] std::vector<Case> all_cases() const;
+  void draw_once(std::span<const Wanted> round);
   [[nodiscard]] const TimedCase& ready(const Wanted& wanted);
   const Record& keep(const Record& record);
   /// Enters the exception that is being handled where it may pass, for the next start to count.
@@ -100,6 +102,7 @@ class TuneRun {
   std::unique_ptr<SampleBook> book_;
   std::optional<Timing> timing_;
   std::map<std::string, std::unique_ptr<Ready>> ready_;  // by case id
+  int lost_by_control_ = 0;
   double started_ns_ = 0;
   std::optional<bool> is_bisected_;
 };
