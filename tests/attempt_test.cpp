@@ -145,8 +145,7 @@ SceneFile small_scene() {
 }
 
 RequireReport required_on(FaultyDevices& devices) {
-  return run_require(small_scene(),
-                     {.backend = "null", .has_pictures = true, .quiet = true, .open = devices.opener()});
+  return run_require(small_scene(), {.backend = "null", .has_pictures = true, .quiet = true, .open = devices.opener()});
 }
 
 TEST_F(AttemptTest, what_a_scene_requires_is_the_same_where_the_device_is_lost_once) {

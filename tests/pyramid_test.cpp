@@ -184,19 +184,29 @@ TEST(Distance, is_the_same_on_any_number_of_threads) {
 
 RC_GTEST_PROP(Distance, the_texture_rounds_down_by_less_than_one_code, ()) {
   const Heightfield map = any_map(6);
+  const int slices = *rc::gen::inRange(4, 13);
   const std::vector<float> values =
-      bake_distance({.heights = map, .parameters = {{kDistanceSlices.id, 4}}, .threads = 1});
+      bake_distance({.heights = map, .parameters = {{kDistanceSlices.id, slices}}, .threads = 1});
+  const VolumeAtlas atlas(slices, map.width, map.height);
   for (const std::string_view id : {"r8", "r16", "r16f", "r32f"}) {
     const Format& format = find_format(id);
     const MapTextures textures = pack_map({.map = find_map(MapKind::distance), .heights = map, .values = values},
                                           format, find_encoding("ratio"));
     RC_ASSERT(textures.extra.has_value());
-    RC_ASSERT(textures.extra->height == 4 * map.height);
+    RC_ASSERT(textures.extra->width == atlas.columns * map.width);
+    RC_ASSERT(textures.extra->height == atlas.rows * map.height);
     const std::vector<float> stored = read_channel(*textures.extra, 0);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      RC_ASSERT(stored[i] <= values[i]);
-      RC_ASSERT(value_of(nearest_code(stored[i], format.type) + 1, format.type) > values[i]);
-    }
+    std::size_t i = 0;
+    for (int slice = 0; slice < slices; ++slice)
+      for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x, ++i) {
+          const int row = slice / atlas.columns * map.height + y;
+          const int column = slice % atlas.columns * map.width + x;
+          const float value = stored.at(static_cast<std::size_t>(row * textures.extra->width + column));
+          RC_ASSERT(value <= values[i]);
+          RC_ASSERT(value_of(nearest_code(value, format.type) + 1, format.type) > values[i]);
+        }
+    RC_ASSERT(i == values.size());
   }
 }
 
@@ -211,15 +221,29 @@ std::string bake_refusal(const BakeRequest& request, MapKind kind) {
 }
 
 TEST(Distance, volumes_that_no_texture_holds_are_refused) {
-  const Heightfield map = constant_map(2, 4097);
-  EXPECT_THAT(bake_refusal({.heights = map, .parameters = {{kDistanceSlices.id, 4}}}, MapKind::distance),
-              HasSubstr("4 slices of 4097 rows lie below one another in one texture, expected at most 16384"));
+  EXPECT_THAT(
+      bake_refusal({.heights = constant_map(8193, 65), .parameters = {{kDistanceSlices.id, 256}}}, MapKind::distance),
+      HasSubstr("256 slices of 8193x65 texels do not lie in one texture of at most 16384 a side"));
+  const Heightfield map = constant_map(5000, 2);
   EXPECT_THAT(bake_refusal({.heights = map, .parameters = {{kDistanceSlices.id, 3}}}, MapKind::distance),
               HasSubstr("expected 4 to 256"));
   EXPECT_THAT(bake_refusal({.heights = map, .parameters = {{kDistanceSlices.id, 257}}}, MapKind::distance),
               HasSubstr("expected 4 to 256"));
-  const Heightfield fits = constant_map(2, 4096);
-  EXPECT_EQ(bake_distance({.heights = fits, .parameters = {{kDistanceSlices.id, 4}}}).size(), 2U * 16384);
+  EXPECT_EQ(bake_distance({.heights = map, .parameters = {{kDistanceSlices.id, 9}}}).size(), 9U * 10000);
+}
+
+TEST(Distance, slices_lie_in_the_smallest_grid_that_a_texture_holds) {
+  struct Row {
+    int slices, width, height, columns, rows;
+  };
+  for (const Row& row :
+       {Row{32, 256, 256, 4, 8}, Row{64, 512, 512, 8, 8}, Row{256, 512, 512, 16, 16}, Row{64, 2048, 2048, 8, 8},
+        Row{7, 16, 16, 1, 7}, Row{6, 10, 20, 3, 2}, Row{5, 4096, 4096, 2, 3}, Row{251, 1024, 1024, 16, 16},
+        Row{8, 5000, 8000, 0, 0}, Row{4, 16384, 16384, 0, 0}}) {
+    const VolumeAtlas atlas(row.slices, row.width, row.height);
+    EXPECT_EQ(atlas.columns, row.columns) << row.slices << " of " << row.width;
+    EXPECT_EQ(atlas.rows, row.rows) << row.slices << " of " << row.width;
+  }
 }
 
 TEST(MaxMip, maps_under_two_texels_are_refused) {

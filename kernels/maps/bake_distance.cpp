@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
@@ -17,9 +19,10 @@ constexpr double kShaderGuard = 1 - 0x1p-20;
 void check_volume(const BakeRequest& request) {
   check_request(request, MapKind::distance);
   const int slices = request.value(kDistanceSlices);
-  if (request.heights.height > kMaxSide / slices)
-    fail_input("distance map: {} slices of {} rows lie below one another in one texture, expected at most {} rows",
-               slices, request.heights.height, kMaxSide);
+  const auto& [width, height] = std::pair(request.heights.width, request.heights.height);
+  if (VolumeAtlas(slices, width, height).columns == 0)
+    fail_input("distance map: {} slices of {}x{} texels do not lie in one texture of at most {} a side", slices, width,
+               height, kMaxSide);
 }
 
 /// The surface's maximum over the area of a texel: a bilinear patch is highest in a corner, and the four that meet in
@@ -95,6 +98,19 @@ float guarded_distance(double squared) {
 }
 
 }  // namespace
+
+VolumeAtlas::VolumeAtlas(int slices, int map_width, int map_height) {
+  std::pair least(std::numeric_limits<int>::max(), 0);
+  for (int across = 1; across <= std::min(slices, kMaxSide / map_width); ++across) {
+    const int down = (slices + across - 1) / across;
+    if (down > kMaxSide / map_height) continue;
+    const std::pair size(across * down, std::max(across * map_width, down * map_height));
+    if (size >= least) continue;
+    least = size;
+    columns = across;
+    rows = down;
+  }
+}
 
 std::vector<float> bake_distance(const BakeRequest& request) {
   check_volume(request);

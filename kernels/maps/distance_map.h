@@ -13,7 +13,16 @@ inline constexpr MapParam kDistanceSlices{.id = "distance_slices",
                                           .description = "voxels from the bottom plate to the top",
                                           .min = 4,
                                           .max = 256,
-                                          .fallback = 32};
+                                          .fallback = 32,
+                                          .is_constant = true};
+
+/// The slices in one texture, row by row, from the bottom one on: of all grids that hold them the one of fewest texels,
+/// and of those the one of the shortest longer side.
+struct VolumeAtlas {
+  int columns = 0, rows = 0;  ///< of slices; 0: no texture of at most kMaxSide (image.h) a side holds them
+  VolumeAtlas(int slices, int map_width, int map_height);
+};
+
 /// Distances to the relief [DON05], made conservative: width x height x distance_slices voxels, the bottom slice first.
 /// Voxel (i, j, k) is texel (i, j) times heights k to k + 1 of distance_slices. Its value is at most the distance from
 /// any of its points to the solid under the bilinear surface, so that a nearest fetch never steps too far; 0 where the
@@ -22,8 +31,8 @@ inline constexpr MapParam kDistanceSlices{.id = "distance_slices",
 /// The solid over a texel is taken as a box up to the surface's exact maximum over it. Exact for such boxes, but for a
 /// guard: 1e-14 off the square (the transform's rounding, 2e-15 at worst), then 2^-20 off the distance (a shader's
 /// arithmetic, of a few ulp), rounded down. A shader's position is as exact as its coordinates, 2^-24 of them.
-/// throws: Error(bad_input) if either side is under 2 texels, distance_slices are out of range, or the slices below
-///         one another are over kMaxSide (image.h) rows
+/// throws: Error(bad_input) if either side is under 2 texels, distance_slices are out of range, or there is no
+///         VolumeAtlas
 [[nodiscard]] std::vector<float> bake_distance(const BakeRequest& request);
 
 }  // namespace reliefbench

@@ -5,10 +5,12 @@
 #include <cassert>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "kernels/base/parallel.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/block_codec.h"
+#include "kernels/maps/distance_map.h"
 #include "kernels/maps/mip_chain.h"
 #include "kernels/maps/omni_table.h"
 #include "kernels/maps/sector_map.h"
@@ -150,15 +152,23 @@ TextureImage packed_pyramid(const MapSource& source, const TexelLayout& layout) 
   return image;
 }
 
-/// The slices below one another in one texture; distances are rounded down.
+/// As VolumeAtlas lays the slices out; distances are rounded down.
 TextureImage packed_volume(const MapSource& source, const TexelLayout& layout) {
-  const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
-  const auto rows = static_cast<int>(values.size() / static_cast<std::size_t>(heights.width));
-  TextureImage image = blank(heights.width, rows, layout);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::uint32_t code = nearest_code(values[i], layout.type);
-    write_code(image, i, 0, value_of(code, layout.type) > values[i] ? code - 1 : code);
-  }
+  const auto width = static_cast<std::size_t>(source.heights.width);
+  const auto height = static_cast<std::size_t>(source.heights.height);
+  const std::size_t lines = source.values.size() / width;  // of all slices
+  const VolumeAtlas atlas(static_cast<int>(lines / height), source.heights.width, source.heights.height);
+  TextureImage image = blank(atlas.columns * source.heights.width, atlas.rows * source.heights.height, layout);
+  const auto columns = static_cast<std::size_t>(atlas.columns);
+  parallel_for(static_cast<int>(lines), 0, [&](int line) {
+    const auto [slice, y] = std::pair(static_cast<std::size_t>(line) / height, static_cast<std::size_t>(line) % height);
+    const std::size_t first = ((slice / columns * height + y) * columns + slice % columns) * width;
+    for (std::size_t x = 0; x < width; ++x) {
+      const float value = source.values[static_cast<std::size_t>(line) * width + x];
+      const std::uint32_t code = nearest_code(value, layout.type);
+      write_code(image, first + x, 0, value_of(code, layout.type) > value ? code - 1 : code);
+    }
+  });
   return image;
 }
 

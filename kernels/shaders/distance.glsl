@@ -4,15 +4,15 @@
 #include "cell.glsl"
 #include "refinement.glsl"
 
-int slices() { return textureSize(extra_map, 0).y / map_size().y; }
-
 // The stored distance at t.
 float distance_at(Ray ray, float t, inout Hit hit) {
   hit.taps += 1;
   ivec2 texel = ivec2(floor((ray.uv + ray.slope * t) * vec2(map_size())));
-  int slice = min(int(RAY_HEIGHT(ray, t) * float(slices())), slices() - 1);
-  int row = slice * map_size().y + wrapped(texel.y, map_size().y);
-  return texelFetch(extra_map, ivec2(wrapped(texel.x, map_size().x), row), 0).x;
+  int slice = min(int(RAY_HEIGHT(ray, t) * float(DISTANCE_SLICES)), DISTANCE_SLICES - 1);
+  int columns = textureSize(extra_map, 0).x / map_size().x;
+  int row = int((float(slice) + 0.5) / float(columns));  // the half is more than the quotient's rounding
+  ivec2 corner = ivec2(slice - row * columns, row) * map_size();
+  return texelFetch(extra_map, corner + ivec2(wrapped(texel.x, map_size().x), wrapped(texel.y, map_size().y)), 0).x;
 }
 
 // speed: of the ray in the distances' metric, per t
@@ -37,7 +37,7 @@ Hit trace_cells(Ray ray, float speed) {
 Hit trace_voxels(Ray ray, float speed) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   vec2 texels = abs(ray.slope) * vec2(map_size());
-  float voxel_t = 1.0 / max(max(texels.x, texels.y), float(slices()));
+  float voxel_t = 1.0 / max(max(texels.x, texels.y), float(DISTANCE_SLICES));
   Bracket bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   // One look more than there are steps: a hit exactly at the cap is a hit.
   for (int i = 0; i <= SPHERE_STEPS; ++i) {

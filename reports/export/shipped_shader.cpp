@@ -33,7 +33,7 @@ std::string extra_channels(const MapStorage& storage) {
     case MapContent::pyramid:
       return fmt::format("{} = {}", storage.map.is_solid ? "r, g" : "r", description);
     case MapContent::volume:
-      return fmt::format("r = {}; its slices below one another, the bottom one first", description);
+      return fmt::format("r = {}; its slices in rows, the bottom one first", description);
     case MapContent::sectors:
       return fmt::format("r = height, g = cone ratio, stored as {}: {}; every layer within a border of one texel",
                          storage.encoding.id, description);
