@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
+#include "kernels/judge/metric.h"
+#include "kernels/judge/tiles.h"
 #include "tests/slow_picture_metrics.h"
 
 namespace reliefbench {
@@ -127,14 +131,79 @@ TEST(Flip, IsSymmetric) {
   for (std::size_t i = 0; i < kPixels; ++i) EXPECT_NEAR(a[i], b[i], 1e-6);
 }
 
-TEST(MaskedMean, LeavesPixelsWithoutARayOut) {
-  const std::vector<PixelScore> mask{{.verdict = Verdict::good}, {}, {.verdict = Verdict::missed}};
-  EXPECT_EQ(masked_mean(std::vector{1.0F, 100.0F, 3.0F}, ray_mask(mask)), 2.0);
-  EXPECT_FALSE(masked_mean(std::vector{1.0F}, ray_mask(std::vector<PixelScore>(1))).has_value());
+/// Of which some pixels have a ray.
+RayMask made_mask(std::size_t pixels, std::mt19937& random) {
+  RayMask mask{.has_ray = UnfilledVector<std::uint8_t>(pixels)};
+  for (std::uint8_t& one : mask.has_ray) {
+    one = static_cast<std::uint8_t>(random() % 3 != 0);
+    mask.count += one;
+  }
+  return mask;
+}
+
+TEST(TileMeans, LeavePixelsWithoutARayOut) {
+  std::mt19937 random(1);
+  for (const auto& [width, height] : {std::pair{1, 1}, {256, 64}, {257, 65}, {300, 190}, {9, 200}}) {
+    const RayMask mask = made_mask(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), random);
+    const auto value = [](int x, int y) { return static_cast<float>(x) + 0.25F * static_cast<float>(y); };
+    double sum = 0;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        if (mask.has_ray[static_cast<std::size_t>(y * width + x)] != 0) sum += static_cast<double>(value(x, y));
+    const std::optional<double> mean =
+        mean_of_tiles(width, height, mask, [&, width = width](const Tile& tile, float* values, std::size_t stride) {
+          for (int y = 0; y < tile.height; ++y)
+            for (int x = 0; x < tile.width; ++x)
+              values[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)] =
+                  mask.has_ray[first_pixel(tile, width) + static_cast<std::size_t>(y * width + x)] != 0
+                      ? value(tile.x + x, tile.y + y)
+                      : std::numeric_limits<float>::quiet_NaN();
+        });
+    ASSERT_EQ(mean.has_value(), mask.count > 0);
+    if (mean) {
+      EXPECT_NEAR(*mean, sum / static_cast<double>(mask.count), 1e-12 * (*mean + 1));
+    }
+  }
+  EXPECT_FALSE(
+      mean_of_tiles(1, 1, {.has_ray = UnfilledVector<std::uint8_t>(1, 0)}, [](const Tile&, float*, std::size_t) {}));
+}
+
+TEST(TileMeans, AreThoseOfTheMaps) {
+  std::mt19937 random(2);
+  constexpr int kMapWidth = 300;
+  constexpr int kMapHeight = 90;
+  constexpr std::size_t kCount = std::size_t{kMapWidth} * kMapHeight;
+  std::vector<std::uint8_t> a(4 * kCount);
+  std::vector<std::uint8_t> b(4 * kCount);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    a[i] = static_cast<std::uint8_t>(random());
+    b[i] = static_cast<std::uint8_t>(a[i] ^ (random() & 31U));
+  }
+  const PicturePair pair{.reference = a, .test = b, .width = kMapWidth, .height = kMapHeight};
+  const RayMask mask = made_mask(kCount, random);
+  const auto mean = [&](const std::vector<float>& map) {
+    double sum = 0;
+    for (std::size_t i = 0; i < kCount; ++i) sum += mask.has_ray[i] * static_cast<double>(map[i]);
+    return sum / static_cast<double>(mask.count);
+  };
+  EXPECT_NEAR(flip_mean(pair, mask).value(), mean(flip_map(pair)), 1e-12);
+  EXPECT_NEAR(ssim_mean(pair, mask).value(), mean(ssim_map(pair)), 1e-12);
+  std::int64_t squares = 0;
+  std::int64_t wrong = 0;
+  for (std::size_t i = 0; i < 4 * kCount; ++i) {
+    if (mask.has_ray[i / 4] == 0) continue;
+    if (i % 4 == 3)
+      wrong += a[i] != b[i] ? 1 : 0;
+    else
+      squares += (a[i] - b[i]) * (a[i] - b[i]);
+  }
+  const auto pixels = static_cast<double>(mask.count);
+  EXPECT_NEAR(psnr(pair, mask).value(), 10 * std::log10(65025 * 3 * pixels / static_cast<double>(squares)), 1e-9);
+  EXPECT_EQ(wrong_visible(pair, mask).value(), static_cast<double>(wrong) / pixels);
 }
 
 TEST(Flicker, IsTheChangeOfTheErrorNotOfThePicture) {
-  const std::vector<PixelScore> mask{{.verdict = Verdict::good}, {}};
+  const std::vector<PixelScore> mask{{.e_xy = 0, .e_z = 0, .verdict = Verdict::good}, {}};
   const std::vector<std::uint8_t> first{10, 20, 30, 255, 0, 0, 0, 255};
   const std::vector<std::uint8_t> second{40, 50, 60, 255, 90, 90, 90, 255};
   // The picture moves with its reference: no flicker.

@@ -161,13 +161,12 @@ TEST(Score, PercentilesOfOnePixelAreIt) {
   EXPECT_EQ(score["e_z.p99"], 0.125);
 }
 
-std::optional<double> psnr_of(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b,
-                              std::span<const PixelScore> mask) {
-  return psnr({.reference = a, .test = b, .width = static_cast<int>(mask.size()), .height = 1}, ray_mask(mask));
+std::optional<double> psnr_of(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b, const RayMask& mask) {
+  return psnr({.reference = a, .test = b, .width = static_cast<int>(mask.has_ray.size()), .height = 1}, mask);
 }
 
 TEST(Psnr, MatchesHandValues) {
-  const std::vector<PixelScore> mask(2, PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::good});
+  const RayMask mask{.has_ray = {1, 1}, .count = 2};
   const std::vector<std::uint8_t> black{0, 0, 0, 0, 0, 0, 0, 0};
   const std::vector<std::uint8_t> white{255, 255, 255, 9, 255, 255, 255, 9};
   const std::vector<std::uint8_t> off_by_one{1, 1, 1, 0, 1, 1, 1, 0};
@@ -178,13 +177,10 @@ TEST(Psnr, MatchesHandValues) {
 }
 
 TEST(Psnr, LeavesOutPixelsWithoutARay) {
-  std::vector<PixelScore> mask(2, PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::good});
-  mask[0].verdict = Verdict::no_ray;
   const std::vector<std::uint8_t> a{10, 20, 30, 0, 10, 20, 30, 0};
   const std::vector<std::uint8_t> b{90, 90, 90, 0, 11, 21, 31, 0};
-  EXPECT_NEAR(psnr_of(a, b, mask).value(), 48.1308, 1e-4);
-  mask[1].verdict = Verdict::no_ray;
-  EXPECT_FALSE(psnr_of(a, b, mask).has_value());
+  EXPECT_NEAR(psnr_of(a, b, {.has_ray = {0, 1}, .count = 1}).value(), 48.1308, 1e-4);
+  EXPECT_FALSE(psnr_of(a, b, {.has_ray = {0, 0}, .count = 0}).has_value());
 }
 
 TEST(Metrics, AreTheListThatReportsKnow) {
@@ -222,7 +218,7 @@ TEST(Metrics, AreKnownByTheirIdsWhenCompiling) {
 }
 
 TEST(Metrics, ThatCompareOrMoveAreFilledInByTheirFunctions) {
-  const std::vector<PixelScore> mask(2, PixelScore{.verdict = Verdict::good});
+  const RayMask mask{.has_ray = {1, 1}, .count = 2};
   const std::vector<std::uint8_t> black{0, 0, 0, 0, 0, 0, 0, 0};
   const std::vector<std::uint8_t> white{255, 255, 255, 0, 255, 255, 255, 0};
   FrameScore score;
@@ -232,11 +228,12 @@ TEST(Metrics, ThatCompareOrMoveAreFilledInByTheirFunctions) {
   EXPECT_LT(score.at("ssim"), 0.1);
   EXPECT_FALSE(score["flicker"].has_value());
 
+  const std::vector<PixelScore> pixels(2, PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::good});
   MotionJudge motion;
   motion.fill_in(score);
   EXPECT_FALSE(score["flicker"].has_value());  // nothing moved
   const auto frame = [&](const std::vector<std::uint8_t>& picture) {
-    return FlickerFrame{.picture = picture, .reference = black, .mask = mask};
+    return FlickerFrame{.picture = picture, .reference = black, .mask = pixels};
   };
   motion.add(frame(black), frame(white));
   motion.add(frame(white), frame(white));

@@ -213,10 +213,10 @@ TEST(CopiedTextTest, a_preset_is_read_back) {
 }
 
 TEST(OverlayTest, pictures_have_the_colours_of_their_legend) {
-  const std::vector<PixelScore> scores = {{.e_xy = 0, .verdict = Verdict::good},
-                                          {.e_xy = 100, .verdict = Verdict::missed},
-                                          {.e_xy = 1, .verdict = Verdict::unconverged},
-                                          {.verdict = Verdict::no_ray}};
+  const std::vector<PixelScore> scores = {{.e_xy = 0, .e_z = 0, .verdict = Verdict::good},
+                                          {.e_xy = 100, .e_z = 0, .verdict = Verdict::missed},
+                                          {.e_xy = 1, .e_z = 0, .verdict = Verdict::unconverged},
+                                          {.e_xy = 0, .e_z = 0, .verdict = Verdict::no_ray}};
   const std::vector<float> taps = {1, 1024, 32, -1};
   const OverlayPixels pixels{.scores = scores, .taps = taps, .width_px = 2, .height_px = 2};
   const auto pixel = [](const std::vector<std::uint8_t>& picture, std::size_t i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kernels/base/prefetch.h"
 #include "kernels/judge/flip_eye.h"
 #include "kernels/judge/picture_metrics.h"
 #include "kernels/judge/tiles.h"
@@ -120,6 +121,7 @@ void fill_colors(std::span<const std::uint8_t> rgba8, int width, int height, con
   for (int y = 0; y < planes[0].height; ++y) {
     const auto line = static_cast<std::size_t>(std::clamp(tile.y + y - border, 0, height - 1));
     const std::uint8_t* const from = rgba8.data() + 4 * line * static_cast<std::size_t>(width);
+    prefetch_all(from + columns[0], 4 * static_cast<std::size_t>(width), 4 * columns.size());
     const std::array rows{planes[0].row(y), planes[1].row(y), planes[2].row(y)};
     for (std::size_t x = 0; x < columns.size(); ++x) {
       const auto& red = table.at(0, from[columns[x]]);
@@ -209,18 +211,24 @@ void flip_features_tile(std::span<const std::uint8_t> rgba8, int width, int heig
                   to->data() + static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(width) + tile.x);
 }
 
+/// values: of the tile, rows a stride apart
 void flip_tile(const PicturePair& pictures, const FlipFeatures& reference, const FlipEye& eye, const Tile& tile,
-               float* map) {
+               float* values, std::size_t stride) {
   const Tag tag;
   static thread_local TileFeatures test;
   tile_features(pictures.test, pictures.width, pictures.height, eye, tile, test);
   const double knee = kKneeAt * static_cast<double>(eye.greatest);
   for (int y = 0; y < tile.height; ++y) {
-    const std::size_t line = static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(pictures.width) +
-                             static_cast<std::size_t>(tile.x);
+    const std::size_t line =
+        first_pixel(tile, pictures.width) + static_cast<std::size_t>(y) * static_cast<std::size_t>(pictures.width);
+    const std::size_t next_line = sizeof(float) * static_cast<std::size_t>(pictures.width);
+    float* const row = values + static_cast<std::size_t>(y) * stride;
     // A row of the picture's last tile ends the planes: its last vector is read by parts.
     for (int x = 0; x < tile.width; x += static_cast<int>(hn::Lanes(tag))) {
       const std::size_t at = line + static_cast<std::size_t>(x);
+      for (const std::vector<float>* plane :
+           {&reference.lightness, &reference.a, &reference.b, &reference.edges, &reference.points})
+        prefetch(plane->data() + at, next_line);
       const auto of_reference = [&](const std::vector<float>& plane) {
         if (at + hn::Lanes(tag) <= plane.size()) return hn::LoadU(tag, plane.data() + at);
         HWY_ALIGN float last[HWY_MAX_BYTES / sizeof(float)] = {};
@@ -245,7 +253,7 @@ void flip_tile(const PicturePair& pictures, const FlipFeatures& reference, const
       const Vec detail =
           hn::Max(hn::Abs(apart(reference.edges, test.edges)), hn::Abs(apart(reference.points, test.points)));
       const Vec feature = hn::Sqrt(hn::Mul(detail, splat(1 / std::numbers::sqrt2)));
-      store_part(power_of(color, hn::Sub(splat(1), feature)), map + at, tile.width - x);
+      store_part(power_of(color, hn::Sub(splat(1), feature)), row + x, tile.width - x);
     }
   }
 }
@@ -271,18 +279,32 @@ FlipFeatures flip_features(std::span<const std::uint8_t> rgba8, int width, int h
   return features;
 }
 
-std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree) {
+namespace {
+
+/// Calls use(fill), where fill(tile, values, stride) makes FLIP of a tile.
+template <typename Use>
+auto with_flip(const PicturePair& pictures, double pixels_per_degree, const Use& use) {
   FlipFeatures fresh;
   if (pictures.reference_features == nullptr)
     fresh = flip_features(pictures.reference, pictures.width, pictures.height, pixels_per_degree);
   const FlipFeatures& reference = pictures.reference_features == nullptr ? fresh : *pictures.reference_features;
   assert(reference.pixels_per_degree == pixels_per_degree);
   const FlipEye eye = flip_eye(pixels_per_degree);
-  std::vector<float> map(reference.lightness.size());
-  for_each_tile(pictures.width, pictures.height, [&](const Tile& tile) {
-    HWY_DYNAMIC_DISPATCH(flip_tile)(pictures, reference, eye, tile, map.data());
+  return use([&](const Tile& tile, float* values, std::size_t stride) {
+    HWY_DYNAMIC_DISPATCH(flip_tile)(pictures, reference, eye, tile, values, stride);
   });
-  return map;
+}
+
+}  // namespace
+
+std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree) {
+  return with_flip(pictures, pixels_per_degree,
+                   [&](const auto& fill) { return map_of_tiles(pictures.width, pictures.height, fill); });
+}
+
+std::optional<double> flip_mean(const PicturePair& pictures, const RayMask& mask) {
+  return with_flip(pictures, kPixelsPerDegree,
+                   [&](const auto& fill) { return mean_of_tiles(pictures.width, pictures.height, mask, fill); });
 }
 
 }  // namespace reliefbench

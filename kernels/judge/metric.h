@@ -42,8 +42,8 @@ enum class NoValue {
 
 /// A metric's function, by what it looks at.
 using OfPixels = void (*)(const JudgedPixels& pixels,
-                          std::vector<float>& values);  ///< appends one a judged pixel, none negative
-using OfVerdict = bool (*)(Verdict verdict);            ///< whether a pixel counts: a share
+                          UnfilledVector<float>& values);  ///< appends one a judged pixel, none negative
+using OfVerdict = bool (*)(Verdict verdict);               ///< whether a pixel counts: a share
 using OfPictures = std::optional<double> (*)(const PicturePair& pictures, const RayMask& mask);
 using OfFeature = float (*)(float found, float exact);  ///< of a pixel that has both, not negative
 using OfMotion = std::optional<double> (*)(const FlickerFrame& before, const FlickerFrame& now);  ///< one a frame
@@ -65,9 +65,9 @@ struct Metric {
   std::variant<OfPixels, OfPictures, OfMotion, OfFeature, OfVerdict> function;
 };
 
-void e_xy_values(const JudgedPixels& pixels, std::vector<float>& values);
-void e_z_values(const JudgedPixels& pixels, std::vector<float>& values);
-void taps_values(const JudgedPixels& pixels, std::vector<float>& values);
+void e_xy_values(const JudgedPixels& pixels, UnfilledVector<float>& values);
+void e_z_values(const JudgedPixels& pixels, UnfilledVector<float>& values);
+void taps_values(const JudgedPixels& pixels, UnfilledVector<float>& values);
 [[nodiscard]] bool is_missed(Verdict verdict);
 [[nodiscard]] bool is_inside(Verdict verdict);
 [[nodiscard]] bool is_unconverged(Verdict verdict);

@@ -27,6 +27,16 @@ inline double sum_of_values(std::span<const float> values) {
   return std::accumulate(lanes.begin(), lanes.end(), 0.0);
 }
 
+/// 0 at least; in eight lanes, likewise.
+inline float max_of_values(std::span<const float> values) {
+  std::array<float, 8> lanes{};
+  std::size_t i = 0;
+  for (; i + lanes.size() <= values.size(); i += lanes.size())
+    for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] = std::max(lanes[lane], values[i + lane]);
+  for (; i < values.size(); ++i) lanes[0] = std::max(lanes[0], values[i]);
+  return *std::ranges::max_element(lanes);
+}
+
 /// The aggregates that are percentiles.
 inline constexpr std::array kPercentiles{std::pair(Aggregate::p50, 50.0), std::pair(Aggregate::p95, 95.0),
                                          std::pair(Aggregate::p99, 99.0)};
@@ -37,16 +47,24 @@ class MetricValues {
   MetricValues(const Metric& metric, std::size_t pixels)
       : aggregates_(metric.aggregates), shares_(share_count(pixels)) {}
 
-  /// Fills the share of that number. append(values): its pixels' values
-  template <typename Append>
-  void fill(std::size_t at, const Append& append) {
+  void reserve(std::size_t at, std::size_t size) { shares_[at].values.reserve(size); }
+  /// Appends values of the share of that number, in the order of its pixels. add(values): does so
+  template <typename Add>
+  void append(std::size_t at, const Add& add) {
+    add(shares_[at].values);
+  }
+  /// Once a share has all its values.
+  void finish(std::size_t at) {
     Share& share = shares_[at];
-    append(share.values);
     share.sum = sum_of_values(share.values);
-    for (const float value : share.values) share.max = std::max(share.max, value);
+    share.max = max_of_values(share.values);
     if (!has_percentiles()) return;
-    share.counts.assign(kBins, 0);
-    for (const float value : share.values) ++share.counts[bin_of(value)];
+    // Of four parts: a count need not wait for the one before, which is of the same bin.
+    std::array<std::array<std::uint32_t, kBins>, 4> parts{};
+    for (std::size_t i = 0; i < share.values.size(); ++i) ++parts[i % parts.size()][bin_of(share.values[i])];
+    share.counts.resize(kBins);
+    for (std::size_t bin = 0; bin < kBins; ++bin)
+      share.counts[bin] = std::int64_t{parts[0][bin]} + parts[1][bin] + parts[2][bin] + parts[3][bin];
   }
 
   /// All shares' numbers, one an aggregate; what they are stays where there is no value.
@@ -85,7 +103,7 @@ class MetricValues {
   static std::size_t bin_of(float value) { return std::bit_cast<std::uint32_t>(value) >> kBinShift; }
 
   struct Share {
-    std::vector<float> values;
+    UnfilledVector<float> values;
     double sum = 0;
     float max = 0;
     std::vector<std::int64_t> counts;  // a bin

@@ -21,18 +21,6 @@ struct Trembling {
 
 }  // namespace
 
-std::optional<double> masked_mean(std::span<const float> map, const RayMask& mask) {
-  assert(map.size() == mask.has_ray.size());
-  if (mask.count == 0) return std::nullopt;
-  const double sum = sum_of_shares(map.size(), [&](std::size_t first, std::size_t size) {
-    double of_share = 0;
-    for (std::size_t i = first; i < first + size; ++i)
-      of_share += mask.has_ray[i] != 0 ? static_cast<double>(map[i]) : 0;
-    return of_share;
-  });
-  return sum / static_cast<double>(mask.count);
-}
-
 std::optional<double> flicker(const FlickerFrame& before, const FlickerFrame& now) {
   assert(before.picture.size() == now.picture.size() && now.picture.size() == 4 * now.mask.size());
   const auto error = [](const FlickerFrame& frame, std::size_t i) { return frame.picture[i] - frame.reference[i]; };

@@ -13,11 +13,13 @@
 #include <utility>
 
 #include "kernels/base/parallel.h"
+#include "kernels/base/prefetch.h"
 #include "kernels/judge/metric_values.h"
 
 namespace reliefbench {
 namespace {
 
+constexpr std::size_t kBlock = 1U << 13U;   // pixels that are judged while they are in the cache
 constexpr double kRecoverableTexels = 0.5;  // nearer than this a hit is good, whatever came before
 
 bool has_ray(const ScorePixel& pixel) {
@@ -44,8 +46,9 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
 /// Whether it passed, in truth and as it was found; none: neither.
 inline std::optional<PixelScore> scored_passing(const ScorePixel& pixel, const ReferenceHit& reference) {
   const bool passed = pixel.status == static_cast<float>(PixelStatus::passed);
-  if (reference.passes()) return PixelScore{.verdict = passed ? Verdict::passed : Verdict::false_keep};
-  if (passed) return PixelScore{.verdict = Verdict::false_kill};
+  if (reference.passes())
+    return PixelScore{.e_xy = 0, .e_z = 0, .verdict = passed ? Verdict::passed : Verdict::false_keep};
+  if (passed) return PixelScore{.e_xy = 0, .e_z = 0, .verdict = Verdict::false_kill};
   return std::nullopt;
 }
 
@@ -93,10 +96,13 @@ struct VerdictCounts {
   }
 };
 
-VerdictCounts verdicts_of(std::span<const PixelScore> scores) {
+/// Of pixels' verdicts: how many there are of each, and who has a ray.
+VerdictCounts verdicts_of(std::span<const PixelScore> scores, std::span<std::uint8_t> has_ray) {
   std::array<VerdictCounts, 4> parts{};  // an addition need not wait for the one before, which is of the same verdict
-  for (std::size_t i = 0; i < scores.size(); ++i)
+  for (std::size_t i = 0; i < scores.size(); ++i) {
     ++parts[i % parts.size()].counts[static_cast<std::size_t>(scores[i].verdict)];
+    has_ray[i] = is_judged(scores[i]) ? 1 : 0;
+  }
   return std::accumulate(parts.begin(), parts.end(), VerdictCounts{},
                          [](VerdictCounts sum, const VerdictCounts& part) { return sum += part; });
 }
@@ -113,6 +119,8 @@ void judge_verdicts(std::string_view feature, const VerdictCounts& verdicts, Fra
 void score_rays(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, double map_width,
                 double map_height, std::span<PixelScore> scores) {
   for (std::size_t i = 0; i < scores.size(); ++i) {
+    prefetch(&pixels[i], kBytesAhead);
+    prefetch(&reference[i], kBytesAhead);
     const PixelScore score = score_ray(pixels[i], reference[i], map_width, map_height);
     // Part by part: a whole that was just put together from parts is slow to read.
     scores[i].e_xy = score.e_xy;
@@ -121,31 +129,36 @@ void score_rays(std::span<const ScorePixel> pixels, std::span<const ReferenceHit
   }
 }
 
-/// All that is judged of a share is judged while it is in the processor's cache.
+/// All that is judged of a block of pixels is judged while it is in the processor's cache.
 /// score(first, scores): fills in the scores of pixels from the first on
 template <typename Score>
-JudgedFrame judge_shares(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing,
+JudgedFrame judge_blocks(std::span<const ScorePixel> pixels, PixelScores judged, std::string_view passing,
                          const Score& score) {
-  JudgedFrame frame{.score = {}, .pixels = std::move(judged)};
+  JudgedFrame frame{.score = {}, .pixels = std::move(judged), .mask = {}};
+  frame.mask.has_ray.resize(pixels.size());
   std::vector<MetricValues> values;
   each_metric<OfPixels>(
       frame.score, [&](const Metric& metric, OfPixels, const auto&) { values.emplace_back(metric, pixels.size()); });
-  const VerdictCounts verdicts = [&] {
-    std::vector<VerdictCounts> of_shares(share_count(pixels.size()));
-    for_each_share(pixels.size(), [&](std::size_t at, std::size_t first, std::size_t count) {
-      const std::span<PixelScore> scores = std::span(frame.pixels).subspan(first, count);
-      score(first, scores);
-      of_shares[at] = verdicts_of(scores);
-      auto into = values.begin();
-      each_metric<OfPixels>(frame.score, [&](const Metric&, OfPixels function, const auto&) {
-        (into++)->fill(at, [&](std::vector<float>& list) {
-          function({.traced = pixels.subspan(first, count), .scores = scores}, list);
-        });
+  const VerdictCounts verdicts =
+      sum_of_shares(pixels.size(), [&](std::size_t share, std::size_t begin, std::size_t size) {
+        for (MetricValues& one : values) one.reserve(share, size);
+        VerdictCounts of_share;
+        for (std::size_t first = begin; first < begin + size; first += kBlock) {
+          const std::size_t count = std::min(kBlock, begin + size - first);
+          const std::span<PixelScore> scores = std::span(frame.pixels).subspan(first, count);
+          score(first, scores);
+          of_share += verdicts_of(scores, std::span(frame.mask.has_ray).subspan(first, count));
+          auto into = values.begin();
+          each_metric<OfPixels>(frame.score, [&](const Metric&, OfPixels function, const auto&) {
+            (into++)->append(share, [&](UnfilledVector<float>& list) {
+              function({.traced = pixels.subspan(first, count), .scores = scores}, list);
+            });
+          });
+        }
+        for (MetricValues& one : values) one.finish(share);
+        return of_share;
       });
-    });
-    return std::accumulate(of_shares.begin(), of_shares.end(), VerdictCounts{},
-                           [](VerdictCounts sum, const VerdictCounts& share) { return sum += share; });
-  }();
+  frame.mask.count = verdicts.of(is_judged);
   frame.score.pixels = verdicts.of(is_judged);
   auto from = values.begin();
   each_metric<OfPixels>(frame.score, [&](const Metric&, OfPixels, const auto& numbers) {
@@ -165,19 +178,6 @@ PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, d
 
 std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference) {
   return scored_passing(pixel, reference);
-}
-
-RayMask ray_mask(std::span<const PixelScore> scores) {
-  RayMask mask{.has_ray = std::vector<std::uint8_t>(scores.size())};
-  mask.count = sum_of_shares(scores.size(), [&](std::size_t first, std::size_t size) {
-    std::int64_t count = 0;
-    for (std::size_t i = first; i < first + size; ++i) {
-      mask.has_ray[i] = is_judged(scores[i]) ? 1 : 0;
-      count += mask.has_ray[i];
-    }
-    return count;
-  });
-  return mask;
 }
 
 std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
@@ -216,10 +216,10 @@ std::vector<ReferenceHit> exact_hits(const ReferenceTracer& tracer, std::span<co
   return hits;
 }
 
-std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
-                                     int map_width, int map_height) {
+PixelScores judge_pixels(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference, int map_width,
+                         int map_height) {
   assert(pixels.size() == reference.size());
-  std::vector<PixelScore> scores(pixels.size());
+  PixelScores scores(pixels.size());
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t count) {
     score_rays(pixels.subspan(first, count), reference.subspan(first, count), map_width, map_height,
                std::span(scores).subspan(first, count));
@@ -234,11 +234,11 @@ JudgedFrame judge(std::span<const ScorePixel> pixels, std::span<const ReferenceH
     score_rays(pixels.subspan(first, scores.size()), reference.subspan(first, scores.size()), map_width, map_height,
                scores);
   };
-  return judge_shares(pixels, std::vector<PixelScore>(pixels.size()), is_solid ? kOfSolid : "", score);
+  return judge_blocks(pixels, PixelScores(pixels.size()), is_solid ? kOfSolid : "", score);
 }
 
-JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> judged, std::string_view passing) {
-  return judge_shares(pixels, std::move(judged), passing, [](std::size_t, std::span<PixelScore>) {});
+JudgedFrame judge(std::span<const ScorePixel> pixels, PixelScores judged, std::string_view passing) {
+  return judge_blocks(pixels, std::move(judged), passing, [](std::size_t, std::span<PixelScore>) {});
 }
 
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,
@@ -250,18 +250,18 @@ void judge_feature(std::string_view feature, std::span<const float> found, std::
     if (score.pixels == 0) return;
     MetricValues values(metric, mask.size());
     for_each_share(mask.size(), [&](std::size_t at, std::size_t first, std::size_t count) {
-      values.fill(at, [&](std::vector<float>& into) {
+      values.append(at, [&](UnfilledVector<float>& into) {
         into.reserve(count);
         for (std::size_t i = first; i < first + count; ++i)
           if (has_hits(mask[i])) into.push_back(function(found[i], exact[i]));
       });
+      values.finish(at);
     });
     values.put(numbers);
   });
 }
 
-void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> scores, FrameScore& score) {
-  const RayMask mask = ray_mask(scores);
+void judge_pictures(const PicturePair& pictures, const RayMask& mask, FrameScore& score) {
   each_metric<OfPictures>(score, [&](const Metric&, OfPictures function, const auto& numbers) {
     numbers.front() = function(pictures, mask);
   });

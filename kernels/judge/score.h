@@ -14,9 +14,8 @@ namespace reliefbench {
 /// e_z = |t - t_enter|; e_xy = that times the ray's horizontal texels per t
 /// pixels, reference: frame size; map_width, map_height: texels, for e_xy; non-finite t counts as missed with the
 /// ray's whole travel as error
-[[nodiscard]] std::vector<PixelScore> judge_pixels(std::span<const ScorePixel> pixels,
-                                                   std::span<const ReferenceHit> reference, int map_width,
-                                                   int map_height);
+[[nodiscard]] PixelScores judge_pixels(std::span<const ScorePixel> pixels, std::span<const ReferenceHit> reference,
+                                       int map_width, int map_height);
 
 /// The same of one pixel whose ray passes, as it was found or in truth; none where there are two hits.
 [[nodiscard]] std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference);
@@ -24,8 +23,9 @@ namespace reliefbench {
 [[nodiscard]] PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy);
 
 struct JudgedFrame {
-  FrameScore score;                ///< without what compares pictures
-  std::vector<PixelScore> pixels;  ///< frame size, row-major
+  FrameScore score;  ///< without what compares pictures
+  PixelScores pixels;
+  RayMask mask;  ///< of `pixels`
 };
 
 /// The exact first hits of a score frame's rays; of a pixel without one {}, which no judgement looks at.
@@ -38,15 +38,14 @@ struct JudgedFrame {
                                 int map_width, int map_height, bool is_solid = false);
 /// Of pixels that were judged already. passing: whose metrics of rays that pass count, kOfSolid or kOfSilhouette; "":
 /// none
-[[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, std::vector<PixelScore> scores,
-                                std::string_view passing);
+[[nodiscard]] JudgedFrame judge(std::span<const ScorePixel> pixels, PixelScores scores, std::string_view passing);
 
 /// Fills in the metrics of a feature of the scene. found, exact: its values; mask: of the same frame
 void judge_feature(std::string_view feature, std::span<const float> found, std::span<const float> exact,
                    std::span<const PixelScore> mask, FrameScore& score);
 
-/// Fills in the metrics that compare a shaded frame with the shaded reference. scores: of the same frame's pixels
-void judge_pictures(const PicturePair& pictures, std::span<const PixelScore> scores, FrameScore& score);
+/// Fills in the metrics that compare a shaded frame with the shaded reference. mask: of the same frame's pixels
+void judge_pictures(const PicturePair& pictures, const RayMask& mask, FrameScore& score);
 
 /// The metrics of a moving camera: each the mean of its values over the frames that have one.
 class MotionJudge {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/base/unfilled.h"
 #include "kernels/judge/reference.h"
 
 namespace reliefbench {
@@ -38,10 +39,13 @@ enum class Verdict : std::uint8_t {
 inline constexpr std::size_t kVerdicts = 8;
 
 struct PixelScore {
-  float e_xy = 0;  ///< texels, along the ray's horizontal travel
-  float e_z = 0;   ///< height
-  Verdict verdict = Verdict::no_ray;
+  float e_xy;  ///< texels, along the ray's horizontal travel
+  float e_z;   ///< height
+  Verdict verdict;
 };
+/// Of a frame: size of the frame, row-major.
+using PixelScores = UnfilledVector<PixelScore>;
+
 [[nodiscard]] constexpr bool is_judged(Verdict verdict) { return verdict != Verdict::no_ray; }
 [[nodiscard]] inline bool is_judged(const PixelScore& score) { return is_judged(score.verdict); }
 /// Whether there are two hits, a found one and an exact one, which can be compared.
@@ -50,10 +54,9 @@ struct PixelScore {
 
 /// Which pixels of a frame have a ray, one byte each: pictures are compared there.
 struct RayMask {
-  std::vector<std::uint8_t> has_ray;  ///< 1, or 0
-  std::int64_t count = 0;             ///< of ones
+  UnfilledVector<std::uint8_t> has_ray;  ///< 1, or 0
+  std::int64_t count = 0;                ///< of ones
 };
-[[nodiscard]] RayMask ray_mask(std::span<const PixelScore> scores);
 
 /// The pixels of a frame as they were traced and as they were judged; frame size, row-major.
 struct JudgedPixels {

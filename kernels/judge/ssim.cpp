@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "kernels/base/prefetch.h"
 #include "kernels/judge/picture_metrics.h"
 #include "kernels/judge/tiles.h"
 
@@ -47,7 +48,10 @@ void fill_luma(std::span<const std::uint8_t> rgba8, int width, int height, const
   std::vector<std::uint32_t> pixels(columns.size());
   for (int y = 0; y < plane.height; ++y) {
     const auto line = static_cast<std::size_t>(mirrored(tile.y + y - kSsimRadius, height));
-    take_pixels(rgba8.data() + 4 * line * static_cast<std::size_t>(width), columns, pixels.data());
+    const std::uint8_t* const from = rgba8.data() + 4 * line * static_cast<std::size_t>(width);
+    prefetch_all(from + std::size_t{4} * static_cast<std::size_t>(columns[0]), 4 * static_cast<std::size_t>(width),
+                 4 * columns.size());
+    take_pixels(from, columns, pixels.data());
     float* const row = plane.row(y);
     for (std::size_t x = 0; x < pixels.size(); ++x)
       row[x] = 0.299F * channel_of(pixels[x], 0) + 0.587F * channel_of(pixels[x], 1) +
@@ -69,7 +73,9 @@ void mean_of_product(const TilePlane& a, const TilePlane& b, const std::vector<f
   along_both(scratch.product, kernel, kernel, kSsimRadius, scratch.rows, out);
 }
 
-void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, const Tile& tile, float* map) {
+/// values: of the tile, rows a stride apart
+void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, const Tile& tile, float* values,
+               std::size_t stride) {
   const hn::ScalableTag<float> tag;
   const int lanes = static_cast<int>(hn::Lanes(tag));
   static thread_local SsimScratch s;
@@ -84,7 +90,7 @@ void ssim_tile(const PicturePair& pictures, const std::vector<float>& kernel, co
   const auto c1 = hn::Set(tag, kC1);
   const auto c2 = hn::Set(tag, kC2);
   for (int y = 0; y < tile.height; ++y) {
-    float* const out = map + static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(pictures.width) + tile.x;
+    float* const out = values + static_cast<std::size_t>(y) * stride;
     HWY_ALIGN float last[HWY_MAX_BYTES / sizeof(float)];
     for (int x = 0; x < tile.width; x += lanes) {
       const auto at = [&](const TilePlane& plane) { return hn::LoadU(tag, plane.row(y) + x); };
@@ -115,14 +121,27 @@ HWY_AFTER_NAMESPACE();
 namespace reliefbench {
 HWY_EXPORT(ssim_tile);
 
-std::vector<float> ssim_map(const PicturePair& pictures) {
+namespace {
+
+/// Calls use(fill), where fill(tile, values, stride) makes the similarity of a tile.
+template <typename Use>
+auto with_ssim(const PicturePair& pictures, const Use& use) {
   const std::vector<double> bell = gaussian(kSsimSigma, kSsimRadius);
   const std::vector<float> kernel = scaled(bell, 1 / std::accumulate(bell.begin(), bell.end(), 0.0));
-  std::vector<float> map(static_cast<std::size_t>(pictures.width) * static_cast<std::size_t>(pictures.height));
-  for_each_tile(pictures.width, pictures.height, [&](const Tile& tile) {
-    HWY_DYNAMIC_DISPATCH(ssim_tile)(pictures, kernel, tile, map.data());
+  return use([&](const Tile& tile, float* values, std::size_t stride) {
+    HWY_DYNAMIC_DISPATCH(ssim_tile)(pictures, kernel, tile, values, stride);
   });
-  return map;
+}
+
+}  // namespace
+
+std::vector<float> ssim_map(const PicturePair& pictures) {
+  return with_ssim(pictures, [&](const auto& fill) { return map_of_tiles(pictures.width, pictures.height, fill); });
+}
+
+std::optional<double> ssim_mean(const PicturePair& pictures, const RayMask& mask) {
+  return with_ssim(pictures,
+                   [&](const auto& fill) { return mean_of_tiles(pictures.width, pictures.height, mask, fill); });
 }
 
 }  // namespace reliefbench

@@ -283,10 +283,10 @@ std::vector<float> exact_light(const ReferenceTracer& tracer, const LightSource&
   return shares;
 }
 
-std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
-                                     std::span<const ReferenceHit> exact) {
+PixelScores judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
+                         std::span<const ReferenceHit> exact) {
   if (!is_curved(frame.surface_kind())) return judge_pixels(pixels, exact, frame.sizes[2], frame.sizes[3]);
-  std::vector<PixelScore> scores(pixels.size());
+  PixelScores scores(pixels.size());
   if (frame.surface_kind() == SurfaceKind::mesh) {
     std::ranges::transform(pixels, exact, scores.begin(), [&](const ScorePixel& pixel, const ReferenceHit& hit) {
       return score_on_mesh(pixel, hit, frame);
@@ -295,16 +295,18 @@ std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap, std:
   }
   const SurfaceShape shape(frame);
   for_each_pixel(frame, [&](std::size_t i, int x, int y) {
-    if (pixels[i].status != static_cast<float>(PixelStatus::no_ray))
-      scores[i] = score_on_surface(shape, surface_ray(frame, shape, wrap, x, y), pixels[i], exact[i], frame, wrap);
+    const bool has_ray = pixels[i].status != static_cast<float>(PixelStatus::no_ray);
+    scores[i] = has_ray
+                    ? score_on_surface(shape, surface_ray(frame, shape, wrap, x, y), pixels[i], exact[i], frame, wrap)
+                    : PixelScore{};
   });
   return scores;
 }
 
 JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, bool is_solid, std::span<const ScorePixel> pixels,
                   std::span<const ReferenceHit> exact) {
-  const std::string_view passing = is_curved(frame.surface_kind()) ? kOfSilhouette : is_solid ? kOfSolid : "";
-  return judge(pixels, judge_pixels(frame, wrap, pixels, exact), passing);
+  if (!is_curved(frame.surface_kind())) return judge(pixels, exact, frame.sizes[2], frame.sizes[3], is_solid);
+  return judge(pixels, judge_pixels(frame, wrap, pixels, exact), kOfSilhouette);
 }
 
 }  // namespace reliefbench

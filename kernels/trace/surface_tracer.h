@@ -40,9 +40,8 @@ inline constexpr double kLightLift = 1e-7;  ///< in heights: what a hit may err 
 /// hits' places on the map, in texels, and pixels that should not be covered, or are not but should, have a verdict of
 /// their own and no distance. On a mesh, whose map may go on anywhere, it is the way along the pixel's ray, as on a
 /// plane.
-[[nodiscard]] std::vector<PixelScore> judge_pixels(const FrameUniforms& frame, Wrap wrap,
-                                                   std::span<const ScorePixel> pixels,
-                                                   std::span<const ReferenceHit> exact);
+[[nodiscard]] PixelScores judge_pixels(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
+                                       std::span<const ReferenceHit> exact);
 /// is_solid: the heights have floors
 [[nodiscard]] JudgedFrame judge(const FrameUniforms& frame, Wrap wrap, bool is_solid,
                                 std::span<const ScorePixel> pixels, std::span<const ReferenceHit> exact);

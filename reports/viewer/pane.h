@@ -32,8 +32,8 @@ struct Pane {
 
   std::string judged_key{};  ///< of the picture that the rest is about; "": of none
   std::optional<FrameScore> score{};
-  std::vector<PixelScore> scores{};  ///< frame size, row-major
-  std::vector<float> taps{};         ///< likewise; negative without a ray
+  PixelScores scores{};       ///< frame size, row-major
+  std::vector<float> taps{};  ///< likewise; negative without a ray
   std::unique_ptr<ScreenPicture> overlay;
   std::string overlay_key{};  ///< of what it shows
 

@@ -51,7 +51,7 @@ void judge_all(benchmark::State& state) {
   pair.reference_features = &features;
   while (state.KeepRunning()) {
     JudgedFrame judged = judge(frame.pixels, frame.hits, 512, 512);
-    judge_pictures(pair, judged.pixels, judged.score);
+    judge_pictures(pair, judged.mask, judged.score);
     benchmark::DoNotOptimize(judged.score);
   }
 }

@@ -136,7 +136,7 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
                     .width = scene.scene.width_px,
                     .height = scene.scene.height_px,
                     .reference_features = &seen.seen},
-                   frame.pixels, frame.score);
+                   frame.mask, frame.score);
     return frame;
   });
   judge_motion(prepared, scene, state).fill_in(judged.score);
@@ -183,8 +183,7 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   return context_.split.book(Part::pictures, [&] {
     const int width_px = scene.scene.width_px;
     const int height_px = scene.scene.height_px;
-    const std::vector<PixelScore> scores =
-        judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
+    const PixelScores scores = judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
     CasePictures pictures{.error = heat_map(scores, width_px, height_px),
                           .taps = taps_map(pixels_, width_px, height_px),
                           .reference = seen.picture};

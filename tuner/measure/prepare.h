@@ -88,7 +88,7 @@ class Preparer {
   struct MovedFrame {
     FrameUniforms frame{};
     std::vector<std::uint8_t> reference{};  ///< shaded, RGBA8
-    std::vector<PixelScore> mask{};         ///< which pixels have a ray
+    PixelScores mask{};                     ///< which pixels have a ray
   };
   struct SceneState {
     UploadedScene uploaded{};

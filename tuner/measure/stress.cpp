@@ -117,7 +117,7 @@ std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, co
     for (ScorePixel& pixel : pixels)
       if (pixel.status == static_cast<float>(PixelStatus::passed)) pixel.status = static_cast<float>(PixelStatus::hit);
   const std::vector<ReferenceHit> exact = exact_hits(stored.tracer, pixels);
-  const std::vector<PixelScore> scores = judge_pixels(pixels, exact, surface.width, surface.height);
+  const PixelScores scores = judge_pixels(pixels, exact, surface.width, surface.height);
   for (std::size_t i = 0; i < pixels.size(); ++i)
     kept[i] = keeps(guarantee, pixels[i], scores[i], exact[i], surface, wrap);
   return kept;

@@ -28,7 +28,7 @@ const std::vector<StageVersion>& stage_versions() {
                              {.id = "pack", .version = 1},
                              {.id = "trace", .version = 2},
                              {.id = "reference", .version = ReferenceTracer::kVersion},
-                             {.id = "judge", .version = 4},
+                             {.id = "judge", .version = 5},
                              {.id = "harness", .version = 2}});
     return list;
   }();
