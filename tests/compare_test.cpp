@@ -269,7 +269,10 @@ TEST(Compare, a_scene_under_another_name_is_compared_by_its_key) {
     rename(record.case_id);
   }
   for (Sample& sample : now.samples)
-    if (sample.case_id.find("rocks") != std::string::npos) rename(sample.case_id);
+    if (std::string id = sample.case_id; id.find("rocks") != std::string::npos) {
+      rename(id);
+      sample.case_id = id;
+    }
   const Comparison comparison = compare_runs(base, now, {});
   EXPECT_EQ(comparison.matched, static_cast<std::size_t>(kFewCases));
   EXPECT_EQ(count(comparison, Change::slower), 5);

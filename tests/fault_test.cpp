@@ -74,7 +74,10 @@ class FaultTest : public ::testing::Test {
     ASSERT_EQ(run.records.size(), 4U);
     for (const Record& record : run.records) {
       EXPECT_EQ(record.status, Status::ok) << record.reason;
-      EXPECT_EQ(std::ranges::count(run.samples, record.case_id, &Sample::case_id), 2) << record.case_id;
+      EXPECT_EQ(std::ranges::count(run.samples, record.case_id,
+                                   [](const Sample& one) -> const std::string& { return one.case_id; }),
+                2)
+          << record.case_id;
     }
     for (const std::string_view file : {kFrontFile, kTableFile, kT4File, kBenchmarkFile})
       EXPECT_TRUE(std::filesystem::exists(folder_ / output / file)) << file;

@@ -16,6 +16,7 @@
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
+#include "tests/written_tables.h"
 #include "tuner/decide/compare.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/measure/sweep.h"

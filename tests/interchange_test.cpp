@@ -10,6 +10,7 @@
 #include "kernels/base/error.h"
 #include "tests/finished_run.h"
 #include "tests/schema.h"
+#include "tests/written_tables.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/csv.h"

@@ -97,7 +97,8 @@ std::string run_in(const fs::path& folder) {
   const reliefbench::Run run = load_run(folder);
   std::map<std::string, std::string> cases;
   for (const Record& record : run.records) {
-    const auto samples = std::ranges::count(run.samples, record.case_id, &Sample::case_id);
+    const auto samples = std::ranges::count(run.samples, record.case_id,
+                                            [](const Sample& one) -> const std::string& { return one.case_id; });
     cases[record.case_id] += fmt::format("{} {} {}", status_id(record.status), record.reason, samples);
   }
   for (const auto& [id, what] : cases) all += fmt::format("{} {}\n", id, what);

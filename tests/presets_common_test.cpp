@@ -30,7 +30,7 @@ Run made_device(const std::string& device, double cone) {
   run.info["budgets"] = {"e_xy.p99<=100"};
   run.info["front"] = {{"error", "e_xy.p99"}, {"constraints", {"missed_rate<=1"}}};
   for (Sample& sample : run.samples)
-    if (sample.case_id.find("cone") != std::string::npos) sample.frame_time_ns *= cone;
+    if (sample.case_id.text().find("cone") != std::string::npos) sample.frame_time_ns *= cone;
   return run;
 }
 

@@ -17,6 +17,7 @@
 #include "reports/pages/report_data.h"
 #include "tests/full_record.h"
 #include "tests/synthetic_run.h"
+#include "tests/written_tables.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/t4.h"
@@ -229,7 +230,8 @@ TEST_F(Store, PicturesDoNotGoThroughALink) {
 TEST_F(Store, AnEndlessLineIsNoRecord) {
   write_run(folder_);
   write(folder_ / kResultsFile, std::string(2 << 20, '[') + "\n");
-  EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("results.jsonl:1: a line of 2097152")));
+  EXPECT_THAT([&] { (void)load_run(folder_); },
+              ThrowsMessage<Error>(HasSubstr("results.jsonl:1: a line of over 1048576 bytes")));
   write(folder_ / kRunFile, std::string(1 << 20, '['));
   EXPECT_THAT([&] { (void)load_run(folder_); }, ThrowsMessage<Error>(HasSubstr("run.json: over 64 levels deep")));
 }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cerrno>
+#include <memory>
 #include <utility>
 
 #include "kernels/base/file_error.h"
@@ -20,6 +21,23 @@ bool leads_to(const std::filesystem::path& path, int fd) {
   struct stat named {};
   return ::fstat(fd, &open_file) == 0 && ::lstat(path.c_str(), &named) == 0 && open_file.st_dev == named.st_dev &&
          open_file.st_ino == named.st_ino;
+}
+
+/// Gives a file's bytes, chunk by chunk. throws: as read_file(), and what `take` throws
+void read_chunks(const std::filesystem::path& path, const std::function<void(std::string_view)>& take) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) fail_file(path, "cannot be read", errno);
+  const std::unique_ptr<const int, void (*)(const int*)> closes(&fd, [](const int* one) { ::close(*one); });
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) fail_file(path, "cannot be read", errno);
+  if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode))  // devices may never end
+    fail_input("{}: is a {}, expected a file", path.string(), S_ISDIR(status.st_mode) ? "folder" : "device");
+  std::array<char, 1 << 16> chunk{};
+  for (ssize_t count = 1; count != 0;) {
+    count = ::read(fd, chunk.data(), chunk.size());
+    if (count > 0) take(std::string_view(chunk.data(), static_cast<std::size_t>(count)));
+    if (count < 0 && errno != EINTR) fail_file(path, "cannot be read", errno);
+  }
 }
 
 }  // namespace
@@ -84,24 +102,22 @@ void AppendFile::remove_if_made() {
 }
 
 std::string read_file(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) fail_file(path, "cannot be read", errno);
   std::string text;
-  int failure = 0;
-  struct stat status {};
-  if (::fstat(fd, &status) != 0) failure = errno;
-  const bool is_file = S_ISREG(status.st_mode) || S_ISFIFO(status.st_mode);  // devices may never end
-  std::array<char, 1 << 16> chunk{};
-  for (ssize_t count = 1; is_file && failure == 0 && count != 0;) {
-    count = ::read(fd, chunk.data(), chunk.size());
-    if (count > 0) text.append(chunk.data(), static_cast<std::size_t>(count));
-    if (count < 0 && errno != EINTR) failure = errno;
-  }
-  ::close(fd);
-  if (failure != 0) fail_file(path, "cannot be read", failure);
-  if (!is_file)
-    fail_input("{}: is a {}, expected a file", path.string(), S_ISDIR(status.st_mode) ? "folder" : "device");
+  read_chunks(path, [&](std::string_view chunk) { text.append(chunk); });
   return text;
+}
+
+void read_lines(const std::filesystem::path& path, std::size_t most_bytes,
+                const std::function<void(std::string_view)>& take) {
+  std::string begun;  // of a line that goes on in the next chunk
+  read_chunks(path, [&](std::string_view chunk) {
+    for (std::size_t end = 0; (end = chunk.find('\n')) != std::string_view::npos; chunk.remove_prefix(end + 1)) {
+      begun.append(chunk.substr(0, end));
+      take(begun);
+      begun.clear();
+    }
+    if (begun.size() <= most_bytes) begun.append(chunk);
+  });
 }
 
 }  // namespace reliefbench

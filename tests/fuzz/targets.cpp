@@ -23,6 +23,7 @@
 #include "kernels/image/image.h"
 #include "kernels/image/ktx2.h"
 #include "kernels/mesh/obj.h"
+#include "tests/written_tables.h"
 #include "tuner/history/google_benchmark.h"
 #include "tuner/plan/config.h"
 #include "tuner/plan/plan.h"

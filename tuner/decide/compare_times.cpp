@@ -64,11 +64,11 @@ class RunTimes {
     const Sample* before = nullptr;
     for (const Sample* sample : in_order) {
       if (before == nullptr || sample->part != before->part || sample->round != before->round ||
-          drawn.contains(sample->case_id)) {
+          drawn.contains(sample->case_id.text())) {
         ++round;
         drawn.clear();
       }
-      drawn.insert(sample->case_id);
+      drawn.insert(sample->case_id.text());
       std::vector<Place>& places = places_[sample->case_id];
       places.push_back({.round = round, .block = places.empty() ? round : places.front().block});
       before = sample;

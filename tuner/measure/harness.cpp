@@ -71,7 +71,7 @@ void write_benchmark_json(std::span<const Sample> samples, std::ostream& out) {
   reporter.ReportContext(context);
   std::int64_t family = 0;  // Google Benchmark leaves it as it was in memory
   for (const auto& [id, list] : by_case) {
-    std::vector<benchmark::BenchmarkReporter::Run> runs;
+    std::int64_t repetition = 0;
     for (const Sample* sample : list) {
       benchmark::BenchmarkReporter::Run run;
       run.run_name.function_name = id;
@@ -79,14 +79,13 @@ void write_benchmark_json(std::span<const Sample> samples, std::ostream& out) {
       run.per_family_instance_index = 0;
       run.iterations = sample->frames;
       run.repetitions = static_cast<int64_t>(list.size());
-      run.repetition_index = static_cast<int64_t>(runs.size());
+      run.repetition_index = repetition++;
       run.threads = 1;
       run.time_unit = benchmark::kNanosecond;
       run.real_accumulated_time = sample->frame_time_ns * 1e-9 * sample->frames;
       run.cpu_accumulated_time = 0;
-      runs.push_back(run);
+      reporter.ReportRuns({run});  // a Run takes a kilobyte
     }
-    reporter.ReportRuns(runs);
     ++family;
   }
   reporter.Finalize();

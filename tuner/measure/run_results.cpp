@@ -16,11 +16,9 @@ void write_results(const Config& config, const Run& run) {
   write_atomically(run.folder / kFrontFile, fronts_json(all).dump(1) + "\n");
   write_atomically(run.folder / kBenchmarkFile, [&](std::ostream& out) { write_benchmark_json(run.samples, out); });
   const std::vector<TableRow> table = case_table(run);
-  write_atomically(run.folder / kTableFile, case_table_csv(table));
-  write_atomically(
-      run.folder / kT4File,
-      t4_json(run, table, config.front_constraints).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) +
-          "\n");
+  write_atomically(run.folder / kTableFile, [&](std::ostream& out) { write_case_table(table, out); });
+  write_atomically(run.folder / kT4File,
+                   [&](std::ostream& out) { write_t4(run, table, config.front_constraints, out); });
 }
 
 }  // namespace reliefbench

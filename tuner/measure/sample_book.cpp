@@ -10,7 +10,7 @@ SampleBook::SampleBook(RunStore& store, std::optional<Control> control) : store_
 }
 
 void SampleBook::append(Sample sample) {
-  sample.round = static_cast<int>(samples(sample.case_id).size());  // the control case has no page
+  sample.round = static_cast<int>(samples(sample.case_id.text()).size());  // the control case has no page
   if (store_ != nullptr) store_->append(sample);
   enter(sample);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <iosfwd>
 #include <optional>
 #include <span>
 #include <string>
@@ -48,7 +49,7 @@ struct TableRow {
 /// (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns,
 /// ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a
 /// number that is not finite
-[[nodiscard]] std::string case_table_csv(std::span<const TableRow> rows);
+void write_case_table(std::span<const TableRow> rows, std::ostream& out);
 
 /// Reads table.csv back. A parameter, metric, scene key or time per pixel whose column is missing counts as
 /// blank.

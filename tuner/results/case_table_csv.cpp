@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <ostream>
 #include <set>
 
 #include "kernels/base/error.h"
@@ -182,11 +183,10 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
 
 }  // namespace
 
-std::string case_table_csv(std::span<const TableRow> rows) {
+void write_case_table(std::span<const TableRow> rows, std::ostream& out) {
   const std::vector<std::string> params = param_columns();
-  std::string text = csv_line(columns());
-  for (const TableRow& row : rows) text += csv_line(cells_of(row, params));
-  return text;
+  out << csv_line(columns());
+  for (const TableRow& row : rows) out << csv_line(cells_of(row, params));
 }
 
 std::vector<TableRow> parse_case_table(std::string_view text, std::string_view file) {

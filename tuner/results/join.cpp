@@ -251,7 +251,7 @@ void append_samples(Run& run, const std::unordered_set<std::string>& own_cases, 
                     std::vector<Sample>& all) {
   const std::string control = control_case_id("");
   for (Sample& sample : run.samples) {
-    if (!own_cases.contains(sample.case_id) && !sample.case_id.starts_with(control)) continue;
+    if (!own_cases.contains(sample.case_id) && !sample.case_id.text().starts_with(control)) continue;
     sample.at_ns += start_of(run) - started_ns;
     sample.part += first_part;
     all.push_back(std::move(sample));

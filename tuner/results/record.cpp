@@ -262,9 +262,9 @@ std::string match_key(const Record& record) {
 
 void to_json(json& j, const Sample& sample) {
   if (!(sample.frame_time_ns > 0))  // it could not be read back, and ratios of it mean nothing
-    fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id,
+    fail_environment("case {}: a frame took {} ns: the timer is not to be believed", sample.case_id.text(),
                      sample.frame_time_ns);
-  json line = {{"case", sample.case_id},
+  json line = {{"case", sample.case_id.text()},
                {"round", sample.round},
                {"frames", sample.frames},
                {"frame_time_ns", sample.frame_time_ns},

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kernels/base/error.h"
+#include "kernels/base/shared_name.h"
 #include "kernels/judge/score.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/results/statistics.h"
@@ -75,8 +76,8 @@ void enter_failure(Record& record, Status otherwise);
 
 /// One line of samples.jsonl: one batch of frames, as measured. In a run a case's id says which scene it is of.
 struct Sample {
-  std::string case_id;  ///< "control@<backend>" for the control case
-  int round = 0;        ///< index within the case
+  SharedName case_id;  ///< "control@<backend>" for the control case
+  int round = 0;       ///< index within the case
   int frames = 0;
   double frame_time_ns = 0;  ///< raw
   double at_ns = 0;          ///< when, on the run's own clock (ns since the run was first started, wall clock)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <system_error>
 #include <unordered_map>
@@ -51,25 +52,40 @@ int depth_of(std::string_view json_text) {
 }
 
 /// The lines of a .jsonl file; what follows the last newline is a torn line and left out. A missing file has none.
+/// take: is given each line
 template <typename Line>
-std::vector<Line> read_lines(const fs::path& path) {
-  std::vector<Line> lines;
-  if (!fs::exists(path)) return lines;
-  const std::string text = read_file(path);
+void read_json_lines(const fs::path& path, const std::function<void(Line)>& take) {
+  if (!fs::exists(path)) return;
   int number = 0;
-  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+  read_lines(path, kLongestLine_bytes, [&](std::string_view text) {
     ++number;
-    if (end - begin > kLongestLine_bytes)
-      fail_input("{}:{}: a line of {} bytes, expected one record in at most {}", path.string(), number, end - begin,
-                 kLongestLine_bytes);
-    const json j = parse(std::string_view(text).substr(begin, end - begin), path, number);
+    if (text.size() > kLongestLine_bytes)
+      fail_input("{}:{}: a line of over {} bytes, expected one record", path.string(), number, kLongestLine_bytes);
+    const json j = parse(text, path, number);
     try {
-      lines.push_back(j.get<Line>());
+      take(j.get<Line>());
     } catch (const Error& error) {
       fail_input("{}:{}: {}", path.string(), number, error.what());
     }
-  }
+  });
+}
+
+template <typename Line>
+std::vector<Line> lines_of(const fs::path& path) {
+  std::vector<Line> lines;
+  read_json_lines<Line>(path, [&](Line line) { lines.push_back(std::move(line)); });
   return lines;
+}
+
+/// Those of a case share its id.
+std::vector<Sample> samples_of(const fs::path& path) {
+  std::vector<Sample> samples;
+  std::unordered_map<std::string_view, SharedName> ids;
+  read_json_lines<Sample>(path, [&](Sample sample) {
+    sample.case_id = ids.try_emplace(sample.case_id.text(), sample.case_id).first->second;
+    samples.push_back(std::move(sample));
+  });
+  return samples;
 }
 
 /// A case that was measured again after a failure has two lines; the later one counts, in the place of the first.
@@ -187,11 +203,11 @@ Run load_run(const fs::path& folder) {
   } catch (const Error& bad) {
     fail_input("{}: key 'scenes': {}", (folder / kRunFile).string(), bad.what());
   }
-  run.records = read_lines<Record>(folder / kResultsFile);
+  run.records = lines_of<Record>(folder / kResultsFile);
   run.failures = count_failures(run.records);
   run.records = latest_of_each_case(std::move(run.records));
-  run.samples = read_lines<Sample>(folder / kSamplesFile);
-  run.blocks = read_lines<BlockState>(folder / kBlocksFile);
+  run.samples = samples_of(folder / kSamplesFile);
+  run.blocks = lines_of<BlockState>(folder / kBlocksFile);
   keep_counting(run.samples, run.blocks);
   check_keys(run);
   return run;

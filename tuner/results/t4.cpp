@@ -1,11 +1,13 @@
 #include "tuner/results/t4.h"
 
 #include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <ostream>
 
 #include "kernels/base/clock.h"
 #include "kernels/judge/score.h"
 #include "tuner/results/budgets.h"
-#include "tuner/results/relative_time.h"
 
 namespace reliefbench {
 namespace {
@@ -75,29 +77,48 @@ json metadata_of(const Run& run) {
              {"reliefbench " + run.info.value("version", "") + " (" + run.info.value("git_sha", "") + ")"}}}}};
 }
 
+json result_of(const TableRow& row, double at_ns, std::span<const Budget> constraints,
+               const std::string& error_metric) {
+  const std::string_view invalidity = invalidity_of(row, constraints);
+  json runtimes = json::array();
+  for (const double sample : row.samples_ns) runtimes.push_back(sample * kMsPerNs);
+  return {
+      {"timestamp", utc_text(at_ns)},
+      {"configuration", configuration_of(row)},
+      {"times", {{"compilation_time", row.first_draw_ns * kMsPerNs}, {"search_algorithm", 0}, {"runtimes", runtimes}}},
+      {"invalidity", invalidity},
+      {"correctness", invalidity == "correct" ? 1 : 0},
+      {"measurements", measurements_of(row)},
+      {"objectives", {"frame_time", error_metric}}};
+}
+
+/// When a case was last timed, on the run's clock.
+std::map<std::string_view, double> last_times(std::span<const Sample> samples) {
+  std::map<std::string_view, double> last;
+  for (const Sample& sample : samples) {
+    double& at_ns = last[sample.case_id.text()];
+    at_ns = std::max(at_ns, sample.at_ns);
+  }
+  return last;
+}
+
+std::string text_of(const json& value) { return value.dump(1, ' ', false, json::error_handler_t::replace); }
+
 }  // namespace
 
-json t4_json(const Run& run, std::span<const TableRow> rows, std::span<const Budget> constraints) {
-  const SamplesByCase samples = group_samples(run.samples);
+void write_t4(const Run& run, std::span<const TableRow> rows, std::span<const Budget> constraints, std::ostream& out) {
+  const std::map<std::string_view, double> last = last_times(run.samples);
   const double started_ns = run.info.value("started_unix_ns", 0.0);
   const std::string error_metric = run.info.value(json::json_pointer("/front/error"), Config{}.front_error);
-  json results = json::array();
+  out << "{\n\"schema_version\": \"1.0.0\",\n\"metadata\": " << text_of(metadata_of(run)) << ",\n\"results\": [";
+  std::string_view before = "\n";
   for (const TableRow& row : rows) {
-    const std::string_view invalidity = invalidity_of(row, constraints);
-    json runtimes = json::array();
-    for (const double sample : row.samples_ns) runtimes.push_back(sample * kMsPerNs);
-    const auto own = samples.find(row.case_id);  // a case that was not timed counts as of the run's start
-    results.push_back(
-        {{"timestamp", utc_text(started_ns + (own == samples.end() ? 0 : own->second.back().at_ns))},
-         {"configuration", configuration_of(row)},
-         {"times",
-          {{"compilation_time", row.first_draw_ns * kMsPerNs}, {"search_algorithm", 0}, {"runtimes", runtimes}}},
-         {"invalidity", invalidity},
-         {"correctness", invalidity == "correct" ? 1 : 0},
-         {"measurements", measurements_of(row)},
-         {"objectives", {"frame_time", error_metric}}});
+    const auto own = last.find(row.case_id);  // a case that was not timed counts as of the run's start
+    const double at_ns = started_ns + (own == last.end() ? 0 : own->second);
+    out << before << text_of(result_of(row, at_ns, constraints, error_metric));
+    before = ",\n";
   }
-  return {{"schema_version", "1.0.0"}, {"metadata", metadata_of(run)}, {"results", std::move(results)}};
+  out << "\n]\n}\n";
 }
 
 }  // namespace reliefbench

@@ -1,5 +1,5 @@
 #pragma once
-#include <nlohmann/json.hpp>
+#include <iosfwd>
 #include <span>
 
 #include "tuner/plan/config.h"
@@ -14,7 +14,6 @@ namespace reliefbench {
 /// constraints, "correctness" where it was measured and does not, "constraints" where the device lacks
 /// what it needs, else "compile", "timeout" or "runtime". correctness: 1 where "correct", 0 elsewhere. rows:
 /// case_table(run)
-[[nodiscard]] nlohmann::json t4_json(const Run& run, std::span<const TableRow> rows,
-                                     std::span<const Budget> constraints);
+void write_t4(const Run& run, std::span<const TableRow> rows, std::span<const Budget> constraints, std::ostream& out);
 
 }  // namespace reliefbench
