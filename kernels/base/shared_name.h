@@ -18,7 +18,9 @@ class SharedName {
   }
   operator const std::string&() const { return text(); }  // NOLINT(*-explicit-*)
 
-  friend bool operator==(const SharedName& a, const SharedName& b) { return a.name_ == b.name_ || a.text() == b.text(); }
+  friend bool operator==(const SharedName& a, const SharedName& b) {
+    return a.name_ == b.name_ || a.text() == b.text();
+  }
   friend bool operator==(const SharedName& a, const std::string& b) { return a.text() == b; }
   friend bool operator==(const SharedName& a, const char* b) { return a.text() == b; }
 
