@@ -23,6 +23,10 @@ std::string_view timer_id(Timer timer) {
   return "?";
 }
 
+bool DeviceInfo::takes(TexelType type) const {
+  return !is_of_blocks(type) || std::ranges::find(blocks, type) != blocks.end();
+}
+
 std::span<const BackendRow> backends() {
   static const std::array rows = {
       BackendRow{.id = "opengl",
