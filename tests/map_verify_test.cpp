@@ -99,20 +99,23 @@ MapTextures repeated_to_16_bits(const MapTextures& textures) {
   return floats;
 }
 
+// Without a correction cones are as wide as may be: there a margin that lacks would show.
 TEST(MapVerify, CodesOfEacMayBeReadEitherWay) {
   const MapRow& map = find_map(MapKind::conservative);
   for (const ConeTestMap& shape : kConeTestMaps)
-    for (const std::string_view encoding : {"ratio", "sqrt", "atan", "h_tan"}) {
-      SCOPED_TRACE(fmt::format("{} {}", shape.id, encoding));
-      const Stored stored =
-          store(map, shape.make(40, 24), {"eac_rg11", encoding}, Wrap::repeat, [&](const Heightfield& quantised) {
-            return map.bake({.heights = quantised, .correction = Correction::safe});
-          });
-      const Stored seen{.heights = stored.heights, .textures = repeated_to_16_bits(stored.textures)};
-      const MapVerdict verdict = verify(map, seen, {"rg32f", encoding}, Correction::safe, Wrap::repeat);
-      EXPECT_EQ(verdict.texels_too_wide, 0);
-      EXPECT_EQ(verdict.cells.proved, verdict.cells.cells);
-    }
+    for (const std::string_view encoding : {"ratio", "sqrt", "atan", "h_tan"})
+      for (const Correction correction : {Correction::none, Correction::safe}) {
+        SCOPED_TRACE(fmt::format("{} {} {}", shape.id, encoding, correction_id(correction)));
+        const Stored stored = store(
+            map, shape.make(64, 64), {"eac_rg11", encoding}, Wrap::repeat,
+            [&](const Heightfield& quantised) { return map.bake({.heights = quantised, .correction = correction}); });
+        const Stored seen{.heights = stored.heights, .textures = repeated_to_16_bits(stored.textures)};
+        const MapVerdict verdict = verify(map, seen, {"rg32f", encoding}, correction, Wrap::repeat);
+        EXPECT_EQ(verdict.texels_too_wide, 0);
+        if (correction == Correction::safe) {
+          EXPECT_EQ(verdict.cells.proved, verdict.cells.cells);
+        }
+      }
 }
 
 TEST(MapVerify, ProvesSafeMapsOfTheOtherConservativeKinds) {

@@ -150,7 +150,7 @@ class EacSearch {
     return static_cast<double>(sum);
   }
 
-  /// Counted no further where it is over the least.
+  /// Counted no further where it promises nothing.
   [[nodiscard]] double cost_below(const Modifiers& values) const {
     if (values.front() > low_) return kWorstCost;
     double sum = -static_cast<double>(sums_.size() - 1);
@@ -160,7 +160,7 @@ class EacSearch {
       if (to == from) continue;
       sum += static_cast<double>(sums_[to] - sums_[from]) * reciprocals_[static_cast<std::size_t>(values[i]) + 1];
       from = to;
-      if (sum >= least_ && to < sums_.size() - 1) return kWorstCost;
+      if (sum >= kPromising * least_) return kWorstCost;
     }
     return sum;
   }
@@ -169,9 +169,8 @@ class EacSearch {
     const int scale = scale_of(multiplier);
     for (std::size_t table = 0; table < kTables; ++table) {
       const Modifiers& modifiers = kModifiers[table];
-      // So coarse a palette has two values in the range, if not one.
-      constexpr int kMostReach = 2;
-      if (multiplier > 1 && scale * (modifiers[6] - modifiers[1]) > kMostReach * (high_ - low_) + 16) continue;
+      // So coarse a palette has too few values in the range.
+      if (multiplier > 1 && 5 * scale * (modifiers[6] - modifiers[1]) > 8 * (high_ - low_) + 80) continue;
       const bool is_mirrored = rounding_ == BlockRounding::above;
       const int first = scale * (is_mirrored ? -modifiers[7] : modifiers[0]);
       const int last = scale * (is_mirrored ? -modifiers[0] : modifiers[7]);
@@ -184,8 +183,13 @@ class EacSearch {
         greatest_start = kGreatest - greatest_start;
       }
       const int end = std::min((greatest_start + 4) / 8, kBases);
-      for (int base = std::max((least_start + 3) / 8, 0); base < end; ++base)
-        take({.base = base, .multiplier = multiplier, .table = table});
+      // Between bases half of the scale apart the others are looked at where these are good.
+      const int step = std::max(multiplier / 2, 1);
+      for (int base = std::max((least_start + 3) / 8, 0); base < end; base += step) {
+        if (take({.base = base, .multiplier = multiplier, .table = table}) >= kPromising * least_) continue;
+        for (int between = std::max(base - step + 1, 0); between < std::min(base + step, kBases); ++between)
+          if (between != base) take({.base = between, .multiplier = multiplier, .table = table});
+      }
     }
   }
 
@@ -201,17 +205,22 @@ class EacSearch {
     return least_ == kWorstCost ? kGreatest : static_cast<int>(std::sqrt(least_));
   }
 
-  void take(const EacPalette& palette) {
+  /// returns: its cost, or more where that is over kPromising times the least
+  double take(const EacPalette& palette) {
     Modifiers values = palette.values();
     if (rounding_ == BlockRounding::above) {
       std::ranges::reverse(values);
       for (int& value : values) value = kGreatest - value;
     }
     const double cost = rounding_ == BlockRounding::nearest ? nearest_cost(values) : cost_below(values);
-    if (cost >= least_) return;
-    least_ = cost;
-    best_ = palette;
+    if (cost < least_) {
+      least_ = cost;
+      best_ = palette;
+    }
+    return cost;
   }
+
+  static constexpr double kPromising = 1.5;
 
   BlockRounding rounding_;
   int low_ = 0;
