@@ -23,8 +23,9 @@ std::string_view timer_id(Timer timer) {
   return "?";
 }
 
-bool DeviceInfo::takes(TexelType type) const {
-  return !is_of_blocks(type) || std::ranges::find(blocks, type) != blocks.end();
+std::string DeviceInfo::refusal(TexelType type) const {
+  if (!is_of_blocks(type) || std::ranges::find(blocks, type) != blocks.end()) return "";
+  return fmt::format("{}: {} takes no textures of {}", backend, name, texel_type_id(type));
 }
 
 std::span<const BackendRow> backends() {

@@ -168,7 +168,9 @@ TEST(BlockCodec, an_image_may_end_within_a_block) {
       TextureImage codes = image;
       codes.layout.type = TexelType::rgtc;
       const TextureImage blocks = as_blocks(codes, BlockRounding::nearest, BlockRounding::below);
-      const auto bytes = [](int w, int h) { return static_cast<std::size_t>(16 * ((w + 3) / 4) * ((h + 3) / 4)); };
+      const auto bytes = [](int w, int h) {
+        return 16 * static_cast<std::size_t>((w + 3) / 4) * static_cast<std::size_t>((h + 3) / 4);
+      };
       EXPECT_EQ(blocks.texels.size(), bytes(width, height) + bytes(level_side(width, 1), level_side(height, 1)));
       for (const int level : {0, 1})
         for (const int channel : {0, 1})

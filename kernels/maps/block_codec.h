@@ -43,8 +43,9 @@ struct BlockCodec {
 
 // EAC R11 and RG11: a base of 8 bits, and 3 bits a texel for 8 modifiers, one of 16 sets times one of 16 factors. All
 // arithmetic is of whole numbers, and a decoder may not cut off any of their 11 bits: every device has the same codes.
-// What it makes of a code it may choose: code / 2047 is exact, but it may repeat the bits to 16, as Mesa does where it
-// decodes for a device that cannot: (code << 5 | code >> 6) / 65535, up to kEacSpread off either way, 0.03 codes.
+// What it makes of a code it may choose: code / 2047 is exact, but it may repeat the bits to any number. To 16, as Mesa
+// does where it decodes for a device that cannot, that is (code << 5 | code >> 6) / 65535, up to kEacSpread off either
+// way, 0.03 codes; more bits are less off. Ratios allow for that (value_spread), not for what has fewer than 16.
 // source: Khronos Data Format Specification 1.3, Unsigned R11 EAC
 inline constexpr float kEacSpread = 1.46e-5F;
 [[nodiscard]] BlockBytes encode_eac(const BlockCodes& codes, BlockRounding rounding);

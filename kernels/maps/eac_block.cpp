@@ -109,7 +109,7 @@ class EacSearch {
     high_ = codes.back();
     std::size_t below = 0;
     for (std::size_t i = 0; i < codes.size(); ++i) {
-      const int term = codes.at(i) + (rounding == BlockRounding::nearest ? 0 : 1);
+      const std::int64_t term = codes.at(i) + (rounding == BlockRounding::nearest ? 0 : 1);
       sums_[i + 1] = sums_[i] + term;
       squares_[i + 1] = squares_[i] + term * term;
       for (; below < codes.at(i) - static_cast<std::size_t>(low_); ++below)

@@ -303,12 +303,6 @@ class StressRun {
     return map_of(planned.settings).sees_pairs ? "its baker looks at every pair of texels: days at this size" : "";
   }
 
-  static std::string reason_to_skip(const DeviceInfo& device, const std::optional<MapTextures>& textures) {
-    if (!textures || device.takes(textures->relief.layout.type)) return "";
-    return fmt::format("{}: {} takes no textures of {}", device.backend, device.name,
-                       texel_type_id(textures->relief.layout.type));
-  }
-
   void run_one(const Planned& planned) {
     const Extreme& extreme = *planned.extreme;
     StressResult result = blank(planned);
@@ -330,7 +324,7 @@ class StressRun {
         drawing_ = device.get();
         StressResult here = result;
         here.backend = device->session.device().backend;
-        here.skipped = reason_to_skip(device->session.device(), textures);
+        if (textures) here.skipped = device->session.device().refusal(textures->relief.layout.type);
         if (!here.skipped.empty()) {
           report_.results.push_back(std::move(here));
           continue;
