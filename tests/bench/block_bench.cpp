@@ -27,7 +27,7 @@ std::vector<BlockCodes> blocks_of(const Heightfield& heights, TexelType type) {
   return blocks;
 }
 
-/// Lines read encode/map/type/rounding; time is of one block of one channel.
+/// Lines read encode/map_type_rounding; time is of one block of one channel.
 void encode(benchmark::State& state, Heightfield (*make)(int, int), TexelType type, BlockRounding rounding) {
   const std::vector<BlockCodes> blocks = blocks_of(make(256, 256), type);
   const BlockCodec& codec = find_codec(type);
@@ -38,12 +38,12 @@ void encode(benchmark::State& state, Heightfield (*make)(int, int), TexelType ty
   }
 }
 
-BENCHMARK_CAPTURE(encode, fbm / rgtc / nearest, fbm_map, TexelType::rgtc, BlockRounding::nearest)->MinTime(0.5);
-BENCHMARK_CAPTURE(encode, fbm / eac / nearest, fbm_map, TexelType::eac, BlockRounding::nearest)->MinTime(0.5);
-BENCHMARK_CAPTURE(encode, fbm / rgtc / below, fbm_map, TexelType::rgtc, BlockRounding::below)->MinTime(0.5);
-BENCHMARK_CAPTURE(encode, fbm / eac / below, fbm_map, TexelType::eac, BlockRounding::below)->MinTime(0.5);
-BENCHMARK_CAPTURE(encode, noise / rgtc / nearest, noise_map, TexelType::rgtc, BlockRounding::nearest)->MinTime(0.5);
-BENCHMARK_CAPTURE(encode, noise / eac / nearest, noise_map, TexelType::eac, BlockRounding::nearest)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, fbm_rgtc_nearest, fbm_map, TexelType::rgtc, BlockRounding::nearest)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, fbm_eac_nearest, fbm_map, TexelType::eac, BlockRounding::nearest)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, fbm_rgtc_below, fbm_map, TexelType::rgtc, BlockRounding::below)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, fbm_eac_below, fbm_map, TexelType::eac, BlockRounding::below)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, noise_rgtc_nearest, noise_map, TexelType::rgtc, BlockRounding::nearest)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, noise_eac_nearest, noise_map, TexelType::eac, BlockRounding::nearest)->MinTime(0.5);
 
 }  // namespace
 }  // namespace reliefbench
