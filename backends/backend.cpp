@@ -23,6 +23,11 @@ std::string_view timer_id(Timer timer) {
   return "?";
 }
 
+std::string DeviceInfo::refusal(TexelType type) const {
+  if (!is_of_blocks(type) || std::ranges::find(blocks, type) != blocks.end()) return "";
+  return fmt::format("{}: {} takes no textures of {}", backend, name, texel_type_id(type));
+}
+
 std::span<const BackendRow> backends() {
   static const std::array rows = {
       BackendRow{.id = "opengl",

@@ -48,9 +48,11 @@ struct DeviceInfo {
   std::vector<Timer> timers;          ///< that the driver offers; fenced_wall first
   int subtexel_bits = 0;              ///< linear filter's weight precision; 0: not reported by the API
   bool float64 = false;               ///< doubles in shaders
-  bool block_textures = false;        ///< TexelType::rgtc
+  std::vector<TexelType> blocks{};    ///< that its textures may be of
   bool compiles_in_parallel = false;  ///< Backend::compile may be called on several threads at once
   std::string pci{};                  ///< its address, "0000:65:00.0"; "" where it has none, or nobody tells
+  [[nodiscard]] bool takes(TexelType type) const { return refusal(type).empty(); }
+  [[nodiscard]] std::string refusal(TexelType type) const;  ///< why it takes no textures of it; "" if it does
 };
 
 /// An image that frames are drawn into, named as the fragment shader's output; that output's location is its place in

@@ -232,7 +232,7 @@ std::vector<DeviceInfo> null_devices() {
                        .api_version = "none",
                        .software = true,
                        .timers = {Timer::fenced_wall},
-                       .block_textures = true});
+                       .blocks = {TexelType::rgtc, TexelType::eac}});
   return devices;
 }
 

@@ -49,6 +49,9 @@ float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
     case TexelType::rgtc:
       append(bytes, static_cast<std::uint8_t>(std::lround(value * 255)));
       break;
+    case TexelType::eac:
+      append(bytes, static_cast<std::uint16_t>(std::lround(value * 2047)));
+      break;
     case TexelType::unorm16:
       append(bytes, static_cast<std::uint16_t>(std::lround(value * 65535)));
       break;
@@ -65,19 +68,19 @@ float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
 }
 
 /// The same in blocks, as far as they can.
-Map map_of_blocks(int channels) {
-  TextureImage image{.width = 8, .height = 8, .layout = {.type = TexelType::unorm8, .channels = channels}};
+Map map_of_blocks(const TexelLayout& layout) {
+  TextureImage codes{.width = 8, .height = 8, .layout = layout};
   for (int i = 0; i < 64; ++i)
     for (const int value : {i, 64 - i})
-      if (value == i || channels > 1) append(image.texels, static_cast<std::uint8_t>(std::lround(value * 255 / 64.0)));
-  TextureImage blocks = as_blocks(image, BlockRounding::nearest);
+      if (value == i || layout.channels > 1) append_texel(codes.texels, layout.type, static_cast<float>(value) / 64);
+  TextureImage blocks = as_blocks(codes, BlockRounding::nearest, BlockRounding::nearest);
   return {.texels = blocks.texels,
           .first = read_blocks(blocks, 0, 0),
-          .second = channels > 1 ? read_blocks(blocks, 1, 0) : std::vector<float>(64)};
+          .second = layout.channels > 1 ? read_blocks(blocks, 1, 0) : std::vector<float>(64)};
 }
 
 Map map_of(const TexelLayout& format) {
-  if (format.type == TexelType::rgtc) return map_of_blocks(format.channels);
+  if (is_of_blocks(format.type)) return map_of_blocks(format);
   Map map;
   for (int i = 0; i < 64; ++i) {
     const float value = static_cast<float>(i) / 64;
@@ -104,12 +107,12 @@ std::vector<ScorePixel> probe(const Rig& rig, const TextureDesc& desc, int offse
 // llvmpipe's division by multiplication makes a code less of some.
 TEST_P(TextureTest, blocks_decode_as_they_do_here_or_to_a_code_less) {
   on_every_device([](Rig& rig) {
-    if (!rig.backend->device().block_textures) return;
+    if (!rig.backend->device().takes(TexelType::rgtc)) return;
     constexpr int kSide = 64;
     std::mt19937 random(7);
     const auto below = [&](unsigned bound) { return static_cast<unsigned>(random() % bound); };
-    TextureImage image{.width = kSide, .height = kSide, .layout = {.type = TexelType::unorm8, .channels = 2}};
-    image.texels.resize(image_bytes(image));
+    TextureImage image{.width = kSide, .height = kSide, .layout = {.type = TexelType::rgtc, .channels = 2}};
+    image.texels.resize(2 * std::size_t{kSide} * kSide);
     for (std::size_t block = 0; block < 256; ++block) {
       const unsigned contrast = 1U << block % 8U;
       const unsigned low = below(257 - contrast);
@@ -119,7 +122,7 @@ TEST_P(TextureTest, blocks_decode_as_they_do_here_or_to_a_code_less) {
         image.texels[2 * texel + i % 2] = static_cast<std::byte>(code);
       }
     }
-    const TextureImage blocks = as_blocks(image, BlockRounding::below);
+    const TextureImage blocks = as_blocks(image, BlockRounding::nearest, BlockRounding::below);
     const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
     const std::vector<float> first = read_blocks(blocks, 0, 0);
     const std::vector<float> second = read_blocks(blocks, 1, 0);
@@ -135,7 +138,7 @@ TEST_P(TextureTest, blocks_decode_as_they_do_here_or_to_a_code_less) {
 // Of other makers' blocks, whose quotients devices round as they like.
 TEST_P(TextureTest, any_block_decodes_within_two_codes_of_here) {
   on_every_device([](Rig& rig) {
-    if (!rig.backend->device().block_textures) return;
+    if (!rig.backend->device().takes(TexelType::rgtc)) return;
     constexpr int kSide = 64;
     std::mt19937 random(8);
     TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::rgtc, .channels = 1}};
@@ -147,11 +150,46 @@ TEST_P(TextureTest, any_block_decodes_within_two_codes_of_here) {
   });
 }
 
+// Any bits are a block: of each code either the exact value or that of its bits, repeated to 16.
+TEST_P(TextureTest, eac_decodes_to_the_codes_that_it_has_here) {
+  on_every_device([](Rig& rig) {
+    if (!rig.backend->device().takes(TexelType::eac)) return;
+    constexpr int kSide = 64;
+    std::mt19937 random(9);
+    TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::eac, .channels = 2}};
+    blocks.texels.resize(image_bytes(blocks));
+    for (std::byte& byte : blocks.texels) byte = static_cast<std::byte>(random() % 256);
+    const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
+    const std::vector<float> first = read_blocks(blocks, 0, 0);
+    const std::vector<float> second = read_blocks(blocks, 1, 0);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      const auto code = static_cast<unsigned>(std::lround(first[i] * 2047));
+      const float repeated = static_cast<float>(code << 5U | code >> 6U) / 65535;
+      const float off = std::min(std::abs(seen[i].t - first[i]), std::abs(seen[i].t - repeated));
+      EXPECT_LE(off, 1.2e-7F) << i;
+      EXPECT_NEAR(seen[i].t, first[i], value_spread(TexelType::eac)) << i;
+      EXPECT_NEAR(seen[i].taps, second[i] * 4096, 1) << i;
+    }
+  });
+}
+
+TEST_P(TextureTest, a_device_without_blocks_says_so) {
+  on_every_device([](Rig& rig) {
+    for (const TexelType type : {TexelType::rgtc, TexelType::eac}) {
+      if (rig.backend->device().takes(type)) continue;
+      const Map map = map_of({.type = type, .channels = 1});
+      EXPECT_THROW((void)rig.backend->upload(
+                       {.width = 8, .height = 8, .layout = {.type = type, .channels = 1}, .texels = map.texels}),
+                   Error);
+    }
+  });
+}
+
 TEST_P(TextureTest, every_format_is_read_back_as_uploaded) {
   on_every_device([](Rig& rig) {
     for (const Format& format : formats())
       for (const bool fetch : {true, false}) {
-        if (format.type == TexelType::rgtc && !rig.backend->device().block_textures) continue;
+        if (!rig.backend->device().takes(format.type)) continue;
         const Map map = map_of(format.relief());
         const std::vector<ScorePixel> seen = probe(rig,
                                                    {.width = 8,
@@ -166,7 +204,9 @@ TEST_P(TextureTest, every_format_is_read_back_as_uploaded) {
             const int shift = fetch ? 0 : 4;
             const auto at = static_cast<std::size_t>((x + shift) % 8 + 8 * ((y + shift) % 8));
             const ScorePixel& pixel = seen[static_cast<std::size_t>(x + 8 * y)];
-            const double off = format.type == TexelType::rgtc ? 1 / 255.0 : 0;  // of a device that cuts off
+            // Of BC, a device may cut off.
+            const double off =
+                format.type == TexelType::rgtc ? 1 / 255.0 : static_cast<double>(value_spread(format.type));
             EXPECT_NEAR(pixel.t, map.first[at], off + 1e-6) << format.id << " at " << x << "," << y;
             EXPECT_NEAR(pixel.taps, map.second[at] * 4096, off * 4096 + 1) << format.id << " at " << x << "," << y;
           }

@@ -99,6 +99,7 @@ TEST(ExportContainers, dds_formats_are_direct3ds) {
   EXPECT_EQ(format(TexelType::float32, 2), 16U);  // R32G32_FLOAT
   EXPECT_EQ(format(TexelType::rgtc, 1), 80U);     // BC4_UNORM
   EXPECT_EQ(format(TexelType::rgtc, 2), 83U);     // BC5_UNORM
+  EXPECT_FALSE(find_container("dds").holds(pattern(TexelType::eac, 2, 1))) << "Direct3D has no EAC";
 }
 
 TEST(ExportContainers, rows_are_turned_over_level_by_level) {
@@ -169,6 +170,20 @@ TEST_F(ExportForEngines, what_cannot_be_is_said_in_one_line) {
   expect_refused({"--case", "relief?format=r32f", "--textures", "png"},
                  "relief cannot be png without loss: it has 1 level of R32_SFLOAT, a png file holds 8 and 16 bits");
   expect_refused({"--case", "qdm", "--textures", "exr"}, "relief.extra cannot be exr without loss: it has 6 levels");
+  expect_refused({"--case", "cone?format=eac_rg11", "--textures", "dds"},
+                 "relief cannot be dds without loss: it has 1 level of EAC_RG11_UNORM, a dds file holds every format "
+                 "but EAC");
+  expect_refused({"--case", "relief?format=eac_r11", "--for", "unreal"},
+                 "relief: Unreal Engine 5 has no kind of file for 1 level of EAC_R11_UNORM; --textures ktx2");
+}
+
+TEST_F(ExportForEngines, blocks_of_eac_ship_as_ktx2) {
+  ASSERT_EQ(ship({"--case", "cone?format=eac_rg11", "--for", "plain,bevy", "-o", "out"}).exit_code, 0);
+  for (const char* name : {"relief.ktx2", "bevy/assets/relief/relief.ktx2"}) {
+    const std::string bytes = file_text(folder_ / "out" / name);
+    const Ktx2File file = decode_ktx2(std::as_bytes(std::span(bytes)), name);
+    EXPECT_EQ(file.image.layout, (TexelLayout{.type = TexelType::eac, .channels = 2}));
+  }
 }
 
 TEST_F(ExportForEngines, wgsl_wants_node_and_naga) {

@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(AllBackends, FilterAuditTest, ::testing::Values("opengl
 TEST_P(FilterAuditTest, every_device_filters_every_type) {
   on_every_device([](const Rig& rig) {
     const std::vector<FilterAudit> audits = audit_filter(*rig.backend, rig.row.dialect);
-    ASSERT_EQ(audits.size(), rig.backend->device().block_textures ? 5 : 4);
+    ASSERT_EQ(audits.size(), 4 + rig.backend->device().blocks.size());
     for (const FilterAudit& audit : audits) {
       SCOPED_TRACE(texel_type_id(audit.type));
       EXPECT_GE(audit.precision.bits, 4);

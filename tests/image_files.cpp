@@ -32,6 +32,7 @@ std::string stored(const TestImage& image) {
       return codes_of<std::uint8_t>(image);
     case TexelType::unorm16:
     case TexelType::float16:
+    case TexelType::eac:
       return codes_of<std::uint16_t>(image);
     case TexelType::float32:
       return codes_of<std::uint32_t>(image);

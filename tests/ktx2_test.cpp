@@ -109,6 +109,22 @@ TEST(Ktx2, BlocksSaySo) {
   EXPECT_EQ(decode_ktx2(std::as_bytes(std::span(file)), "x").image.texels, image.texels);
 }
 
+TEST(Ktx2, BlocksOfEacAreEtc2s) {
+  for (const int channels : {1, 2}) {
+    TextureImage image{.width = 9, .height = 5, .layout = {.type = TexelType::eac, .channels = channels}};
+    image.texels.resize(image_bytes(image), std::byte{3});
+    const std::string file = encode_ktx2({.image = image});
+    EXPECT_EQ(word(file, 12), channels == 1 ? 153U : 155U);  // VK_FORMAT_EAC_R11(G11)_UNORM_BLOCK
+    EXPECT_EQ(word(file, 16), 1U);
+    const std::size_t descriptor = word(file, 48);
+    EXPECT_EQ(word(file, descriptor + 12), 161U | (1U << 16U));  // model ETC2, linear
+    EXPECT_EQ(word(file, descriptor + 16), 0x0303U);
+    EXPECT_EQ(word(file, descriptor + 20), 8U * static_cast<unsigned>(channels));
+    EXPECT_EQ(word(file, descriptor + 28), 63U << 16U);
+    EXPECT_EQ(decode_ktx2(std::as_bytes(std::span(file)), "x").image.texels, image.texels);
+  }
+}
+
 constexpr TexelType kFileTypes[] = {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32};
 
 TEST(Ktx2, ComesBackBitForBit) {

@@ -96,7 +96,7 @@ RC_GTEST_PROP(MipChain, CoarseSurfacesAreAboveAndCoarseConesWithin, ()) {
 // As stored, the coarse cones are within the base's cones as baked, whichever of its four texels counts.
 RC_GTEST_PROP(MipChain, PackedConesAreWithinTheBakedOnes, ()) {
   const auto [raw, ratios, wrap] = random_chain_map();
-  const Format& format = find_format(*rc::gen::element("rg8", "rg16", "rg16f", "rg32f", "r8+r8", "bc5"));
+  const Format& format = find_format(*rc::gen::element("rg8", "rg16", "rg16f", "rg32f", "r8+r8", "bc5", "eac_rg11"));
   const Encoding& encoding = *rc::gen::elementOf(encodings());
   const Heightfield heights = quantise_heights(raw, format.type);
   const MapTextures textures = pack_map({.map = find_map(MapKind::conservative),

@@ -22,6 +22,8 @@ std::uint32_t code_of_one(TexelType type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
       return 255;
+    case TexelType::eac:
+      return 2047;
     case TexelType::unorm16:
       return 65535;
     case TexelType::float16:
@@ -37,6 +39,8 @@ float value(std::uint32_t code, TexelType type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
       return static_cast<float>(code) / 255.0F;
+    case TexelType::eac:
+      return static_cast<float>(code) / 2047.0F;
     case TexelType::unorm16:
       return static_cast<float>(code) / 65535.0F;
     case TexelType::float16: {
@@ -183,6 +187,8 @@ TEST(Format, HasTheBytesOfItsName) {
   EXPECT_EQ(find_format("rg32f").bits_per_texel(), 64);
   EXPECT_EQ(find_format("bc4").bits_per_texel(), 4);
   EXPECT_EQ(find_format("bc5").bits_per_texel(), 8);
+  EXPECT_EQ(find_format("eac_r11").bits_per_texel(), 4);
+  EXPECT_EQ(find_format("eac_rg11").bits_per_texel(), 8);
 }
 
 TEST(Format, UnknownIdsListTheChoices) {
@@ -197,7 +203,7 @@ TEST(Format, UnknownIdsListTheChoices) {
   EXPECT_EQ(message([] { (void)find_format("rgb8"); }),
             "unknown texture format 'rgb8'; the choices are r8, r16, r16f, r32f, rg8, rg16, rg16f, rg32f, rgba8, "
             "r8+r8, r8+rgba8, "
-            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5");
+            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5, eac_r11, eac_rg11");
   EXPECT_EQ(message([] { (void)find_encoding("log"); }),
             "unknown cone encoding 'log'; the choices are ratio, sqrt, h_tan, atan");
 }

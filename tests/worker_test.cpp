@@ -59,7 +59,7 @@ DeviceInfo some_device() {
           .timers = {Timer::fenced_wall, Timer::vk_timestamp},
           .subtexel_bits = 8,
           .float64 = true,
-          .block_textures = true,
+          .blocks = {TexelType::rgtc, TexelType::eac},
           .compiles_in_parallel = true,
           .pci = "0000:65:00.0"};
 }
@@ -72,7 +72,7 @@ TEST(Wire, values_come_back) {
   EXPECT_EQ(same.timers, device.timers);
   EXPECT_EQ(same.pci, device.pci);
   EXPECT_EQ(same.index, 3);
-  EXPECT_TRUE(same.software && same.float64 && same.block_textures && same.compiles_in_parallel);
+  EXPECT_TRUE(same.software && same.float64 && same.takes(TexelType::eac) && same.compiles_in_parallel);
 
   const std::vector<std::uint32_t> vertex = {1, 2, 3};
   const std::vector<std::uint32_t> fragment(5000, 7);

@@ -30,6 +30,8 @@ GlFormat gl_format(const TexelLayout& texel) {
       return {pick(GL_R32F, GL_RG32F, GL_RGBA32F), layout, GL_FLOAT};
     case TexelType::rgtc:  // the type is of no use to blocks
       return {pick(GL_COMPRESSED_RED_RGTC1, GL_COMPRESSED_RG_RGTC2, GL_NONE), layout, GL_NONE};
+    case TexelType::eac:
+      return {pick(GL_COMPRESSED_R11_EAC, GL_COMPRESSED_RG11_EAC, GL_NONE), layout, GL_NONE};
   }
   fail_environment("OpenGL: no such texel type");
 }
@@ -114,7 +116,7 @@ OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc)
   for (int level = 0; level < desc.levels; ++level) {
     const int width = level_side(desc.width, level);
     const int height = level_side(desc.height, level);
-    if (desc.layout.type == TexelType::rgtc) {
+    if (is_of_blocks(desc.layout.type)) {
       glCompressedTextureSubImage2D(id_, level, 0, 0, width, height, format.internal,
                                     static_cast<GLsizei>(level_bytes(desc, level)), texels);
     } else {

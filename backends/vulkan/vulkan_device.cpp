@@ -67,10 +67,7 @@ std::optional<PhysicalDevice> usable(VkPhysicalDevice handle) {
   PhysicalDevice physical{.handle = handle};
   vkGetPhysicalDeviceProperties(handle, &physical.properties);
   if (physical.properties.apiVersion < VK_API_VERSION_1_2) return std::nullopt;
-  VkPhysicalDeviceFeatures features;
-  vkGetPhysicalDeviceFeatures(handle, &features);
-  physical.float64 = features.shaderFloat64 == VK_TRUE;
-  physical.block_textures = features.textureCompressionBC == VK_TRUE;
+  vkGetPhysicalDeviceFeatures(handle, &physical.features);
   std::uint32_t count = 0;
   vkGetPhysicalDeviceQueueFamilyProperties(handle, &count, nullptr);
   std::vector<VkQueueFamilyProperties> families(count);
@@ -124,10 +121,11 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
                   .software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU,
                   .timers = {Timer::fenced_wall},
                   .subtexel_bits = static_cast<int>(properties.limits.subTexelPrecisionBits),
-                  .float64 = physical.float64,
-                  .block_textures = physical.block_textures,
+                  .float64 = physical.features.shaderFloat64 == VK_TRUE,
                   .compiles_in_parallel = true,
                   .pci = pci_address(physical.handle)};
+  if (physical.features.textureCompressionBC == VK_TRUE) info.blocks.push_back(TexelType::rgtc);
+  if (physical.features.textureCompressionETC2 == VK_TRUE) info.blocks.push_back(TexelType::eac);
   if (physical.timestamp_bits > 0 && properties.limits.timestampPeriod > 0) info.timers.push_back(Timer::vk_timestamp);
   return info;
 }
@@ -138,8 +136,9 @@ LogicalDevice::LogicalDevice(const PhysicalDevice& physical, bool presents) {
                                       .queueFamilyIndex = physical.queue_family,
                                       .queueCount = 1,
                                       .pQueuePriorities = &priority};
-  const VkPhysicalDeviceFeatures features{.textureCompressionBC = physical.block_textures ? VK_TRUE : VK_FALSE,
-                                          .shaderFloat64 = physical.float64 ? VK_TRUE : VK_FALSE};
+  const VkPhysicalDeviceFeatures features{.textureCompressionETC2 = physical.features.textureCompressionETC2,
+                                          .textureCompressionBC = physical.features.textureCompressionBC,
+                                          .shaderFloat64 = physical.features.shaderFloat64};
   const char* const swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;
   const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
                                 .queueCreateInfoCount = 1,

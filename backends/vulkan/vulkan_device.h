@@ -56,8 +56,7 @@ struct PhysicalDevice {
   VkPhysicalDeviceProperties properties;
   std::uint32_t queue_family;
   std::uint32_t timestamp_bits;  ///< 0: no timestamps
-  bool float64;                  ///< shaderFloat64
-  bool block_textures;           ///< textureCompressionBC
+  VkPhysicalDeviceFeatures features;
 };
 /// In the loader's order; DeviceInfo::index counts these.
 [[nodiscard]] std::vector<PhysicalDevice> physical_devices(const VulkanInstance& instance);

@@ -36,7 +36,7 @@ auto members(Is<WireError> auto& x) { return std::tie(x.code, x.fault, x.text); 
 auto members(Is<WireDraw> auto& x) { return std::tie(x.pipeline, x.textures, x.frame, x.vertices); }
 auto members(Is<DeviceInfo> auto& x) {
   return std::tie(x.backend, x.index, x.name, x.vendor, x.type, x.driver, x.api_version, x.software, x.timers,
-                  x.subtexel_bits, x.float64, x.block_textures, x.compiles_in_parallel, x.pci);
+                  x.subtexel_bits, x.float64, x.blocks, x.compiles_in_parallel, x.pci);
 }
 auto members(Is<BackendOptions> auto& x) { return std::tie(x.debug); }
 auto members(Is<TexelLayout> auto& x) { return std::tie(x.type, x.channels); }

@@ -36,10 +36,9 @@ std::string encode_dds(const TextureImage& image) {
   const auto* const row = std::ranges::find(kDxgiFormats, image.layout, &DxgiRow::layout);
   assert(row != kDxgiFormats.end());
   const auto width = static_cast<std::uint32_t>(image.width);
-  const bool is_of_blocks = image.layout.type == TexelType::rgtc;
-  const auto pitch =
-      static_cast<std::uint32_t>(level_bytes(image.layout, image.width, is_of_blocks ? image.height : 1));
-  const std::uint32_t flags = kHasFlags | (is_of_blocks ? kHasLinearSize : kHasPitch);
+  const bool has_blocks = is_of_blocks(image.layout.type);
+  const auto pitch = static_cast<std::uint32_t>(level_bytes(image.layout, image.width, has_blocks ? image.height : 1));
+  const std::uint32_t flags = kHasFlags | (has_blocks ? kHasLinearSize : kHasPitch);
   // Magic; header: its size, flags, height, width, pitch, depth, levels, 11 reserved, pixel format of 8, caps of 4, 1
   // reserved; Direct3D 10's: format, dimension (3 = 2D), misc, array size, misc 2.
   std::array<std::uint32_t, 1 + 31 + 5> words{};

@@ -61,10 +61,12 @@ constexpr std::array kKtx2Formats{
     FormatRow{{TexelType::float16, 4}, 97},  FormatRow{{TexelType::float32, 1}, 100},
     FormatRow{{TexelType::float32, 2}, 103}, FormatRow{{TexelType::float32, 4}, 109},
     FormatRow{{TexelType::rgtc, 1}, 139},    FormatRow{{TexelType::rgtc, 2}, 141},
+    FormatRow{{TexelType::eac, 1}, 153},     FormatRow{{TexelType::eac, 2}, 155},
 };
 
-std::uint32_t bytes_per_channel(const TexelLayout& layout) {
-  return static_cast<std::uint32_t>(layout.bytes() / layout.channels);
+/// Of what bytes are swapped together on other machines.
+std::uint32_t type_size(const TexelLayout& layout) {
+  return is_of_blocks(layout.type) ? 1 : static_cast<std::uint32_t>(layout.bytes() / layout.channels);
 }
 
 template <typename Value>
@@ -79,13 +81,19 @@ void pad(std::string& out, std::size_t alignment) {
 /// Of what levels are made of: a texel or a block.
 int unit_bytes(const TexelLayout& layout) { return static_cast<int>(level_bytes(layout, 1, 1)); }
 
-/// The basic block of the Khronos Data Format Specification: model RGBSDA, BC4 or BC5, no primaries (this is data),
-/// linear.
+/// Its color model: RGBSDA, BC4, BC5 or ETC2.
+std::uint8_t color_model(const TexelLayout& layout) {
+  if (layout.type == TexelType::eac) return 161;
+  if (layout.type == TexelType::rgtc) return layout.channels == 1 ? 131 : 132;
+  return 1;
+}
+
+/// The basic block of the Khronos Data Format Specification: no primaries (this is data), linear.
 std::string descriptor(const TexelLayout& layout) {
   constexpr std::array<std::uint8_t, 4> kChannelIds{0, 1, 2, 15};  // red, green, blue, alpha
   constexpr std::uint8_t kSignedFloat = 0x80 | 0x40;
   const bool is_signed = is_float(layout.type);
-  const bool is_of_blocks = layout.type == TexelType::rgtc;
+  const bool has_blocks = is_of_blocks(layout.type);
   // Of a sample: a channel of a texel or of a block.
   const auto size = static_cast<std::uint32_t>(unit_bytes(layout) / layout.channels);
   const auto channels = static_cast<std::uint32_t>(layout.channels);
@@ -94,9 +102,9 @@ std::string descriptor(const TexelLayout& layout) {
   append(out, std::uint32_t{4 + block_bytes});
   append(out, std::uint32_t{0});                         // Khronos, basic descriptor
   append(out, std::uint32_t{2 | (block_bytes << 16U)});  // version 1.3
-  const auto model = static_cast<std::uint8_t>(is_of_blocks ? (channels == 1 ? 131 : 132) : 1);
-  append(out, std::array<std::uint8_t, 4>{model, 0, 1, 0});  // primaries unspecified, linear, straight alpha
-  append(out, std::uint32_t{is_of_blocks ? 0x0303U : 0U});   // blocks of 4 x 4 texels or of one
+  // Primaries unspecified, linear, straight alpha.
+  append(out, std::array<std::uint8_t, 4>{color_model(layout), 0, 1, 0});
+  append(out, std::uint32_t{has_blocks ? 0x0303U : 0U});  // blocks of 4 x 4 texels or of one
   append(out, std::array<std::uint8_t, 8>{static_cast<std::uint8_t>(channels * size)});
   for (std::uint32_t channel = 0; channel < channels; ++channel) {
     append(out, static_cast<std::uint16_t>(8 * size * channel));
@@ -105,7 +113,7 @@ std::string descriptor(const TexelLayout& layout) {
     append(out, std::uint32_t{0});  // position in the block
     // Floats have their limits as floats of 32 bits, whatever their own size.
     append(out, is_signed ? std::bit_cast<std::uint32_t>(-1.0F) : 0U);
-    append(out, is_signed ? std::bit_cast<std::uint32_t>(1.0F) : (is_of_blocks ? ~0U : (1U << (8 * size)) - 1));
+    append(out, is_signed ? std::bit_cast<std::uint32_t>(1.0F) : (has_blocks ? ~0U : (1U << (8 * size)) - 1));
   }
   return out;
 }
@@ -166,8 +174,8 @@ TextureImage checked_image(const Reader& reader, const Header& header) {
     reader.fail("is supercompressed (scheme {}), which is not read", header.supercompression);
   const auto most = static_cast<std::uint32_t>(std::bit_width(std::max(header.width, header.height)));
   if (header.levels < 1 || header.levels > most) reader.fail("{} mip levels, expected 1 to {}", header.levels, most);
-  if (header.type_size != bytes_per_channel(row->layout))
-    reader.fail("a type size of {}, expected {}", header.type_size, bytes_per_channel(row->layout));
+  if (header.type_size != type_size(row->layout))
+    reader.fail("a type size of {}, expected {}", header.type_size, type_size(row->layout));
   return {.width = static_cast<int>(header.width),
           .height = static_cast<int>(header.height),
           .layout = row->layout,
@@ -210,7 +218,7 @@ std::string encode_ktx2(const Ktx2File& file) {
   const std::string metadata = encoded_metadata(file.metadata);
 
   Header header{.vk_format = row->vk_format,
-                .type_size = bytes_per_channel(image.layout),
+                .type_size = type_size(image.layout),
                 .width = static_cast<std::uint32_t>(image.width),
                 .height = static_cast<std::uint32_t>(image.height),
                 .levels = static_cast<std::uint32_t>(image.levels)};

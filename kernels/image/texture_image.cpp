@@ -1,6 +1,7 @@
 #include "kernels/image/texture_image.h"
 
 #include <array>
+#include <cassert>
 
 namespace reliefbench {
 
@@ -11,6 +12,7 @@ int TexelLayout::bytes() const {
       return channels;
     case TexelType::unorm16:
     case TexelType::float16:
+    case TexelType::eac:
       return 2 * channels;
     case TexelType::float32:
       return 4 * channels;
@@ -18,8 +20,25 @@ int TexelLayout::bytes() const {
   return 0;
 }
 
+std::uint32_t greatest_code(TexelType type) {
+  switch (type) {
+    case TexelType::unorm8:
+    case TexelType::rgtc:
+      return 255;
+    case TexelType::eac:
+      return 2047;
+    case TexelType::unorm16:
+      return 65535;
+    case TexelType::float16:
+    case TexelType::float32:
+      break;
+  }
+  assert(false);
+  return 0;
+}
+
 std::size_t level_bytes(const TexelLayout& layout, int width, int height) {
-  if (layout.type == TexelType::rgtc)
+  if (is_of_blocks(layout.type))
     return 8 * static_cast<std::size_t>((width + 3) / 4) * static_cast<std::size_t>((height + 3) / 4) *
            static_cast<std::size_t>(layout.channels);
   return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(layout.bytes());
@@ -33,7 +52,7 @@ std::size_t image_bytes(const TextureImage& image) {
 }
 
 std::string_view texel_type_id(TexelType type) {
-  constexpr std::array<std::string_view, 5> kIds{"unorm8", "unorm16", "float16", "float32", "rgtc"};
+  constexpr std::array<std::string_view, 6> kIds{"unorm8", "unorm16", "float16", "float32", "rgtc", "eac"};
   return kIds.at(static_cast<std::size_t>(type));
 }
 

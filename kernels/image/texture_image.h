@@ -1,16 +1,20 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
 namespace reliefbench {
 
-/// rgtc: blocks of 4 x 4 texels of unorm8, a channel 8 bytes: BC4 of one channel, BC5 of two
-/// (kernels/maps/block_codec.h)
-enum class TexelType { unorm8, unorm16, float16, float32, rgtc };
+/// rgtc, eac: blocks of 4 x 4 texels, a channel 8 bytes (kernels/maps/block_codec.h). rgtc is BC4 of one channel, BC5
+/// of two, and decodes to 8 bits; eac is EAC R11, EAC RG11, and decodes to 11.
+enum class TexelType { unorm8, unorm16, float16, float32, rgtc, eac };
 [[nodiscard]] constexpr bool is_float(TexelType type) {
   return type == TexelType::float16 || type == TexelType::float32;
 }
+[[nodiscard]] constexpr bool is_of_blocks(TexelType type) { return type == TexelType::rgtc || type == TexelType::eac; }
+/// Of a unorm, or what blocks decode to: the code of 1.
+[[nodiscard]] std::uint32_t greatest_code(TexelType type);
 
 /// One texel of a texture: 1, 2 or 4 channels of one type.
 struct TexelLayout {
@@ -19,7 +23,7 @@ struct TexelLayout {
   [[nodiscard]] int bytes() const;  ///< of blocks: of a texel that is decoded
   bool operator==(const TexelLayout&) const = default;
 };
-[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32 | rgtc
+[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32 | rgtc | eac
 
 /// Side of a mip level, as GL and Vulkan have it: halves are rounded down, and never under 1.
 [[nodiscard]] constexpr int level_side(int side, int level) { return side >> level > 0 ? side >> level : 1; }

@@ -5,161 +5,18 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <limits>
-#include <optional>
 
 #include "kernels/base/parallel.h"
 
 namespace reliefbench {
 namespace {
 
+constexpr std::array kCodecs{
+    BlockCodec{.type = TexelType::rgtc, .encode = encode_rgtc, .decode = decode_rgtc},
+    BlockCodec{.type = TexelType::eac, .encode = encode_eac, .decode = decode_eac},
+};
+
 constexpr int kBlockSide = 4;
-constexpr int kGreatestCode = 255;
-
-/// The values of a block: first, first + step, ..., first + intervals * step; with 5 intervals also 0 and 255.
-struct BlockPalette {
-  int intervals = 7;
-  int first = 0;
-  int step = 0;
-
-  [[nodiscard]] bool has_ends() const { return intervals == 5; }
-  [[nodiscard]] int last() const { return first + intervals * step; }
-  /// The 3 bits of a texel of the value.
-  [[nodiscard]] unsigned index(int value) const {
-    const bool is_end = has_ends() && (value < first || value > last());
-    if (is_end) return value == 0 ? 6 : 7;
-    const int place = step == 0 ? 0 : (value - first) / step;
-    if (place == 0) return has_ends() ? 0 : 1;
-    if (place == intervals) return has_ends() ? 1 : 0;
-    return static_cast<unsigned>(has_ends() ? place + 1 : intervals + 1 - place);
-  }
-};
-
-struct CodeRange {
-  int least = kGreatestCode;
-  int greatest = 0;
-};
-CodeRange code_range(const BlockCodes& codes, bool without_ends) {
-  CodeRange range;
-  for (const int code : codes) {
-    if (without_ends && (code == 0 || code == kGreatestCode)) continue;
-    range.least = std::min(range.least, code);
-    range.greatest = std::max(range.greatest, code);
-  }
-  if (range.least > range.greatest) range = {.least = 0, .greatest = 0};  // nothing but ends
-  return range;
-}
-
-/// A palette that has all the codes.
-std::optional<BlockPalette> exact_palette(const BlockCodes& codes, int intervals) {
-  const bool has_ends = intervals == 5;
-  const CodeRange range = code_range(codes, has_ends);
-  for (int step = has_ends ? 0 : 1; intervals * step <= kGreatestCode; ++step) {
-    if (range.greatest - range.least > intervals * step) continue;
-    const bool fits = std::ranges::all_of(codes, [&](int code) {
-      return (has_ends && (code == 0 || code == kGreatestCode)) || code == range.least ||
-             (step > 0 && (code - range.least) % step == 0);
-    });
-    if (!fits) continue;
-    const int used = step == 0 ? 0 : (range.greatest - range.least) / step;
-    for (int before = 0; before <= intervals - used; ++before) {
-      const BlockPalette palette{.intervals = intervals, .first = range.least - before * step, .step = step};
-      if (palette.first >= 0 && palette.last() <= kGreatestCode) return palette;
-    }
-  }
-  return std::nullopt;
-}
-
-constexpr double kImpossibleCost = std::numeric_limits<double>::infinity();
-
-int nearest_value(const BlockPalette& palette, int code) {
-  const int place = palette.step == 0 ? 0 : (2 * (code - palette.first) + palette.step) / (2 * palette.step);
-  int value = palette.first + std::clamp(place, 0, palette.intervals) * palette.step;
-  if (palette.has_ends())
-    for (const int end : {0, kGreatestCode})
-      if (std::abs(code - end) < std::abs(code - value)) value = end;
-  return value;
-}
-
-/// -1: none is below.
-int value_below(const BlockPalette& palette, int code) {
-  if (palette.has_ends() && code == kGreatestCode) return kGreatestCode;
-  if (code < palette.first) return palette.has_ends() ? 0 : -1;
-  const int place = palette.step == 0 ? 0 : std::min((code - palette.first) / palette.step, palette.intervals);
-  return palette.first + place * palette.step;
-}
-
-/// What a palette costs; not counted further where it is over `most`.
-double palette_cost(const BlockPalette& palette, const BlockCodes& codes, bool is_below, double most) {
-  double sum = 0;
-  for (std::size_t i = 0; i < codes.size() && sum < most; ++i) {
-    const int code = codes.at(i);
-    if (!is_below) {
-      const int off = nearest_value(palette, code) - code;
-      sum += off * off;
-      continue;
-    }
-    const int value = value_below(palette, code);
-    if (value < 0) return kImpossibleCost;
-    sum += (code + 1.0) / (value + 1.0) - 1;
-  }
-  return sum;
-}
-
-/// The best of the palettes that reach about as far as the codes do.
-BlockPalette searched_palette(const BlockCodes& codes, bool is_below) {
-  BlockPalette best;
-  double least = kImpossibleCost;
-  for (const int intervals : {7, 5}) {
-    const bool has_ends = intervals == 5;
-    const auto [low, high] = code_range(codes, has_ends);
-    const int most = std::min((high - low) / (intervals - 2) + 1, kGreatestCode / intervals);
-    for (int step = has_ends ? 0 : 1; step <= most; ++step) {
-      const int first_end = std::min(is_below && !has_ends ? low : low + 2 * step, kGreatestCode - intervals * step);
-      for (int first = std::max(low - std::max(step, 7), 0); first <= first_end; ++first) {
-        const BlockPalette palette{.intervals = intervals, .first = first, .step = step};
-        const double own = palette_cost(palette, codes, is_below, least);
-        if (own < least) {
-          least = own;
-          best = palette;
-        }
-      }
-    }
-  }
-  assert(least < kImpossibleCost);
-  return best;
-}
-
-BlockBytes packed_block(const BlockPalette& palette, const BlockCodes& values) {
-  const auto first = static_cast<std::uint8_t>(palette.first);
-  const auto last = static_cast<std::uint8_t>(palette.last());
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) bits |= std::uint64_t{palette.index(values.at(i))} << (3 * i);
-  BlockBytes block{};
-  block[0] = palette.has_ends() ? first : last;  // which of the two is greater says how many lie between them
-  block[1] = palette.has_ends() ? last : first;
-  std::memcpy(block.data() + 2, &bits, 6);
-  return block;
-}
-
-BlockCodes complements(BlockCodes codes) {
-  for (std::uint8_t& code : codes) code = static_cast<std::uint8_t>(kGreatestCode - code);
-  return codes;
-}
-
-/// The values that the block is to have.
-BlockPalette palette_of(const BlockCodes& codes, bool is_below, BlockCodes& values) {
-  for (const int intervals : {7, 5})
-    if (const std::optional<BlockPalette> exact = exact_palette(codes, intervals)) {
-      values = codes;
-      return *exact;
-    }
-  const BlockPalette palette = searched_palette(codes, is_below);
-  std::ranges::transform(codes, values.begin(), [&](int code) {
-    return static_cast<std::uint8_t>(is_below ? value_below(palette, code) : nearest_value(palette, code));
-  });
-  return palette;
-}
 
 int blocks_along(int side) { return (side + kBlockSide - 1) / kBlockSide; }
 
@@ -181,63 +38,66 @@ std::size_t place_of_block(const TextureImage& image, const BlockLevel& level, i
   return level.first_byte + index * sizeof(BlockBytes) * static_cast<std::size_t>(image.layout.channels);
 }
 
+/// A level of codes of whole texels.
+struct CodeLevel {
+  const std::byte* texels;
+  int width, height, channels;
+  std::size_t code_bytes;
+  [[nodiscard]] std::size_t size() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels) *
+           code_bytes;
+  }
+  [[nodiscard]] BlockCodes block(int column, int row, int channel) const {
+    BlockCodes codes{};
+    for (int i = 0; i < kBlockSide * kBlockSide; ++i) {
+      const auto x = static_cast<std::size_t>(std::min(kBlockSide * column + i % kBlockSide, width - 1));
+      const auto y = static_cast<std::size_t>(std::min(kBlockSide * row + i / kBlockSide, height - 1));
+      const std::size_t at = (y * static_cast<std::size_t>(width) + x) * static_cast<std::size_t>(channels) +
+                             static_cast<std::size_t>(channel);
+      std::memcpy(&codes.at(static_cast<std::size_t>(i)), texels + at * code_bytes, code_bytes);
+    }
+    return codes;
+  }
+};
+
 }  // namespace
 
-BlockBytes encode_block(const BlockCodes& codes, BlockRounding rounding) {
-  BlockCodes values{};
-  const bool is_above = rounding == BlockRounding::above;
-  BlockPalette palette = palette_of(is_above ? complements(codes) : codes, rounding != BlockRounding::nearest, values);
-  if (!is_above) return packed_block(palette, values);
-  palette.first = kGreatestCode - palette.last();
-  return packed_block(palette, complements(values));
+const BlockCodec& find_codec(TexelType type) {
+  const auto* const row = std::ranges::find(kCodecs, type, &BlockCodec::type);
+  assert(row != kCodecs.end());
+  return *row;
 }
 
-BlockCodes decode_block(const BlockBytes& block) {
-  const unsigned first = block[0];
-  const unsigned second = block[1];
-  const unsigned parts = first > second ? 7 : 5;
-  std::array<std::uint8_t, 8> values{block[0], block[1]};
-  for (unsigned i = 1; i < parts; ++i)
-    values.at(i + 1) = static_cast<std::uint8_t>(((parts - i) * first + i * second) / parts);
-  if (parts == 5) values[7] = kGreatestCode;  // and the one before is 0
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, block.data() + 2, 6);
-  BlockCodes codes{};
-  for (std::size_t i = 0; i < codes.size(); ++i) codes.at(i) = values.at(bits >> (3 * i) & 7U);
-  return codes;
-}
-
-TextureImage as_blocks(const TextureImage& image, BlockRounding second) {
-  assert(image.layout.type == TexelType::unorm8 && image.layout.channels <= 2);
-  TextureImage blocks = image;
-  blocks.layout.type = TexelType::rgtc;
+TextureImage as_blocks(const TextureImage& codes, BlockRounding first, BlockRounding second) {
+  const BlockCodec& codec = find_codec(codes.layout.type);
+  TextureImage blocks = codes;
   blocks.texels.resize(image_bytes(blocks));
-  const auto channels = static_cast<std::size_t>(image.layout.channels);
-  for (int l = 0; l < image.levels; ++l) {
+  CodeLevel whole{.texels = codes.texels.data(),
+                  .width = codes.width,
+                  .height = codes.height,
+                  .channels = codes.layout.channels,
+                  .code_bytes = static_cast<std::size_t>(codes.layout.bytes() / codes.layout.channels)};
+  for (int l = 0; l < codes.levels; ++l) {
     const BlockLevel level = block_level(blocks, l);
-    const std::byte* const texels = image.texels.data() + block_level(image, l).first_byte;
+    whole.width = level.width;
+    whole.height = level.height;
     parallel_for(blocks_along(level.height), 0, [&](int row) {
       for (int column = 0; column < blocks_along(level.width); ++column) {
         std::byte* at = blocks.texels.data() + place_of_block(blocks, level, column, row);
-        for (std::size_t channel = 0; channel < channels; ++channel, at += sizeof(BlockBytes)) {
-          BlockCodes codes{};
-          for (int i = 0; i < kBlockSide * kBlockSide; ++i) {
-            const int x = std::min(kBlockSide * column + i % kBlockSide, level.width - 1);
-            const int y = std::min(kBlockSide * row + i / kBlockSide, level.height - 1);
-            const auto texel =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) + static_cast<std::size_t>(x);
-            codes.at(static_cast<std::size_t>(i)) = std::to_integer<std::uint8_t>(texels[texel * channels + channel]);
-          }
-          const BlockBytes block = encode_block(codes, channel == 0 ? BlockRounding::nearest : second);
+        for (int channel = 0; channel < codes.layout.channels; ++channel, at += sizeof(BlockBytes)) {
+          const BlockBytes block = codec.encode(whole.block(column, row, channel), channel == 0 ? first : second);
           std::memcpy(at, block.data(), block.size());
         }
       }
     });
+    whole.texels += whole.size();
   }
   return blocks;
 }
 
 std::vector<float> read_blocks(const TextureImage& image, int channel, int level) {
+  const BlockCodec& codec = find_codec(image.layout.type);
+  const auto greatest = static_cast<float>(greatest_code(image.layout.type));
   const BlockLevel here = block_level(image, level);
   std::vector<float> values(static_cast<std::size_t>(here.width) * static_cast<std::size_t>(here.height));
   for (int row = 0; row < blocks_along(here.height); ++row)
@@ -247,31 +107,35 @@ std::vector<float> read_blocks(const TextureImage& image, int channel, int level
                   image.texels.data() + place_of_block(image, here, column, row) +
                       static_cast<std::size_t>(channel) * block.size(),
                   block.size());
-      const BlockCodes codes = decode_block(block);
+      const BlockCodes codes = codec.decode(block);
       for (int i = 0; i < kBlockSide * kBlockSide; ++i) {
         const int x = kBlockSide * column + i % kBlockSide;
         const int y = kBlockSide * row + i / kBlockSide;
         if (x >= here.width || y >= here.height) continue;
         values[static_cast<std::size_t>(y) * static_cast<std::size_t>(here.width) + static_cast<std::size_t>(x)] =
-            static_cast<float>(codes.at(static_cast<std::size_t>(i))) / kGreatestCode;
+            static_cast<float>(codes.at(static_cast<std::size_t>(i))) / greatest;
       }
     }
   return values;
 }
 
-Heightfield heights_in_blocks(const Heightfield& heights, BlockRounding rounding) {
-  TextureImage image{.width = heights.width, .height = heights.height, .layout = {.channels = 2}};
-  // As a second channel, whose rounding is chosen.
-  image.texels.reserve(2 * heights.texels.size());
+Heightfield heights_in_blocks(const Heightfield& heights, TexelType type, BlockRounding rounding) {
+  TextureImage codes{.width = heights.width, .height = heights.height, .layout = {.type = type, .channels = 1}};
+  const auto code_bytes = static_cast<std::size_t>(codes.layout.bytes());
+  codes.texels.resize(heights.texels.size() * code_bytes);
+  const auto greatest = static_cast<double>(greatest_code(type));
+  const double float_rounding = greatest * (1e-5 / 255);
+  std::byte* at = codes.texels.data();
   for (const float height : heights.texels) {
-    const double code = 255.0 * static_cast<double>(height);
-    const double whole = rounding == BlockRounding::above   ? std::ceil(code - 1e-5)
-                         : rounding == BlockRounding::below ? std::floor(code + 1e-5)
-                                                            : std::round(code);
-    image.texels.insert(image.texels.end(), 2, static_cast<std::byte>(static_cast<std::uint8_t>(whole)));
+    const double exact = greatest * static_cast<double>(height);
+    const auto code = static_cast<std::uint16_t>(rounding == BlockRounding::above   ? std::ceil(exact - float_rounding)
+                                                 : rounding == BlockRounding::below ? std::floor(exact + float_rounding)
+                                                                                    : std::round(exact));
+    std::memcpy(at, &code, code_bytes);
+    at += code_bytes;
   }
   Heightfield result = heights;
-  result.texels = read_blocks(as_blocks(image, rounding), 1, 0);
+  result.texels = read_blocks(as_blocks(codes, rounding, rounding), 0, 0);
   return result;
 }
 

@@ -62,7 +62,7 @@ std::string file_conflict(const fs::path& path, const MapStorage& storage) {
     return fmt::format("{}: a map is written as .ktx2, .exr or .png", path.string());
   if (!is_flat) return fmt::format("{}: a {} map is written as .ktx2 only", path.string(), storage.map.id);
   const TexelType type = storage.format.type;
-  if (extension == ".png" && (is_float(type) || type == TexelType::rgtc))
+  if (extension == ".png" && (is_float(type) || is_of_blocks(type)))
     return fmt::format("{}: a PNG cannot hold the {} of {}; write .ktx2 or .exr", path.string(),
                        is_float(type) ? "floats" : "blocks", storage.format.id);
   return "";

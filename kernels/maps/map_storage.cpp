@@ -21,7 +21,7 @@ std::string solid_format_conflict(const MapRow& map, const Format& format) {
 }
 
 std::string format_conflict(const MapRow& map, const Format& format) {
-  if (format.type == TexelType::rgtc &&
+  if (is_of_blocks(format.type) &&
       (map.is_solid || (map.content != MapContent::heights && map.content != MapContent::ratios)))
     return fmt::format("format {} is of blocks, in which a {} map is not kept", format.id, map.id);
   if (map.is_solid) return solid_format_conflict(map, format);

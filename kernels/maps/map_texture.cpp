@@ -30,9 +30,12 @@ int chain_length(const Heightfield& heights) {
   return static_cast<int>(std::bit_width(static_cast<unsigned>(std::max(heights.width, heights.height))));
 }
 
+/// Of blocks: what they are made from, codes of whole texels.
 TextureImage blank(int width, int height, const TexelLayout& layout, int levels = 1) {
   TextureImage image{.width = width, .height = height, .layout = layout, .levels = levels};
-  image.texels.resize(image_bytes(image));
+  std::size_t texels = 0;
+  for (int l = 0; l < levels; ++l) texels += texel_count(level_side(width, l), level_side(height, l));
+  image.texels.resize(texels * static_cast<std::size_t>(layout.bytes()));
   return image;
 }
 
@@ -125,7 +128,7 @@ void write_block_mips(MapTextures& textures, const MapSource& source, const Rati
   for (int l = 1; l < textures.relief.levels; ++l) {
     first += level.heights.texels.size();
     level = mip_chain(level.heights, level.ratios, layout.map.ratios, source.wrap, source.mips).front();
-    level.heights = heights_in_blocks(level.heights, rounding);
+    level.heights = heights_in_blocks(level.heights, layout.format.type, rounding);
     write_heights(textures.relief, level.heights, first);
     write_ratios(textures, level.heights, level.ratios, layout, first);
   }
@@ -251,27 +254,18 @@ std::vector<MapTextures> cone_layers(const MapRow& map, const MapTextures& textu
   return layers;
 }
 
-namespace {
-
-/// The format that blocks are made from.
-Format decoded_format(Format format) {
-  format.type = TexelType::unorm8;
-  return format;
-}
-
-}  // namespace
-
 MapTextures pack_heights(const Heightfield& heights, const Format& format) {
-  if (format.type == TexelType::rgtc)
-    return {.relief = as_blocks(pack_heights(heights, decoded_format(format)).relief, BlockRounding::below)};
   MapTextures textures{.relief = blank(heights.width, heights.height, format.relief())};
   write_heights(textures.relief, heights);
+  if (is_of_blocks(format.type))
+    textures.relief = as_blocks(textures.relief, BlockRounding::nearest, BlockRounding::below);
   return textures;
 }
 
 namespace {
 
-MapTextures packed_map(const MapSource& source, const Format& format, const Encoding& encoding, bool is_for_blocks) {
+/// Of blocks: what they are made from.
+MapTextures packed_texels(const MapSource& source, const Format& format, const Encoding& encoding) {
   const auto& [map, heights, values, wrap, depth, mips, parameters] = source;
   const bool has_levels =
       mips != Mips::none && (map.content == MapContent::heights || map.content == MapContent::ratios);
@@ -304,17 +298,30 @@ MapTextures packed_map(const MapSource& source, const Format& format, const Enco
       textures.extra = packed_sectors(source, format, encoding);
       break;
   }
-  if (has_levels) (is_for_blocks ? write_block_mips : write_mips)(textures, source, layout);
+  if (has_levels) (is_of_blocks(format.type) ? write_block_mips : write_mips)(textures, source, layout);
   return textures;
+}
+
+/// Ratios that hold if heights are up to value_spread() off, a texel or more away.
+std::vector<float> narrowed_for_spread(const MapSource& source, TexelType type) {
+  const auto side = static_cast<float>(std::max(source.heights.width, source.heights.height));
+  const float share = 2 * value_spread(type) * side;  // by which a slope of 1 may grow
+  std::vector<float> ratios(source.values.begin(), source.values.end());
+  for (float& ratio : ratios) ratio /= 1 + share * ratio;
+  return ratios;
 }
 
 }  // namespace
 
 MapTextures pack_map(const MapSource& source, const Format& format, const Encoding& encoding) {
-  if (format.type != TexelType::rgtc) return packed_map(source, format, encoding, false);
-  const MapTextures codes = packed_map(source, decoded_format(format), encoding, true);
+  if (!is_of_blocks(format.type)) return packed_texels(source, format, encoding);
+  const std::vector<float> ratios = narrowed_for_spread(source, format.type);
+  MapSource narrowed = source;
+  narrowed.values = ratios;
+  const MapTextures codes = packed_texels(narrowed, format, encoding);
   // The safe side of a ratio is the narrower cone.
-  return {.relief = as_blocks(codes.relief, encoding.is_decreasing ? BlockRounding::above : BlockRounding::below)};
+  return {.relief = as_blocks(codes.relief, BlockRounding::nearest,
+                              encoding.is_decreasing ? BlockRounding::above : BlockRounding::below)};
 }
 
 UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const Encoding& encoding, bool is_solid) {
@@ -336,7 +343,7 @@ UnpackedMap unpack_map(const MapTextures& textures, const Format& format, const 
 }
 
 std::vector<float> read_channel(const TextureImage& image, int channel, int level) {
-  if (image.layout.type == TexelType::rgtc) return read_blocks(image, channel, level);
+  if (is_of_blocks(image.layout.type)) return read_blocks(image, channel, level);
   std::size_t begin = 0;
   for (int l = 0; l < level; ++l) begin += texel_count(level_side(image.width, l), level_side(image.height, l));
   std::vector<float> values(texel_count(level_side(image.width, level), level_side(image.height, level)));

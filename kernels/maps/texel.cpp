@@ -32,6 +32,8 @@ constexpr std::array kFormats{
     Format{.id = "r32f+rgba32f", .type = TexelType::float32, .channels = 1, .extra_channels = 4},
     Format{.id = "bc4", .type = TexelType::rgtc, .channels = 1},
     Format{.id = "bc5", .type = TexelType::rgtc, .channels = 2},
+    Format{.id = "eac_r11", .type = TexelType::eac, .channels = 1},
+    Format{.id = "eac_rg11", .type = TexelType::eac, .channels = 2},
 };
 
 /// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
@@ -111,10 +113,10 @@ const Encoding& find_encoding(std::string_view id) { return find_row(encodings()
 float value_of(std::uint32_t code, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
-    case TexelType::rgtc:
-      return static_cast<float>(code) / 255.0F;
     case TexelType::unorm16:
-      return static_cast<float>(code) / 65535.0F;
+    case TexelType::rgtc:
+    case TexelType::eac:
+      return static_cast<float>(code) / static_cast<float>(greatest_code(type));
     case TexelType::float16:
       return half(half::FromBits, static_cast<std::uint16_t>(code));
     case TexelType::float32:
@@ -123,13 +125,15 @@ float value_of(std::uint32_t code, TexelType type) {
   return 0;
 }
 
+float value_spread(TexelType type) { return type == TexelType::eac ? kEacSpread : 0; }
+
 std::uint32_t nearest_code(float value, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
-    case TexelType::rgtc:
-      return static_cast<std::uint32_t>(std::lround(double{value} * 255.0));
     case TexelType::unorm16:
-      return static_cast<std::uint32_t>(std::lround(double{value} * 65535.0));
+    case TexelType::rgtc:
+    case TexelType::eac:
+      return static_cast<std::uint32_t>(std::lround(double{value} * greatest_code(type)));
     case TexelType::float16:
       return half(value).bits();
     case TexelType::float32:
@@ -139,7 +143,7 @@ std::uint32_t nearest_code(float value, TexelType type) {
 }
 
 Heightfield quantise_heights(const Heightfield& heights, TexelType type) {
-  if (type == TexelType::rgtc) return heights_in_blocks(heights, BlockRounding::nearest);
+  if (is_of_blocks(type)) return heights_in_blocks(heights, type, BlockRounding::nearest);
   Heightfield quantised = heights;
   for (std::vector<float>* values : {&quantised.texels, &quantised.floors})
     for (float& height : *values) height = value_of(nearest_code(height, type), type);
@@ -150,8 +154,10 @@ std::uint32_t floor_code(float ratio, float height, TexelType type, const Encodi
   // An angle ends at 1, everything else where the type does.
   const float greatest = is_float(type) && !encoding.is_decreasing ? kUnboundedRatio : 1.0F;
   const std::uint32_t end = nearest_code(greatest, type) + 1;
+  const float spread = value_spread(type);
   const auto fits = [&](std::uint32_t code) {
-    return encoding.decode(value_of(code, type), height) * encoding.guard < ratio;
+    const float widest = value_of(code, type) + (encoding.is_decreasing ? -spread : spread);
+    return encoding.decode(widest, height + spread) * encoding.guard < ratio;
   };
   std::uint32_t low = 0;
   std::uint32_t high = end;

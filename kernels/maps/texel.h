@@ -42,9 +42,12 @@ struct Encoding {
 [[nodiscard]] std::span<const Encoding> encodings();
 [[nodiscard]] const Encoding& find_encoding(std::string_view id);  ///< throws: Error(bad_input) listing the choices
 
-/// A code is the bits as stored; in blocks, those of the unorm8 that they decode to. For values >= 0 all types are
-/// ordered as their codes are.
+/// A code is the bits as stored; in blocks, what they decode to. For values >= 0 all types are ordered as their codes
+/// are.
 [[nodiscard]] float value_of(std::uint32_t code, TexelType type);
+/// What a device's value may differ by from value_of(), where its API lets it choose; ends are exact. Ratios are
+/// floored so that they are safe whatever it chooses.
+[[nodiscard]] float value_spread(TexelType type);
 /// The code of the value nearest to `value` (in [0, 1] for unorms); halves: ties to even.
 [[nodiscard]] std::uint32_t nearest_code(float value, TexelType type);
 
@@ -53,7 +56,8 @@ struct Encoding {
 [[nodiscard]] Heightfield quantise_heights(const Heightfield& heights, TexelType type);
 
 /// The code of the widest cone that `type` can hold whose decoded ratio, with a guard, is below `ratio`; the narrowest
-/// cone's code if none is. The guard is one ulp, for samplers whose unorm conversion is an ulp off, or Encoding::guard.
+/// cone's code if none is. The guard is one ulp, for samplers whose unorm conversion is an ulp off, or Encoding::guard;
+/// and value_spread() of both values.
 /// Not idempotent: floor a baked ratio once.
 /// ratio: >= 0; height: of the texel, as stored
 [[nodiscard]] std::uint32_t floor_code(float ratio, float height, TexelType type, const Encoding& encoding);

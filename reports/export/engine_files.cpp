@@ -45,8 +45,8 @@ class Folder {
     }
     for (const std::string_view id : engine_.containers)
       if (const Container& container = find_container(id); container.holds(image)) return container;
-    fail_input("{}: {} has no kind of file for {} level{} of {}", file, engine_.name, image.levels,
-               image.levels == 1 ? "" : "s", format_name(image.layout));
+    fail_input("{}: {} has no kind of file for {} level{} of {}; --textures ktx2 writes what any loader of KTX2 takes",
+               file, engine_.name, image.levels, image.levels == 1 ? "" : "s", format_name(image.layout));
   }
 
   /// Stores an image as the engine has it; returns the file's name in the engine's assets.

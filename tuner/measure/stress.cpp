@@ -324,6 +324,11 @@ class StressRun {
         drawing_ = device.get();
         StressResult here = result;
         here.backend = device->session.device().backend;
+        if (textures) here.skipped = device->session.device().refusal(textures->relief.layout.type);
+        if (!here.skipped.empty()) {
+          report_.results.push_back(std::move(here));
+          continue;
+        }
         Backend& backend = device->session.backend();
         const Frame frame = upload(backend, textures, device->scene);
         const std::vector<Draw> draws = device->session.scored(settings, scene, frame.draw);
