@@ -19,8 +19,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::size_t kBlock = 1U << 13U;   // pixels that are judged while they are in the cache
-constexpr double kRecoverableTexels = 0.5;  // nearer than this a hit is good, whatever came before
+constexpr std::size_t kPixelsAtOnce = 1U << 13U;  // pixels that are judged while they are in the cache
+constexpr double kRecoverableTexels = 0.5;        // nearer than this a hit is good, whatever came before
 
 bool has_ray(const ScorePixel& pixel) {
   // Nothing times 0 is 0 but a finite number.
@@ -143,8 +143,8 @@ JudgedFrame judge_blocks(std::span<const ScorePixel> pixels, PixelScores judged,
       sum_of_shares(pixels.size(), [&](std::size_t share, std::size_t begin, std::size_t size) {
         for (MetricValues& one : values) one.reserve(share, size);
         VerdictCounts of_share;
-        for (std::size_t first = begin; first < begin + size; first += kBlock) {
-          const std::size_t count = std::min(kBlock, begin + size - first);
+        for (std::size_t first = begin; first < begin + size; first += kPixelsAtOnce) {
+          const std::size_t count = std::min(kPixelsAtOnce, begin + size - first);
           const std::span<PixelScore> scores = std::span(frame.pixels).subspan(first, count);
           score(first, scores);
           of_share += verdicts_of(scores, std::span(frame.mask.has_ray).subspan(first, count));

@@ -35,9 +35,8 @@ struct BlockCodec {
 // 8 values are whole codes of 8 bits, which decoders that divide exactly all show. llvmpipe 22.3 does not: it reads up
 // to one code less, never more, so that ratios are still safe there, but heights are not the ones that cones were baked
 // from. Blocks of endpoints of any difference it reads up to two codes off. Libraries choose their endpoints freely;
-// and stb_dxt's blocks are farther off even where they are decoded exactly: 2.67 codes rms on rocks where these are
-// 2.24, 1.21 on four where these are 0.75. source: Khronos Data Format Specification 1.3, RGTC: RED_RGTC1 is BC4_UNORM,
-// RG_RGTC2 is BC5_UNORM
+// and stb_dxt's blocks are farther off even where they are decoded exactly: 1.2 times on rocks, 1.6 times on four
+// (rms). source: Khronos Data Format Specification 1.3, RGTC: RED_RGTC1 is BC4_UNORM, RG_RGTC2 is BC5_UNORM
 [[nodiscard]] BlockBytes encode_rgtc(const BlockCodes& codes, BlockRounding rounding);
 [[nodiscard]] BlockCodes decode_rgtc(const BlockBytes& block);
 

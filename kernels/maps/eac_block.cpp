@@ -10,7 +10,7 @@ namespace reliefbench {
 namespace {
 
 constexpr int kGreatest = 2047;
-constexpr int kPlaces = 8;
+constexpr int kEacPlaces = 8;
 constexpr int kTables = 16;
 constexpr int kMultipliers = 16;
 constexpr int kBases = 256;
@@ -33,9 +33,9 @@ constexpr std::array<std::array<int, 4>, kTables> kFirstModifiers{{{-3, -6, -9, 
                                                                    {-4, -6, -8, -9},
                                                                    {-3, -5, -7, -9}}};
 /// The index of a place in the rising order of a table's modifiers.
-constexpr std::array<int, kPlaces> kIndexOfPlace{3, 2, 1, 0, 4, 5, 6, 7};
+constexpr std::array<int, kEacPlaces> kIndexOfPlace{3, 2, 1, 0, 4, 5, 6, 7};
 
-using Modifiers = std::array<int, kPlaces>;
+using Modifiers = std::array<int, kEacPlaces>;
 constexpr std::array<Modifiers, kTables> rising_modifiers() {
   std::array<Modifiers, kTables> tables{};
   for (std::size_t table = 0; table < kTables; ++table)
@@ -140,8 +140,8 @@ class EacSearch {
   [[nodiscard]] double nearest_cost(const Modifiers& values) const {
     std::int64_t sum = 0;
     std::size_t from = 0;
-    for (std::size_t i = 0; i < kPlaces; ++i) {
-      const std::size_t to = i + 1 < kPlaces ? count_to((values[i] + values[i + 1]) / 2) : sums_.size() - 1;
+    for (std::size_t i = 0; i < kEacPlaces; ++i) {
+      const std::size_t to = i + 1 < kEacPlaces ? count_to((values[i] + values[i + 1]) / 2) : sums_.size() - 1;
       const std::int64_t value = values[i];
       const auto count = static_cast<std::int64_t>(to - from);
       sum += squares_[to] - squares_[from] - value * (2 * (sums_[to] - sums_[from]) - count * value);
@@ -155,8 +155,8 @@ class EacSearch {
     if (values.front() > low_) return kWorstCost;
     double sum = -static_cast<double>(sums_.size() - 1);
     std::size_t from = 0;
-    for (std::size_t i = 0; i < kPlaces; ++i) {
-      const std::size_t to = i + 1 < kPlaces ? count_to(values[i + 1] - 1) : sums_.size() - 1;
+    for (std::size_t i = 0; i < kEacPlaces; ++i) {
+      const std::size_t to = i + 1 < kEacPlaces ? count_to(values[i + 1] - 1) : sums_.size() - 1;
       if (to == from) continue;
       sum += static_cast<double>(sums_[to] - sums_[from]) * reciprocals_[static_cast<std::size_t>(values[i]) + 1];
       from = to;
@@ -236,7 +236,7 @@ class EacSearch {
 /// The place of the palette's value for a code.
 int place_of_code(const Modifiers& values, int code, BlockRounding rounding) {
   int best = -1;
-  for (int i = 0; i < kPlaces; ++i) {
+  for (int i = 0; i < kEacPlaces; ++i) {
     const int off = values.at(static_cast<std::size_t>(i)) - code;
     if ((rounding == BlockRounding::below && off > 0) || (rounding == BlockRounding::above && off < 0)) continue;
     if (best < 0 || std::abs(off) < std::abs(values.at(static_cast<std::size_t>(best)) - code)) best = i;
@@ -270,8 +270,8 @@ BlockCodes decode_eac(const BlockBytes& block) {
   for (const std::uint8_t byte : block) bits = bits << 8U | byte;
   const EacPalette palette{.base = block[0], .multiplier = block[1] >> 4U, .table = block[1] & 15U};
   const Modifiers rising = palette.values();
-  std::array<int, kPlaces> values{};
-  for (std::size_t i = 0; i < kPlaces; ++i) values.at(static_cast<std::size_t>(kIndexOfPlace.at(i))) = rising.at(i);
+  std::array<int, kEacPlaces> values{};
+  for (std::size_t i = 0; i < kEacPlaces; ++i) values.at(static_cast<std::size_t>(kIndexOfPlace.at(i))) = rising.at(i);
   BlockCodes codes{};
   for (int i = 0; i < 16; ++i)
     codes.at(static_cast<std::size_t>(i)) = static_cast<std::uint16_t>(values.at(bits >> index_shift(i) & 7U));
