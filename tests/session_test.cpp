@@ -57,6 +57,28 @@ TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
   EXPECT_EQ(session.shaders_compiled(), 1);
 }
 
+TEST(Session, lets_go_of_the_pipelines_that_were_used_longest_ago) {
+  WallSplit split;
+  FaultyDevices devices;
+  Session session(find_backend("null"), 0, split, false, devices.opener());
+  const std::vector<Settings> settings = every_technique();
+  ASSERT_GT(settings.size(), 4U);
+  const auto is_there = [&](std::size_t i) { return session.is_compiled(settings[i], Target::score, kAnyScene); };
+  const auto use = [&](std::size_t i) { static_cast<void>(session.pipeline(settings[i], Target::score, kAnyScene)); };
+  for (const std::size_t i : {0, 1, 2, 3, 1}) use(i);
+  session.drop_old_pipelines(4);
+  for (const std::size_t i : {0, 1, 2, 3}) EXPECT_TRUE(is_there(i)) << i;
+  session.drop_old_pipelines(2);
+  for (const std::size_t i : {0, 1, 2, 3}) EXPECT_EQ(is_there(i), i == 1 || i == 3) << i;
+  const int compiled = session.shaders_compiled();
+  use(1);
+  EXPECT_EQ(session.shaders_compiled(), compiled);
+  use(0);
+  EXPECT_EQ(session.shaders_compiled(), compiled + 1);
+  session.drop_old_pipelines(0);
+  for (const std::size_t i : {0, 1, 2, 3}) EXPECT_FALSE(is_there(i)) << i;
+}
+
 TEST(Session, opengl_compiles_nothing_ahead) {
   WallSplit split;
   Session session(find_backend("opengl"), 0, split, false);

@@ -259,13 +259,26 @@ std::vector<Draw> Session::shaded_reference(std::span<const PixelFeature> featur
 }
 
 Session::Compiled& Session::pipeline(Source source) {
-  if (const auto found = pipelines_.find(source.key); found != pipelines_.end()) return found->second;
+  auto found = pipelines_.find(source.key);
+  if (found == pipelines_.end())
+    split_.book(Part::compile, [&] {
+      Compiled compiled = compile(source, stages_of(source));
+      ++shaders_compiled_;
+      found = pipelines_.emplace(std::move(source.key), std::move(compiled)).first;
+    });
+  found->second.last_use = ++uses_;
+  return found->second;
+}
 
-  return split_.book(Part::compile, [&]() -> Compiled& {
-    Compiled compiled = compile(source, stages_of(source));
-    ++shaders_compiled_;
-    return pipelines_.emplace(std::move(source.key), std::move(compiled)).first->second;
-  });
+void Session::drop_old_pipelines(std::size_t most) {
+  if (pipelines_.size() <= most) return;
+  if (most == 0) return pipelines_.clear();
+  std::vector<std::int64_t> uses;
+  uses.reserve(pipelines_.size());
+  for (const auto& [key, compiled] : pipelines_) uses.push_back(compiled.last_use);
+  const auto oldest_kept = uses.end() - static_cast<std::ptrdiff_t>(most);
+  std::ranges::nth_element(uses, oldest_kept);
+  std::erase_if(pipelines_, [&](const auto& one) { return one.second.last_use < *oldest_kept; });
 }
 
 void Session::compile_ahead(std::span<const Wanted> wanted) {

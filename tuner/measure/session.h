@@ -77,7 +77,8 @@ class Session {
     std::unique_ptr<Pipeline> pipeline;
     std::string spirv_sha256;
     double compile_ns = 0;
-    double first_draw_ns = 0;  ///< compile and first draw; 0 until it is drawn
+    double first_draw_ns = 0;   ///< compile and first draw; 0 until it is drawn
+    std::int64_t last_use = 0;  ///< a count of uses
   };
   /// The pipeline of a technique for a target, from the run-time settings. Target::score: with what the settings'
   /// features of the scene put there, too. throws: Error(environment): compiler's words
@@ -86,6 +87,9 @@ class Session {
   [[nodiscard]] bool is_compiled(const Settings& settings, const Target& target, const Scene& scene) const {
     return pipelines_.contains(source_of(settings, target, scene).key);
   }
+  /// Lets go of those pipelines that were used longest ago, down to `most`; draws with them count no more. A software
+  /// rasteriser takes two megabytes for each.
+  void drop_old_pipelines(std::size_t most);
   /// What shades the exact hits, with the exact values of these features.
   [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, const Scene& scene);
   /// The shaded frame of a setting, in the order of its draws: what hides it, the relief, objects beside it, the sky.
@@ -177,6 +181,7 @@ class Session {
   std::map<std::string, Spirv, std::less<>> vertices_;  ///< by name
   std::map<std::string, Spirv, std::less<>> fragments_;
   std::map<std::string, Compiled, std::less<>> pipelines_;
+  std::int64_t uses_ = 0;  ///< of pipelines
   int shaders_compiled_ = 0;
   Calibration calibration_;
   std::vector<FrameFill> fills_;

@@ -158,6 +158,7 @@ class DeviceSweep {
 
  private:
   void run_block(const Block& block, const std::function<void(double)>& on_progress) {
+    if (session_.device().software) session_.drop_old_pipelines(kMostPipelines);
     compile_ahead(block);
     std::vector<PreparedCase> prepared;
     prepared.reserve(block.size());
@@ -263,7 +264,8 @@ class DeviceSweep {
     }
   }
 
-  static constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
+  static constexpr std::size_t kMostPipelines = 1024;  // of a software rasteriser: two gigabytes
+  static constexpr double kPrepareShare = 0.7;         // of a block's time, for the progress bar
 
   const Config& config_;
   const std::filesystem::path& folder_;
