@@ -88,7 +88,7 @@ class Session {
     return pipelines_.contains(source_of(settings, target, scene).key);
   }
   /// Lets go of those pipelines that were used longest ago, down to `most`; draws with them count no more. A software
-  /// rasteriser takes two megabytes for each.
+  /// rasteriser takes two to three megabytes for each.
   void drop_old_pipelines(std::size_t most);
   /// What shades the exact hits, with the exact values of these features.
   [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, const Scene& scene);

@@ -264,7 +264,7 @@ class DeviceSweep {
     }
   }
 
-  static constexpr std::size_t kMostPipelines = 1024;  // of a software rasteriser: two gigabytes
+  static constexpr std::size_t kMostPipelines = 1024;  // of a software rasteriser: three gigabytes
   static constexpr double kPrepareShare = 0.7;         // of a block's time, for the progress bar
 
   const Config& config_;
