@@ -161,7 +161,7 @@ TEST(KeptTest, what_floats_cannot_tell_is_forgiven_and_nothing_else) {
   const auto kept = [&](Guarantee guarantee, float t, Verdict verdict, const ReferenceHit& reference,
                         PixelStatus status = PixelStatus::hit) {
     const ScorePixel pixel{.ray = {.slope_u = 1}, .t = t, .status = static_cast<float>(status)};
-    return keeps(guarantee, pixel, {.verdict = verdict}, reference, half, Wrap::repeat);
+    return keeps(guarantee, pixel, {.e_xy = 0, .e_z = 0, .verdict = verdict}, reference, half, Wrap::repeat);
   };
   using enum Guarantee;
   const ReferenceHit thin{.t_enter = 0.25, .t_exit = 0.25 + 0x1p-24};
