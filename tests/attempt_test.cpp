@@ -11,6 +11,7 @@
 
 #include "kernels/base/file_error.h"
 #include "tests/faulty_device.h"
+#include "tests/made_claim.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/claims.h"
@@ -80,17 +81,9 @@ TEST_F(AttemptTest, says_nothing_of_bad_input_and_full_disks) {
   EXPECT_THROW((void)attempt(session, [] { fail_file("disk", "cannot be written", ENOSPC); }), FileError);
 }
 
-constexpr const char* kLostClaim = R"({"source": "[X] table 1", "about": "a test",
-"scene": {"heightmap": {"source": "spikes", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]},
-"metrics": ["e_xy.mean", "frame_time"],
-"rows": [{"label": "few", "settings": "relief?linear_steps=8"},
-         {"label": "cones", "settings": "cone?cone_steps=64&filter=manual"}],
-"checks": [{"says": "errors", "metric": "missed_rate", "of": "cones", "at_most": 1},
-           {"says": "times", "metric": "frame_time", "of": "cones", "to": "few", "quotient": 1, "tolerance": 1e9}]})";
-
 /// Two claims on the null backend, all of whose checks hold.
 std::vector<ClaimVerdict> verdicts_on(FaultyDevices& devices, std::vector<ClaimResult>& results) {
-  static const std::vector<Claim> claims{parse_claim(kLostClaim, "x.json"), parse_claim(kLostClaim, "y.json")};
+  static const std::vector<Claim> claims{parse_claim(made_claim(), "x.json"), parse_claim(made_claim(), "y.json")};
   devices.be_hardware();
   results = run_claims(claims, {.backends = {"null"}, .quiet = true, .open = devices.opener(), .cooling_pause_s = 0});
   std::vector<ClaimVerdict> verdicts;

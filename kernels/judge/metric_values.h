@@ -12,28 +12,21 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/base/lanes.h"
 #include "kernels/base/parallel.h"
 #include "kernels/judge/metric.h"
 
 namespace reliefbench {
 
-/// Sums in eight lanes: one addition need not wait for the one before.
 inline double sum_of_values(std::span<const float> values) {
-  std::array<double, 8> lanes{};
-  std::size_t i = 0;
-  for (; i + lanes.size() <= values.size(); i += lanes.size())
-    for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] += static_cast<double>(values[i + lane]);
-  for (; i < values.size(); ++i) lanes[0] += static_cast<double>(values[i]);
+  const auto lanes =
+      in_lanes<double>(values.size(), [&](double& sum, std::size_t i) { sum += static_cast<double>(values[i]); });
   return std::accumulate(lanes.begin(), lanes.end(), 0.0);
 }
 
-/// 0 at least; in eight lanes, likewise.
+/// 0 at least.
 inline float max_of_values(std::span<const float> values) {
-  std::array<float, 8> lanes{};
-  std::size_t i = 0;
-  for (; i + lanes.size() <= values.size(); i += lanes.size())
-    for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] = std::max(lanes[lane], values[i + lane]);
-  for (; i < values.size(); ++i) lanes[0] = std::max(lanes[0], values[i]);
+  const auto lanes = in_lanes<float>(values.size(), [&](float& max, std::size_t i) { max = std::max(max, values[i]); });
   return *std::ranges::max_element(lanes);
 }
 

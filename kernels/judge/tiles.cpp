@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <numeric>
 
+#include "kernels/base/lanes.h"
 #include "kernels/base/parallel.h"
 
 namespace reliefbench {
@@ -15,14 +16,9 @@ namespace {
 constexpr int kTileWidth = 256;
 constexpr int kTileHeight = 64;
 
-/// Of a row of values, in eight lanes: one addition need not wait for the one before.
 double masked_sum(const float* values, const std::uint8_t* has_ray, std::size_t count) {
-  std::array<double, 8> lanes{};
-  const auto value = [&](std::size_t i) { return has_ray[i] != 0 ? static_cast<double>(values[i]) : 0.0; };
-  std::size_t i = 0;
-  for (; i + lanes.size() <= count; i += lanes.size())
-    for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] += value(i + lane);
-  for (; i < count; ++i) lanes[0] += value(i);
+  const auto lanes = in_lanes<double>(
+      count, [&](double& sum, std::size_t i) { sum += has_ray[i] != 0 ? static_cast<double>(values[i]) : 0.0; });
   return std::accumulate(lanes.begin(), lanes.end(), 0.0);
 }
 
