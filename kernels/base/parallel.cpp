@@ -5,6 +5,7 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <vector>
 #else
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -32,9 +33,10 @@ void run_loop(int count, int threads, const std::function<void(int)>& body) {
       failed = std::current_exception();
     }
   };
-  std::vector<std::thread> pool;
-  for (int i = 0; i < std::min(count, threads > 0 ? threads : 4); ++i) pool.emplace_back(work);
-  for (std::thread& thread : pool) thread.join();
+  {
+    std::vector<std::jthread> pool;  // joined also where one of them can't be started
+    for (int i = 0; i < std::min(count, threads > 0 ? threads : 4); ++i) pool.emplace_back(work);
+  }
   if (failed) std::rethrow_exception(failed);
 }
 #else
