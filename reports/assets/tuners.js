@@ -79,8 +79,11 @@ function draw(id, figure, place, yAxis) {
   });
 }
 
-const figureCells = ({mean, worst}, text) => [[mean, 'number'], [worst, 'number worst']].map(
-    ([value, className]) => make('td', {class: className}, value === null ? '∞' : text(value)));
+const figureCell = (value, text, className = 'number') =>
+    make('td', {class: className}, value === null ? '∞' : text(value));
+const figureCells =
+    ({mean, most, worst},
+     text) => [figureCell(mean, text), figureCell(most, text), figureCell(worst, text, 'number worst')];
 
 function figureRow({strategy, description}, point) {
   const count = (value) => String(Math.round(value));
@@ -88,7 +91,7 @@ function figureRow({strategy, description}, point) {
   return make(
       'tr', {}, make('td', {title: description}, strategy),
       make('td', {class: 'number'}, point.share < 1 ? percent(point.share) : 'to its end'),
-      ...figureCells(point.timed, count), ...figureCells(point.samples, count),
+      figureCell(point.timed.mean, count), figureCell(point.samples.mean, count),
       ...figureCells(point.worst_regret, share), ...figureCells(point.mean_regret, share),
       ...figureCells(point.hypervolume, (value) => value.toFixed(4)), ...figureCells(point.false_front, share),
       make('td', {class: 'number'}, point.uncovered ? `${point.uncovered} of ${data.seeds}` : ''));
@@ -96,8 +99,8 @@ function figureRow({strategy, description}, point) {
 
 function drawTable() {
   const heads = [
-    'strategy', 'share', 'settings', '', 'frames', '', 'worst regret', '', 'mean regret', '', 'hypervolume', '',
-    'false front', '', 'no answer'
+    'strategy', 'share', 'settings', 'frames', 'worst regret', '', '', 'mean regret', '', '', 'hypervolume', '', '',
+    'false front', '', '', 'no answer'
   ];
   byId('table').append(
       make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),
@@ -119,7 +122,8 @@ function certificateText(
 byId('certificate').textContent = certificateText(data.certificate);
 byId('subtitle').textContent = `${data.scene} on ${data.backend}, ${data.device}: ${data.settings} settings, ` +
     `${data.feasible} with ${data.constraints.join(', ') || 'no constraint'}, ${data.front} on the front of ` +
-    `${data.error_metric}; ${data.seeds} seeds`;
+    `${data.error_metric}; ${data.seeds} seeds` +
+    (data.part < 1 ? `, each on ${percent(data.part)} of the settings, drawn at random` : '');
 // A budget without an answer is infinitely far from the best: drawn on a line of its own, above all others.
 const regrets = data.strategies.flatMap(({points}) => points.flatMap(({worst_regret: r}) => [r.mean, r.worst]))
                     .filter((value) => value !== null && value > 0);

@@ -20,6 +20,7 @@ struct TunersArguments {
   std::string path;
   RecordedQuery query;
   int seeds = 20;
+  double part = 1;
   int certificates = 20;
   double correlation = 0;
   std::vector<double> shares;
@@ -28,37 +29,35 @@ struct TunersArguments {
   bool json = false;
 };
 
-std::string percent_or_none(double ratio) {
-  return std::isinf(ratio) ? "none" : fmt::format("{} %", format_number(100 * ratio));
-}
+std::string share_text(double ratio) { return fmt::format("{} %", format_number(100 * ratio)); }
 
-/// "mean / worst"
-template <typename Text>
-std::string both(const Spread& figure, Text&& text) {
-  return fmt::format("{} / {}", text(figure.mean), text(figure.worst));
+/// "mean / 95 % of the seeds / worst"
+std::string spread_text(const Spread& figure, int digits, double unit = 1) {
+  const auto text = [&](double value) {
+    return std::isinf(value) ? "none" : fmt::format("{:.{}f}", value / unit, digits);
+  };
+  return fmt::format("{} / {} / {}", text(figure.mean), text(figure.most), text(figure.worst));
 }
+std::string percents_text(const Spread& figure) { return spread_text(figure, 2, 0.01); }
 
 void print_line(const TunerLine& line, const Paint& paint) {
-  const auto count = [](double value) { return fmt::format("{:.0f}", value); };
-  const auto share = [](double value) { return fmt::format("{:.4f}", value); };
   put("\n{}  {}\n", paint.bold(line.strategy), paint.dim(line.description));
   std::vector<std::vector<std::string>> rows = {
-      {"budget", "settings", "frames", "worst regret", "mean regret", "hypervolume", "false front"}};
+      {"share", "settings", "frames", "worst regret, %", "mean regret, %", "hypervolume", "false front, %"}};
   for (const TunerPoint& point : line.points)
-    rows.push_back({point.share < 1 ? percent_or_none(point.share) : "to its end", both(point.timed, count),
-                    both(point.samples, count), both(point.worst_regret, percent_or_none),
-                    both(point.mean_regret, percent_or_none), both(point.hypervolume, share),
-                    both(point.false_front, percent_or_none)});
+    rows.push_back({point.share < 1 ? share_text(point.share) : "to its end", fmt::format("{:.0f}", point.timed.mean),
+                    fmt::format("{:.0f}", point.samples.mean), percents_text(point.worst_regret),
+                    percents_text(point.mean_regret), spread_text(point.hypervolume, 4),
+                    percents_text(point.false_front)});
   put("{}", columns(rows, "  "));
 }
 
 void print_certificate(const CertificateCheck& check, double correlation) {
   if (check.seeds == 0) return;
-  const auto frames = [](double value) { return fmt::format("{:.2f}", value); };
-  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
-      percent_or_none(check.epsilon), percent_or_none(check.confidence), check.held, check.seeds, check.certified);
-  put("  frames a setting {}, worst regret {}, frames of a round correlated by {}\n",
-      both(check.frames_per_setting, frames), both(check.worst_regret, percent_or_none), format_number(correlation));
+  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n", share_text(check.epsilon),
+      share_text(check.confidence), check.held, check.seeds, check.certified);
+  put("  frames a setting {}, worst regret {} %, frames of a round correlated by {}\n",
+      spread_text(check.frames_per_setting, 2), percents_text(check.worst_regret), format_number(correlation));
 }
 
 void print_comparison(const TunerComparison& comparison) {
@@ -67,9 +66,10 @@ void print_comparison(const TunerComparison& comparison) {
   put("{} settings, {} feasible ({}), {} on the front of {}\n", comparison.settings, comparison.feasible,
       comparison.constraints.empty() ? "no constraint" : fmt::format("{}", fmt::join(comparison.constraints, ", ")),
       comparison.on_front, comparison.error_metric);
-  put("{}\n", paint.dim(fmt::format("Figures: mean over {} seeds / the worst of them. Regret \"none\": some error "
-                                    "budget is left without an answer.",
-                                    comparison.seeds)));
+  if (comparison.part < 1) put("each seed searches {} of the settings, drawn at random\n", share_text(comparison.part));
+  put("{}\n", paint.dim(fmt::format("Figures: mean over {} seeds / what {} of them keep / the worst. Regret \"none\": "
+                                    "some error budget is left without an answer.",
+                                    comparison.seeds, share_text(kMostSeeds))));
   for (const TunerLine& line : comparison.lines) print_line(line, paint);
   print_certificate(comparison.certificate, comparison.correlation);
 }
@@ -77,8 +77,10 @@ void print_comparison(const TunerComparison& comparison) {
 void tuners_command(const TunersArguments& arguments) {
   const RecordedTable table = load_recorded(arguments.path, arguments.query);
   Progress progress(arguments.quiet);
-  TunersOptions options{
-      .seeds = arguments.seeds, .certificates = arguments.certificates, .correlation = arguments.correlation};
+  TunersOptions options{.seeds = arguments.seeds,
+                        .part = arguments.part,
+                        .certificates = arguments.certificates,
+                        .correlation = arguments.correlation};
   if (!arguments.shares.empty()) options.shares = arguments.shares;
   options.on_progress = [&](double fraction) {
     progress.update(fraction, fmt::format("{} seeds on {} settings", arguments.seeds, table.samples.size()));
@@ -110,6 +112,9 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
           ->take_all();
   const CLI::Option* seeds =
       command->add_option("--seeds", "how often each strategy is run; default 20")->check(CLI::Range(1, 10000));
+  const CLI::Option* part =
+      command->add_option("--part", "of the settings that a seed searches, drawn anew for each; default 1")
+          ->check(CLI::Range(1e-9, 1.0));
   const CLI::Option* certificates =
       command->add_option("--certificates", "seeds on which `tune` runs to its certificate; default: as many")
           ->check(CLI::Range(0, 10000));
@@ -127,12 +132,14 @@ void add_tuners_command(CLI::App& app, int& exit_code) {
   command->footer(
       "No device is needed: times are drawn from the recorded samples, and answers judged by their true medians.\n"
       "Example:\n"
-      "  reliefbench tuners out/quickstart --backend opengl --scene rocks/grazing -o tuners.html");
+      "  reliefbench tuners out/quickstart --backend opengl --scene rocks/grazing -o tuners.html\n"
+      "  reliefbench tuners out/exhaustive --part 0.8 --seeds 30 --share 0.05");
   command->callback([=, &exit_code] {
     TunersArguments arguments{
         .path = path->as<std::string>(),
         .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
         .seeds = value_or(seeds, 20),
+        .part = value_or(part, 1.0),
         .certificates = value_or(certificates, value_or(seeds, 20)),
         .correlation = value_or(correlation, 0.0),
         .shares = value_or(shares, std::vector<double>{}),

@@ -2,12 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/search/observations.h"
 #include "tuner/search/random.h"
 
 namespace reliefbench {
+
+RecordedTable random_part(const RecordedTable& table, double share, std::uint64_t seed) {
+  std::vector<std::size_t> chosen(table.samples.size());
+  std::iota(chosen.begin(), chosen.end(), std::size_t{0});
+  const auto wanted = std::max(1.0, std::floor(share * static_cast<double>(chosen.size())));
+  Random random(seed);
+  while (static_cast<double>(chosen.size()) > wanted)
+    chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(random.below(chosen.size())));
+  RecordedTable part = table;
+  const auto take = [&]<typename Value>(std::vector<Value>& list) {
+    if (list.empty()) return;
+    std::vector<Value> taken;
+    taken.reserve(chosen.size());
+    for (const std::size_t i : chosen) taken.push_back(std::move(list[i]));
+    list = std::move(taken);
+  };
+  take(part.space.candidates);
+  take(part.samples);
+  take(part.memory_bytes);
+  return part;
+}
+
 double true_log_time(std::span<const double> samples) {
   if (samples.empty()) fail_input("a setting without samples has no time");
   std::vector<double> sorted(samples.begin(), samples.end());

@@ -26,6 +26,10 @@ struct RecordedTable {
   std::vector<std::int64_t> memory_bytes{};  ///< of each candidate's map
 };
 
+/// A random part of the settings, as if there were no others: so many as the share makes, one at least. The same for
+/// the same seed. share: in (0, 1]; 1: all of them
+[[nodiscard]] RecordedTable random_part(const RecordedTable& table, double share, std::uint64_t seed);
+
 /// The time that the search estimates: the expectation of the log of the median of three samples drawn with
 /// replacement, exactly, from the order statistics.
 [[nodiscard]] double true_log_time(std::span<const double> samples);

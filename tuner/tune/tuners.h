@@ -14,6 +14,7 @@ namespace reliefbench {
 struct TunersOptions {
   int seeds = 20;                                             ///< 1, 2, ... this many
   std::vector<double> shares = {0.03, 0.05, 0.1, 0.2, 0.35};  ///< of the settings; 1: until it ends
+  double part = 1;                            ///< of the settings that a seed searches, drawn anew for each; in (0, 1]
   int certificates = 20;                      ///< seeds on which `tune` runs to its certificate; 0: none
   double correlation = 0;                     ///< of a block's frames then
   int threads = 0;                            ///< 0: as many as the machine has
@@ -23,8 +24,10 @@ struct TunersOptions {
 /// A figure over the seeds. Infinite where it is so for one of them.
 struct Spread {
   double mean = 0;
+  double most = 0;  ///< at least kMostSeeds of the seeds are no worse
   double worst = 0;
 };
+inline constexpr double kMostSeeds = 0.95;
 
 /// A strategy when it may time so many settings (tuner/search/strategies.h, Checkpoint, says what the figures mean).
 struct TunerPoint {
@@ -67,16 +70,23 @@ struct TunerComparison {
   int feasible = 0;
   int on_front = 0;
   int seeds = 0;
+  double part = 1;               ///< of the settings, that a seed searched
   std::vector<TunerLine> lines;  ///< by strategy, in their order
   double correlation = 0;        ///< of a block's frames, see ReplaySource, while the certificate was checked
   CertificateCheck certificate{};
 };
 
+struct CertificateOptions {
+  int seeds = 20;
+  double part = 1;                  ///< as of TunersOptions
+  int threads = 0;                  ///< likewise
+  std::function<void()> on_done{};  ///< told after each seed, from any thread
+};
 /// Runs `tune` to its certificate on that many seeds: 1, 2, ...
-/// replay: the table's noise under a seed; on_done: told after each, from any thread
+/// replay: the noise of a table under a seed
 [[nodiscard]] CertificateCheck check_certificate(
-    const RecordedTable& table, int seeds, const std::function<std::unique_ptr<TimeSource>(std::uint64_t)>& replay,
-    int threads = 0, const std::function<void()>& on_done = {});
+    const RecordedTable& table, const CertificateOptions& options,
+    const std::function<std::unique_ptr<TimeSource>(const RecordedTable& table, std::uint64_t seed)>& replay);
 
 /// Replays every strategy on a recorded sweep; all start with first_settings(). The same table and options give the
 /// same figures on any machine and number of threads. throws: Error(bad_input): nothing feasible, no seed or share
