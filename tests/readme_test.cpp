@@ -5,11 +5,15 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "kernels/base/paper.h"
 #include "tests/command.h"
 #include "tests/temp_folder.h"
+#include "tuner/plan/config.h"
+#include "tuner/plan/plan.h"
 
 namespace reliefbench {
 namespace {
@@ -79,6 +83,14 @@ TEST(ReadmeTest, names_every_command_and_exit_code) {
   for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
                                     "compare", "bake", "stress", "claims", "list", "devices", "require", "merge"})
     EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
+}
+
+TEST(ReadmeTest, counts_the_settings_that_tune_searches) {
+  const std::vector<std::string> one{"vulkan"};
+  const std::size_t settings = make_plan(load_config(kRoot / "configs/exhaustive.json"), one, "").cases.size();
+  const std::string counted =
+      fmt::format("{},{:03} settings\n(`configs/exhaustive.json`)", settings / 1000, settings % 1000);
+  EXPECT_NE(file_text(kRoot / "README.md").find(counted), std::string::npos) << counted;
 }
 
 TEST(ReadmeTest, lists_the_papers_that_the_sources_cite) {

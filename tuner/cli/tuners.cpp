@@ -54,8 +54,8 @@ void print_line(const TunerLine& line, const Paint& paint) {
 
 void print_certificate(const CertificateCheck& check, double correlation) {
   if (check.seeds == 0) return;
-  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n", share_text(check.epsilon),
-      share_text(check.confidence), check.held, check.seeds, check.certified);
+  put("\ncertificate of `tune`, {} at {} confidence: held in {} of {} seeds ({} certified)\n",
+      share_text(check.epsilon), share_text(check.confidence), check.held, check.seeds, check.certified);
   put("  frames a setting {}, worst regret {} %, frames of a round correlated by {}\n",
       spread_text(check.frames_per_setting, 2), percents_text(check.worst_regret), format_number(correlation));
 }
