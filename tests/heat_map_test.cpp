@@ -35,6 +35,18 @@ TEST(HeatMap, StopsAreOneAnOctaveAsTheGradientOfTheLegendAssumes) {
   for (std::size_t i = 1; i < stops.size(); ++i) EXPECT_EQ(stops[i].value, 2 * stops[i - 1].value);
 }
 
+TEST(HeatMap, ColoursMixAlongTheLogarithmWithinACode) {
+  const std::span<const HeatMapStop> stops = heat_map_legend().stops;
+  for (int step = -6000; step < 4000; ++step) {
+    const double octave = step / 1000.0;
+    const auto low = static_cast<std::size_t>(std::floor(octave) + 6);
+    const Rgb found = color_of_error(std::exp2(octave));
+    for (std::size_t c = 0; c < found.size(); ++c)
+      EXPECT_NEAR(found[c], std::lerp(stops[low].color[c], stops[low + 1].color[c], octave - std::floor(octave)), 1)
+          << std::exp2(octave) << " texels";
+  }
+}
+
 TEST(HeatMap, GrowsLighterWithTheError) {
   double last = -1;
   for (int quarter = -24; quarter <= 16; ++quarter) {

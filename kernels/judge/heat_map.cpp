@@ -1,7 +1,11 @@
 #include "kernels/judge/heat_map.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
@@ -41,8 +45,6 @@ constexpr std::array<HeatMapMark, 6> kMarks = {{{Verdict::missed, "missed: stepp
                                                 {Verdict::no_ray, "no ray", {128, 128, 128}}}};
 
 Rgb ramp_color(std::span<const HeatMapStop> stops, double value) {
-  // Negated so that NaN is dark too: judge marks what is not finite as missed, it cannot come here as an error.
-  if (!(value > stops.front().value)) return stops.front().color;
   if (value >= stops.back().value) return stops.back().color;
   const double octave = std::log2(value / stops.front().value);
   const auto low = std::min(static_cast<std::size_t>(octave), stops.size() - 2);
@@ -53,28 +55,65 @@ Rgb ramp_color(std::span<const HeatMapStop> stops, double value) {
   return color;
 }
 
-Rgb error_color(const PixelScore& pixel) {
-  for (const HeatMapMark& mark : kMarks)
-    if (mark.verdict == pixel.verdict) return mark.color;
-  return ramp_color(kStops, pixel.e_xy);
+using Rgba = std::array<std::uint8_t, 4>;
+constexpr Rgba opaque(const Rgb& color) { return {color[0], color[1], color[2], 255}; }
+
+/// A ramp's colours, one for each of 2^kSliceBits slices of an octave: that of the slice's least value, one code beside
+/// a value's own at most.
+class Ramp {
+ public:
+  explicit Ramp(std::span<const HeatMapStop> stops) : least_(static_cast<float>(stops.front().value)) {
+    const std::size_t count = slice(static_cast<float>(stops.back().value)) + 1;
+    colors_.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto bits = static_cast<std::uint32_t>((slice_bits(least_) + i) << kShift);
+      colors_.push_back(opaque(ramp_color(stops, std::bit_cast<float>(bits))));
+    }
+  }
+  [[nodiscard]] Rgba operator[](float value) const {
+    // Negated so that NaN is dark too: judge marks what is not finite as missed, it cannot come here as an error.
+    if (!(value > least_)) return colors_.front();
+    return colors_[std::min(slice(value), colors_.size() - 1)];
+  }
+
+ private:
+  static constexpr int kSliceBits = 8;
+  static constexpr int kShift = std::numeric_limits<float>::digits - 1 - kSliceBits;  // of a float's 23 bits
+  static std::size_t slice_bits(float value) { return std::bit_cast<std::uint32_t>(value) >> kShift; }
+  [[nodiscard]] std::size_t slice(float value) const { return slice_bits(value) - slice_bits(least_); }
+
+  float least_;
+  std::vector<Rgba> colors_;
+};
+
+constexpr std::array<std::optional<Rgba>, kVerdicts> kMarkColors = [] {
+  std::array<std::optional<Rgba>, kVerdicts> colors{};
+  for (const HeatMapMark& mark : kMarks) colors.at(static_cast<std::size_t>(mark.verdict)) = opaque(mark.color);
+  return colors;
+}();
+
+Rgba error_color(const PixelScore& pixel) {
+  static const Ramp ramp(kStops);
+  const std::optional<Rgba>& mark = kMarkColors.at(static_cast<std::size_t>(pixel.verdict));
+  return mark ? *mark : ramp[pixel.e_xy];
 }
 
-Rgb taps_color(const ScorePixel& pixel) {
-  if (pixel.status == static_cast<float>(PixelStatus::no_ray)) return kMarks.back().color;
-  return ramp_color(kTapStops, pixel.taps);
+Rgba taps_color(const ScorePixel& pixel) {
+  static const Ramp ramp(kTapStops);
+  return pixel.status == static_cast<float>(PixelStatus::no_ray) ? opaque(kMarks.back().color) : ramp[pixel.taps];
 }
 
 /// RGBA8 of pixels, each in its own colour.
 template <typename Pixel>
-std::vector<std::uint8_t> colored(std::span<const Pixel> pixels, int width, int height, Rgb (*color_of)(const Pixel&)) {
+std::vector<std::uint8_t> colored(std::span<const Pixel> pixels, int width, int height,
+                                  Rgba (*color_of)(const Pixel&)) {
   if (width < 0 || height < 0 || pixels.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     fail_input("heat map: {} pixels do not make a picture of {} x {}", pixels.size(), width, height);
-  std::vector<std::uint8_t> rgba(pixels.size() * 4);
+  std::vector<std::uint8_t> rgba(pixels.size() * sizeof(Rgba));
   for_each_share(pixels.size(), [&](std::size_t, std::size_t first, std::size_t size) {
     for (std::size_t i = first; i < first + size; ++i) {
-      const Rgb color = color_of(pixels[i]);
-      std::ranges::copy(color, rgba.begin() + static_cast<std::ptrdiff_t>(4 * i));
-      rgba[4 * i + 3] = 255;
+      const Rgba color = color_of(pixels[i]);
+      std::memcpy(&rgba[i * sizeof(Rgba)], color.data(), sizeof(Rgba));
     }
   });
   return rgba;
