@@ -36,6 +36,7 @@ struct BakeHead {
   double slack = 0;
   double side = 1;
   double widest_key = 0;
+  double diagonal = 0;
   float aspect = 1;
   float slack_in_rows = 0;
   float widest_in_rows = 0;
@@ -50,11 +51,14 @@ struct BakeHead {
   std::int32_t footpoint = 0;
   std::int32_t search_steps = 0;
   float step_share = 1;
+  std::int32_t is_interpolated = 0;
 };
 struct BakeLevel {
-  std::int32_t first_quad, stride;
+  std::int32_t first, stride;
 };
 constexpr std::size_t kQuadBytes = 4 * sizeof(float);
+constexpr std::size_t kShapeBytes = 6 * sizeof(double);
+constexpr int kLeastShape = 4;  // cells along the least node of shapes
 
 /// What the shaders share with this file, as GLSL: bake_contract.glsl.
 std::string bake_contract(BakeNumbers numbers) {
@@ -63,6 +67,7 @@ std::string bake_contract(BakeNumbers numbers) {
   add("GROUP_SIDE", kGroupSide);
   add("DISPATCH_BINDING", kDispatchBinding);
   add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
+  add("LEAST_NODE", kLeastShape);
   add("FOOTPOINT_NEAREST", kNearest);      // the nearest one
   add("FOOTPOINT_UNVISITED", kUnvisited);  // the nearest one that no finer level has visited
   add("FOOTPOINT_CENTRE", kCentre);
@@ -89,6 +94,7 @@ struct Row {
   std::optional<BakeSearch> other{};  ///< the map is the mean of the two
   bool needs_doubles = false;
   bool is_interleaved = false;  ///< the ratios of a texel lie together, not those of a wedge
+  bool has_radii = false;       ///< a texel's ratio and, behind it, its radius
 };
 constexpr std::array kRows{
     Row{.kind = MapKind::conservative, .search = kConservativeBake},
@@ -100,6 +106,7 @@ constexpr std::array kRows{
     Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = kUnvisited}},
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = kCentre}},
     Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake, .needs_doubles = true},
+    Row{.kind = MapKind::safety_shape, .search = kRelaxedBake, .needs_doubles = true, .has_radii = true},
     Row{.kind = MapKind::quad, .search = {.shader = kWedgeShader, .wedges = quad_wedges}, .is_interleaved = true},
     Row{.kind = MapKind::sector, .search = {.shader = kWedgeShader, .wedges = sector_wedges}},
     Row{.kind = MapKind::sector_relaxed,
@@ -108,28 +115,45 @@ constexpr std::array kRows{
 constexpr std::string_view kPyramidShader = "bake_pyramid";
 constexpr std::string_view kMeanShader = "bake_mean";
 constexpr std::string_view kMinimumShader = "bake_min3x3";
+constexpr std::string_view kShapesShader = "bake_shapes";
+constexpr std::string_view kRadiusShader = "bake_radius";
+constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
 
 int nodes_at(int side, int level) { return ((side - 1) >> level) + 1; }
 
-/// The levels of a pyramid of quads, level 1 first, and how many quads it has.
-struct QuadLevels {
+/// The levels of a pyramid, the finest first, and how many nodes they have.
+struct BakeLevels {
   std::vector<BakeLevel> levels;
-  int quads = 0;
+  int nodes = 0;
+  void add(int width, int height) {
+    levels.push_back({.first = nodes, .stride = width});
+    nodes += width * height;
+  }
 };
-QuadLevels quad_levels(const Heightfield& heights) {
-  QuadLevels all;
+/// Of quads, from level 1 on.
+BakeLevels quad_levels(const Heightfield& heights) {
+  BakeLevels all;
   for (int level = 1;; ++level) {
     const int width = nodes_at(heights.width, level);
     const int height = nodes_at(heights.height, level);
-    all.levels.push_back({.first_quad = all.quads, .stride = width});
-    all.quads += width * height;
+    all.add(width, height);
+    if (width == 1 && height == 1) return all;
+  }
+}
+/// Of shapes, from level 0 on: bake_shape.glsl.
+BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
+  const int border = wrap == Wrap::clamp ? 1 : 0;
+  BakeLevels all;
+  for (int side = kLeastShape;; side *= 2) {
+    const int width = (heights.width + border + side - 1) / side;
+    const int height = (heights.height + border + side - 1) / side;
+    all.add(width, height);
     if (width == 1 && height == 1) return all;
   }
 }
 
-/// Bytes of the Bake buffer of one search.
-std::vector<std::byte> bake_buffer(const BakeRequest& request, const BakeSearch& search, const QuadLevels& levels,
-                                   int layers) {
+/// Of one search on a pyramid of quads.
+BakeHead head_of(const BakeRequest& request, const BakeSearch& search, const BakeLevels& levels, int layers) {
   const Heightfield& heights = request.heights;
   const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
   const double widest = metric.side * static_cast<double>(request.max_ratio);
@@ -137,25 +161,41 @@ std::vector<std::byte> bake_buffer(const BakeRequest& request, const BakeSearch&
   // Squares of up to a whole side, in halves of a texel, are to be whole numbers of 24 bits.
   const bool is_exact = metric.weight_x == metric.weight_y && side <= 1448;
   const double to_ratio = std::sqrt(metric.weight_y) / metric.side * (1 - 1e-6);  // over the roots' rounding
-  const BakeHead head{.weight_x = metric.weight_x,
-                      .weight_y = metric.weight_y,
-                      .slack = metric.slack,
-                      .side = metric.side,
-                      .widest_key = widest * widest,
-                      .aspect = static_cast<float>(metric.weight_x / metric.weight_y),
-                      .slack_in_rows = static_cast<float>(metric.slack / metric.weight_y),
-                      .widest_in_rows = static_cast<float>(widest * widest / metric.weight_y),
-                      .rows_to_ratio = rounded_down(to_ratio),
-                      .size = {heights.width, heights.height},
-                      .top_level = static_cast<std::int32_t>(levels.levels.size()),
-                      .pyramids = search.quadrants ? 4 : 1,
-                      .pyramid_quads = levels.quads,
-                      .layers = layers,
-                      .repeats = request.wrap == Wrap::repeat ? 1 : 0,
-                      .exact_distances = is_exact ? 1 : 0,
-                      .footpoint = search.footpoint,
-                      .search_steps = request.value(kSearchSteps),
-                      .step_share = 1 / static_cast<float>(request.value(kSearchSteps))};
+  return {.weight_x = metric.weight_x,
+          .weight_y = metric.weight_y,
+          .slack = metric.slack,
+          .side = metric.side,
+          .widest_key = widest * widest,
+          .diagonal = std::hypot(1.0 / heights.width, 1.0 / heights.height),
+          .aspect = static_cast<float>(metric.weight_x / metric.weight_y),
+          .slack_in_rows = static_cast<float>(metric.slack / metric.weight_y),
+          .widest_in_rows = static_cast<float>(widest * widest / metric.weight_y),
+          .rows_to_ratio = rounded_down(to_ratio),
+          .size = {heights.width, heights.height},
+          .top_level = static_cast<std::int32_t>(levels.levels.size()),
+          .pyramids = search.quadrants ? 4 : 1,
+          .pyramid_quads = levels.nodes,
+          .layers = layers,
+          .repeats = request.wrap == Wrap::repeat ? 1 : 0,
+          .exact_distances = is_exact ? 1 : 0,
+          .footpoint = search.footpoint,
+          .search_steps = request.value(kSearchSteps),
+          .step_share = 1 / static_cast<float>(request.value(kSearchSteps)),
+          .is_interpolated = request.correction == Correction::none ? 0 : 1};
+}
+
+/// Of the search for radii, on a pyramid of shapes: distances are as they are, whatever the correction.
+BakeHead radius_head(const BakeRequest& request, const BakeLevels& levels) {
+  BakeRequest apart = request;
+  apart.correction = Correction::none;
+  BakeHead head = head_of(apart, {}, levels, 1);
+  head.top_level -= 1;
+  head.is_interpolated = request.correction == Correction::none ? 0 : 1;
+  return head;
+}
+
+/// Bytes of the Bake buffer.
+std::vector<std::byte> bake_buffer(const BakeHead& head, const BakeLevels& levels) {
   std::vector<std::byte> bytes(sizeof head + std::span(levels.levels).size_bytes());
   std::memcpy(bytes.data(), &head, sizeof head);
   std::memcpy(bytes.data() + sizeof head, levels.levels.data(), bytes.size() - sizeof head);
@@ -201,10 +241,10 @@ class BakePasses {
     const std::vector<MarginedWedge> margined =
         search.wedges == nullptr ? std::vector<MarginedWedge>() : search.wedges(request_);
     layers_ = std::max(static_cast<int>(margined.size()), 1);
-    const int bake = add_head(search);
+    const int bake = add_head(head_of(request_, search, levels_, layers_), levels_);
     const int pyramids = search.quadrants ? 4 : 1;
     const int quads =
-        add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(levels_.quads) * kQuadBytes);
+        add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(levels_.nodes) * kQuadBytes);
     const int ratios = add_ratios();
     for (int level = 1; level <= static_cast<int>(levels_.levels.size()); ++level)
       job_.passes.push_back({.part = "pyramid",
@@ -239,6 +279,35 @@ class BakePasses {
     return least;
   }
 
+  /// Radii, as their own minimum leaves them.
+  int add_radii() {
+    const Heightfield& heights = request_.heights;
+    const BakeLevels levels = shape_levels(heights, request_.wrap);
+    const int bake = add_head(radius_head(request_, levels), levels);
+    const int shapes = add_buffer(static_cast<std::size_t>(levels.nodes) * kShapeBytes);
+    const int radii = add_ratios();
+    const std::vector<int> buffers{bake, heights_, shapes, radii};
+    for (std::size_t level = 0; level < levels.levels.size(); ++level) {
+      const int width = levels.levels[level].stride;
+      const int end = level + 1 < levels.levels.size() ? levels.levels[level + 1].first : levels.nodes;
+      job_.passes.push_back({.part = "pyramid",
+                             .pipeline = pipeline(kShapesShader),
+                             .buffers = buffers,
+                             .groups_x = groups(width),
+                             .groups_y = groups((end - levels.levels[level].first) / width),
+                             .argument = static_cast<int>(level)});
+    }
+    add_pass("search", kRadiusShader, buffers);
+    job_.passes.back().may_be_long = may_be_long_;
+    return request_.correction == Correction::none ? radii : add_minimum(radii);
+  }
+
+  int add_safety_shape(int ratios, int radii) {
+    const int both = add_buffer(2 * std::span(request_.heights.texels).size_bytes());
+    add_pass("pack", kSafetyShapeShader, {head_, ratios, radii, both});
+    return both;
+  }
+
   /// The whole, for what is in one of its buffers. The passes' contents live as long as this.
   [[nodiscard]] ComputeJob job(int result) const {
     ComputeJob whole = job_;
@@ -259,8 +328,8 @@ class BakePasses {
   int add_ratios() {
     return add_buffer(static_cast<std::size_t>(layers_) * std::span(request_.heights.texels).size_bytes());
   }
-  int add_head(const BakeSearch& search) {
-    contents_.push_back(bake_buffer(request_, search, levels_, layers_));
+  int add_head(const BakeHead& head, const BakeLevels& levels) {
+    contents_.push_back(bake_buffer(head, levels));
     head_ = add_buffer(contents_.back());
     return head_;
   }
@@ -284,7 +353,7 @@ class BakePasses {
 
   const Pipelines& pipelines_;
   const BakeRequest& request_;
-  QuadLevels levels_;
+  BakeLevels levels_;
   bool may_be_long_;
   ComputeJob job_;
   std::deque<std::vector<std::byte>> contents_;  ///< of the searches' buffers
@@ -319,6 +388,7 @@ std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNu
     fail_environment("{}: its GPU baker needs double precision in shaders", find_map(kind).id);
   std::vector<std::string_view> names{kPyramidShader, row.search.shader, kMinimumShader};
   if (row.other) names.insert(names.end(), {row.other->shader, kMeanShader});
+  if (row.has_radii) names.insert(names.end(), {kShapesShader, kRadiusShader, kSafetyShapeShader});
   std::map<std::string, Spirv> shaders;
   for (const std::string_view name : names)
     shaders.emplace(name,
@@ -349,6 +419,7 @@ GpuBake GpuBaker::bake(const BakeRequest& request) const {
   if (row.other) ratios = passes.add_mean(ratios, passes.add_search(*row.other));
   if (request.correction == Correction::min3x3 || request.correction == Correction::safe)
     ratios = passes.add_minimum(ratios);
+  if (row.has_radii) ratios = passes.add_safety_shape(ratios, passes.add_radii());
   const ComputeResult computed = backend_.compute(passes.job(ratios));
   GpuBake bake{.values = std::vector<float>(computed.bytes.size() / sizeof(float)),
                .times = computed.times,

@@ -23,12 +23,13 @@ layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
   DOUBLE slack;
   DOUBLE side;
   DOUBLE widest_key;      // of the widest ratio allowed
+  DOUBLE diagonal;        // of a texel, in uv
   float aspect;           // weight_x in units of weight_y
   float slack_in_rows;    // slack in units of weight_y, rounded up
   float widest_in_rows;   // widest_key in units of weight_y
   float rows_to_ratio;    // root of a key in units of weight_y to its ratio; rounded down
   ivec2 size;             // texels
-  int top_level;          // of the pyramid: its only quad
+  int top_level;          // of the pyramid: its only quad or node
   int pyramids;           // 1 of all texels; or 4, of those that count in the quadrants ++, -+, +-, --
   int pyramid_quads;      // from one pyramid to the next
   int layers;             // of ratios
@@ -37,7 +38,8 @@ layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
   int footpoint;          // FOOTPOINT_*
   int search_steps;       // relaxed_po07
   float step_share;       // 1 / search_steps
-  ivec2 levels[];         // [i] of level i + 1: its first quad, quads from row to row
+  bool is_interpolated;   // the map is to be right between texels
+  ivec2 levels[];         // of quads: [i] of level i + 1; of shapes: of level i. Its first one, those from row to row
 } bake;
 // clang-format on
 
