@@ -2,88 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <deque>
 #include <optional>
 #include <utility>
 
+#include "backends/gpu_bake_buffer.h"
 #include "backends/gpu_bake_wedge.h"
 #include "kernels/base/error.h"
-#include "kernels/base/rounding.h"
 #include "kernels/maps/cone_map.h"
-#include "kernels/maps/cone_search.h"
 #include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr int kGroupSide = 8;  // texels
-
 /// Fewer texels than this never take a device so long that its watchdog barks, but where every pair is looked at.
 constexpr std::size_t kShortTexels = std::size_t{512} * 512;
 
-/// Which texel of a node the quick bakers measure the distance to.
-enum BakeFootpoint : std::int32_t { kNearest, kUnvisited, kCentre };
-
-/// In place of the ratio of a texel whose search the device did not carry to its end.
-constexpr float kCutShort = -1;
-
-/// Head of the Bake buffer of bake_common.glsl; the levels follow.
-struct BakeHead {
-  double weight_x = 1;
-  double weight_y = 1;
-  double slack = 0;
-  double side = 1;
-  double widest_key = 0;
-  double diagonal = 0;
-  float aspect = 1;
-  float slack_in_rows = 0;
-  float widest_in_rows = 0;
-  float rows_to_ratio = 0;
-  std::array<std::int32_t, 2> size{};
-  std::int32_t top_level = 0;
-  std::int32_t pyramids = 1;
-  std::int32_t pyramid_quads = 0;
-  std::int32_t layers = 1;
-  std::int32_t repeats = 0;
-  std::int32_t exact_distances = 0;
-  std::int32_t footpoint = 0;
-  std::int32_t search_steps = 0;
-  float step_share = 1;
-  std::int32_t is_interpolated = 0;
-};
-struct BakeLevel {
-  std::int32_t first, stride;
-};
-constexpr std::size_t kQuadBytes = 4 * sizeof(float);
-constexpr std::size_t kShapeBytes = 6 * sizeof(double);
-constexpr int kLeastShape = 4;  // cells along the least node of shapes
-
-/// What the shaders share with this file, as GLSL: bake_contract.glsl.
-std::string bake_contract(BakeNumbers numbers) {
-  std::string text;
-  const auto add = [&](std::string_view name, int value) { text += fmt::format("#define {} {}\n", name, value); };
-  add("GROUP_SIDE", kGroupSide);
-  add("DISPATCH_BINDING", kDispatchBinding);
-  add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
-  add("LEAST_NODE", kLeastShape);
-  add("FOOTPOINT_NEAREST", kNearest);      // the nearest one
-  add("FOOTPOINT_UNVISITED", kUnvisited);  // the nearest one that no finer level has visited
-  add("FOOTPOINT_CENTRE", kCentre);
-  text += fmt::format("#define CUT_SHORT {:.1f}\n", kCutShort);
-  if (numbers == BakeNumbers::doubles) text += "#define HAS_DOUBLES\n";
-  return text;
-}
-
-/// A cone for every texel, or a layer of them for every wedge, from one pyramid or several.
-struct BakeSearch {
-  std::string_view shader;  ///< name of the .comp file
-  bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
-  BakeFootpoint footpoint = kNearest;
-  bool group_a_texel = false;  ///< a workgroup for each texel; else for 8 x 8
-  std::vector<MarginedWedge> (*wedges)(const BakeRequest& request) = nullptr;  ///< null: all directions have one cone
-};
 constexpr std::string_view kWedgeShader = "bake_wedge";
 constexpr BakeSearch kConservativeBake{.shader = "bake_exact"};
 constexpr BakeSearch kRelaxedBake{.shader = "bake_exact", .quadrants = true};
@@ -102,9 +37,9 @@ constexpr std::array kRows{
     Row{.kind = MapKind::relaxed_po07,
         .search = {.shader = "bake_relaxed_po07", .group_a_texel = true},
         .needs_doubles = true},
-    Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = kNearest}},
-    Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = kUnvisited}},
-    Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = kCentre}},
+    Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::nearest}},
+    Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::unvisited}},
+    Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::centre}},
     Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake, .needs_doubles = true},
     Row{.kind = MapKind::safety_shape, .search = kRelaxedBake, .needs_doubles = true, .has_radii = true},
     Row{.kind = MapKind::quad, .search = {.shader = kWedgeShader, .wedges = quad_wedges}, .is_interleaved = true},
@@ -118,89 +53,6 @@ constexpr std::string_view kMinimumShader = "bake_min3x3";
 constexpr std::string_view kShapesShader = "bake_shapes";
 constexpr std::string_view kRadiusShader = "bake_radius";
 constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
-
-int nodes_at(int side, int level) { return ((side - 1) >> level) + 1; }
-
-/// The levels of a pyramid, the finest first, and how many nodes they have.
-struct BakeLevels {
-  std::vector<BakeLevel> levels;
-  int nodes = 0;
-  void add(int width, int height) {
-    levels.push_back({.first = nodes, .stride = width});
-    nodes += width * height;
-  }
-};
-/// Of quads, from level 1 on.
-BakeLevels quad_levels(const Heightfield& heights) {
-  BakeLevels all;
-  for (int level = 1;; ++level) {
-    const int width = nodes_at(heights.width, level);
-    const int height = nodes_at(heights.height, level);
-    all.add(width, height);
-    if (width == 1 && height == 1) return all;
-  }
-}
-/// Of shapes, from level 0 on: bake_shape.glsl.
-BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
-  const int border = wrap == Wrap::clamp ? 1 : 0;
-  BakeLevels all;
-  for (int side = kLeastShape;; side *= 2) {
-    const int width = (heights.width + border + side - 1) / side;
-    const int height = (heights.height + border + side - 1) / side;
-    all.add(width, height);
-    if (width == 1 && height == 1) return all;
-  }
-}
-
-/// Of one search on a pyramid of quads.
-BakeHead head_of(const BakeRequest& request, const BakeSearch& search, const BakeLevels& levels, int layers) {
-  const Heightfield& heights = request.heights;
-  const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
-  const double widest = metric.side * static_cast<double>(request.max_ratio);
-  const int side = std::max(heights.width, heights.height);
-  // Squares of up to a whole side, in halves of a texel, are to be whole numbers of 24 bits.
-  const bool is_exact = metric.weight_x == metric.weight_y && side <= 1448;
-  const double to_ratio = std::sqrt(metric.weight_y) / metric.side * (1 - 1e-6);  // over the roots' rounding
-  return {.weight_x = metric.weight_x,
-          .weight_y = metric.weight_y,
-          .slack = metric.slack,
-          .side = metric.side,
-          .widest_key = widest * widest,
-          .diagonal = std::hypot(1.0 / heights.width, 1.0 / heights.height),
-          .aspect = static_cast<float>(metric.weight_x / metric.weight_y),
-          .slack_in_rows = static_cast<float>(metric.slack / metric.weight_y),
-          .widest_in_rows = static_cast<float>(widest * widest / metric.weight_y),
-          .rows_to_ratio = rounded_down(to_ratio),
-          .size = {heights.width, heights.height},
-          .top_level = static_cast<std::int32_t>(levels.levels.size()),
-          .pyramids = search.quadrants ? 4 : 1,
-          .pyramid_quads = levels.nodes,
-          .layers = layers,
-          .repeats = request.wrap == Wrap::repeat ? 1 : 0,
-          .exact_distances = is_exact ? 1 : 0,
-          .footpoint = search.footpoint,
-          .search_steps = request.value(kSearchSteps),
-          .step_share = 1 / static_cast<float>(request.value(kSearchSteps)),
-          .is_interpolated = request.correction == Correction::none ? 0 : 1};
-}
-
-/// Of the search for radii, on a pyramid of shapes: distances are as they are, whatever the correction.
-BakeHead radius_head(const BakeRequest& request, const BakeLevels& levels) {
-  BakeRequest apart = request;
-  apart.correction = Correction::none;
-  BakeHead head = head_of(apart, {}, levels, 1);
-  head.top_level -= 1;
-  head.is_interpolated = request.correction == Correction::none ? 0 : 1;
-  return head;
-}
-
-/// Bytes of the Bake buffer.
-std::vector<std::byte> bake_buffer(const BakeHead& head, const BakeLevels& levels) {
-  std::vector<std::byte> bytes(sizeof head + std::span(levels.levels).size_bytes());
-  std::memcpy(bytes.data(), &head, sizeof head);
-  std::memcpy(bytes.data() + sizeof head, levels.levels.data(), bytes.size() - sizeof head);
-  return bytes;
-}
 
 constexpr std::array kCorrections{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
 
@@ -241,7 +93,7 @@ class BakePasses {
     const std::vector<MarginedWedge> margined =
         search.wedges == nullptr ? std::vector<MarginedWedge>() : search.wedges(request_);
     layers_ = std::max(static_cast<int>(margined.size()), 1);
-    const int bake = add_head(head_of(request_, search, levels_, layers_), levels_);
+    const int bake = add_head(search_buffer(request_, search, levels_, layers_));
     const int pyramids = search.quadrants ? 4 : 1;
     const int quads =
         add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(levels_.nodes) * kQuadBytes);
@@ -281,9 +133,8 @@ class BakePasses {
 
   /// Radii, as their own minimum leaves them.
   int add_radii() {
-    const Heightfield& heights = request_.heights;
-    const BakeLevels levels = shape_levels(heights, request_.wrap);
-    const int bake = add_head(radius_head(request_, levels), levels);
+    const BakeLevels levels = shape_levels(request_.heights, request_.wrap);
+    const int bake = add_head(radius_buffer(request_, levels));
     const int shapes = add_buffer(static_cast<std::size_t>(levels.nodes) * kShapeBytes);
     const int radii = add_ratios();
     const std::vector<int> buffers{bake, heights_, shapes, radii};
@@ -328,8 +179,8 @@ class BakePasses {
   int add_ratios() {
     return add_buffer(static_cast<std::size_t>(layers_) * std::span(request_.heights.texels).size_bytes());
   }
-  int add_head(const BakeHead& head, const BakeLevels& levels) {
-    contents_.push_back(bake_buffer(head, levels));
+  int add_head(std::vector<std::byte> bytes) {
+    contents_.push_back(std::move(bytes));
     head_ = add_buffer(contents_.back());
     return head_;
   }

@@ -48,8 +48,8 @@ double least_product(double low, double high, double low_slope, double high_slop
 // first: from the owner to the first cell of a node; size: of it
 bool may_harm(Shape shape, double x, double y, double size) {
   if (shape.low_x == 0.0lf && shape.high_x == 0.0lf && shape.low_y == 0.0lf && shape.high_y == 0.0lf) return false;
-  precise double gain = least_product(x, x + size, shape.low_x, shape.high_x) +
-                        least_product(y, y + size, shape.low_y, shape.high_y);
+  precise double gain =
+      least_product(x, x + size, shape.low_x, shape.high_x) + least_product(y, y + size, shape.low_y, shape.high_y);
   if (gain >= 0.0lf && shape.low >= owner_floor) return false;
   precise double sight = gain - shape.high + owner_height;
   return sight < 0.0lf;

@@ -13,7 +13,6 @@ void main() {
   if (is_outside(texel)) return;
   int index = index_of(texel);
   float radius = radii[index];
-  if (bake.is_interpolated && radius != CUT_SHORT)
-    radius = rounded_down(max(0.0lf, double(radius) - bake.diagonal));
+  if (bake.is_interpolated && radius != CUT_SHORT) radius = rounded_down(max(0.0lf, double(radius) - bake.diagonal));
   both[index] = vec2(ratios[index], radius);
 }

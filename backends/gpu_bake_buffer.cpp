@@ -1,0 +1,140 @@
+#include "backends/gpu_bake_buffer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "kernels/base/rounding.h"
+#include "kernels/maps/cone_search.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr int kLeastShape = 4;  // cells along the least node of shapes
+
+/// Head of the Bake buffer of bake_common.glsl; the levels follow.
+struct BakeHead {
+  double weight_x = 1;
+  double weight_y = 1;
+  double slack = 0;
+  double side = 1;
+  double widest_key = 0;
+  double diagonal = 0;
+  float aspect = 1;
+  float slack_in_rows = 0;
+  float widest_in_rows = 0;
+  float rows_to_ratio = 0;
+  std::array<std::int32_t, 2> size{};
+  std::int32_t top_level = 0;
+  std::int32_t pyramids = 1;
+  std::int32_t pyramid_quads = 0;
+  std::int32_t layers = 1;
+  std::int32_t repeats = 0;
+  std::int32_t exact_distances = 0;
+  std::int32_t footpoint = 0;
+  std::int32_t search_steps = 0;
+  float step_share = 1;
+  std::int32_t is_interpolated = 0;
+};
+/// Of one search on a pyramid of quads.
+BakeHead head_of(const BakeRequest& request, const BakeSearch& search, const BakeLevels& levels, int layers) {
+  const Heightfield& heights = request.heights;
+  const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
+  const double widest = metric.side * static_cast<double>(request.max_ratio);
+  const int side = std::max(heights.width, heights.height);
+  // Squares of up to a whole side, in halves of a texel, are to be whole numbers of 24 bits.
+  const bool is_exact = metric.weight_x == metric.weight_y && side <= 1448;
+  const double to_ratio = std::sqrt(metric.weight_y) / metric.side * (1 - 1e-6);  // over the roots' rounding
+  return {.weight_x = metric.weight_x,
+          .weight_y = metric.weight_y,
+          .slack = metric.slack,
+          .side = metric.side,
+          .widest_key = widest * widest,
+          .diagonal = std::hypot(1.0 / heights.width, 1.0 / heights.height),
+          .aspect = static_cast<float>(metric.weight_x / metric.weight_y),
+          .slack_in_rows = static_cast<float>(metric.slack / metric.weight_y),
+          .widest_in_rows = static_cast<float>(widest * widest / metric.weight_y),
+          .rows_to_ratio = rounded_down(to_ratio),
+          .size = {heights.width, heights.height},
+          .top_level = static_cast<std::int32_t>(levels.levels.size()),
+          .pyramids = search.quadrants ? 4 : 1,
+          .pyramid_quads = levels.nodes,
+          .layers = layers,
+          .repeats = request.wrap == Wrap::repeat ? 1 : 0,
+          .exact_distances = is_exact ? 1 : 0,
+          .footpoint = static_cast<std::int32_t>(search.footpoint),
+          .search_steps = request.value(kSearchSteps),
+          .step_share = 1 / static_cast<float>(request.value(kSearchSteps)),
+          .is_interpolated = request.correction == Correction::none ? 0 : 1};
+}
+
+/// Of the search for radii, on a pyramid of shapes: distances are as they are, whatever the correction.
+BakeHead radius_head(const BakeRequest& request, const BakeLevels& levels) {
+  BakeRequest apart = request;
+  apart.correction = Correction::none;
+  BakeHead head = head_of(apart, {}, levels, 1);
+  head.top_level -= 1;
+  head.is_interpolated = request.correction == Correction::none ? 0 : 1;
+  return head;
+}
+
+/// Bytes of the Bake buffer.
+std::vector<std::byte> bake_buffer(const BakeHead& head, const BakeLevels& levels) {
+  std::vector<std::byte> bytes(sizeof head + std::span(levels.levels).size_bytes());
+  std::memcpy(bytes.data(), &head, sizeof head);
+  std::memcpy(bytes.data() + sizeof head, levels.levels.data(), bytes.size() - sizeof head);
+  return bytes;
+}
+
+}  // namespace
+
+std::string bake_contract(BakeNumbers numbers) {
+  std::string text;
+  const auto add = [&](std::string_view name, int value) { text += fmt::format("#define {} {}\n", name, value); };
+  add("GROUP_SIDE", kGroupSide);
+  add("DISPATCH_BINDING", kDispatchBinding);
+  add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
+  add("LEAST_NODE", kLeastShape);
+  add("FOOTPOINT_NEAREST", static_cast<int>(BakeFootpoint::nearest));      // the nearest one
+  add("FOOTPOINT_UNVISITED", static_cast<int>(BakeFootpoint::unvisited));  // of those that no finer level has visited
+  add("FOOTPOINT_CENTRE", static_cast<int>(BakeFootpoint::centre));
+  text += fmt::format("#define CUT_SHORT {:.1f}\n", kCutShort);
+  if (numbers == BakeNumbers::doubles) text += "#define HAS_DOUBLES\n";
+  return text;
+}
+
+BakeLevels quad_levels(const Heightfield& heights) {
+  BakeLevels all;
+  for (int level = 1;; ++level) {
+    const int width = nodes_at(heights.width, level);
+    const int height = nodes_at(heights.height, level);
+    all.add(width, height);
+    if (width == 1 && height == 1) return all;
+  }
+}
+
+BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
+  const int border = wrap == Wrap::clamp ? 1 : 0;
+  BakeLevels all;
+  for (int side = kLeastShape;; side *= 2) {
+    const int width = (heights.width + border + side - 1) / side;
+    const int height = (heights.height + border + side - 1) / side;
+    all.add(width, height);
+    if (width == 1 && height == 1) return all;
+  }
+}
+
+std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeSearch& search, const BakeLevels& levels,
+                                     int layers) {
+  return bake_buffer(head_of(request, search, levels, layers), levels);
+}
+
+std::vector<std::byte> radius_buffer(const BakeRequest& request, const BakeLevels& levels) {
+  return bake_buffer(radius_head(request, levels), levels);
+}
+
+}  // namespace reliefbench
