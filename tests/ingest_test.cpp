@@ -202,6 +202,16 @@ TEST_F(GoogleBenchmarkTest, skipped_as_of_1_8_and_unknown_fields_of_1_9) {
   EXPECT_FALSE(night.environment.contains("later"));
 }
 
+TEST_F(GoogleBenchmarkTest, a_clock_that_no_processor_has_is_left_out) {
+  for (const char* mhz : {"2.4e113", "-1e30", "9223372036854775808"}) {
+    std::ofstream(folder_ / "b.json") << fmt::format(
+        R"({{"context": {{"date": "2026-11-22T13:00:00+01:00", "mhz_per_cpu": {}}}, "benchmarks": [
+            {{"name": "a", "run_name": "a", "run_type": "iteration", "real_time": 1, "time_unit": "ns"}}]}})",
+        mhz);
+    EXPECT_FALSE(read_night(folder_ / "b.json", {}).environment.contains("mhz_per_cpu")) << mhz;
+  }
+}
+
 TEST_F(GoogleBenchmarkTest, aggregates_alone) {
   std::string entries;
   for (const auto& [name, time] : std::map<std::string, double>{{"mean", 11}, {"median", 10}, {"stddev", 2}})

@@ -179,7 +179,9 @@ json environment_of(const json& context) {
   for (const char* key : {"host_name", "num_cpus", "cpu_scaling_enabled", "aslr_enabled", "caches", "library_version",
                           "library_build_type"})
     if (const json* value = find_in(context, key)) environment[key] = *value;
-  if (const auto mhz = number_in(context, "mhz_per_cpu")) environment["mhz_per_cpu"] = 100 * std::llround(*mhz / 100);
+  constexpr double kMostMhz = 1e6;
+  if (const auto mhz = number_in(context, "mhz_per_cpu"); mhz && std::abs(*mhz) < kMostMhz)
+    environment["mhz_per_cpu"] = 100 * std::llround(*mhz / 100);
   return environment;
 }
 

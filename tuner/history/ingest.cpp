@@ -40,7 +40,9 @@ json environment_of(const Run& run) {
   host.erase("name");
   if (const json bytes = member_of(host, "memory_bytes", nullptr); bytes.is_number()) {
     host.erase("memory_bytes");
-    host["memory_gib"] = std::llround(bytes.get<double>() / (1U << 30U));
+    const double gib = bytes.get<double>() / (1U << 30U);
+    constexpr double kMostGib = 1e9;
+    if (std::abs(gib) < kMostGib) host["memory_gib"] = std::llround(gib);
   }
   environment["host"] = host;
   for (const json& device : devices_of(run)) {
@@ -193,9 +195,12 @@ Night read_run(const fs::path& folder) {
   night.run.content = sha256(fmt::format("{}\n{}\n{}", identity, sha256(results), sha256(samples)));
   night.run.kind = "reliefbench";
   night.run.machine = member_of(member_of(run.info, "host", json::object()), "name", host_name()).get<std::string>();
-  night.run.unix_s = started_ns.is_number() ? static_cast<std::int64_t>(started_ns.get<double>() / 1e9)
-                                            : parse_moment(member_of(run.info, "started", "").get<std::string>(),
-                                                           (folder / kRunFile).string() + ": key 'started'");
+  const double started_s = started_ns.is_number() ? started_ns.get<double>() / 1e9 : -1;
+  constexpr double kMostSeconds = 253402300800;  // the year 10000
+  night.run.unix_s = started_s >= 0 && started_s < kMostSeconds
+                         ? static_cast<std::int64_t>(started_s)
+                         : parse_moment(member_of(run.info, "started", "").get<std::string>(),
+                                        (folder / kRunFile).string() + ": key 'started'");
   night.run.build.commit = member_of(run.info, "git_sha", "unknown").get<std::string>();
   night.run.health = health_of(run);
   night.environment = environment_of(run);
