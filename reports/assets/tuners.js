@@ -93,17 +93,19 @@ function figureRow({strategy, description}, point) {
       make('td', {class: 'number'}, point.share < 1 ? percent(point.share) : 'to its end'),
       figureCell(point.timed.mean, count), figureCell(point.samples.mean, count),
       ...figureCells(point.worst_regret, share), ...figureCells(point.mean_regret, share),
-      ...figureCells(point.hypervolume, (value) => value.toFixed(4)), ...figureCells(point.false_front, share),
+      ...figureCells(point.hypervolume, (value) => value.toFixed(4)), figureCell(point.false_front.mean, share),
       make('td', {class: 'number'}, point.uncovered ? `${point.uncovered} of ${data.seeds}` : ''));
 }
 
 function drawTable() {
   const heads = [
-    'strategy', 'share', 'settings', 'frames', 'worst regret', '', '', 'mean regret', '', '', 'hypervolume', '', '',
-    'false front', '', '', 'no answer'
+    ['strategy', 1], ['share', 1], ['settings', 1], ['frames', 1], ['worst regret', 3], ['mean regret', 3],
+    ['hypervolume', 3], ['false front', 1], ['no answer', 1]
   ];
   byId('table').append(
-      make('thead', {}, make('tr', {}, ...heads.map((head) => make('th', {scope: 'col'}, head)))),
+      make(
+          'thead', {},
+          make('tr', {}, ...heads.map(([head, columns]) => make('th', {scope: 'col', colspan: columns}, head)))),
       ...data.strategies.map(
           (strategy) => make('tbody', {}, ...strategy.points.map((point) => figureRow(strategy, point)))));
 }
