@@ -118,11 +118,13 @@ RC_GTEST_PROP(PairBlock, bc7_decodes_as_specified, ()) {
   for (std::uint8_t& byte : block) byte = *rc::gen::arbitrary<std::uint8_t>();
   const unsigned mode = *rc::gen::inRange(4U, 7U);
   block[0] = static_cast<std::uint8_t>((block[0] << (mode + 1) | 1U << mode) & 255U);
-  for (const int channel : {0, 1}) RC_ASSERT(decode_bc7(block, static_cast<std::size_t>(channel)) == SlowBc7(block).channel(channel));
+  for (const int channel : {0, 1})
+    RC_ASSERT(decode_bc7(block, static_cast<std::size_t>(channel)) == SlowBc7(block).channel(channel));
 }
 
 TEST(PairBlock, other_modes_of_bc7_are_none_of_ours) {
-  for (const auto first : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{4}, std::uint8_t{8}, std::uint8_t{128}, std::uint8_t{0}})
+  for (const auto first :
+       {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{4}, std::uint8_t{8}, std::uint8_t{128}, std::uint8_t{0}})
     EXPECT_THAT(decode_bc7(PairBytes{first, 255, 255, 255}, 0), ::testing::Each(0));
 }
 
@@ -159,7 +161,8 @@ TEST(PairBlock, flat_heights_are_exact) {
       second.codes.fill(static_cast<std::uint16_t>(ratio));
       const PairBytes block = encoded(codec, first, second);
       EXPECT_THAT(codec.decode(block, 0), ::testing::Each(height));
-      EXPECT_THAT(codec.decode(block, 1), ::testing::Each(::testing::AllOf(::testing::Le(ratio), ::testing::Ge(ratio - 1))));
+      EXPECT_THAT(codec.decode(block, 1),
+                  ::testing::Each(::testing::AllOf(::testing::Le(ratio), ::testing::Ge(ratio - 1))));
     }
 }
 
@@ -195,8 +198,7 @@ TEST(PairBlock, bc7_is_about_the_best_of_its_modes) {
     const BlockCodes had = decode_bc7(encoded(find_codec(TexelType::bc7), {codes, kNearest}, {{}, kBelow}), 0);
     double here = 0;
     for (std::size_t k = 0; k < codes.size(); ++k) here += (codes.at(k) - had.at(k)) * (codes.at(k) - had.at(k));
-    const double apart = std::min(
-        {least_squares(codes, 8, false, two), least_squares(codes, 6, false, three)});
+    const double apart = std::min({least_squares(codes, 8, false, two), least_squares(codes, 6, false, three)});
     const double shared = least_squares(codes, 7, true, four);
     // A mode that shares places has to be better by a code squared a texel.
     EXPECT_GE(here, std::min(apart, shared));

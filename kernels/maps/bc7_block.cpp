@@ -35,8 +35,7 @@ struct Bc7Mode {
   unsigned mode = 0, rotation = 0, index_mode = 0;
 };
 /// index_mode: 1 where colour has three bits a place in mode 4, and alpha two.
-constexpr std::array<Bc7Mode, 7> kBits{
-    {{5, 1, 0}, {5, 2, 0}, {4, 1, 0}, {4, 1, 1}, {4, 2, 0}, {4, 2, 1}, {6, 0, 0}}};
+constexpr std::array<Bc7Mode, 7> kBits{{{5, 1, 0}, {5, 2, 0}, {4, 1, 0}, {4, 1, 1}, {4, 2, 0}, {4, 2, 1}, {6, 0, 0}}};
 constexpr std::array<PairMode, kBits.size()> kBc7Modes{{
     {.first = {kEnds8, kWeights2}, .second = {kEnds7, kWeights2}},
     {.first = {kEnds7, kWeights2}, .second = {kEnds8, kWeights2}},
@@ -178,8 +177,8 @@ BlockCodes decode_bc7(std::span<const std::uint8_t> block, std::size_t channel) 
   BlockCodes codes{};
   const auto [low, high] = ends.at(source);
   for (std::size_t i = 0; i < codes.size(); ++i)
-    codes.at(i) = static_cast<std::uint16_t>(
-        code_between(static_cast<int>(low), static_cast<int>(high), weights[places.at(i)]));
+    codes.at(i) =
+        static_cast<std::uint16_t>(code_between(static_cast<int>(low), static_cast<int>(high), weights[places.at(i)]));
   return codes;
 }
 

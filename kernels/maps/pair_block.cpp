@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <vector>
 
 namespace reliefbench {
@@ -48,6 +47,22 @@ struct BestPlane {
   PlaneFit fit{};
 };
 
+/// Endpoints by their indices: those of the low one and of the high one.
+struct EndRange {
+  std::size_t first_low = 0, last_high = 0;
+};
+/// What planes are looked for among, and the codes that they decode to show them again: neither end is farther out
+/// than the third one beyond all codes.
+EndRange ends_around(const BlockPlane& plane, int least, int greatest) {
+  constexpr std::ptrdiff_t kMargin = 2;
+  const auto begin = plane.ends.begin();
+  const auto end = plane.ends.end();
+  const auto below = std::max<std::ptrdiff_t>(std::upper_bound(begin, end, least) - begin - 1 - kMargin, 0);
+  const auto above =
+      std::min<std::ptrdiff_t>(std::lower_bound(begin, end, greatest) - begin + kMargin, end - begin - 1);
+  return {.first_low = static_cast<std::size_t>(below), .last_high = static_cast<std::size_t>(above)};
+}
+
 /// Fits planes to a channel's codes.
 class PlaneSearch {
  public:
@@ -55,22 +70,22 @@ class PlaneSearch {
     std::ranges::sort(sorted_);
   }
 
-  /// Of those whose ends some texels have.
   [[nodiscard]] BestPlane best(const BlockPlane& plane) const {
     BestPlane best;
     const auto take = [&](std::size_t low, std::size_t high) {
-      if (low > high) return;
-      const double cost = cost_of(PlaceCodes(plane, low, high).span(), best.cost);
+      const double cost = cost_of(plane, low, high, best.cost);
       if (cost < best.cost) best = {.cost = cost, .fit = {.ends = {low, high}}};
     };
-    take(place_among(plane.ends, sorted_.front()), place_among(plane.ends, sorted_.back()));
-    // The least and the greatest code have the ends: they alone may cost too much.
-    std::vector<std::size_t> highs;
-    for (std::size_t i = 0; i < plane.ends.size(); ++i)
-      if (cost_of(sorted_.back(), plane.ends[i]) < best.cost) highs.push_back(i);
-    for (std::size_t low = 0; low < plane.ends.size(); ++low) {
-      if (cost_of(sorted_.front(), plane.ends[low]) >= best.cost) continue;
-      for (const std::size_t high : highs) take(low, high);
+    const int least = sorted_.front();
+    const int most = sorted_.back();
+    const auto [first_low, last_high] = ends_around(plane, least, most);
+    take(place_among(plane.ends, least), place_among(plane.ends, most));
+    for (std::size_t low = first_low; low <= last_high; ++low) {
+      if (plane.ends[low] > least && cost_of(least, plane.ends[low]) >= best.cost) break;
+      for (std::size_t high = last_high + 1; high-- > low;) {
+        if (plane.ends[high] < most && cost_of(most, plane.ends[high]) >= best.cost) break;
+        take(low, high);
+      }
     }
     if (best.cost < kNoFit) best.fit = placed(plane, best.fit.ends);
     return best;
@@ -93,15 +108,14 @@ class PlaneSearch {
     return best;
   }
 
-  /// The plane if it has all the codes.
-  [[nodiscard]] std::optional<PlaneFit> exact(const BlockPlane& plane) const {
-    const auto end_of = [&](int code) {
-      return static_cast<std::size_t>(std::ranges::lower_bound(plane.ends, code) - plane.ends.begin());
-    };
-    const PlaneFit fit{.ends = {end_of(sorted_.front()), end_of(sorted_.back())}};
-    if (fit.ends[1] == plane.ends.size()) return std::nullopt;
-    const PlaneFit there = placed(plane, fit.ends);
-    return codes_of(plane, there) == asked_.codes ? std::optional(there) : std::nullopt;
+  /// All that have exactly the codes.
+  [[nodiscard]] std::vector<PlaneFit> exact(const BlockPlane& plane) const {
+    std::vector<PlaneFit> fits;
+    const auto [first_low, last_high] = ends_around(plane, sorted_.front(), sorted_.back());
+    for (std::size_t low = first_low; low <= last_high && plane.ends[low] <= sorted_.front(); ++low)
+      for (std::size_t high = last_high + 1; high-- > low && plane.ends[high] >= sorted_.back();)
+        if (has_all(PlaceCodes(plane, low, high))) fits.push_back(placed(plane, {low, high}));
+    return fits;
   }
 
  private:
@@ -127,24 +141,35 @@ class PlaneSearch {
     return at;
   }
 
+  [[nodiscard]] bool has_all(const PlaceCodes& places) const {
+    std::size_t at = 0;
+    return std::ranges::all_of(sorted_, [&](int code) {
+      at = place_among(places.span(), code, at);
+      return places.codes[at] == code;
+    });
+  }
+
   /// What is over `most` is counted no further.
-  [[nodiscard]] double cost_of(std::span<const std::uint16_t> rising, double most) const {
-    std::size_t at = place_among(rising, sorted_.front());
-    if (rising[at] != rising.front()) return kNoFit;
+  [[nodiscard]] double cost_of(const BlockPlane& plane, std::size_t low, std::size_t high, double most) const {
+    const PlaceCodes places(plane, low, high);
+    std::size_t at = 0;
+    int least = 0;
     double sum = 0;
     for (std::size_t i = 0; i < sorted_.size() && sum < most; ++i) {
-      at = place_among(rising, sorted_[i], at);
-      sum += cost_of(sorted_[i], rising[at]);
+      at = place_among(places.span(), sorted_[i], at);
+      sum += cost_of(sorted_[i], places.codes[at]);
+      if (i == 0) least = places.codes[at];
     }
-    return rising[at] == rising.back() ? sum : kNoFit;
+    if (sum >= most) return kNoFit;
+    const EndRange around = ends_around(plane, least, places.codes[at]);
+    return low >= around.first_low && high <= around.last_high ? sum : kNoFit;
   }
 
   [[nodiscard]] PlaneFit placed(const BlockPlane& plane, const std::array<std::size_t, 2>& ends) const {
     const PlaceCodes places(plane, ends[0], ends[1]);
     PlaneFit fit{.ends = ends};
-    std::ranges::transform(asked_.codes, fit.places.begin(), [&](int code) {
-      return static_cast<std::uint8_t>(place_among(places.span(), code));
-    });
+    std::ranges::transform(asked_.codes, fit.places.begin(),
+                           [&](int code) { return static_cast<std::uint8_t>(place_among(places.span(), code)); });
     return fit;
   }
 
@@ -175,21 +200,21 @@ BlockCodes first_codes(std::span<const PairMode> modes, const AskedCodes& asked,
 /// The best second channel for given codes of the first one; the cost is infinite where no mode has those.
 double fit_second(std::span<const PairMode> modes, const BlockCodes& first, const AskedCodes& second, int greatest,
                   PairFit& fit) {
-  const PlaneSearch exact({.codes = first, .rounding = BlockRounding::nearest}, greatest);
+  const PlaneSearch heights({.codes = first, .rounding = BlockRounding::nearest}, greatest);
   const PlaneSearch search(second, greatest);
   double least = kNoFit;
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    std::optional<PlaneFit> own = exact.exact(modes[i].first);
-    if (!own) continue;
-    // Heights all alike leave the places to the ratios.
-    const bool is_bound = modes[i].is_shared && own->ends[0] != own->ends[1];
-    const BestPlane best =
-        is_bound ? search.best_at(modes[i].second, own->places) : search.best(modes[i].second);
-    if (best.cost >= least) continue;
-    least = best.cost;
-    if (modes[i].is_shared) own->places = best.fit.places;
-    fit = {.mode = i, .first = *own, .second = best.fit};
-  }
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    for (PlaneFit& own : heights.exact(modes[i].first)) {
+      // Heights all alike leave the places to the ratios.
+      const bool is_bound = modes[i].is_shared && own.ends[0] != own.ends[1];
+      const BestPlane best = is_bound ? search.best_at(modes[i].second, own.places) : search.best(modes[i].second);
+      if (best.cost < least) {
+        least = best.cost;
+        if (modes[i].is_shared) own.places = best.fit.places;
+        fit = {.mode = i, .first = own, .second = best.fit};
+      }
+      if (!modes[i].is_shared) break;
+    }
   return least;
 }
 
@@ -198,8 +223,7 @@ double fit_second(std::span<const PairMode> modes, const BlockCodes& first, cons
 PairFit fit_pair(std::span<const PairMode> modes, const AskedCodes& first, const AskedCodes& second, int greatest) {
   PairFit fit;
   if (fit_second(modes, first.codes, second, greatest, fit) < kNoFit) return fit;
-  [[maybe_unused]] const double cost =
-      fit_second(modes, first_codes(modes, first, greatest), second, greatest, fit);
+  [[maybe_unused]] const double cost = fit_second(modes, first_codes(modes, first, greatest), second, greatest, fit);
   assert(cost < kNoFit);
   return fit;
 }
