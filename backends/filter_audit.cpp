@@ -19,12 +19,16 @@ static_assert(kSide_px * kSide_px == kPlaces);
 constexpr double kFloatRounding = 0x1p-22;  // of a few operations on values up to 1
 
 /// A plane of texels that are nearly alike, and exact: it rises by a step of 8 bits a texel, from the middle on.
-/// A block of EAC that has 0 and 1, too, has three values in a row only so far apart.
+/// A block of EAC or BC7 that has 0 and 1, too, has three values in a row only so far apart.
 float plane_step(TexelType type) {
   if (type == TexelType::eac) return 112.0F / 2047;
+  if (type == TexelType::bc7) return 36.0F / 255;
   return is_float(type) ? 1.0F / 256 : 1.0F / 255;
 }
-float plane_low(TexelType type) { return type == TexelType::eac ? 1044.0F / 2047 : 128 * plane_step(type); }
+float plane_low(TexelType type) {
+  if (type == TexelType::eac) return 1044.0F / 2047;
+  return (type == TexelType::bc7 ? 1 : 128) * plane_step(type);
+}
 
 /// filter.frag's: two texels, 0 and 1, and a cell of the plane.
 TextureImage audited_texels(TexelType type) {
@@ -104,8 +108,7 @@ std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect, const S
                                          .constants = constants_of(nullptr, Wrap::clamp, {.simulated = simulated}),
                                          .target = {.attachments = {kShown}}});
   std::vector<FilterAudit> audits;
-  for (const TexelType type :
-       {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32, TexelType::rgtc, TexelType::eac})
+  for (const TexelType type : kTexelTypes)
     if (backend.device().takes(type))
       audits.push_back({.type = type, .precision = shown_precision(backend, *pipeline, type)});
   return audits;

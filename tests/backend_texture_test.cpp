@@ -47,6 +47,7 @@ float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
   switch (type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
+    case TexelType::bc7:
       append(bytes, static_cast<std::uint8_t>(std::lround(value * 255)));
       break;
     case TexelType::eac:
@@ -173,9 +174,32 @@ TEST_P(TextureTest, eac_decodes_to_the_codes_that_it_has_here) {
   });
 }
 
+// Any bits of modes 4 to 6.
+TEST_P(TextureTest, bc7_decodes_to_the_codes_that_it_has_here) {
+  on_every_device([](Rig& rig) {
+    if (!rig.backend->device().takes(TexelType::bc7)) return;
+    constexpr int kSide = 64;
+    std::mt19937 random(10);
+    TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::bc7, .channels = 2}};
+    blocks.texels.resize(image_bytes(blocks));
+    for (std::size_t i = 0; i < blocks.texels.size(); ++i) {
+      const unsigned mode = 4 + i / 16 % 3;
+      const auto byte = static_cast<unsigned>(random() % 256);
+      blocks.texels[i] = static_cast<std::byte>(i % 16 == 0 ? (byte << (mode + 1U) | 1U << mode) & 255U : byte);
+    }
+    const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
+    const std::vector<float> first = read_blocks(blocks, 0, 0);
+    const std::vector<float> second = read_blocks(blocks, 1, 0);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      EXPECT_NEAR(seen[i].t, first[i], 1.2e-7F) << i;
+      EXPECT_EQ(seen[i].taps, std::round(second[i] * 4096)) << i;
+    }
+  });
+}
+
 TEST_P(TextureTest, a_device_without_blocks_says_so) {
   on_every_device([](Rig& rig) {
-    for (const TexelType type : {TexelType::rgtc, TexelType::eac}) {
+    for (const TexelType type : {TexelType::rgtc, TexelType::eac, TexelType::bc7}) {
       if (rig.backend->device().takes(type)) continue;
       const Map map = map_of({.type = type, .channels = 1});
       EXPECT_THROW((void)rig.backend->upload(

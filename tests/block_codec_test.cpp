@@ -30,6 +30,14 @@ rc::Gen<BlockCodes> any_codes(TexelType type) {
   });
 }
 
+/// A channel in a block of its own, read again.
+BlockCodes had_of(const BlockCodec& codec, const BlockCodes& codes, BlockRounding rounding) {
+  const AskedCodes asked{.codes = codes, .rounding = rounding};
+  BlockBytes block{};
+  codec.encode({&asked, 1}, block);
+  return codec.decode(block, 0);
+}
+
 /// What one texel costs.
 double cost(double code, double own, BlockRounding rounding, double greatest) {
   if (rounding == BlockRounding::nearest) return (code - own) * (code - own);
@@ -116,13 +124,12 @@ RC_GTEST_PROP(BlockCodec, has_codes_on_the_asked_side, ()) {
     const BlockCodec& codec = find_codec(type);
     const BlockCodes codes = *any_codes(type);
     for (const BlockRounding rounding : kRoundings) {
-      const BlockBytes block = codec.encode(codes, rounding);
       // Then all between the endpoints are whole, and no decoder rounds them.
-      if (type == TexelType::rgtc)
-        RC_ASSERT((block[0] > block[1] ? (block[0] - block[1]) % 7 : (block[1] - block[0]) % 5) == 0);
-      const BlockCodes had = codec.decode(block);
+      const BlockBytes block = type == TexelType::rgtc ? encode_rgtc(codes, rounding) : BlockBytes{};
+      RC_ASSERT((block[0] > block[1] ? (block[0] - block[1]) % 7 : (block[1] - block[0]) % 5) == 0);
+      const BlockCodes had = had_of(codec, codes, rounding);
       RC_ASSERT(cost(codes, had, rounding, greatest_code(type)) < kImpossible);
-      for (const BlockRounding again : kRoundings) RC_ASSERT(codec.decode(codec.encode(had, again)) == had);
+      for (const BlockRounding again : kRoundings) RC_ASSERT(had_of(codec, had, again) == had);
     }
   }
 }
@@ -146,7 +153,7 @@ TEST(BlockCodec, is_about_the_best_of_all_blocks) {
       const BlockCodes codes = any_codes(type)(random.split(), 100).value();
       for (const BlockRounding rounding : kRoundings) {
         const double least = least_cost(palettes, codes, rounding, greatest);
-        const double cost_here = cost(codes, codec.decode(codec.encode(codes, rounding)), rounding, greatest);
+        const double cost_here = cost(codes, had_of(codec, codes, rounding), rounding, greatest);
         EXPECT_GE(cost_here, least * (1 - 1e-12));
         EXPECT_LE(cost_here, 1.5 * least + 1e-9);
         own += cost_here;

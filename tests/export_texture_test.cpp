@@ -99,6 +99,7 @@ TEST(ExportContainers, dds_formats_are_direct3ds) {
   EXPECT_EQ(format(TexelType::float32, 2), 16U);  // R32G32_FLOAT
   EXPECT_EQ(format(TexelType::rgtc, 1), 80U);     // BC4_UNORM
   EXPECT_EQ(format(TexelType::rgtc, 2), 83U);     // BC5_UNORM
+  EXPECT_EQ(format(TexelType::bc7, 2), 98U);      // BC7_UNORM
   EXPECT_FALSE(find_container("dds").holds(pattern(TexelType::eac, 2, 1))) << "Direct3D has no EAC";
 }
 

@@ -29,6 +29,7 @@ std::string stored(const TestImage& image) {
   switch (image.type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
+    case TexelType::bc7:
       return codes_of<std::uint8_t>(image);
     case TexelType::unorm16:
     case TexelType::float16:

@@ -22,6 +22,7 @@ RC_GTEST_PROP(MapTexture, UnpackGivesBackWhatWasPacked, ()) {
   const auto ratios = *rc::gen::container<std::vector<float>>(count, any_value());
   for (const Format& format : formats()) {
     for (const Encoding& encoding : encodings()) {
+      if (format.type == TexelType::bc7 && encoding.is_decreasing) continue;
       const Heightfield heights = quantise_heights(raw, format.type);
       const bool has_ratio = format.ratios() > 0;
       const MapSource source{.map = find_map(has_ratio ? MapKind::conservative : MapKind::height),

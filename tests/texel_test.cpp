@@ -21,6 +21,7 @@ std::uint32_t code_of_one(TexelType type) {
   switch (type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
+    case TexelType::bc7:
       return 255;
     case TexelType::eac:
       return 2047;
@@ -38,6 +39,7 @@ float value(std::uint32_t code, TexelType type) {
   switch (type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
+    case TexelType::bc7:
       return static_cast<float>(code) / 255.0F;
     case TexelType::eac:
       return static_cast<float>(code) / 2047.0F;

@@ -37,8 +37,8 @@ DeviceInfo describe(int index) {
                   .api_version = "",
                   .software = software,
                   .timers = {Timer::fenced_wall},
-                  .float64 = true,                               // OpenGL 4.0 asks for it
-                  .blocks = {TexelType::rgtc, TexelType::eac}};  // OpenGL 3.0 and 4.3 do
+                  .float64 = true,                                               // OpenGL 4.0 asks for it
+                  .blocks = {TexelType::rgtc, TexelType::eac, TexelType::bc7}};  // 3.0, 4.3 and 4.2 do
   GLint major = 0;
   GLint minor = 0;
   glGetIntegerv(GL_MAJOR_VERSION, &major);

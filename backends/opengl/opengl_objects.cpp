@@ -32,6 +32,8 @@ GlFormat gl_format(const TexelLayout& texel) {
       return {pick(GL_COMPRESSED_RED_RGTC1, GL_COMPRESSED_RG_RGTC2, GL_NONE), layout, GL_NONE};
     case TexelType::eac:
       return {pick(GL_COMPRESSED_R11_EAC, GL_COMPRESSED_RG11_EAC, GL_NONE), layout, GL_NONE};
+    case TexelType::bc7:
+      return {GL_COMPRESSED_RGBA_BPTC_UNORM, layout, GL_NONE};
   }
   fail_environment("OpenGL: no such texel type");
 }

@@ -124,8 +124,8 @@ DeviceInfo device_info(const PhysicalDevice& physical, int index) {
                   .float64 = physical.features.shaderFloat64 == VK_TRUE,
                   .compiles_in_parallel = true,
                   .pci = pci_address(physical.handle)};
-  if (physical.features.textureCompressionBC == VK_TRUE) info.blocks.push_back(TexelType::rgtc);
-  if (physical.features.textureCompressionETC2 == VK_TRUE) info.blocks.push_back(TexelType::eac);
+  for (const BlockFeature& block : kBlockFeatures)
+    if (physical.features.*block.feature == VK_TRUE) info.blocks.push_back(block.type);
   if (physical.timestamp_bits > 0 && properties.limits.timestampPeriod > 0) info.timers.push_back(Timer::vk_timestamp);
   return info;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <volk.h>
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -58,6 +59,17 @@ struct PhysicalDevice {
   std::uint32_t timestamp_bits;  ///< 0: no timestamps
   VkPhysicalDeviceFeatures features;
 };
+/// The feature that a device's textures of a type need.
+struct BlockFeature {
+  TexelType type;
+  VkBool32 VkPhysicalDeviceFeatures::*feature;
+  std::string_view id;
+};
+inline constexpr std::array<BlockFeature, 3> kBlockFeatures{{
+    {TexelType::rgtc, &VkPhysicalDeviceFeatures::textureCompressionBC, "textureCompressionBC"},
+    {TexelType::eac, &VkPhysicalDeviceFeatures::textureCompressionETC2, "textureCompressionETC2"},
+    {TexelType::bc7, &VkPhysicalDeviceFeatures::textureCompressionBC, "textureCompressionBC"},
+}};
 /// In the loader's order; DeviceInfo::index counts these.
 [[nodiscard]] std::vector<PhysicalDevice> physical_devices(const VulkanInstance& instance);
 [[nodiscard]] DeviceInfo device_info(const PhysicalDevice& physical, int index);

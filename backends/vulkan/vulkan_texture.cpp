@@ -41,6 +41,8 @@ VkFormat vulkan_format(const TexelLayout& texel) {
       return pick(VK_FORMAT_BC4_UNORM_BLOCK, VK_FORMAT_BC5_UNORM_BLOCK, VK_FORMAT_UNDEFINED);
     case TexelType::eac:
       return pick(VK_FORMAT_EAC_R11_UNORM_BLOCK, VK_FORMAT_EAC_R11G11_UNORM_BLOCK, VK_FORMAT_UNDEFINED);
+    case TexelType::bc7:
+      return VK_FORMAT_BC7_UNORM_BLOCK;
   }
   return VK_FORMAT_UNDEFINED;
 }
@@ -51,10 +53,9 @@ std::unique_ptr<VulkanTexture> make_texture(const VulkanDevice& device, const Te
     fail_environment("vulkan: {} bytes are not a {}x{} texture of format {}", desc.texels.size(), desc.width,
                      desc.height, format_id);
   }
-  if (desc.layout.type == TexelType::rgtc && device.physical().features.textureCompressionBC == VK_FALSE)
-    fail_environment("vulkan: the device takes no textures of BC blocks (textureCompressionBC)");
-  if (desc.layout.type == TexelType::eac && device.physical().features.textureCompressionETC2 == VK_FALSE)
-    fail_environment("vulkan: the device takes no textures of EAC blocks (textureCompressionETC2)");
+  for (const BlockFeature& block : kBlockFeatures)
+    if (desc.layout.type == block.type && device.physical().features.*block.feature == VK_FALSE)
+      fail_environment("vulkan: the device takes no textures of {} ({})", texel_type_id(block.type), block.id);
   VkFormatFeatureFlags features = VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_TRANSFER_DST_BIT;
   if (desc.filter == Filter::linear) features |= VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
   auto texture = std::make_unique<VulkanTexture>();

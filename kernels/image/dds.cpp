@@ -21,7 +21,7 @@ constexpr std::array kDxgiFormats{
     DxgiRow{{TexelType::unorm16, 1}, 56}, DxgiRow{{TexelType::unorm16, 2}, 35}, DxgiRow{{TexelType::unorm16, 4}, 11},
     DxgiRow{{TexelType::float16, 1}, 54}, DxgiRow{{TexelType::float16, 2}, 34}, DxgiRow{{TexelType::float16, 4}, 10},
     DxgiRow{{TexelType::float32, 1}, 41}, DxgiRow{{TexelType::float32, 2}, 16}, DxgiRow{{TexelType::float32, 4}, 2},
-    DxgiRow{{TexelType::rgtc, 1}, 80},    DxgiRow{{TexelType::rgtc, 2}, 83}};
+    DxgiRow{{TexelType::rgtc, 1}, 80},    DxgiRow{{TexelType::rgtc, 2}, 83},    DxgiRow{{TexelType::bc7, 2}, 98}};
 
 constexpr std::uint32_t kMagic = 0x20534444;         // "DDS "
 constexpr std::uint32_t kFourCc = 0x30315844;        // "DX10"

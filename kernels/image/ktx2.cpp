@@ -62,6 +62,7 @@ constexpr std::array kKtx2Formats{
     FormatRow{{TexelType::float32, 2}, 103}, FormatRow{{TexelType::float32, 4}, 109},
     FormatRow{{TexelType::rgtc, 1}, 139},    FormatRow{{TexelType::rgtc, 2}, 141},
     FormatRow{{TexelType::eac, 1}, 153},     FormatRow{{TexelType::eac, 2}, 155},
+    FormatRow{{TexelType::bc7, 2}, 145},
 };
 
 /// Of what bytes are swapped together on other machines.
@@ -81,9 +82,10 @@ void pad(std::string& out, std::size_t alignment) {
 /// Of what levels are made of: a texel or a block.
 int unit_bytes(const TexelLayout& layout) { return static_cast<int>(level_bytes(layout, 1, 1)); }
 
-/// Its color model: RGBSDA, BC4, BC5 or ETC2.
+/// Its color model: RGBSDA, BC4, BC5, ETC2 or BC7.
 std::uint8_t color_model(const TexelLayout& layout) {
   if (layout.type == TexelType::eac) return 161;
+  if (layout.type == TexelType::bc7) return 134;
   if (layout.type == TexelType::rgtc) return layout.channels == 1 ? 131 : 132;
   return 1;
 }
@@ -94,10 +96,10 @@ std::string descriptor(const TexelLayout& layout) {
   constexpr std::uint8_t kSignedFloat = 0x80 | 0x40;
   const bool is_signed = is_float(layout.type);
   const bool has_blocks = is_of_blocks(layout.type);
-  // Of a sample: a channel of a texel or of a block.
-  const auto size = static_cast<std::uint32_t>(unit_bytes(layout) / layout.channels);
-  const auto channels = static_cast<std::uint32_t>(layout.channels);
-  const std::uint32_t block_bytes = 24 + 16 * channels;
+  // A sample is a channel of a texel or of a block, or all of a block whose channels are one.
+  const auto samples = static_cast<std::uint32_t>(layout.type == TexelType::bc7 ? 1 : layout.channels);
+  const std::uint32_t size = static_cast<std::uint32_t>(unit_bytes(layout)) / samples;
+  const std::uint32_t block_bytes = 24 + 16 * samples;
   std::string out;
   append(out, std::uint32_t{4 + block_bytes});
   append(out, std::uint32_t{0});                         // Khronos, basic descriptor
@@ -105,11 +107,11 @@ std::string descriptor(const TexelLayout& layout) {
   // Primaries unspecified, linear, straight alpha.
   append(out, std::array<std::uint8_t, 4>{color_model(layout), 0, 1, 0});
   append(out, std::uint32_t{has_blocks ? 0x0303U : 0U});  // blocks of 4 x 4 texels or of one
-  append(out, std::array<std::uint8_t, 8>{static_cast<std::uint8_t>(channels * size)});
-  for (std::uint32_t channel = 0; channel < channels; ++channel) {
-    append(out, static_cast<std::uint16_t>(8 * size * channel));
+  append(out, std::array<std::uint8_t, 8>{static_cast<std::uint8_t>(samples * size)});
+  for (std::uint32_t sample = 0; sample < samples; ++sample) {
+    append(out, static_cast<std::uint16_t>(8 * size * sample));
     append(out, static_cast<std::uint8_t>(8 * size - 1));
-    append(out, static_cast<std::uint8_t>(kChannelIds.at(channel) | (is_signed ? kSignedFloat : 0)));
+    append(out, static_cast<std::uint8_t>(kChannelIds.at(sample) | (is_signed ? kSignedFloat : 0)));
     append(out, std::uint32_t{0});  // position in the block
     // Floats have their limits as floats of 32 bits, whatever their own size.
     append(out, is_signed ? std::bit_cast<std::uint32_t>(-1.0F) : 0U);

@@ -9,6 +9,7 @@ int TexelLayout::bytes() const {
   switch (type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
+    case TexelType::bc7:
       return channels;
     case TexelType::unorm16:
     case TexelType::float16:
@@ -24,6 +25,7 @@ std::uint32_t greatest_code(TexelType type) {
   switch (type) {
     case TexelType::unorm8:
     case TexelType::rgtc:
+    case TexelType::bc7:
       return 255;
     case TexelType::eac:
       return 2047;
@@ -37,10 +39,17 @@ std::uint32_t greatest_code(TexelType type) {
   return 0;
 }
 
+namespace {
+
+/// Of all channels.
+bool has_whole_blocks(const TexelLayout& layout) { return layout.type == TexelType::bc7 && layout.channels > 0; }
+
+}  // namespace
+
 std::size_t level_bytes(const TexelLayout& layout, int width, int height) {
   if (is_of_blocks(layout.type))
-    return 8 * static_cast<std::size_t>((width + 3) / 4) * static_cast<std::size_t>((height + 3) / 4) *
-           static_cast<std::size_t>(layout.channels);
+    return static_cast<std::size_t>(has_whole_blocks(layout) ? 16 : 8 * layout.channels) *
+           static_cast<std::size_t>((width + 3) / 4) * static_cast<std::size_t>((height + 3) / 4);
   return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(layout.bytes());
 }
 
@@ -52,7 +61,7 @@ std::size_t image_bytes(const TextureImage& image) {
 }
 
 std::string_view texel_type_id(TexelType type) {
-  constexpr std::array<std::string_view, 6> kIds{"unorm8", "unorm16", "float16", "float32", "rgtc", "eac"};
+  constexpr std::array<std::string_view, 7> kIds{"unorm8", "unorm16", "float16", "float32", "rgtc", "eac", "bc7"};
   return kIds.at(static_cast<std::size_t>(type));
 }
 

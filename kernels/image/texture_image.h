@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -6,13 +7,16 @@
 
 namespace reliefbench {
 
-/// rgtc, eac: blocks of 4 x 4 texels, a channel 8 bytes (kernels/maps/block_codec.h). rgtc is BC4 of one channel, BC5
-/// of two, and decodes to 8 bits; eac is EAC R11, EAC RG11, and decodes to 11.
-enum class TexelType { unorm8, unorm16, float16, float32, rgtc, eac };
+/// rgtc, eac, bc7: blocks of 4 x 4 texels (kernels/maps/block_codec.h). A channel is 8 bytes of rgtc, which is BC4 of
+/// one channel, BC5 of two, and decodes to 8 bits, and of eac, which is EAC R11, EAC RG11, and decodes to 11; up to two
+/// channels are 16 bytes of bc7, which decodes to 8 bits.
+enum class TexelType { unorm8, unorm16, float16, float32, rgtc, eac, bc7 };
+inline constexpr std::array kTexelTypes{TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32,
+                                        TexelType::rgtc,   TexelType::eac,     TexelType::bc7};
 [[nodiscard]] constexpr bool is_float(TexelType type) {
   return type == TexelType::float16 || type == TexelType::float32;
 }
-[[nodiscard]] constexpr bool is_of_blocks(TexelType type) { return type == TexelType::rgtc || type == TexelType::eac; }
+[[nodiscard]] constexpr bool is_of_blocks(TexelType type) { return type >= TexelType::rgtc; }
 /// Of a unorm, or what blocks decode to: the code of 1.
 [[nodiscard]] std::uint32_t greatest_code(TexelType type);
 
@@ -23,7 +27,7 @@ struct TexelLayout {
   [[nodiscard]] int bytes() const;  ///< of blocks: of a texel that is decoded
   bool operator==(const TexelLayout&) const = default;
 };
-[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8 | unorm16 | float16 | float32 | rgtc | eac
+[[nodiscard]] std::string_view texel_type_id(TexelType type);  ///< unorm8, ..., as above
 
 /// Side of a mip level, as GL and Vulkan have it: halves are rounded down, and never under 1.
 [[nodiscard]] constexpr int level_side(int side, int level) { return side >> level > 0 ? side >> level : 1; }

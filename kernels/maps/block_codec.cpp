@@ -5,15 +5,32 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <type_traits>
 
 #include "kernels/base/parallel.h"
 
 namespace reliefbench {
 namespace {
 
+/// Of types whose channels have blocks of their own, one after the other.
+template <BlockBytes (*encode)(const BlockCodes&, BlockRounding)>
+void encode_each(std::span<const AskedCodes> channels, std::span<std::uint8_t> block) {
+  for (const auto& [codes, rounding] : channels) {
+    std::ranges::copy(encode(codes, rounding), block.begin());
+    block = block.subspan(sizeof(BlockBytes));
+  }
+}
+template <BlockCodes (*decode)(const BlockBytes&)>
+BlockCodes decode_one(std::span<const std::uint8_t> block, std::size_t channel) {
+  BlockBytes bytes{};
+  std::ranges::copy(block.subspan(channel * bytes.size(), bytes.size()), bytes.begin());
+  return decode(bytes);
+}
+
 constexpr std::array kCodecs{
-    BlockCodec{.type = TexelType::rgtc, .encode = encode_rgtc, .decode = decode_rgtc},
-    BlockCodec{.type = TexelType::eac, .encode = encode_eac, .decode = decode_eac},
+    BlockCodec{.type = TexelType::rgtc, .encode = encode_each<encode_rgtc>, .decode = decode_one<decode_rgtc>},
+    BlockCodec{.type = TexelType::eac, .encode = encode_each<encode_eac>, .decode = decode_one<decode_eac>},
+    BlockCodec{.type = TexelType::bc7, .encode = encode_bc7, .decode = decode_bc7},
 };
 
 constexpr int kBlockSide = 4;
@@ -32,10 +49,14 @@ BlockLevel block_level(const TextureImage& image, int level) {
   return {.width = level_side(image.width, level), .height = level_side(image.height, level), .first_byte = first};
 }
 
-std::size_t place_of_block(const TextureImage& image, const BlockLevel& level, int column, int row) {
+/// The bytes of a block; Image: const or not.
+template <typename Image>
+auto block_bytes(Image& image, const BlockLevel& level, int column, int row) {
   const auto index = static_cast<std::size_t>(row) * static_cast<std::size_t>(blocks_along(level.width)) +
                      static_cast<std::size_t>(column);
-  return level.first_byte + index * sizeof(BlockBytes) * static_cast<std::size_t>(image.layout.channels);
+  const std::size_t size = level_bytes(image.layout, 1, 1);
+  using Byte = std::conditional_t<std::is_const_v<Image>, const std::uint8_t, std::uint8_t>;
+  return std::span(reinterpret_cast<Byte*>(image.texels.data()) + level.first_byte + index * size, size);
 }
 
 /// A level of codes of whole texels.
@@ -77,17 +98,17 @@ TextureImage as_blocks(const TextureImage& codes, BlockRounding first, BlockRoun
                   .height = codes.height,
                   .channels = codes.layout.channels,
                   .code_bytes = static_cast<std::size_t>(codes.layout.bytes() / codes.layout.channels)};
+  const auto channels = static_cast<std::size_t>(codes.layout.channels);
   for (int l = 0; l < codes.levels; ++l) {
     const BlockLevel level = block_level(blocks, l);
     whole.width = level.width;
     whole.height = level.height;
     parallel_for(blocks_along(level.height), 0, [&](int row) {
       for (int column = 0; column < blocks_along(level.width); ++column) {
-        std::byte* at = blocks.texels.data() + place_of_block(blocks, level, column, row);
-        for (int channel = 0; channel < codes.layout.channels; ++channel, at += sizeof(BlockBytes)) {
-          const BlockBytes block = codec.encode(whole.block(column, row, channel), channel == 0 ? first : second);
-          std::memcpy(at, block.data(), block.size());
-        }
+        std::array<AskedCodes, 2> asked{{{.rounding = first}, {.rounding = second}}};
+        for (std::size_t channel = 0; channel < channels; ++channel)
+          asked.at(channel).codes = whole.block(column, row, static_cast<int>(channel));
+        codec.encode(std::span(asked).first(channels), block_bytes(blocks, level, column, row));
       }
     });
     whole.texels += whole.size();
@@ -102,12 +123,7 @@ std::vector<float> read_blocks(const TextureImage& image, int channel, int level
   std::vector<float> values(static_cast<std::size_t>(here.width) * static_cast<std::size_t>(here.height));
   for (int row = 0; row < blocks_along(here.height); ++row)
     for (int column = 0; column < blocks_along(here.width); ++column) {
-      BlockBytes block{};
-      std::memcpy(block.data(),
-                  image.texels.data() + place_of_block(image, here, column, row) +
-                      static_cast<std::size_t>(channel) * block.size(),
-                  block.size());
-      const BlockCodes codes = codec.decode(block);
+      const BlockCodes codes = codec.decode(block_bytes(image, here, column, row), static_cast<std::size_t>(channel));
       for (int i = 0; i < kBlockSide * kBlockSide; ++i) {
         const int x = kBlockSide * column + i % kBlockSide;
         const int y = kBlockSide * row + i / kBlockSide;

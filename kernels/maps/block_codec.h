@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kernels/image/heightfield.h"
@@ -8,7 +10,8 @@
 
 namespace reliefbench {
 
-// Textures of blocks (is_of_blocks). 4 x 4 values of a channel are 8 bytes, which choose one of 8 values for each.
+// Textures of blocks (is_of_blocks) of 4 x 4 texels: a channel has 8 bytes, which choose one of 8 values for each, or
+// all have 16 together.
 
 /// Codes of a block, row by row, as greatest_code() has them.
 using BlockCodes = std::array<std::uint16_t, 16>;
@@ -17,15 +20,22 @@ using BlockBytes = std::array<std::uint8_t, 8>;
 /// Which codes a block may have beside the asked ones.
 enum class BlockRounding { nearest, below, above };
 
+/// What a channel of a block should have.
+struct AskedCodes {
+  BlockCodes codes{};
+  BlockRounding rounding = BlockRounding::nearest;
+};
+
 /// How a type's blocks are made and read, one row.
 struct BlockCodec {
   TexelType type;
-  /// The block whose codes are nearest to the asked ones, on their side of them; exactly those where a block has them.
+  /// The block whose codes are nearest to the asked ones, on their side of them; of the first channel exactly those
+  /// where a block has them.
   /// nearest: by the sum of squares. below, above: where every texel has a code on that side, by the sum of the
   /// quotients of (asked + 1) and (code + 1), or of their complements.
-  BlockBytes (*encode)(const BlockCodes& codes, BlockRounding rounding);
-  /// The codes of any block, also of others' making.
-  BlockCodes (*decode)(const BlockBytes& block);
+  void (*encode)(std::span<const AskedCodes> channels, std::span<std::uint8_t> block);
+  /// The codes of a channel of any block that encode() makes; of BC4, BC5 and EAC also of others' making.
+  BlockCodes (*decode)(std::span<const std::uint8_t> block, std::size_t channel);
 };
 [[nodiscard]] const BlockCodec& find_codec(TexelType type);
 
@@ -49,6 +59,14 @@ struct BlockCodec {
 inline constexpr float kEacSpread = 1.46e-5F;
 [[nodiscard]] BlockBytes encode_eac(const BlockCodes& codes, BlockRounding rounding);
 [[nodiscard]] BlockCodes decode_eac(const BlockBytes& block);
+
+// BC7: red and green, of modes 4 to 6 (kernels/maps/pair_block.h). Mode 6 has 16 places between endpoints of 7 bits for
+// both channels together; modes 4 and 5 have 4 or 8 for each channel, its own. All arithmetic is of whole numbers of 8
+// bits, the same on every device. Encodings whose greatest code is a closed cone (Encoding::is_decreasing) do not go
+// with it: the last bits of mode 6 are 0 here, so that ratios may be 0 and none is 255.
+// source: Khronos Data Format Specification 1.3, BPTC: RGBA_BPTC_UNORM is BC7_UNORM
+void encode_bc7(std::span<const AskedCodes> channels, std::span<std::uint8_t> block);
+[[nodiscard]] BlockCodes decode_bc7(std::span<const std::uint8_t> block, std::size_t channel);
 
 /// Codes of whole texels, TexelLayout::bytes() each, all levels, as blocks of their type. A block that reaches over the
 /// image's edge has the nearest texels there.

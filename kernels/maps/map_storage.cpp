@@ -54,6 +54,8 @@ std::string correction_conflict(const MapStorage& storage) {
 std::string ratio_conflict(const MapStorage& storage) {
   const bool is_unorm = !is_float(storage.format.type);
   const std::string_view encoding = storage.encoding.id;
+  if (storage.format.type == TexelType::bc7 && storage.encoding.is_decreasing)
+    return fmt::format("{} cannot hold every cone as {}", storage.format.id, encoding);
   if (storage.max_ratio > 1 && storage.map.content == MapContent::sectors)
     return fmt::format("ratios of a {} map are at most 1", storage.map.id);
   if (storage.max_ratio > 1 && is_unorm && encoding != "h_tan" && encoding != "atan")

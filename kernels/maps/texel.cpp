@@ -34,6 +34,7 @@ constexpr std::array kFormats{
     Format{.id = "bc5", .type = TexelType::rgtc, .channels = 2},
     Format{.id = "eac_r11", .type = TexelType::eac, .channels = 1},
     Format{.id = "eac_rg11", .type = TexelType::eac, .channels = 2},
+    Format{.id = "bc7", .type = TexelType::bc7, .channels = 2},
 };
 
 /// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
@@ -116,6 +117,7 @@ float value_of(std::uint32_t code, TexelType type) {
     case TexelType::unorm16:
     case TexelType::rgtc:
     case TexelType::eac:
+    case TexelType::bc7:
       return static_cast<float>(code) / static_cast<float>(greatest_code(type));
     case TexelType::float16:
       return half(half::FromBits, static_cast<std::uint16_t>(code));
@@ -133,6 +135,7 @@ std::uint32_t nearest_code(float value, TexelType type) {
     case TexelType::unorm16:
     case TexelType::rgtc:
     case TexelType::eac:
+    case TexelType::bc7:
       return static_cast<std::uint32_t>(std::lround(double{value} * greatest_code(type)));
     case TexelType::float16:
       return half(value).bits();

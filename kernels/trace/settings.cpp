@@ -148,9 +148,9 @@ bool has_free_cones(const Settings& settings) {
   const MapStorage storage = storage_of(settings);
   const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
                        storage.correction == Correction::min4;
-  // Devices may read heights of BC up to a code lower than they are here, which no margin makes up for yet; of EAC they
-  // may be 0.03 codes off, which ratios allow for, but hits do not.
-  if (is_of_blocks(storage.format.type)) return false;
+  // Devices may read heights of BC4 and BC5 up to a code lower than they are here, which no margin makes up for yet; of
+  // EAC they may be 0.03 codes off, which ratios allow for, but hits do not. BC7 all read alike.
+  if (is_of_blocks(storage.format.type) && storage.format.type != TexelType::bc7) return false;
   constexpr std::array kConservative{MapKind::conservative, MapKind::quick, MapKind::quick_naive, MapKind::quad,
                                      MapKind::sector};
   if (!is_safe || std::ranges::find(kConservative, storage.map.kind) == kConservative.end()) return false;
