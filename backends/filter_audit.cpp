@@ -27,7 +27,7 @@ float plane_step(TexelType type) {
 }
 float plane_low(TexelType type) {
   if (type == TexelType::eac) return 1044.0F / 2047;
-  return (type == TexelType::bc7 ? 1 : 128) * plane_step(type);
+  return (type == TexelType::bc7 ? 1.0F : 128.0F) * plane_step(type);
 }
 
 /// filter.frag's: two texels, 0 and 1, and a cell of the plane.

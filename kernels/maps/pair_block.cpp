@@ -162,7 +162,8 @@ class PlaneSearch {
     }
     if (sum >= most) return kNoFit;
     const EndRange around = ends_around(plane, least, places.codes[at]);
-    return low >= around.first_low && high <= around.last_high ? sum : kNoFit;
+    if (low < around.first_low || high > around.last_high) return kNoFit;
+    return sum;
   }
 
   [[nodiscard]] PlaneFit placed(const BlockPlane& plane, const std::array<std::size_t, 2>& ends) const {
