@@ -183,7 +183,7 @@ TEST_P(TextureTest, bc7_decodes_to_the_codes_that_it_has_here) {
     TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::bc7, .channels = 2}};
     blocks.texels.resize(image_bytes(blocks));
     for (std::size_t i = 0; i < blocks.texels.size(); ++i) {
-      const unsigned mode = 4 + i / 16 % 3;
+      const auto mode = static_cast<unsigned>(4 + i / 16 % 3);
       const auto byte = static_cast<unsigned>(random() % 256);
       blocks.texels[i] = static_cast<std::byte>(i % 16 == 0 ? (byte << (mode + 1U) | 1U << mode) & 255U : byte);
     }
