@@ -104,7 +104,8 @@ TEST_F(ReportInBrowser, FiveThousandCasesAreQuick) {
       figure("table"), figure("elements"));
   for (const std::string timed : {"painted", "drawn", "slider", "filter", "search", "metric", "table"})
     EXPECT_TRUE(told(body, timed).is_number()) << timed;  // times are printed: a busy machine has others
-  EXPECT_LT(figure("elements"), 5000) << "an element a case is slow anywhere";
+  // Some 5,000, by how many settings are on the fronts, whatever the cases; with one a case it would be twice as many.
+  EXPECT_LT(figure("elements"), 7500) << "an element a case is slow anywhere";
 }
 
 }  // namespace
