@@ -224,6 +224,7 @@ void TuneRun::reopen() {
 }
 
 void TuneRun::write_pictures(const Run& run) {
+  ready_.clear();  // nothing more is timed, and a device that is lost over a picture takes its textures with it
   std::vector<SceneSpec> scenes = config_.scenes;
   for (const MeasuredScene& scene : holdout_) scenes.push_back(scene.spec);
   const std::set<const Record*> pictured = pictured_records(run.records, config_, Pictured::shown);
