@@ -210,7 +210,7 @@ class BakePasses {
   std::deque<std::vector<std::byte>> contents_;  ///< of the searches' buffers
   int layers_ = 1;
   int heights_;
-  int head_ = 0;  ///< any search's: all know the map's size and wrap
+  int head_ = 0;  ///< any search's: all know the map's size, wrap and correction
 };
 
 /// Layers of so many values as the values of each layer's first, then of each one's second, ...

@@ -136,15 +136,21 @@ TEST_P(TextureTest, blocks_decode_as_they_do_here_or_to_a_code_less) {
   });
 }
 
+/// Blocks of any bits.
+TextureImage random_blocks(int side, const TexelLayout& layout, unsigned seed) {
+  std::mt19937 random(seed);
+  TextureImage blocks{.width = side, .height = side, .layout = layout};
+  blocks.texels.resize(image_bytes(blocks));
+  for (std::byte& byte : blocks.texels) byte = static_cast<std::byte>(random() % 256);
+  return blocks;
+}
+
 // Of other makers' blocks, whose quotients devices round as they like.
 TEST_P(TextureTest, any_block_decodes_within_two_codes_of_here) {
   on_every_device([](Rig& rig) {
     if (!rig.backend->device().takes(TexelType::rgtc)) return;
     constexpr int kSide = 64;
-    std::mt19937 random(8);
-    TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::rgtc, .channels = 1}};
-    blocks.texels.resize(image_bytes(blocks));
-    for (std::byte& byte : blocks.texels) byte = static_cast<std::byte>(random() % 256);
+    const TextureImage blocks = random_blocks(kSide, {.type = TexelType::rgtc, .channels = 1}, 8);
     const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
     const std::vector<float> decoded = read_blocks(blocks, 0, 0);
     for (std::size_t i = 0; i < decoded.size(); ++i) EXPECT_NEAR(seen[i].t, decoded[i], 2 / 255.0 + 1e-6) << i;
@@ -156,10 +162,7 @@ TEST_P(TextureTest, eac_decodes_to_the_codes_that_it_has_here) {
   on_every_device([](Rig& rig) {
     if (!rig.backend->device().takes(TexelType::eac)) return;
     constexpr int kSide = 64;
-    std::mt19937 random(9);
-    TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::eac, .channels = 2}};
-    blocks.texels.resize(image_bytes(blocks));
-    for (std::byte& byte : blocks.texels) byte = static_cast<std::byte>(random() % 256);
+    const TextureImage blocks = random_blocks(kSide, {.type = TexelType::eac, .channels = 2}, 9);
     const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
     const std::vector<float> first = read_blocks(blocks, 0, 0);
     const std::vector<float> second = read_blocks(blocks, 1, 0);
@@ -179,13 +182,10 @@ TEST_P(TextureTest, bc7_decodes_to_the_codes_that_it_has_here) {
   on_every_device([](Rig& rig) {
     if (!rig.backend->device().takes(TexelType::bc7)) return;
     constexpr int kSide = 64;
-    std::mt19937 random(10);
-    TextureImage blocks{.width = kSide, .height = kSide, .layout = {.type = TexelType::bc7, .channels = 2}};
-    blocks.texels.resize(image_bytes(blocks));
-    for (std::size_t i = 0; i < blocks.texels.size(); ++i) {
+    TextureImage blocks = random_blocks(kSide, {.type = TexelType::bc7, .channels = 2}, 10);
+    for (std::size_t i = 0; i < blocks.texels.size(); i += 16) {
       const auto mode = static_cast<unsigned>(4 + i / 16 % 3);
-      const auto byte = static_cast<unsigned>(random() % 256);
-      blocks.texels[i] = static_cast<std::byte>(i % 16 == 0 ? (byte << (mode + 1U) | 1U << mode) & 255U : byte);
+      blocks.texels[i] = (blocks.texels[i] << (mode + 1U)) | std::byte{1} << mode;
     }
     const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
     const std::vector<float> first = read_blocks(blocks, 0, 0);
