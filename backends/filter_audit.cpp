@@ -19,15 +19,17 @@ static_assert(kSide_px * kSide_px == kPlaces);
 constexpr double kFloatRounding = 0x1p-22;  // of a few operations on values up to 1
 
 /// A plane of texels that are nearly alike, and exact: it rises by a step of 8 bits a texel, from the middle on.
-/// A block of EAC or BC7 that has 0 and 1, too, has three values in a row only so far apart.
+/// A block of EAC, BC7 or ASTC that has 0 and 1, too, has three values in a row only so far apart.
 float plane_step(TexelType type) {
   if (type == TexelType::eac) return 112.0F / 2047;
   if (type == TexelType::bc7) return 36.0F / 255;
+  if (type == TexelType::astc) return 2048.0F / 65535;
   return is_float(type) ? 1.0F / 256 : 1.0F / 255;
 }
 float plane_low(TexelType type) {
   if (type == TexelType::eac) return 1044.0F / 2047;
-  return (type == TexelType::bc7 ? 1.0F : 128.0F) * plane_step(type);
+  if (type == TexelType::bc7) return plane_step(type);
+  return (type == TexelType::astc ? 10.0F : 128.0F) * plane_step(type);
 }
 
 /// filter.frag's: two texels, 0 and 1, and a cell of the plane.

@@ -232,7 +232,7 @@ std::vector<DeviceInfo> null_devices() {
                        .api_version = "none",
                        .software = true,
                        .timers = {Timer::fenced_wall},
-                       .blocks = {TexelType::rgtc, TexelType::eac, TexelType::bc7}});
+                       .blocks = {TexelType::rgtc, TexelType::eac, TexelType::bc7, TexelType::astc}});
   return devices;
 }
 

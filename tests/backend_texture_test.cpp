@@ -54,6 +54,7 @@ float append_texel(std::vector<std::byte>& bytes, TexelType type, float value) {
       append(bytes, static_cast<std::uint16_t>(std::lround(value * 2047)));
       break;
     case TexelType::unorm16:
+    case TexelType::astc:
       append(bytes, static_cast<std::uint16_t>(std::lround(value * 65535)));
       break;
     case TexelType::float16:
@@ -197,9 +198,29 @@ TEST_P(TextureTest, bc7_decodes_to_the_codes_that_it_has_here) {
   });
 }
 
+// Decoded to binary16, to 16 bits or to 8.
+TEST_P(TextureTest, astc_decodes_to_about_the_codes_that_it_has_here) {
+  on_every_device([](Rig& rig) {
+    if (!rig.backend->device().takes(TexelType::astc)) return;
+    constexpr int kSide = 64;
+    std::mt19937 random(11);
+    TextureImage codes{.width = kSide, .height = kSide, .layout = {.type = TexelType::astc, .channels = 2}};
+    for (std::size_t i = 0; i < 2 * std::size_t{kSide} * kSide; ++i)
+      append(codes.texels, static_cast<std::uint16_t>(random() % (1U << (1 + i / 512 % 16))));
+    const TextureImage blocks = as_blocks(codes, BlockRounding::nearest, BlockRounding::below);
+    const std::vector<ScorePixel> seen = probe(rig, texture_desc(blocks, Wrap::repeat), 4, true, kSide);
+    const std::vector<float> first = read_blocks(blocks, 0, 0);
+    const std::vector<float> second = read_blocks(blocks, 1, 0);
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      EXPECT_NEAR(seen[i].t, first[i], 1 / 255.0 + 1e-6) << i;
+      EXPECT_NEAR(seen[i].taps, second[i] * 4096, 4096 / 255.0 + 1) << i;
+    }
+  });
+}
+
 TEST_P(TextureTest, a_device_without_blocks_says_so) {
   on_every_device([](Rig& rig) {
-    for (const TexelType type : {TexelType::rgtc, TexelType::eac, TexelType::bc7}) {
+    for (const TexelType type : {TexelType::rgtc, TexelType::eac, TexelType::bc7, TexelType::astc}) {
       if (rig.backend->device().takes(type)) continue;
       const Map map = map_of({.type = type, .channels = 1});
       EXPECT_THROW((void)rig.backend->upload(
@@ -228,9 +249,9 @@ TEST_P(TextureTest, every_format_is_read_back_as_uploaded) {
             const int shift = fetch ? 0 : 4;
             const auto at = static_cast<std::size_t>((x + shift) % 8 + 8 * ((y + shift) % 8));
             const ScorePixel& pixel = seen[static_cast<std::size_t>(x + 8 * y)];
-            // Of BC, a device may cut off.
-            const double off =
-                format.type == TexelType::rgtc ? 1 / 255.0 : static_cast<double>(value_spread(format.type));
+            // Of BC4 and BC5, a device may cut off; of ASTC, it may leave 8 bits.
+            const bool is_rough = format.type == TexelType::rgtc || format.type == TexelType::astc;
+            const double off = is_rough ? 1 / 255.0 : static_cast<double>(value_spread(format.type));
             EXPECT_NEAR(pixel.t, map.first[at], off + 1e-6) << format.id << " at " << x << "," << y;
             EXPECT_NEAR(pixel.taps, map.second[at] * 4096, off * 4096 + 1) << format.id << " at " << x << "," << y;
           }

@@ -173,9 +173,19 @@ TEST_F(ExportForEngines, what_cannot_be_is_said_in_one_line) {
   expect_refused({"--case", "qdm", "--textures", "exr"}, "relief.extra cannot be exr without loss: it has 6 levels");
   expect_refused({"--case", "cone?format=eac_rg11", "--textures", "dds"},
                  "relief cannot be dds without loss: it has 1 level of EAC_RG11_UNORM, a dds file holds every format "
-                 "but EAC");
+                 "but EAC and ASTC");
   expect_refused({"--case", "relief?format=eac_r11", "--for", "unreal"},
                  "relief: Unreal Engine 5 has no kind of file for 1 level of EAC_R11_UNORM; --textures ktx2");
+  expect_refused({"--case", "cone?format=astc", "--for", "bevy"},
+                 "relief: Bevy 0.17 has no view of ASTC_4x4_UNORM, with alpha read as green");
+}
+
+TEST_F(ExportForEngines, astc_ships_where_views_swizzle) {
+  const CommandResult plain = ship({"--case", "cone?format=astc", "-o", "out"});
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  const std::string bytes = file_text(folder_ / "out/relief.ktx2");
+  EXPECT_EQ(decode_ktx2(std::as_bytes(std::span(bytes)), "x").metadata.at("KTXswizzle"), "ra01");
+  EXPECT_THAT(file_text(folder_ / "out/README.md"), HasSubstr("ASTC_4x4_UNORM, with alpha read as green"));
 }
 
 TEST_F(ExportForEngines, blocks_of_eac_ship_as_ktx2) {

@@ -34,6 +34,7 @@ std::string stored(const TestImage& image) {
     case TexelType::unorm16:
     case TexelType::float16:
     case TexelType::eac:
+    case TexelType::astc:
       return codes_of<std::uint16_t>(image);
     case TexelType::float32:
       return codes_of<std::uint32_t>(image);

@@ -125,20 +125,26 @@ TEST(Ktx2, BlocksOfEacAreEtc2s) {
   }
 }
 
-TEST(Ktx2, BlocksOfBc7AreOneSample) {
-  TextureImage image{.width = 9, .height = 5, .layout = {.type = TexelType::bc7, .channels = 2}, .levels = 4};
-  image.texels.resize(image_bytes(image), std::byte{3});
-  const std::string file = encode_ktx2({.image = image});
-  EXPECT_EQ(word(file, 12), 145U);  // VK_FORMAT_BC7_UNORM_BLOCK
-  EXPECT_EQ(word(file, 16), 1U);
-  const std::size_t descriptor = word(file, 48);
-  EXPECT_EQ(word(file, descriptor), 4U + 24 + 16);
-  EXPECT_EQ(word(file, descriptor + 12), 134U | (1U << 16U));  // model BC7, linear
-  EXPECT_EQ(word(file, descriptor + 16), 0x0303U);
-  EXPECT_EQ(word(file, descriptor + 20), 16U);
-  EXPECT_EQ(word(file, descriptor + 28), 127U << 16U);
-  EXPECT_EQ(long_word(file, 80 + 8), 96U);
-  EXPECT_EQ(decode_ktx2(std::as_bytes(std::span(file)), "x").image.texels, image.texels);
+TEST(Ktx2, BlocksOfBothChannelsAreOneSample) {
+  for (const TexelType type : {TexelType::bc7, TexelType::astc}) {
+    const bool is_astc = type == TexelType::astc;
+    TextureImage image{.width = 9, .height = 5, .layout = {.type = type, .channels = 2}, .levels = 4};
+    image.texels.resize(image_bytes(image), std::byte{3});
+    const std::string file = encode_ktx2({.image = image});
+    EXPECT_EQ(word(file, 12), is_astc ? 157U : 145U);  // VK_FORMAT_ASTC_4x4_UNORM_BLOCK, VK_FORMAT_BC7_UNORM_BLOCK
+    EXPECT_EQ(word(file, 16), 1U);
+    const std::size_t descriptor = word(file, 48);
+    EXPECT_EQ(word(file, descriptor), 4U + 24 + 16);
+    EXPECT_EQ(word(file, descriptor + 12), (is_astc ? 162U : 134U) | (1U << 16U));  // model ASTC, BC7; linear
+    EXPECT_EQ(word(file, descriptor + 16), 0x0303U);
+    EXPECT_EQ(word(file, descriptor + 20), 16U);
+    EXPECT_EQ(word(file, descriptor + 28), 127U << 16U);
+    EXPECT_EQ(word(file, descriptor + 40), ~0U);
+    EXPECT_EQ(long_word(file, 80 + 8), 96U);
+    const Ktx2File read = decode_ktx2(std::as_bytes(std::span(file)), "x");
+    EXPECT_EQ(read.image.texels, image.texels);
+    EXPECT_EQ(read.metadata.contains("KTXswizzle"), is_astc);  // ra01: the shader's green is alpha
+  }
 }
 
 constexpr TexelType kFileTypes[] = {TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32};

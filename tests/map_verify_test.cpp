@@ -22,7 +22,8 @@ struct Storage {
   std::string_view encoding;
 };
 constexpr Storage kStorages[] = {{"rg32f", "ratio"}, {"rg16", "sqrt"}, {"rg8", "h_tan"},     {"rg16f", "atan"},
-                                 {"bc5", "sqrt"},    {"bc5", "atan"},  {"eac_rg11", "sqrt"}, {"eac_rg11", "atan"}};
+                                 {"bc5", "sqrt"},    {"bc5", "atan"},  {"eac_rg11", "sqrt"}, {"eac_rg11", "atan"},
+                                 {"bc7", "sqrt"},    {"bc7", "h_tan"}, {"astc", "sqrt"},     {"astc", "atan"}};
 
 /// A map as it is stored, with the values that a baker would have returned.
 struct Stored {
@@ -82,8 +83,14 @@ TEST(MapVerify, ProvesSafeMaps) {
   }
 }
 
-/// A map of EAC as a device has it that repeats the bits of its codes to 16.
-MapTextures repeated_to_16_bits(const MapTextures& textures) {
+/// A code of EAC as a device has it that repeats its bits to 16; of ASTC as binary16 has it.
+float other_reading(float value, TexelType type) {
+  const auto code = static_cast<unsigned>(std::lround(value * static_cast<float>(greatest_code(type))));
+  if (type == TexelType::eac) return static_cast<float>(code << 5U | code >> 6U) / 65535;
+  return code == 65535 ? 1.0F : static_cast<float>(code) / 65536;
+}
+
+MapTextures read_the_other_way(const MapTextures& textures) {
   MapTextures floats{.relief = textures.relief};
   floats.relief.layout.type = TexelType::float32;
   floats.relief.texels.clear();
@@ -91,26 +98,27 @@ MapTextures repeated_to_16_bits(const MapTextures& textures) {
   const std::vector<float> ratios = read_channel(textures.relief, 1);
   for (std::size_t i = 0; i < heights.size(); ++i)
     for (const float value : {heights[i], ratios[i]}) {
-      const auto code = static_cast<unsigned>(std::lround(value * 2047));
-      const float repeated = static_cast<float>(code << 5U | code >> 6U) / 65535;
-      const auto bytes = std::as_bytes(std::span(&repeated, 1));
+      const float other = other_reading(value, textures.relief.layout.type);
+      const auto bytes = std::as_bytes(std::span(&other, 1));
       floats.relief.texels.insert(floats.relief.texels.end(), bytes.begin(), bytes.end());
     }
   return floats;
 }
 
 // Without a correction cones are as wide as may be: there a margin that lacks would show.
-TEST(MapVerify, CodesOfEacMayBeReadEitherWay) {
+TEST(MapVerify, CodesOfEacAndAstcMayBeReadEitherWay) {
   const MapRow& map = find_map(MapKind::conservative);
   for (const ConeTestMap& shape : kConeTestMaps)
-    for (const std::string_view encoding : {"ratio", "sqrt", "atan", "h_tan"})
+    for (const Storage storage : {Storage{"eac_rg11", "ratio"}, Storage{"eac_rg11", "sqrt"},
+                                  Storage{"eac_rg11", "atan"}, Storage{"eac_rg11", "h_tan"}, Storage{"astc", "ratio"},
+                                  Storage{"astc", "sqrt"}, Storage{"astc", "atan"}, Storage{"astc", "h_tan"}})
       for (const Correction correction : {Correction::none, Correction::safe}) {
-        SCOPED_TRACE(fmt::format("{} {} {}", shape.id, encoding, correction_id(correction)));
-        const Stored stored = store(
-            map, shape.make(64, 64), {"eac_rg11", encoding}, Wrap::repeat,
-            [&](const Heightfield& quantised) { return map.bake({.heights = quantised, .correction = correction}); });
-        const Stored seen{.heights = stored.heights, .textures = repeated_to_16_bits(stored.textures)};
-        const MapVerdict verdict = verify(map, seen, {"rg32f", encoding}, correction, Wrap::repeat);
+        SCOPED_TRACE(fmt::format("{} {} {} {}", shape.id, storage.format, storage.encoding, correction_id(correction)));
+        const Stored stored = store(map, shape.make(64, 64), storage, Wrap::repeat, [&](const Heightfield& quantised) {
+          return map.bake({.heights = quantised, .correction = correction});
+        });
+        const Stored seen{.heights = stored.heights, .textures = read_the_other_way(stored.textures)};
+        const MapVerdict verdict = verify(map, seen, {"rg32f", storage.encoding}, correction, Wrap::repeat);
         EXPECT_EQ(verdict.texels_too_wide, 0);
         if (correction == Correction::safe) {
           EXPECT_EQ(verdict.cells.proved, verdict.cells.cells);

@@ -26,6 +26,7 @@ std::uint32_t code_of_one(TexelType type) {
     case TexelType::eac:
       return 2047;
     case TexelType::unorm16:
+    case TexelType::astc:
       return 65535;
     case TexelType::float16:
       return 0x3c00;
@@ -44,6 +45,7 @@ float value(std::uint32_t code, TexelType type) {
     case TexelType::eac:
       return static_cast<float>(code) / 2047.0F;
     case TexelType::unorm16:
+    case TexelType::astc:
       return static_cast<float>(code) / 65535.0F;
     case TexelType::float16: {
       half h;
@@ -205,7 +207,7 @@ TEST(Format, UnknownIdsListTheChoices) {
   EXPECT_EQ(message([] { (void)find_format("rgb8"); }),
             "unknown texture format 'rgb8'; the choices are r8, r16, r16f, r32f, rg8, rg16, rg16f, rg32f, rgba8, "
             "r8+r8, r8+rgba8, "
-            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5, eac_r11, eac_rg11, bc7");
+            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5, eac_r11, eac_rg11, bc7, astc");
   EXPECT_EQ(message([] { (void)find_encoding("log"); }),
             "unknown cone encoding 'log'; the choices are ratio, sqrt, h_tan, atan");
 }

@@ -59,7 +59,7 @@ DeviceInfo some_device() {
           .timers = {Timer::fenced_wall, Timer::vk_timestamp},
           .subtexel_bits = 8,
           .float64 = true,
-          .blocks = {TexelType::rgtc, TexelType::eac, TexelType::bc7},
+          .blocks = {TexelType::rgtc, TexelType::eac, TexelType::bc7, TexelType::astc},
           .compiles_in_parallel = true,
           .pci = "0000:65:00.0"};
 }

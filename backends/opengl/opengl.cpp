@@ -39,6 +39,7 @@ DeviceInfo describe(int index) {
                   .timers = {Timer::fenced_wall},
                   .float64 = true,                                               // OpenGL 4.0 asks for it
                   .blocks = {TexelType::rgtc, TexelType::eac, TexelType::bc7}};  // 3.0, 4.3 and 4.2 do
+  if (epoxy_has_gl_extension("GL_KHR_texture_compression_astc_ldr")) info.blocks.push_back(TexelType::astc);
   GLint major = 0;
   GLint minor = 0;
   glGetIntegerv(GL_MAJOR_VERSION, &major);

@@ -34,6 +34,8 @@ GlFormat gl_format(const TexelLayout& texel) {
       return {pick(GL_COMPRESSED_R11_EAC, GL_COMPRESSED_RG11_EAC, GL_NONE), layout, GL_NONE};
     case TexelType::bc7:
       return {GL_COMPRESSED_RGBA_BPTC_UNORM, layout, GL_NONE};
+    case TexelType::astc:
+      return {GL_COMPRESSED_RGBA_ASTC_4x4_KHR, layout, GL_NONE};
   }
   fail_environment("OpenGL: no such texel type");
 }
@@ -126,6 +128,7 @@ OpenglTexture::OpenglTexture(const EglContext& context, const TextureDesc& desc)
     }
     texels += level_bytes(desc, level);
   }
+  if (desc.layout.type == TexelType::astc) glTextureParameteri(id_, GL_TEXTURE_SWIZZLE_G, GL_ALPHA);
   const GLint filter = desc.filter == Filter::linear ? GL_LINEAR : GL_NEAREST;
   const GLint wrap = desc.wrap == Wrap::repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
   const GLint nearest_level = desc.filter == Filter::linear ? GL_LINEAR_MIPMAP_NEAREST : GL_NEAREST_MIPMAP_NEAREST;

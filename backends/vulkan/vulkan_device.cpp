@@ -137,6 +137,7 @@ LogicalDevice::LogicalDevice(const PhysicalDevice& physical, bool presents) {
                                       .queueCount = 1,
                                       .pQueuePriorities = &priority};
   const VkPhysicalDeviceFeatures features{.textureCompressionETC2 = physical.features.textureCompressionETC2,
+                                          .textureCompressionASTC_LDR = physical.features.textureCompressionASTC_LDR,
                                           .textureCompressionBC = physical.features.textureCompressionBC,
                                           .shaderFloat64 = physical.features.shaderFloat64};
   const char* const swapchain = VK_KHR_SWAPCHAIN_EXTENSION_NAME;

@@ -65,10 +65,11 @@ struct BlockFeature {
   VkBool32 VkPhysicalDeviceFeatures::*feature;
   std::string_view id;
 };
-inline constexpr std::array<BlockFeature, 3> kBlockFeatures{{
+inline constexpr std::array<BlockFeature, 4> kBlockFeatures{{
     {TexelType::rgtc, &VkPhysicalDeviceFeatures::textureCompressionBC, "textureCompressionBC"},
     {TexelType::eac, &VkPhysicalDeviceFeatures::textureCompressionETC2, "textureCompressionETC2"},
     {TexelType::bc7, &VkPhysicalDeviceFeatures::textureCompressionBC, "textureCompressionBC"},
+    {TexelType::astc, &VkPhysicalDeviceFeatures::textureCompressionASTC_LDR, "textureCompressionASTC_LDR"},
 }};
 /// In the loader's order; DeviceInfo::index counts these.
 [[nodiscard]] std::vector<PhysicalDevice> physical_devices(const VulkanInstance& instance);

@@ -151,11 +151,13 @@ ImageRef ref_of(const DeviceImage& image) {
 }
 
 ImageView make_view(const VulkanDevice& device, const ImageRef& image, VkFormat format) {
+  const bool has_ratio_in_alpha = format == VK_FORMAT_ASTC_4x4_UNORM_BLOCK;
   const VkImageViewCreateInfo info{
       .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
       .image = image.image,
       .viewType = VK_IMAGE_VIEW_TYPE_2D,
       .format = format,
+      .components = {.g = has_ratio_in_alpha ? VK_COMPONENT_SWIZZLE_A : VK_COMPONENT_SWIZZLE_IDENTITY},
       .subresourceRange = {.aspectMask = image.aspect, .levelCount = image.levels, .layerCount = 1}};
   VkImageView view = VK_NULL_HANDLE;
   vk_check(device.calls().vkCreateImageView(device.handle(), &info, nullptr, &view), "vkCreateImageView");

@@ -43,6 +43,8 @@ VkFormat vulkan_format(const TexelLayout& texel) {
       return pick(VK_FORMAT_EAC_R11_UNORM_BLOCK, VK_FORMAT_EAC_R11G11_UNORM_BLOCK, VK_FORMAT_UNDEFINED);
     case TexelType::bc7:
       return VK_FORMAT_BC7_UNORM_BLOCK;
+    case TexelType::astc:
+      return VK_FORMAT_ASTC_4x4_UNORM_BLOCK;
   }
   return VK_FORMAT_UNDEFINED;
 }

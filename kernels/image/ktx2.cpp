@@ -62,7 +62,7 @@ constexpr std::array kKtx2Formats{
     FormatRow{{TexelType::float32, 2}, 103}, FormatRow{{TexelType::float32, 4}, 109},
     FormatRow{{TexelType::rgtc, 1}, 139},    FormatRow{{TexelType::rgtc, 2}, 141},
     FormatRow{{TexelType::eac, 1}, 153},     FormatRow{{TexelType::eac, 2}, 155},
-    FormatRow{{TexelType::bc7, 2}, 145},
+    FormatRow{{TexelType::bc7, 2}, 145},     FormatRow{{TexelType::astc, 2}, 157},
 };
 
 /// Of what bytes are swapped together on other machines.
@@ -82,10 +82,11 @@ void pad(std::string& out, std::size_t alignment) {
 /// Of what levels are made of: a texel or a block.
 int unit_bytes(const TexelLayout& layout) { return static_cast<int>(level_bytes(layout, 1, 1)); }
 
-/// Its color model: RGBSDA, BC4, BC5, ETC2 or BC7.
+/// Its color model: RGBSDA, BC4, BC5, ETC2, BC7 or ASTC.
 std::uint8_t color_model(const TexelLayout& layout) {
   if (layout.type == TexelType::eac) return 161;
   if (layout.type == TexelType::bc7) return 134;
+  if (layout.type == TexelType::astc) return 162;
   if (layout.type == TexelType::rgtc) return layout.channels == 1 ? 131 : 132;
   return 1;
 }
@@ -97,7 +98,7 @@ std::string descriptor(const TexelLayout& layout) {
   const bool is_signed = is_float(layout.type);
   const bool has_blocks = is_of_blocks(layout.type);
   // A sample is a channel of a texel or of a block, or all of a block whose channels are one.
-  const auto samples = static_cast<std::uint32_t>(layout.type == TexelType::bc7 ? 1 : layout.channels);
+  const auto samples = static_cast<std::uint32_t>(has_one_block(layout.type) ? 1 : layout.channels);
   const std::uint32_t size = static_cast<std::uint32_t>(unit_bytes(layout)) / samples;
   const std::uint32_t block_bytes = 24 + 16 * samples;
   std::string out;
@@ -217,7 +218,9 @@ std::string encode_ktx2(const Ktx2File& file) {
   if (row == kKtx2Formats.end()) fail_input("KTX2: no format of {} channels", image.layout.channels);
   const auto levels = static_cast<std::size_t>(image.levels);
   const std::string format_block = descriptor(image.layout);
-  const std::string metadata = encoded_metadata(file.metadata);
+  std::map<std::string, std::string> entries = file.metadata;
+  if (image.layout.type == TexelType::astc) entries["KTXswizzle"] = "ra01";
+  const std::string metadata = encoded_metadata(entries);
 
   Header header{.vk_format = row->vk_format,
                 .type_size = type_size(image.layout),

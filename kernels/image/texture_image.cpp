@@ -14,6 +14,7 @@ int TexelLayout::bytes() const {
     case TexelType::unorm16:
     case TexelType::float16:
     case TexelType::eac:
+    case TexelType::astc:
       return 2 * channels;
     case TexelType::float32:
       return 4 * channels;
@@ -30,6 +31,7 @@ std::uint32_t greatest_code(TexelType type) {
     case TexelType::eac:
       return 2047;
     case TexelType::unorm16:
+    case TexelType::astc:
       return 65535;
     case TexelType::float16:
     case TexelType::float32:
@@ -39,16 +41,9 @@ std::uint32_t greatest_code(TexelType type) {
   return 0;
 }
 
-namespace {
-
-/// Of all channels.
-bool has_whole_blocks(const TexelLayout& layout) { return layout.type == TexelType::bc7 && layout.channels > 0; }
-
-}  // namespace
-
 std::size_t level_bytes(const TexelLayout& layout, int width, int height) {
   if (is_of_blocks(layout.type))
-    return static_cast<std::size_t>(has_whole_blocks(layout) ? 16 : 8 * layout.channels) *
+    return static_cast<std::size_t>(has_one_block(layout.type) && layout.channels > 0 ? 16 : 8 * layout.channels) *
            static_cast<std::size_t>((width + 3) / 4) * static_cast<std::size_t>((height + 3) / 4);
   return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(layout.bytes());
 }
@@ -61,7 +56,8 @@ std::size_t image_bytes(const TextureImage& image) {
 }
 
 std::string_view texel_type_id(TexelType type) {
-  constexpr std::array<std::string_view, 7> kIds{"unorm8", "unorm16", "float16", "float32", "rgtc", "eac", "bc7"};
+  constexpr std::array<std::string_view, 8> kIds{"unorm8", "unorm16", "float16", "float32",
+                                                 "rgtc",   "eac",     "bc7",     "astc"};
   return kIds.at(static_cast<std::size_t>(type));
 }
 

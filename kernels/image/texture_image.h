@@ -7,16 +7,18 @@
 
 namespace reliefbench {
 
-/// rgtc, eac, bc7: blocks of 4 x 4 texels (kernels/maps/block_codec.h). A channel is 8 bytes of rgtc, which is BC4 of
-/// one channel, BC5 of two, and decodes to 8 bits, and of eac, which is EAC R11, EAC RG11, and decodes to 11; up to two
-/// channels are 16 bytes of bc7, which decodes to 8 bits.
-enum class TexelType { unorm8, unorm16, float16, float32, rgtc, eac, bc7 };
+/// rgtc, eac, bc7, astc: blocks of 4 x 4 texels (kernels/maps/block_codec.h). A channel is 8 bytes of rgtc, which is
+/// BC4 of one channel, BC5 of two, and decodes to 8 bits, and of eac, which is EAC R11, EAC RG11, and decodes to 11; up
+/// to two channels are 16 bytes of bc7, which decodes to 8 bits, and of astc, which decodes to 16.
+enum class TexelType { unorm8, unorm16, float16, float32, rgtc, eac, bc7, astc };
 inline constexpr std::array kTexelTypes{TexelType::unorm8, TexelType::unorm16, TexelType::float16, TexelType::float32,
-                                        TexelType::rgtc,   TexelType::eac,     TexelType::bc7};
+                                        TexelType::rgtc,   TexelType::eac,     TexelType::bc7,     TexelType::astc};
 [[nodiscard]] constexpr bool is_float(TexelType type) {
   return type == TexelType::float16 || type == TexelType::float32;
 }
 [[nodiscard]] constexpr bool is_of_blocks(TexelType type) { return type >= TexelType::rgtc; }
+/// A block has all channels.
+[[nodiscard]] constexpr bool has_one_block(TexelType type) { return type == TexelType::bc7 || type == TexelType::astc; }
 /// Of a unorm, or what blocks decode to: the code of 1.
 [[nodiscard]] std::uint32_t greatest_code(TexelType type);
 

@@ -46,33 +46,6 @@ constexpr std::array<PairMode, kBits.size()> kBc7Modes{{
     {.first = {kEvenEnds, kWeights4}, .second = {kEvenEnds, kWeights4}, .is_shared = true},
 }};
 
-/// A block's bits, from the lowest of the first byte on.
-class BlockBits {
- public:
-  explicit BlockBits(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
-  void append(std::size_t value, unsigned count) {
-    for (unsigned i = 0; i < count; ++i, ++at_)
-      bytes_[at_ / 8] = static_cast<std::uint8_t>(bytes_[at_ / 8] | (value >> i & 1U) << at_ % 8);
-  }
-
- private:
-  std::span<std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-};
-class BlockBitReader {
- public:
-  explicit BlockBitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  unsigned next(unsigned count) {
-    unsigned value = 0;
-    for (unsigned i = 0; i < count; ++i, ++at_) value |= (bytes_[at_ / 8] >> at_ % 8 & 1U) << i;
-    return value;
-  }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-};
-
 /// Bits of an index among so many.
 unsigned bits_of(std::size_t count) { return static_cast<unsigned>(std::bit_width(count - 1)); }
 

@@ -31,6 +31,7 @@ constexpr std::array kCodecs{
     BlockCodec{.type = TexelType::rgtc, .encode = encode_each<encode_rgtc>, .decode = decode_one<decode_rgtc>},
     BlockCodec{.type = TexelType::eac, .encode = encode_each<encode_eac>, .decode = decode_one<decode_eac>},
     BlockCodec{.type = TexelType::bc7, .encode = encode_bc7, .decode = decode_bc7},
+    BlockCodec{.type = TexelType::astc, .encode = encode_astc, .decode = decode_astc},
 };
 
 constexpr int kBlockSide = 4;

@@ -34,7 +34,8 @@ struct BlockCodec {
   /// nearest: by the sum of squares. below, above: where every texel has a code on that side, by the sum of the
   /// quotients of (asked + 1) and (code + 1), or of their complements.
   void (*encode)(std::span<const AskedCodes> channels, std::span<std::uint8_t> block);
-  /// The codes of a channel of any block that encode() makes; of BC4, BC5 and EAC also of others' making.
+  /// The codes of a channel of any block that encode() makes; of BC4, BC5 and EAC also of others' making. Of what else
+  /// it may find it makes zeros.
   BlockCodes (*decode)(std::span<const std::uint8_t> block, std::size_t channel);
 };
 [[nodiscard]] const BlockCodec& find_codec(TexelType type);
@@ -67,6 +68,16 @@ inline constexpr float kEacSpread = 1.46e-5F;
 // source: Khronos Data Format Specification 1.3, BPTC: RGBA_BPTC_UNORM is BC7_UNORM
 void encode_bc7(std::span<const AskedCodes> channels, std::span<std::uint8_t> block);
 [[nodiscard]] BlockCodes decode_bc7(std::span<const std::uint8_t> block, std::size_t channel);
+
+// ASTC of 4 x 4 texels: luminance and alpha, which views show as red and green. 32 places between
+// endpoints of 192 values for both channels together, or 5 between those of 256 for each channel, its own. Decoded to
+// binary16, as the specification has it unless an application asks for less, all devices have the same codes: 16 bits,
+// of which those after the first 11 are 0. A value is code / 65536, up to kAstcSpread off from code / 65535. Decoded to
+// 8 bits, as Mesa does for a device that cannot, values are up to a 255th off either way, which no margin makes up for.
+// source: Khronos Data Format Specification 1.3, ASTC
+inline constexpr float kAstcSpread = 1.53e-5F;
+void encode_astc(std::span<const AskedCodes> channels, std::span<std::uint8_t> block);
+[[nodiscard]] BlockCodes decode_astc(std::span<const std::uint8_t> block, std::size_t channel);
 
 /// Codes of whole texels, TexelLayout::bytes() each, all levels, as blocks of their type. A block that reaches over the
 /// image's edge has the nearest texels there.

@@ -21,7 +21,7 @@ struct PlaceCodes {
 
   PlaceCodes(const BlockPlane& plane, std::size_t low, std::size_t high) : count(plane.weights.size()) {
     for (std::size_t i = 0; i < count; ++i)
-      codes[i] = static_cast<std::uint16_t>(code_between(plane.ends[low], plane.ends[high], plane.weights[i]));
+      codes[i] = static_cast<std::uint16_t>(plane.code(plane.ends[low], plane.ends[high], plane.weights[i]));
   }
   [[nodiscard]] std::span<const std::uint16_t> span() const { return {codes.data(), count}; }
 };
@@ -99,10 +99,10 @@ class PlaneSearch {
       for (std::size_t high = end; high-- > 0;) {
         double cost = 0;
         for (std::size_t i = 0; i < places.size() && cost < best.cost; ++i)
-          cost += cost_of(asked_.codes[i], code_between(plane.ends[low], plane.ends[high], plane.weights[places[i]]));
+          cost += cost_of(asked_.codes[i], plane.code(plane.ends[low], plane.ends[high], plane.weights[places[i]]));
         if (cost < best.cost) best = {.cost = cost, .fit = {.ends = {low, high}, .places = places}};
         if (asked_.rounding != BlockRounding::below || cost == kNoFit) continue;
-        end = high + 1;  // the lower the one end, the worse; the higher the other, the lower it must be
+        end = high + 1;  // a lower one is worse; and a greater low end leaves no room for a greater one
         break;
       }
     return best;
@@ -160,9 +160,8 @@ class PlaneSearch {
       sum += cost_of(sorted_[i], places.codes[at]);
       if (i == 0) least = places.codes[at];
     }
-    if (sum >= most) return kNoFit;
     const EndRange around = ends_around(plane, least, places.codes[at]);
-    if (low < around.first_low || high > around.last_high) return kNoFit;
+    if (sum >= most || low < around.first_low || high > around.last_high) return kNoFit;
     return sum;
   }
 
@@ -189,8 +188,8 @@ BlockCodes first_codes(std::span<const PairMode> modes, const AskedCodes& asked,
     if (best.cost == kNoFit) continue;
     const BlockCodes own = codes_of(mode.first, best.fit);
     const double code_of_8_bits = greatest / 255.0;
-    const double cost =
-        squares(asked.codes, own) + (mode.is_shared ? kSharingCost * code_of_8_bits * code_of_8_bits : 0);
+    double cost = squares(asked.codes, own);
+    if (mode.is_shared) cost += kSharingCost * code_of_8_bits * code_of_8_bits;
     if (cost >= least) continue;
     least = cost;
     codes = own;

@@ -35,6 +35,7 @@ constexpr std::array kFormats{
     Format{.id = "eac_r11", .type = TexelType::eac, .channels = 1},
     Format{.id = "eac_rg11", .type = TexelType::eac, .channels = 2},
     Format{.id = "bc7", .type = TexelType::bc7, .channels = 2},
+    Format{.id = "astc", .type = TexelType::astc, .channels = 2},
 };
 
 /// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
@@ -118,6 +119,7 @@ float value_of(std::uint32_t code, TexelType type) {
     case TexelType::rgtc:
     case TexelType::eac:
     case TexelType::bc7:
+    case TexelType::astc:
       return static_cast<float>(code) / static_cast<float>(greatest_code(type));
     case TexelType::float16:
       return half(half::FromBits, static_cast<std::uint16_t>(code));
@@ -127,7 +129,10 @@ float value_of(std::uint32_t code, TexelType type) {
   return 0;
 }
 
-float value_spread(TexelType type) { return type == TexelType::eac ? kEacSpread : 0; }
+float value_spread(TexelType type) {
+  if (type == TexelType::astc) return kAstcSpread;
+  return type == TexelType::eac ? kEacSpread : 0;
+}
 
 std::uint32_t nearest_code(float value, TexelType type) {
   switch (type) {
@@ -136,6 +141,7 @@ std::uint32_t nearest_code(float value, TexelType type) {
     case TexelType::rgtc:
     case TexelType::eac:
     case TexelType::bc7:
+    case TexelType::astc:
       return static_cast<std::uint32_t>(std::lround(double{value} * greatest_code(type)));
     case TexelType::float16:
       return half(value).bits();

@@ -25,7 +25,9 @@ bool is_flat_unorm(const TextureImage& image) {
 }
 /// Blocks are no texels any more once they are written as floats: what reads those makes others.
 bool is_flat(const TextureImage& image) { return image.levels == 1 && !is_of_blocks(image.layout.type); }
-bool has_dxgi_format(const TextureImage& image) { return image.layout.type != TexelType::eac; }
+bool has_dxgi_format(const TextureImage& image) {
+  return image.layout.type != TexelType::eac && image.layout.type != TexelType::astc;
+}
 
 /// Pictures have no two channels: a third one, of zeros, is added.
 TextureImage as_picture(const TextureImage& image) {
@@ -73,7 +75,7 @@ std::string as_exr(const TextureImage& image, const Metadata& metadata) {
 
 constexpr std::array kContainers = {
     Container{"ktx2", "every format, with its mip levels", false, holds_all, as_ktx2},
-    Container{"dds", "every format but EAC, with its mip levels", false, has_dxgi_format, as_dds},
+    Container{"dds", "every format but EAC and ASTC, with its mip levels", false, has_dxgi_format, as_dds},
     Container{"png", "8 and 16 bits, one level", true, is_flat_unorm, as_png},
     Container{"tga", "8 bits, one level", true, is_flat_unorm8, as_tga},
     Container{"exr", "every format but blocks, as floats, one level", true, is_flat, as_exr},

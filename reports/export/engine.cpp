@@ -49,6 +49,7 @@ std::string unity_compression(const TexelLayout& layout) {
       return is_one ? "R Compressed EAC 4 bit" : "RG Compressed EAC 8 bit";
     case TexelType::bc7:
       return "BC7";
+    case TexelType::astc:
     case TexelType::float32:
       break;
   }

@@ -36,6 +36,8 @@ class Folder {
 
   /// The first container that holds an image without loss.
   [[nodiscard]] const Container& container_for(const TextureImage& image, std::string_view file) const {
+    if (image.layout.type == TexelType::astc && engine_.id != kPlainEngine)
+      fail_input("{}: {} has no view of {}", file, engine_.name, format_name(image.layout));
     if (!choice_.container.empty()) {
       const Container& chosen = find_container(choice_.container);
       if (!chosen.holds(image))

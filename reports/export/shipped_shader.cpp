@@ -164,6 +164,7 @@ std::string format_name(const TexelLayout& layout) {
   if (layout.type == TexelType::rgtc) return layout.channels == 1 ? "BC4_UNORM" : "BC5_UNORM";
   if (layout.type == TexelType::eac) return layout.channels == 1 ? "EAC_R11_UNORM" : "EAC_RG11_UNORM";
   if (layout.type == TexelType::bc7) return "BC7_UNORM";
+  if (layout.type == TexelType::astc) return "ASTC_4x4_UNORM, with alpha read as green";
   std::string name;
   for (const char channel : std::string_view("RGBA").substr(0, static_cast<std::size_t>(layout.channels)))
     name += fmt::format("{}{}", channel, 8 * layout.bytes() / layout.channels);

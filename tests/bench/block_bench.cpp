@@ -44,11 +44,13 @@ void encode(benchmark::State& state, Heightfield (*make)(int, int), TexelType ty
 BENCHMARK_CAPTURE(encode, fbm_rgtc_nearest, fbm_map, TexelType::rgtc, BlockRounding::nearest)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, fbm_eac_nearest, fbm_map, TexelType::eac, BlockRounding::nearest)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, fbm_bc7_nearest, fbm_map, TexelType::bc7, BlockRounding::nearest)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, fbm_astc_nearest, fbm_map, TexelType::astc, BlockRounding::nearest)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, fbm_rgtc_below, fbm_map, TexelType::rgtc, BlockRounding::below)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, fbm_eac_below, fbm_map, TexelType::eac, BlockRounding::below)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, noise_rgtc_nearest, noise_map, TexelType::rgtc, BlockRounding::nearest)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, noise_eac_nearest, noise_map, TexelType::eac, BlockRounding::nearest)->MinTime(0.5);
 BENCHMARK_CAPTURE(encode, noise_bc7_nearest, noise_map, TexelType::bc7, BlockRounding::nearest)->MinTime(0.5);
+BENCHMARK_CAPTURE(encode, noise_astc_nearest, noise_map, TexelType::astc, BlockRounding::nearest)->MinTime(0.5);
 
 }  // namespace
 }  // namespace reliefbench
