@@ -14,11 +14,9 @@ namespace reliefbench {
 /// Map kinds with a compute-shader baker.
 [[nodiscard]] std::span<const MapKind> gpu_bakers();
 
-/// Corrections that they make, of those that a map kind has.
-[[nodiscard]] std::span<const Correction> gpu_corrections();
-
 /// Whether the bakers' shaders have doubles. Without, `conservative`, `relaxed` and the quick kinds are still baked:
-/// ratios then are at most kMostUlpsUnder under the CPU's, and never above.
+/// ratios then are at most kMostUlpsUnder under the CPU's, and never above. Of `certified` these are the limits: where
+/// one texel has less, the next may have more.
 enum class BakeNumbers { doubles, floats };
 inline constexpr int kMostUlpsUnder = 70;
 
@@ -28,9 +26,10 @@ inline constexpr int kMostUlpsUnder = 70;
 
 /// A map that a GPU baked.
 struct GpuBake {
-  std::vector<float> values;       ///< what MapRow::bake gives
-  std::vector<ComputeTime> times;  ///< on the device's clock: upload, pyramid, search, correction, read_back
-  double transport_ns = 0;         ///< ComputeResult::transport_ns
+  std::vector<float> values;  ///< what MapRow::bake gives
+  std::vector<ComputeTime>
+      times;                ///< on the device's clock: upload, refine, pyramid, search, correction, pack, read_back
+  double transport_ns = 0;  ///< ComputeResult::transport_ns
 };
 
 /// The compute-shader baker of a map kind, compiled once. All of the work is the device's: the pyramid, the search, the
@@ -46,13 +45,14 @@ class GpuBaker {
 
   /// `threads` counts for nothing. With doubles the map has the bits of the CPU's baker on every device whose double
   /// additions and products round to nearest: divisions and roots are put right in the shader.
-  /// throws: Error(bad_input) as the CPU's baker does, or for a correction that gpu_corrections() has not;
-  /// Error(environment): the map is too large for the device's buffers
+  /// throws: Error(bad_input) as the CPU's baker does; Error(environment): the map is too large for the device's
+  /// buffers
   [[nodiscard]] GpuBake bake(const BakeRequest& request) const;
 
  private:
   Backend& backend_;
   MapKind kind_;
+  BakeNumbers numbers_;
   std::map<std::string, std::unique_ptr<Pipeline>> pipelines_;
 };
 

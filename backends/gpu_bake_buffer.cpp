@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "kernels/base/rounding.h"
+#include "kernels/maps/certified_cones.h"
+#include "kernels/maps/cone_bounds.h"
 #include "kernels/maps/cone_search.h"
 
 namespace reliefbench {
@@ -39,13 +42,16 @@ struct BakeHead {
   std::int32_t search_steps = 0;
   float step_share = 1;
   std::int32_t is_interpolated = 0;
+  float guard = 0;
+  float max_ratio = 1;
+  std::array<std::int32_t, 2> by{1, 1};
 };
 /// Of one search on a pyramid of quads.
-BakeHead head_of(const BakeRequest& request, const BakeSearch& search, const BakeLevels& levels, int layers) {
-  const Heightfield& heights = request.heights;
-  const ConeMetric metric = cone_metric(heights.width, heights.height, request.correction);
-  const double widest = metric.side * static_cast<double>(request.max_ratio);
-  const int side = std::max(heights.width, heights.height);
+BakeHead head_of(const BakeRequest& request, const BakeGrid& grid, const BakeSearch& search, const BakeLevels& levels,
+                 int layers) {
+  const ConeMetric metric = cone_metric(grid.uv_width, grid.uv_height, request.correction);
+  const double widest = metric.side * static_cast<double>(grid.max_ratio);
+  const int side = std::max(grid.width, grid.height);
   // Squares of up to a whole side, in halves of a texel, are to be whole numbers of 24 bits.
   const bool is_exact = metric.weight_x == metric.weight_y && side <= 1448;
   const double to_ratio = std::sqrt(metric.weight_y) / metric.side * (1 - 1e-6);  // over the roots' rounding
@@ -54,12 +60,12 @@ BakeHead head_of(const BakeRequest& request, const BakeSearch& search, const Bak
           .slack = metric.slack,
           .side = metric.side,
           .widest_key = widest * widest,
-          .diagonal = std::hypot(1.0 / heights.width, 1.0 / heights.height),
+          .diagonal = std::hypot(1.0 / grid.uv_width, 1.0 / grid.uv_height),
           .aspect = static_cast<float>(metric.weight_x / metric.weight_y),
           .slack_in_rows = static_cast<float>(metric.slack / metric.weight_y),
           .widest_in_rows = static_cast<float>(widest * widest / metric.weight_y),
           .rows_to_ratio = rounded_down(to_ratio),
-          .size = {heights.width, heights.height},
+          .size = {grid.width, grid.height},
           .top_level = static_cast<std::int32_t>(levels.levels.size()),
           .pyramids = search.quadrants ? 4 : 1,
           .pyramid_quads = levels.nodes,
@@ -69,14 +75,17 @@ BakeHead head_of(const BakeRequest& request, const BakeSearch& search, const Bak
           .footpoint = static_cast<std::int32_t>(search.footpoint),
           .search_steps = request.value(kSearchSteps),
           .step_share = 1 / static_cast<float>(request.value(kSearchSteps)),
-          .is_interpolated = request.correction == Correction::none ? 0 : 1};
+          .is_interpolated = request.correction == Correction::none ? 0 : 1,
+          .guard = grid.guard,
+          .max_ratio = request.max_ratio,
+          .by = {grid.by.x, grid.by.y}};
 }
 
 /// Of the search for radii, on a pyramid of shapes: distances are as they are, whatever the correction.
 BakeHead radius_head(const BakeRequest& request, const BakeLevels& levels) {
   BakeRequest apart = request;
   apart.correction = Correction::none;
-  BakeHead head = head_of(apart, {}, levels, 1);
+  BakeHead head = head_of(apart, map_grid(apart), {}, levels, 1);
   head.top_level -= 1;
   head.is_interpolated = request.correction == Correction::none ? 0 : 1;
   return head;
@@ -99,21 +108,37 @@ std::string bake_contract(BakeNumbers numbers) {
   add("DISPATCH_BINDING", kDispatchBinding);
   add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
   add("LEAST_NODE", kLeastShape);
+  add("BEFORE_ALL_TURNS", kBeforeAllTurns);
   add("FOOTPOINT_NEAREST", static_cast<int>(BakeFootpoint::nearest));      // the nearest one
   add("FOOTPOINT_UNVISITED", static_cast<int>(BakeFootpoint::unvisited));  // of those that no finer level has visited
   add("FOOTPOINT_CENTRE", static_cast<int>(BakeFootpoint::centre));
+  text += fmt::format("#define RAISING_GUARD {:.9f}\n", kRaisingGuard);
   text += fmt::format("#define CUT_SHORT {:.1f}\n", kCutShort);
   if (numbers == BakeNumbers::doubles) text += "#define HAS_DOUBLES\n";
   return text;
 }
 
-BakeLevels quad_levels(const Heightfield& heights) {
+BakeGrid map_grid(const BakeRequest& request) {
+  const auto [width, height] = std::pair(request.heights.width, request.heights.height);
+  return {.width = width, .height = height, .uv_width = width, .uv_height = height, .max_ratio = request.max_ratio};
+}
+
+BakeGrid finer_grid(const BakeRequest& request, Subdivision by) {
+  const auto [width, height] = std::pair(request.heights.width, request.heights.height);
+  return {.width = fine_side(width, by.x, request.wrap),
+          .height = fine_side(height, by.y, request.wrap),
+          .uv_width = width * by.x,
+          .uv_height = height * by.y,
+          .by = by,
+          .max_ratio = request.max_ratio * kBoundsBeyond,
+          .guard = rise_guard(request.heights, by, Correction::safe)};
+}
+
+BakeLevels quad_levels(int width, int height) {
   BakeLevels all;
   for (int level = 1;; ++level) {
-    const int width = nodes_at(heights.width, level);
-    const int height = nodes_at(heights.height, level);
-    all.add(width, height);
-    if (width == 1 && height == 1) return all;
+    all.add(nodes_at(width, level), nodes_at(height, level));
+    if (nodes_at(width, level) == 1 && nodes_at(height, level) == 1) return all;
   }
 }
 
@@ -128,9 +153,9 @@ BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
   }
 }
 
-std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeSearch& search, const BakeLevels& levels,
-                                     int layers) {
-  return bake_buffer(head_of(request, search, levels, layers), levels);
+std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeGrid& grid, const BakeSearch& search,
+                                     const BakeLevels& levels, int layers) {
+  return bake_buffer(head_of(request, grid, search, levels, layers), levels);
 }
 
 std::vector<std::byte> radius_buffer(const BakeRequest& request, const BakeLevels& levels) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "backends/gpu_bake.h"
-#include "backends/gpu_bake_wedge.h"
-#include "kernels/maps/cone_map.h"
+#include "kernels/maps/cone_search.h"
+#include "kernels/maps/fine_grid.h"
 
 namespace reliefbench {
 
@@ -18,8 +18,28 @@ inline constexpr int kGroupSide = 8;  // texels
 /// Which texel of a node the quick bakers measure the distance to.
 enum class BakeFootpoint : std::int32_t { nearest, unvisited, centre };
 
+/// In place of a turn: texels begin with the least of their limits.
+inline constexpr int kBeforeAllTurns = -1;
+
 /// In place of the ratio of a texel whose search the device did not carry to its end.
 inline constexpr float kCutShort = -1;
+
+/// What a search goes over: a map, or a finer grid of its surface.
+struct BakeGrid {
+  int width = 0;  ///< points
+  int height = 0;
+  int uv_width = 0;  ///< points along one uv: a finer grid under clamp has less of them
+  int uv_height = 0;
+  Subdivision by{};     ///< points a texel of the map
+  float max_ratio = 1;  ///< what it searches up to
+  float guard = 0;      ///< rise_guard
+  [[nodiscard]] std::size_t points() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+};
+[[nodiscard]] BakeGrid map_grid(const BakeRequest& request);
+/// For the lower bounds of cones there.
+[[nodiscard]] BakeGrid finer_grid(const BakeRequest& request, Subdivision by);
 
 /// A cone for every texel, or a layer of them for every wedge, from one pyramid or several.
 struct BakeSearch {
@@ -44,7 +64,7 @@ struct BakeLevels {
   }
 };
 /// Of quads, from level 1 on: bake_pyramid.glsl.
-[[nodiscard]] BakeLevels quad_levels(const Heightfield& heights);
+[[nodiscard]] BakeLevels quad_levels(int width, int height);
 inline constexpr std::size_t kQuadBytes = 4 * sizeof(float);
 /// Nodes of such a level along a side of the map.
 [[nodiscard]] constexpr int nodes_at(int side, int level) { return ((side - 1) >> level) + 1; }
@@ -57,8 +77,8 @@ inline constexpr std::size_t kShapeBytes = 6 * sizeof(double);
 [[nodiscard]] std::string bake_contract(BakeNumbers numbers);
 
 /// Bytes of the Bake buffer of a search on quads.
-[[nodiscard]] std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeSearch& search,
-                                                   const BakeLevels& levels, int layers);
+[[nodiscard]] std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeGrid& grid,
+                                                   const BakeSearch& search, const BakeLevels& levels, int layers);
 /// And of the search for radii, on shapes.
 [[nodiscard]] std::vector<std::byte> radius_buffer(const BakeRequest& request, const BakeLevels& levels);
 

@@ -10,12 +10,13 @@
 namespace reliefbench {
 namespace {
 
-BakeWedge bake_wedge(const MarginedWedge& margined, const BakeRequest& request) {
-  const auto [width, height] = std::pair(request.heights.width, request.heights.height);
-  const ConeView view = wedge_view(request.heights, width, height, margined.wedge, margined.margin);
+BakeWedge bake_wedge(const MarginedWedge& margined, const BakeGrid& grid, Wrap wrap) {
+  const auto [width, height] = std::pair(grid.uv_width, grid.uv_height);
+  const Heightfield none;
+  const ConeView view = wedge_view(none, width, height, margined.wedge, margined.margin);
   const auto [x, y] = margined.wedge.quadrant;
   BakeWedge wedge{.quadrant = {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)},
-                  .is_bounded = is_bounded(margined.wedge, request.wrap) ? 1 : 0};
+                  .is_bounded = is_bounded(margined.wedge, wrap) ? 1 : 0};
   for (std::size_t i = 0; i < view.normals.size(); ++i) {
     const auto [across, along] = view.normals.at(i);
     const double length = std::abs(across) + std::abs(along);
@@ -34,10 +35,10 @@ BakeWedge bake_wedge(const MarginedWedge& margined, const BakeRequest& request) 
 
 }  // namespace
 
-std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined, const BakeRequest& request) {
+std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined, const BakeGrid& grid, Wrap wrap) {
   std::vector<BakeWedge> wedges;
   wedges.reserve(margined.size());
-  for (const MarginedWedge& wedge : margined) wedges.push_back(bake_wedge(wedge, request));
+  for (const MarginedWedge& wedge : margined) wedges.push_back(bake_wedge(wedge, grid, wrap));
   return wedges;
 }
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "kernels/maps/cone_search.h"
+#include "backends/gpu_bake_buffer.h"
 
 namespace reliefbench {
 
@@ -17,7 +17,7 @@ struct BakeWedge {
 };
 /// Wedges in whole numbers.
 /// throws: Error(environment): they are too large for a shader's
-[[nodiscard]] std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined,
-                                                 const BakeRequest& request);
+[[nodiscard]] std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined, const BakeGrid& grid,
+                                                 Wrap wrap);
 
 }  // namespace reliefbench

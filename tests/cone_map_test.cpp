@@ -264,7 +264,7 @@ TEST(ConeMap, NoCertifiedConeIsNarrowerThanTheSafeOne) {
           bake_conservative({.heights = heights, .wrap = wrap, .correction = Correction::certified, .threads = 2});
       double gained = 0;
       for (std::size_t i = 0; i < safe.size(); ++i) {
-        ASSERT_GE(certified[i], safe[i] * (1 - 2e-7)) << map.id;
+        ASSERT_GE(certified[i], safe[i] * (1 - 0x1p-18F)) << map.id;
         gained += static_cast<double>(certified[i]) / static_cast<double>(safe[i]) - 1;
       }
       const bool is_tight =

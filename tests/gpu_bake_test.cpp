@@ -4,9 +4,11 @@
 #include <bit>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/sector_map.h"
+#include "kernels/maps/verify_cones.h"
 #include "tests/backend_rig.h"
 #include "tests/cone_test_maps.h"
 
@@ -22,14 +24,6 @@ class GpuBakeTest : public BackendTest {};
 constexpr std::pair<int, int> kBakeSizes[] = {{2, 2}, {3, 5}, {29, 18}};
 
 GpuBaker baker(const Rig& rig, MapKind kind) { return {*rig.backend, rig.row.dialect, kind}; }
-
-/// Those of the map kind's corrections that a GPU makes.
-std::vector<Correction> corrections_of(MapKind kind) {
-  std::vector<Correction> both;
-  for (const Correction correction : find_map(kind).corrections)
-    if (std::ranges::find(gpu_corrections(), correction) != gpu_corrections().end()) both.push_back(correction);
-  return both;
-}
 
 /// The CPU's bits, with what is wrong in words if they are not.
 void expect_same_bits(const std::vector<float>& found, const std::vector<float>& expected) {
@@ -72,7 +66,7 @@ TEST_P(GpuBakeTest, every_correction_and_an_unbounded_ratio_have_the_bits_of_the
     const Heightfield long_map = noise_map(24, 9);  // `safe` has another rule there
     for (const MapKind kind : gpu_bakers()) {
       const GpuBaker gpu = baker(rig, kind);
-      for (const Correction correction : corrections_of(kind))
+      for (const Correction correction : find_map(kind).corrections)
         for (const float max_ratio : {1.0F, kUnboundedRatio}) {
           const bool has_wedges = find_map(kind).ratios > 1 || find_map(kind).content == MapContent::sectors;
           if (has_wedges && max_ratio > 1) continue;  // theirs are at most 1
@@ -103,7 +97,7 @@ TEST_P(GpuBakeTest, every_count_of_sectors_has_the_bits_of_the_cpu) {
       const GpuBaker gpu = baker(rig, kind);
       for (const auto& [width, height] : {std::pair(19, 24), std::pair(32, 16)})
         for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
-          for (const Correction correction : corrections_of(kind))
+          for (const Correction correction : find_map(kind).corrections)
             for (const int sectors : {1, 2}) {  // 8, 16
               if (!is_tried_here(rig, number++)) continue;
               SCOPED_TRACE(fmt::format("{} {}x{} wrap {} {} {}", find_map(kind).id, width, height,
@@ -142,7 +136,8 @@ TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_unde
                                MapKind::quad, MapKind::sector}) {
       const GpuBaker gpu(*rig.backend, rig.row.dialect, kind, BakeNumbers::floats);
       for (const Heightfield* heights : {&bricks, &long_map})
-        for (const Correction correction : corrections_of(kind)) {
+        for (const Correction correction : find_map(kind).corrections) {
+          if (correction == Correction::certified) continue;  // the next test's
           SCOPED_TRACE(fmt::format("{} {}", find_map(kind).id, correction_id(correction)));
           const BakeRequest request{.heights = *heights, .correction = correction};
           const std::vector<float> found = gpu.bake(request).values;
@@ -155,6 +150,40 @@ TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_unde
         }
     }
     EXPECT_THROW(GpuBaker(*rig.backend, rig.row.dialect, MapKind::relaxed_po07, BakeNumbers::floats), Error);
+  });
+}
+
+TEST_P(GpuBakeTest, certified_cones_have_the_bits_of_the_cpu_where_the_map_ends_and_where_odd_sides_repeat) {
+  on_every_device([](Rig& rig) {
+    const GpuBaker gpu = baker(rig, MapKind::conservative);
+    std::size_t number = 0;
+    for (const ConeTestMap& map : kConeTestMaps)
+      for (const auto& [width, height] : {std::pair(2, 2), std::pair(3, 5), std::pair(24, 9), std::pair(29, 18)})
+        for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+          if (!is_tried_here(rig, number++)) continue;
+          SCOPED_TRACE(fmt::format("{} {}x{} wrap {}", map.id, width, height, static_cast<int>(wrap)));
+          const Heightfield heights = map.make(width, height);
+          expect_cpu_bits(gpu, MapKind::conservative,
+                          {.heights = heights, .wrap = wrap, .correction = Correction::certified, .threads = 1});
+        }
+  });
+}
+
+TEST_P(GpuBakeTest, without_doubles_certified_cones_hold_and_are_as_wide) {
+  on_every_device([](Rig& rig) {
+    const GpuBaker gpu(*rig.backend, rig.row.dialect, MapKind::conservative, BakeNumbers::floats);
+    for (const ConeTestMap& map : kConeTestMaps) {
+      SCOPED_TRACE(map.id);
+      const Heightfield heights = map.make(29, 18);
+      const BakeRequest request{.heights = heights, .correction = Correction::certified, .threads = 1};
+      const std::vector<float> found = gpu.bake(request).values;
+      const StoredCones cones(heights, found, find_encoding("ratio"), Wrap::repeat, false);
+      const CellVerdict cells = verify_cells({.cones = cones, .threads = 1}, 8);
+      EXPECT_EQ(cells.proved, cells.cells);
+      const std::vector<float> expected = bake_conservative(request);
+      const double width = std::reduce(found.begin(), found.end(), 0.0);
+      EXPECT_NEAR(width, std::reduce(expected.begin(), expected.end(), 0.0), 1e-4 * width);
+    }
   });
 }
 

@@ -1,92 +1,95 @@
+#include "kernels/maps/certified_cones.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "kernels/base/parallel.h"
 #include "kernels/maps/cone_bounds.h"
 #include "kernels/maps/cone_map.h"
-#include "kernels/maps/cone_search.h"
 #include "kernels/maps/sector_map.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr int kPerTexel = 4;               // points a texel of the bounds
-constexpr double kRounding = 1 - 0x1p-40;  // over the rounding of sums in double
-
-/// The points of a finer grid that a texel's ratio has weight at, along one axis.
-struct Support {
-  struct Point {
-    int index;
-    double weight;
-  };
-  std::vector<Point> points;
-};
-
-std::vector<Support> supports(int side, int by, Wrap wrap) {
-  std::vector<Support> all(static_cast<std::size_t>(side));
-  const int count = fine_side(side, by, wrap);
-  for (int texel = 0; texel < side; ++texel) {
-    for (int offset = 1 - by; offset < by; ++offset) {
-      const int point = texel * by + offset;
-      if (wrap == Wrap::clamp && (point < 0 || point >= count)) continue;
-      all[static_cast<std::size_t>(texel)].points.push_back(
-          {.index = wrapped(point, count, wrap), .weight = 1 - static_cast<double>(std::abs(offset)) / by});
-    }
-  }
-  return all;
-}
+constexpr int kPerTexel = 4;
 
 /// Raises texels' ratios as far as a bound at every point of a finer grid allows.
 class Raising {
  public:
-  Raising(const Heightfield& heights, Wrap wrap, Subdivision by, const FineRatios& limits)
-      : columns_(supports(heights.width, by.x, wrap)),
-        rows_(supports(heights.height, by.y, wrap)),
-        width_(limits.width),
-        limits_(limits.ratios.begin(), limits.ratios.end()),
-        ratios_(heights.texels.size(), 0) {
-    for (double& limit : limits_) limit *= kRounding;
-    room_ = limits_;
-    // The least limit of its points is safe for every texel together. Then one pass is enough: whatever is raised after
-    // a texel only leaves that texel less room.
-    raise_all([](double limit, double /*room*/, double /*weight*/) { return limit; });
-    raise_all([](double /*limit*/, double room, double weight) { return room / weight; });
+  Raising(const BakeRequest& request, Subdivision by, const FineRatios& limits)
+      : request_(request),
+        by_(by),
+        limits_(limits),
+        weights_x_(point_weights(by.x)),
+        weights_y_(point_weights(by.y)),
+        ratios_(request.heights.texels.size()) {
+    // The least limit of its points is safe for every texel together. Then one turn each is enough: whatever is raised
+    // after a texel only leaves that texel less room.
+    for_each_texel([&](int x, int y, float& ratio) {
+      ratio = std::numeric_limits<float>::max();
+      for_each_point(x, y, [&](float limit, int, int) { ratio = std::min(ratio, limit); });
+    });
+    const RaisingTurns turns(request);
+    for (int turn = 0; turn < turns.count(); ++turn)
+      for_each_texel([&](int x, int y, float& ratio) {
+        if (turns.of(x, y) == turn) ratio += rise(x, y);
+      });
   }
 
-  [[nodiscard]] const std::vector<double>& ratios() const { return ratios_; }
+  [[nodiscard]] std::vector<float> take() { return std::move(ratios_); }
 
  private:
-  /// Raises each texel by the least that `rise_at` allows over its points.
-  template <typename RiseAt>
-  void raise_all(const RiseAt& rise_at) {
-    for (std::size_t i = 0; i < ratios_.size(); ++i) {
-      double rise = std::numeric_limits<double>::max();
-      for_each_point(i, [&](std::size_t point, double weight) {
-        rise = std::min(rise, rise_at(limits_[point], room_[point], weight));
-      });
-      if (rise > 0) raise(i, rise);
-    }
-  }
-
-  void raise(std::size_t texel, double rise) {
-    ratios_[texel] += rise;
-    for_each_point(texel, [&](std::size_t point, double weight) { room_[point] -= weight * rise; });
-  }
-
   template <typename Body>
-  void for_each_point(std::size_t texel, const Body& body) const {
-    for (const auto& [row, weight_y] : rows_[texel / columns_.size()].points)
-      for (const auto& [column, weight_x] : columns_[texel % columns_.size()].points)
-        body(static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column),
-             weight_x * weight_y);
+  void for_each_texel(const Body& body) {
+    parallel_for(request_.heights.height, request_.threads, [&](int y) {
+      for (int x = 0; x < request_.heights.width; ++x) body(x, y, ratios_[request_.heights.index(x, y)]);
+    });
   }
 
-  std::vector<Support> columns_;
-  std::vector<Support> rows_;
-  int width_;
-  std::vector<double> limits_;
-  std::vector<double> ratios_;
-  std::vector<double> room_;  ///< limit minus interpolated ratio
+  /// Those that a texel has weight at: body(limit, points from the texel along x, along y).
+  template <typename Body>
+  void for_each_point(int x, int y, const Body& body) const {
+    for (int j = 1 - by_.y; j < by_.y; ++j)
+      for (int i = 1 - by_.x; i < by_.x; ++i) {
+        const int column = x * by_.x + i;
+        const int row = y * by_.y + j;
+        const bool is_outside = column < 0 || column >= limits_.width || row < 0 || row >= limits_.height;
+        if (is_outside && request_.wrap == Wrap::clamp) continue;
+        const float limit =
+            limits_.at(wrapped(column, limits_.width, request_.wrap), wrapped(row, limits_.height, request_.wrap));
+        body(limit * kRaisingGuard, i, j);
+      }
+  }
+
+  [[nodiscard]] float ratio_at(int x, int y) const {
+    const auto [width, height] = std::pair(request_.heights.width, request_.heights.height);
+    return ratios_[request_.heights.index(wrapped(x, width, request_.wrap), wrapped(y, height, request_.wrap))];
+  }
+
+  [[nodiscard]] float rise(int x, int y) const {
+    float least = std::numeric_limits<float>::max();
+    for_each_point(x, y, [&](float limit, int i, int j) {
+      const PointWeight here_x = weights_x_[static_cast<std::size_t>(std::abs(i))];
+      const PointWeight here_y = weights_y_[static_cast<std::size_t>(std::abs(j))];
+      const float there_x = weights_x_[static_cast<std::size_t>(by_.x - std::abs(i))].share;
+      const float there_y = weights_y_[static_cast<std::size_t>(by_.y - std::abs(j))].share;
+      const int across = i < 0 ? x - 1 : x + 1;
+      const int along = j < 0 ? y - 1 : y + 1;
+      const float interpolated = (ratio_at(x, y) * here_x.share + ratio_at(across, y) * there_x) * here_y.share +
+                                 (ratio_at(x, along) * here_x.share + ratio_at(across, along) * there_x) * there_y;
+      least = std::min(least, (limit - interpolated) * (here_x.stretch * here_y.stretch));
+    });
+    return std::max(least, 0.0F);
+  }
+
+  const BakeRequest& request_;
+  Subdivision by_;
+  const FineRatios& limits_;
+  std::vector<PointWeight> weights_x_;
+  std::vector<PointWeight> weights_y_;
+  std::vector<float> ratios_;
 };
 
 /// The least bound of the cells round each point.
@@ -107,16 +110,34 @@ FineRatios limits_at_points(const FineRatios& cells, Wrap wrap) {
   return points;
 }
 
+/// 3 where an odd number of texels repeats.
+int turns_along(int side, Wrap wrap) { return wrap == Wrap::repeat && side % 2 == 1 ? 3 : 2; }
+
 }  // namespace
+
+Subdivision certified_points(const Heightfield& heights) {
+  int k = kPerTexel;
+  while (!is_affordable(heights.width, heights.height, subdivision(heights.width, heights.height, k))) k /= 2;
+  return subdivision(heights.width, heights.height, k);
+}
+
+std::vector<PointWeight> point_weights(int by) {
+  std::vector<PointWeight> weights(static_cast<std::size_t>(by) + 1);
+  for (int offset = 0; offset < by; ++offset)
+    weights[static_cast<std::size_t>(offset)] = {.share = static_cast<float>(by - offset) / static_cast<float>(by),
+                                                 .stretch = static_cast<float>(by) / static_cast<float>(by - offset)};
+  return weights;
+}
+
+RaisingTurns::RaisingTurns(const BakeRequest& request)
+    : along_{turns_along(request.heights.width, request.wrap), turns_along(request.heights.height, request.wrap)},
+      last_{request.heights.width - 1, request.heights.height - 1} {}
 
 std::vector<float> certified_cones(const BakeRequest& request) { return certified_cones(request, std::nullopt); }
 
 std::vector<float> certified_cones(const BakeRequest& request, const std::optional<Wedge>& wedge) {
-  const Heightfield& heights = request.heights;
-  int k = kPerTexel;
-  while (!is_affordable(heights.width, heights.height, subdivision(heights.width, heights.height, k))) k /= 2;
-  const Subdivision by = subdivision(heights.width, heights.height, k);
-  BoundRequest bounds{.heights = heights,
+  const Subdivision by = certified_points(request.heights);
+  BoundRequest bounds{.heights = request.heights,
                       .wrap = request.wrap,
                       .max_ratio = request.max_ratio,
                       .wedge = wedge,
@@ -125,12 +146,7 @@ std::vector<float> certified_cones(const BakeRequest& request, const std::option
   bounds.by = by;
   FineRatios of_fine_cells = lower_cone_bounds(bounds);
   keep_coarser(of_fine_cells, of_cells);
-  const FineRatios limits = limits_at_points(of_fine_cells, request.wrap);
-  const Raising raising(heights, request.wrap, by, limits);
-  std::vector<float> ratios;
-  ratios.reserve(heights.texels.size());
-  for (const double ratio : raising.ratios()) ratios.push_back(rounded_down(ratio));
-  return ratios;
+  return Raising(request, by, limits_at_points(of_fine_cells, request.wrap)).take();
 }
 
 }  // namespace reliefbench

@@ -11,13 +11,12 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kRiseError = 0x1p-24 * (1 + 1e-6);  // of two heights rounded to float, and of the doubles before
-constexpr float kBeyond = 1 + 0x1p-6F;               // searched beyond max_ratio, so that the guard stays clear of it
+constexpr double kRiseError = 0x1p-24 * (1 + 1e-6);  // of two heights rounded down to float, and of the doubles before
 
 struct Search {
   FineRatios found;
   float max_ratio = 0;  ///< as searched
-  double guard = 0;     ///< e/d for the least distance d, in uv
+  double guard = 0;     ///< rise_guard
 };
 
 Search search(const BoundRequest& request, Correction correction) {
@@ -28,8 +27,7 @@ Search search(const BoundRequest& request, Correction correction) {
   const int width = request.heights.width * by_x;
   const int height = request.heights.height * by_y;
   const ConeMetric metric = cone_metric(width, height, correction);
-  const double nearest = std::sqrt(std::min(metric.weight_x, metric.weight_y) - metric.slack) / metric.side;
-  const float max_ratio = request.max_ratio * kBeyond;
+  const float max_ratio = request.max_ratio * kBoundsBeyond;
   const ConeSearch points{
       .heights = fine, .wrap = request.wrap, .metric = metric, .max_ratio = max_ratio, .threads = request.threads};
   std::vector<float> ratios;
@@ -44,10 +42,17 @@ Search search(const BoundRequest& request, Correction correction) {
   }
   return {.found = {.width = fine.width, .height = fine.height, .ratios = std::move(ratios)},
           .max_ratio = max_ratio,
-          .guard = request.by == Subdivision{} ? 0 : kRiseError / nearest};
+          .guard = rise_guard(request.heights, request.by, correction)};
 }
 
 }  // namespace
+
+float rise_guard(const Heightfield& heights, Subdivision by, Correction correction) {
+  if (by == Subdivision{}) return 0;
+  const ConeMetric metric = cone_metric(heights.width * by.x, heights.height * by.y, correction);
+  const double nearest = std::sqrt(std::min(metric.weight_x, metric.weight_y) - metric.slack) / metric.side;
+  return std::nextafter(static_cast<float>(kRiseError / nearest), 1.0F);
+}
 
 FineRatios lower_cone_bounds(const BoundRequest& request) {
   Search result = search(request, Correction::safe);

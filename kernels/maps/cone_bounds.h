@@ -30,10 +30,15 @@ struct BoundRequest {
 };
 
 // The true ratio of a point of the bilinear surface is the greatest whose open cone holds no point of the surface, at
-// most max_ratio. Both bounds come from one search over pairs of fine points (cone_search.h). Fine heights are off by
-// 2^-25 at most, so a rise by e = 2^-24; a pair at distance d of ratio r = d/rise has a true ratio between
-// 1/(1/r + e/d) and 1/(1/r - e/d), and d is at least the least distance of two fine points. Both grow with r, so the
-// guard is put on the result. On the map's own grid heights are exact and there is none.
+// most max_ratio. Both bounds come from one search over pairs of fine points (cone_search.h). Fine heights are under
+// the surface by less than 2^-24, so a rise is off by less than e = 2^-24; a pair at distance d of ratio r = d/rise has
+// a true ratio between 1/(1/r + e/d) and 1/(1/r - e/d), and d is at least the least distance of two fine points. Both
+// grow with r, so the guard is put on the result. On the map's own grid heights are exact and there is none.
+
+/// Searches go so far beyond max_ratio that the guard stays clear of it.
+inline constexpr float kBoundsBeyond = 1 + 0x1p-6F;
+/// e/d for the least distance d of two fine points, in 1 / uv, rounded up; 0 on the map's own grid.
+[[nodiscard]] float rise_guard(const Heightfield& heights, Subdivision by, Correction correction);
 
 /// For every fine cell a ratio that the true ones of its points are at least: the least S of its corners, by the
 /// theorem at Correction, on the finer grid; its proof uses no corners but those of the two points' cells. Rounded

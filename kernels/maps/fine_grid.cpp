@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/base/rounding.h"
+
 namespace reliefbench {
 
 Subdivision subdivision(int width, int height, int k) {
@@ -33,7 +35,7 @@ Heightfield refine(const Heightfield& heights, Wrap wrap, Subdivision by) {
       const double fx = static_cast<double>(i % by.x) / by.x;
       const double bottom = heights.at(left, low) * (1 - fx) + heights.at(right, low) * fx;
       const double top = heights.at(left, high) * (1 - fx) + heights.at(right, high) * fx;
-      fine.texels.push_back(static_cast<float>(bottom * (1 - fy) + top * fy));
+      fine.texels.push_back(rounded_down(bottom * (1 - fy) + top * fy));
     }
   }
   return fine;

@@ -26,7 +26,7 @@ inline constexpr int kMaxFineSide = 4096;
 }
 
 /// The surface sampled finer. A bilinear surface restricted to a finer grid is bilinear on that grid, so the result
-/// stands for the same surface; its heights are exact in double and rounded to float, 2^-25 off at most.
+/// stands for the same surface; its heights are exact in double and rounded down to float, by less than 2^-24.
 [[nodiscard]] Heightfield refine(const Heightfield& heights, Wrap wrap, Subdivision by);
 
 }  // namespace reliefbench

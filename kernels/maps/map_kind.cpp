@@ -53,7 +53,7 @@ constexpr std::array kMaps{
            .corrections = kConservative,
            .promise = MapPromise::conservative,
            .bake = bake_conservative,
-           .version = 1},
+           .version = 2},
     MapRow{.kind = MapKind::quick_naive,
            .id = "quick_naive",
            .description = "conservative cones from a max pyramid: the nearest texel of the 3 x 3 nodes round each "
@@ -253,7 +253,7 @@ constexpr std::array kMaps{
            .parameters = {&kSectors, 1},
            .promise = MapPromise::conservative,
            .bake = bake_sector,
-           .version = 1},
+           .version = 2},
     MapRow{.kind = MapKind::sector_relaxed,
            .id = "sector_relaxed",
            .description = "a relaxed cone for each of 4, 8 or 16 sectors of directions, stored as `sector`",

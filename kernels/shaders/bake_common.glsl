@@ -39,6 +39,9 @@ layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
   int search_steps;       // relaxed_po07
   float step_share;       // 1 / search_steps
   bool is_interpolated;   // the map is to be right between texels
+  float guard;            // of a finer grid: see rise_guard (kernels/maps/cone_bounds.h)
+  float max_ratio;        // the widest ratio allowed
+  ivec2 by;               // points a texel of the map that a finer grid is of
   ivec2 levels[];         // of quads: [i] of level i + 1; of shapes: of level i. Its first one, those from row to row
 } bake;
 // clang-format on

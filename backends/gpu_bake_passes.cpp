@@ -1,0 +1,176 @@
+#include "backends/gpu_bake_passes.h"
+
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include "backends/gpu_bake_wedge.h"
+#include "kernels/maps/certified_cones.h"
+#include "kernels/maps/cone_bounds.h"
+
+namespace reliefbench {
+namespace {
+
+/// Fewer texels than this never take a device so long that its watchdog barks, but where every pair is looked at.
+constexpr std::size_t kShortTexels = std::size_t{512} * 512;
+
+int groups(int texels) { return (texels + kGroupSide - 1) / kGroupSide; }
+
+template <typename Value>
+std::vector<std::byte> bytes_of(const std::vector<Value>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+/// What a texel weighs at the points along x, then along y.
+std::vector<PointWeight> weights_of(Subdivision by) {
+  std::vector<PointWeight> weights = point_weights(by.x);
+  const std::vector<PointWeight> along_y = point_weights(by.y);
+  weights.insert(weights.end(), along_y.begin(), along_y.end());
+  return weights;
+}
+
+}  // namespace
+
+int buffers_of(std::string_view shader) {
+  if (shader == kMinimumShader || shader == kRefineShader) return 3;
+  return shader == kWedgeShader ? 5 : 4;
+}
+
+BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, BakeNumbers numbers, bool sees_pairs)
+    : pipelines_(pipelines),
+      request_(request),
+      has_doubles_(numbers == BakeNumbers::doubles),
+      sees_pairs_(sees_pairs),
+      own_(make_grid(map_grid(request))) {
+  job_.buffers[static_cast<std::size_t>(own_.heights)].contents = std::as_bytes(std::span(request.heights.texels));
+}
+
+int BakePasses::add_search(Grid& on, const BakeSearch& search) {
+  const BakeGrid& grid = on.grid;
+  const std::vector<MarginedWedge> margined =
+      search.wedges == nullptr ? std::vector<MarginedWedge>() : search.wedges(request_);
+  layers_ = std::max(static_cast<int>(margined.size()), 1);
+  on.head = add_buffer(search_buffer(request_, grid, search, on.levels, layers_));
+  const int pyramids = search.quadrants ? 4 : 1;
+  const int quads =
+      add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(on.levels.nodes) * kQuadBytes);
+  const int ratios = add_ratios(grid);
+  std::vector<int> buffers{on.head, on.heights, quads, ratios};
+  for (int level = 1; level <= static_cast<int>(on.levels.levels.size()); ++level)
+    job_.passes.push_back({.part = "pyramid",
+                           .pipeline = pipeline(kPyramidShader),
+                           .buffers = buffers,
+                           .groups_x = groups(nodes_at(grid.width, level)),
+                           .groups_y = groups(nodes_at(grid.height, level)),
+                           .groups_z = pyramids,
+                           .argument = level});
+  if (!margined.empty()) buffers.push_back(add_buffer(bytes_of(bake_wedges(margined, grid, request_.wrap))));
+  ComputePass& pass = add_pass(grid, "search", search.shader, std::move(buffers));
+  pass.may_be_long = sees_pairs_ || grid.points() * static_cast<std::size_t>(layers_) > kShortTexels;
+  if (search.group_a_texel) {
+    pass.groups_x = grid.width;
+    pass.groups_y = grid.height;
+  }
+  return ratios;
+}
+
+int BakePasses::add_mean(int first, int second) {
+  const int means = add_ratios(own_.grid);
+  add_pass(own_.grid, "correction", kMeanShader, {own_.head, first, second, means});
+  return means;
+}
+
+int BakePasses::add_minimum(int ratios) {
+  const int least = add_ratios(own_.grid);
+  add_pass(own_.grid, "correction", kMinimumShader, {own_.head, ratios, least});
+  return least;
+}
+
+int BakePasses::add_certified(const BakeSearch& search) {
+  const Heightfield& heights = request_.heights;
+  const int of_texels = add_search(search);
+  Grid finer = make_grid(finer_grid(request_, certified_points(heights)));
+  if (has_doubles_) {
+    const int head = add_buffer(search_buffer(request_, finer.grid, search, finer.levels, 1));
+    add_pass(finer.grid, "refine", kRefineShader, {head, own_.heights, finer.heights}).groups_z = 1;
+  } else {
+    contents_.push_back(bytes_of(refine(heights, request_.wrap, finer.grid.by).texels));
+    job_.buffers[static_cast<std::size_t>(finer.heights)].contents = contents_.back();
+  }
+  const int of_points = add_search(finer, search);
+  const int limits = add_ratios(finer.grid);
+  add_pass(finer.grid, "correction", kLimitsShader, {finer.head, of_points, of_texels, limits});
+  const int raised = add_ratios(own_.grid);
+  const std::vector<int> buffers{finer.head, limits, add_buffer(bytes_of(weights_of(finer.grid.by))), raised};
+  for (int turn = kBeforeAllTurns; turn < RaisingTurns(request_).count(); ++turn)
+    add_pass(own_.grid, "correction", kRaiseShader, buffers).argument = turn;
+  return raised;
+}
+
+int BakePasses::add_radii() {
+  const BakeLevels levels = shape_levels(request_.heights, request_.wrap);
+  const int bake = add_buffer(radius_buffer(request_, levels));
+  const int shapes = add_buffer(static_cast<std::size_t>(levels.nodes) * kShapeBytes);
+  const int radii = add_ratios(own_.grid);
+  const std::vector<int> buffers{bake, own_.heights, shapes, radii};
+  for (std::size_t level = 0; level < levels.levels.size(); ++level) {
+    const int width = levels.levels[level].stride;
+    const int end = level + 1 < levels.levels.size() ? levels.levels[level + 1].first : levels.nodes;
+    job_.passes.push_back({.part = "pyramid",
+                           .pipeline = pipeline(kShapesShader),
+                           .buffers = buffers,
+                           .groups_x = groups(width),
+                           .groups_y = groups((end - levels.levels[level].first) / width),
+                           .argument = static_cast<int>(level)});
+  }
+  add_pass(own_.grid, "search", kRadiusShader, buffers).may_be_long =
+      sees_pairs_ || request_.heights.texels.size() > kShortTexels;
+  return request_.correction == Correction::none ? radii : add_minimum(radii);
+}
+
+int BakePasses::add_safety_shape(int ratios, int radii) {
+  const int both = add_buffer(2 * std::span(request_.heights.texels).size_bytes());
+  add_pass(own_.grid, "pack", kSafetyShapeShader, {own_.head, ratios, radii, both});
+  return both;
+}
+
+ComputeJob BakePasses::job(int result) const {
+  ComputeJob whole = job_;
+  whole.result = result;
+  return whole;
+}
+
+BakePasses::Grid BakePasses::make_grid(const BakeGrid& grid) {
+  return {.grid = grid,
+          .levels = quad_levels(grid.width, grid.height),
+          .heights = add_buffer(grid.points() * sizeof(float))};
+}
+
+ComputePass& BakePasses::add_pass(const BakeGrid& grid, std::string_view part, std::string_view shader,
+                                  std::vector<int> buffers) {
+  return job_.passes.emplace_back(ComputePass{.part = part,
+                                              .pipeline = pipeline(shader),
+                                              .buffers = std::move(buffers),
+                                              .groups_x = groups(grid.width),
+                                              .groups_y = groups(grid.height),
+                                              .groups_z = layers_});
+}
+
+int BakePasses::add_buffer(std::size_t bytes) {
+  job_.buffers.push_back({.bytes = bytes});
+  return static_cast<int>(job_.buffers.size()) - 1;
+}
+
+int BakePasses::add_buffer(std::vector<std::byte> contents) {
+  contents_.push_back(std::move(contents));
+  const int place = add_buffer(contents_.back().size());
+  job_.buffers.back().contents = contents_.back();
+  return place;
+}
+
+int BakePasses::add_ratios(const BakeGrid& grid) {
+  return add_buffer(static_cast<std::size_t>(layers_) * grid.points() * sizeof(float));
+}
+
+}  // namespace reliefbench

@@ -1,0 +1,80 @@
+#pragma once
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "backends/backend.h"
+#include "backends/gpu_bake_buffer.h"
+
+namespace reliefbench {
+
+/// The shaders that bakers share.
+inline constexpr std::string_view kWedgeShader = "bake_wedge";
+inline constexpr std::string_view kPyramidShader = "bake_pyramid";
+inline constexpr std::string_view kMeanShader = "bake_mean";
+inline constexpr std::string_view kMinimumShader = "bake_min3x3";
+inline constexpr std::string_view kShapesShader = "bake_shapes";
+inline constexpr std::string_view kRadiusShader = "bake_radius";
+inline constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
+inline constexpr std::string_view kRefineShader = "bake_refine";
+inline constexpr std::string_view kLimitsShader = "bake_limits";
+inline constexpr std::string_view kRaiseShader = "bake_raise";
+
+/// Storage buffers of each shader.
+[[nodiscard]] int buffers_of(std::string_view shader);
+
+/// The passes of a bake as they are added, and the buffers between them.
+class BakePasses {
+ public:
+  using Pipelines = std::map<std::string, std::unique_ptr<Pipeline>>;
+
+  /// sees_pairs: MapRow::sees_pairs
+  BakePasses(const Pipelines& pipelines, const BakeRequest& request, BakeNumbers numbers, bool sees_pairs);
+
+  // Each returns the buffer of the ratios that it makes.
+
+  int add_search(const BakeSearch& search) { return add_search(own_, search); }
+  int add_mean(int first, int second);
+  int add_minimum(int ratios);
+  /// certified_cones. request: of the correction `safe`, as its searches are
+  int add_certified(const BakeSearch& search);
+  /// Radii, as their own minimum leaves them.
+  int add_radii();
+  int add_safety_shape(int ratios, int radii);
+
+  /// The whole, for what is in one of its buffers. The passes' contents live as long as this.
+  [[nodiscard]] ComputeJob job(int result) const;
+
+ private:
+  struct Grid {
+    BakeGrid grid;
+    BakeLevels levels;
+    int heights;   ///< a buffer
+    int head = 0;  ///< of any search on it: all know its size, wrap and correction
+  };
+
+  int add_search(Grid& grid, const BakeSearch& search);
+  Grid make_grid(const BakeGrid& grid);
+  /// points, a whole group in each workgroup
+  ComputePass& add_pass(const BakeGrid& grid, std::string_view part, std::string_view shader, std::vector<int> buffers);
+  int add_buffer(std::size_t bytes);
+  int add_buffer(std::vector<std::byte> contents);
+  int add_ratios(const BakeGrid& grid);
+  [[nodiscard]] const Pipeline* pipeline(std::string_view shader) const {
+    return pipelines_.at(std::string(shader)).get();
+  }
+
+  const Pipelines& pipelines_;
+  const BakeRequest& request_;
+  bool has_doubles_;
+  bool sees_pairs_;
+  ComputeJob job_;
+  std::deque<std::vector<std::byte>> contents_;
+  int layers_ = 1;
+  Grid own_;
+};
+
+}  // namespace reliefbench

@@ -1,0 +1,50 @@
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "bake_finer.glsl"
+#ifdef HAS_DOUBLES
+#include "bake_exact_arithmetic.glsl"
+#endif
+
+// What is proved of the cones at each point of a finer grid: the least bound of the cells round it, by their own corners
+// or by those of the map's cell that they are part of.
+
+layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer OfPoints { float of_points[]; };
+layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer OfTexels { float of_texels[]; };
+layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Limits { float limits[]; };
+
+// CUT_SHORT stays what it is.
+float guarded(float ratio) {
+  if (ratio <= 0.0) return ratio;
+#ifdef HAS_DOUBLES
+  precise double divisor = 1.0lf + double(bake.guard) * double(ratio);
+  return rounded_down(divide(double(ratio), divisor));
+#else
+  const float ROUNDING = 1.0 - 1e-6;
+  return ratio / (1.0 + bake.guard * ratio) * ROUNDING;
+#endif
+}
+
+float bound_of_cell(ivec2 cell) {
+  float by_points = bake.max_ratio;
+  float by_texels = bake.max_ratio;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 corner = ivec2(i & 1, i >> 1);
+    by_points = min(by_points, guarded(of_points[layered(wrapped(cell + corner))]));
+    by_texels = min(by_texels, of_texels[map_layered(cell / bake.by + corner)]);
+  }
+  bool is_cut_short = by_points < 0.0 || by_texels < 0.0;
+  return is_cut_short ? CUT_SHORT : max(by_points, by_texels);
+}
+
+void main() {
+  ivec2 point = own_texel();
+  if (is_outside(point)) return;
+  ivec2 cells = bake.repeats ? bake.size : bake.size - 1;
+  float limit = bake.max_ratio;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 cell = point - ivec2(i & 1, i >> 1);
+    cell = bake.repeats ? (cell + cells) % cells : clamp(cell, ivec2(0), cells - 1);
+    limit = min(limit, bound_of_cell(cell));
+  }
+  limits[layered(point)] = limit;
+}
