@@ -7,8 +7,8 @@
 
 namespace reliefbench {
 
-// How certified_cones (cone_map.h) raises texels, for the CPU's baker and the GPU's: all in float, so that both have the
-// same bits where sums and products round to nearest.
+// How certified_cones (cone_map.h) raises texels, for the CPU's baker and the GPU's: all in float, so that both have
+// the same bits where sums and products round to nearest.
 
 /// Points of a finer grid that limits stand at.
 [[nodiscard]] Subdivision certified_points(const Heightfield& heights);

@@ -5,8 +5,8 @@
 #include "bake_exact_arithmetic.glsl"
 #endif
 
-// What is proved of the cones at each point of a finer grid: the least bound of the cells round it, by their own corners
-// or by those of the map's cell that they are part of.
+// What is proved of the cones at each point of a finer grid: the least bound of the cells round it, by their own
+// corners or by those of the map's cell that they are part of.
 
 layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer OfPoints { float of_points[]; };
 layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer OfTexels { float of_texels[]; };

@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# Sweeps, tunes and views over and over, and watches what that takes: soak.sh BINARY SECONDS FOLDER
+# Each second it notes memory and descriptors of every process of the binary in FOLDER/watch.tsv. In the end it prints,
+# for each command and its workers, the medians of the first and of the last third of the rounds, three at least, and of
+# the second and the last quarter of a process's life; what leaks is marked. Exit code 1: something leaks, was left
+# behind, or failed.
+set -euo pipefail
+
+if [[ $# -ne 3 ]]; then
+  echo "usage: $0 BINARY SECONDS FOLDER" >&2
+  exit 2
+fi
+here=$(cd "$(dirname "$0")" && pwd)
+binary=$(realpath "$1")
+seconds=$2
+rm -rf "$3"
+mkdir -p "$3"
+folder=$(realpath "$3")
+export RELIEFBENCH_CACHE=$folder/cache
+watch=$folder/watch.tsv
+
+# One line for each process: round, command, id, seconds since the soak began, kB, descriptors.
+watch_processes() {
+  local process id memory descriptors words
+  while sleep 1; do
+    for process in /proc/[0-9]*; do
+      [ "$(readlink "$process/exe" 2>/dev/null)" = "$binary" ] || continue
+      words=$(tr '\0' ' ' <"$process/cmdline" 2>/dev/null | cut -d ' ' -f 2)
+      id=${process#/proc/}
+      memory=$(sed -n 's/^VmRSS:[^0-9]*\([0-9]*\).*/\1/p' "$process/status" 2>/dev/null)
+      descriptors=$(ls "$process/fd" 2>/dev/null | wc -l)
+      [ -n "$memory" ] || continue
+      printf '%s\t%s\t%s\t%s\t%s\t%s\n' "$(cat "$folder/round")" "$words" "$id" "$SECONDS" "$memory" "$descriptors"
+    done >>"$watch"
+  done
+}
+
+# What stays on the machine beside the folder: shared memory, and files in /tmp.
+left_behind() { find /dev/shm /tmp -maxdepth 1 -name '*reliefbench*' | sort; }
+
+failed=0
+# Runs a command of the binary; 1 and 4 are answers.
+run() {
+  local code=0
+  "$@" >>"$folder/log" 2>&1 || code=$?
+  if [[ $code -ne 0 && $code -ne 1 && $code -ne 4 ]]; then
+    echo "soak: exit code $code: $*" >&2
+    failed=1
+  fi
+}
+
+left_behind >"$folder/before"
+echo 0 >"$folder/round"
+watch_processes &
+watcher=$!
+trap 'kill $watcher 2>/dev/null' EXIT
+round=0
+while [ "$SECONDS" -lt "$seconds" ]; do
+  round=$((round + 1))
+  echo $round >"$folder/round"
+  rm -rf "$folder/sweep" "$folder/tune"
+  run "$binary" sweep "$here/../configs/quickstart.json" --backend all -o "$folder/sweep" --quiet
+  run "$binary" tune rocks --max-error 'e_xy.p99<=0.5' --time-limit 2m -o "$folder/tune" --quiet
+  for backend in opengl vulkan; do
+    run xvfb-run -a "$binary" view rocks --backend $backend --frames 1500
+  done
+done
+kill $watcher
+left_behind >"$folder/after"
+
+echo "soak: $round rounds in $SECONDS s; medians of memory and open descriptors"
+awk -F '\t' -v rounds=$round -f "$here/soak.awk" "$watch" || failed=1
+if ! new=$(comm -13 "$folder/before" "$folder/after") || [ -n "$new" ]; then
+  echo "left behind: $new"
+  failed=1
+fi
+exit $failed
