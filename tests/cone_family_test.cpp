@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "kernels/maps/cone_map.h"
+#include "kernels/maps/cone_search.h"
 #include "tests/cone_requests.h"
 #include "tests/slow_cone_map.h"
 
@@ -104,10 +105,11 @@ TEST(QuadConeMap, TheNarrowestOfTheFourIsTheConservativeCone) {
 }
 
 /// Pairs of points on the interpolated surface of which one lies inside the other's interpolated cone for its
-/// direction.
+/// direction; under clamp also of points beside the map.
 int surface_points_in_quads(const Heightfield& map, const std::vector<float>& quads, Wrap wrap) {
   constexpr int kPerTexel = 3;
   const int tiles = wrap == Wrap::repeat ? 1 : 0;
+  const int beside = wrap == Wrap::clamp ? 4 : 0;
   std::array<Heightfield, 4> cones{map, map, map, map};
   for (std::size_t i = 0; i < quads.size(); ++i) cones[i % 4].texels[i / 4] = quads[i];
   struct Point {
@@ -115,8 +117,8 @@ int surface_points_in_quads(const Heightfield& map, const std::vector<float>& qu
     std::array<double, 4> ratios;
   };
   std::vector<Point> points;
-  for (int j = 0; j < map.height * kPerTexel; ++j) {
-    for (int i = 0; i < map.width * kPerTexel; ++i) {
+  for (int j = -beside * kPerTexel; j < (map.height + beside) * kPerTexel; j += j < 0 || j >= map.height * 3 ? 3 : 1) {
+    for (int i = -beside * kPerTexel; i < (map.width + beside) * kPerTexel; i += i < 0 || i >= map.width * 3 ? 3 : 1) {
       const double x = static_cast<double>(i) / kPerTexel - 0.5;
       const double y = static_cast<double>(j) / kPerTexel - 0.5;
       Point point{.u = x / map.width, .v = y / map.height, .z = slow_surface(map, wrap, x, y), .ratios = {}};
@@ -145,16 +147,36 @@ TEST(QuadConeMap, SafeConesNeverMeetTheInterpolatedSurface) {
   for (const ConeTestMap& map : kConeTestMaps) {
     for (const auto& [width, height] : {MapSize{8, 8}, MapSize{9, 7}, MapSize{4, 10}}) {
       const Heightfield heights = map.make(width, height);
-      for (const Wrap wrap : kWraps) {
-        const auto quads = bake_quad({.heights = heights, .wrap = wrap, .correction = Correction::safe, .threads = 1});
-        EXPECT_EQ(surface_points_in_quads(heights, quads, wrap), 0) << label(map.id, heights, wrap);
-      }
+      for (const Wrap wrap : kWraps)
+        for (const Correction correction : {Correction::safe, Correction::certified}) {
+          const auto quads = bake_quad({.heights = heights, .wrap = wrap, .correction = correction, .threads = 1});
+          EXPECT_EQ(surface_points_in_quads(heights, quads, wrap), 0) << label(map.id, heights, wrap, correction);
+        }
     }
   }
   // That this can fail: cones of the texels alone are too wide between them.
   const Heightfield noise = noise_map(8, 8);
   const auto plain = bake_quad({.heights = noise, .correction = Correction::none, .threads = 1});
   EXPECT_GT(surface_points_in_quads(noise, plain, Wrap::repeat), 0);
+}
+
+// A border's texels go on beside a clamped map, as ridges: rays meet them at offsets that no texel of the map has.
+TEST(QuadConeMap, SafeConesSeeWhatTheBorderGoesOnAs) {
+  const Heightfield spike = make_map(12, 12, [](int x, int y) { return x == 11 && y == 8 ? 1.0F : 0.0F; });
+  const BakeRequest request{.heights = spike, .wrap = Wrap::clamp, .correction = Correction::safe, .threads = 1};
+  EXPECT_EQ(surface_points_in_quads(spike, bake_quad(request), Wrap::clamp), 0);
+  // That this can fail: as if there were nothing beside the map.
+  std::vector<float> unaware(4 * spike.texels.size());
+  for (std::size_t k = 0; k < kQuadWedges.size(); ++k) {
+    const ConeSearch seen{.heights = spike,
+                          .wrap = Wrap::clamp,
+                          .metric = cone_metric(12, 12, Correction::safe),
+                          .views = {wedge_view(spike, 12, 12, kQuadWedges[k], kQuadWedges[k].safe_margin)},
+                          .threads = 1};
+    const auto ratios = corrected(search_cones(seen), request);
+    for (std::size_t i = 0; i < ratios.size(); ++i) unaware[4 * i + k] = ratios[i];
+  }
+  EXPECT_GT(surface_points_in_quads(spike, unaware, Wrap::clamp), 0);
 }
 
 TEST(QuadConeMap, ASpikeBoundsTheConeThatFacesItAlone) {

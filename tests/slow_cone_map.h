@@ -186,12 +186,20 @@ inline std::vector<float> slow_relaxed(const BakeRequest& request) {
   });
 }
 
-/// Cones of the sector of 90 degrees round the axis (x, y); `safe`: with an offset within one texel in the sector.
+/// Cones of the sector of 90 degrees round the axis (x, y); `safe`: with an offset less than one texel from one in the
+/// sector. Under clamp owners on the border behind them, and targets on the one before them, see all that is ahead.
 inline std::vector<float> slow_sector(const BakeRequest& request, int x, int y) {
   const double u = 1.0 / request.heights.width;
   const double v = 1.0 / request.heights.height;
-  const int margin = request.correction == Correction::safe ? 1 : 0;
-  return slow_view_ratios(request, 2, [&](int, int, double dx, double dy) {
+  const double margin = request.correction == Correction::safe ? 1 - 1e-9 : 0;
+  const int last = x != 0 ? request.heights.width - 1 : request.heights.height - 1;
+  const int before = x + y > 0 ? last : 0;
+  return slow_view_ratios(request, 2, [&](int i, int j, double dx, double dy) {
+    const double ahead = dx * x + dy * y;
+    const double target = x != 0 ? i : j;
+    const double owner = target - (x != 0 ? dx : dy);
+    const bool is_beside = target == before || owner == last - before;
+    if (request.wrap == Wrap::clamp && is_beside && ahead >= 0) return true;
     // The corner of the square round the offset that is deepest in the sector.
     const double along = x != 0 ? dx * x + margin : dy * y + margin;
     const double across = std::max(std::abs(x != 0 ? dy : dx) - margin, 0.0);

@@ -44,7 +44,8 @@ SoakEnd soak_end(const std::string& lines) {
 
 TEST(Soak, says_nothing_of_what_stays_as_it_is) {
   const SoakEnd steady = soak_end(watched([](int, int second) { return 100 + second % 3; }));
-  EXPECT_THAT(steady.text, HasSubstr("sweep      peaks, first / last third        102.0     102.0      12.0      12.0"));
+  EXPECT_THAT(steady.text,
+              HasSubstr("sweep      peaks, first / last third        102.0     102.0      12.0      12.0"));
   EXPECT_THAT(steady.text, Not(HasSubstr("grew")));
   EXPECT_EQ(steady.code, 0);
 }
@@ -63,7 +64,8 @@ TEST(Soak, marks_a_viewer_that_grows_while_it_shows_the_same) {
   const SoakEnd grows = soak_end(watched([](int, int second) { return 100 + second; }));
   EXPECT_THAT(grows.text, HasSubstr("view       over a minute, quarter 2 / 4     137.0     187.0      12.0      12.0  "
                                     "grew"));
-  EXPECT_THAT(grows.text, HasSubstr("sweep      over a minute, quarter 2 / 4     137.0     187.0      12.0      12.0\n"));
+  EXPECT_THAT(grows.text,
+              HasSubstr("sweep      over a minute, quarter 2 / 4     137.0     187.0      12.0      12.0\n"));
   EXPECT_EQ(grows.code, 1);
 }
 

@@ -111,6 +111,16 @@ Heightfield spikes(int width, int height, std::uint32_t seed) {
   return field;
 }
 
+Heightfield posts(int width, int height, std::uint32_t) {
+  Heightfield field{.width = width, .height = height, .texels = {}};
+  field.texels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  field.texels[field.index(width - 1, 3 * height / 4)] = 1;
+  field.texels[field.index(width / 4, height - 1)] = 1;
+  field.texels[field.index(0, height / 4)] = 1;
+  field.texels[field.index(3 * width / 4, 0)] = 1;
+  return field;
+}
+
 Heightfield checker(int width, int height, std::uint32_t) {
   return sampled(width, height,
                  [&](double u, double v) { return (static_cast<int>(u * width) + static_cast<int>(v * height)) % 2; });
@@ -212,6 +222,9 @@ constexpr std::array kProcedurals{
     ProceduralRow{.id = "ridged", .description = "sharp crests: octaves of folded noise", .generate = ridged},
     ProceduralRow{.id = "bricks", .description = "bevelled bricks in running bond, 4x8 a tile", .generate = bricks},
     ProceduralRow{.id = "spikes", .description = "one raised texel in each 16x16 block", .generate = spikes},
+    ProceduralRow{.id = "posts",
+                  .description = "a raised texel on each border: beside a clamped map it goes on as a ridge",
+                  .generate = posts},
     ProceduralRow{.id = "checker",
                   .description = "texels of 0 and 1 in turn: the worst case of interpolated cones",
                   .generate = checker},

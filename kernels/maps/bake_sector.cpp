@@ -17,20 +17,30 @@ constexpr Slope kOverTangent{.rise = 29, .run = 70};
 static_assert(kUnderTangent.rise / kUnderTangent.run < 0.41421);
 static_assert(kOverTangent.rise / kOverTangent.run > 0.41428);
 
-// Less than one texel per axis, and by less than any offset in whole numbers can tell: sums of a wedge's normal and
-// texels are whole, and |x| + |y| of a normal is under 2^22 up to 16384 texels a side.
-constexpr double kLessThanOne = 1 - 0x1p-24;
+/// The borders before what looks towards a quadrant, or behind it (-x, -y).
+class Borders {
+ public:
+  Borders(const Heightfield& map, double x, double y) : column_(end(map.width, x)), row_(end(map.height, y)) {}
+  [[nodiscard]] bool have(int x, int y) const { return x == column_ || y == row_; }
+
+ private:
+  static constexpr int kNone = -1;
+  static int end(int side, double sign) {
+    if (sign == 0) return kNone;
+    return sign > 0 ? side - 1 : 0;
+  }
+  int column_, row_;
+};
 
 /// The targets of a border in front of what looks in a quadrant.
 Heightfield far_borders(const Heightfield& candidates, const ConeView::Normal& quadrant) {
-  Heightfield borders = candidates;
-  const int column = quadrant.x > 0 ? candidates.width - 1 : 0;
-  const int row = quadrant.y > 0 ? candidates.height - 1 : 0;
-  auto texel = borders.texels.begin();
-  for (int y = 0; y < borders.height; ++y)
-    for (int x = 0; x < borders.width; ++x, ++texel)
-      if (x != column && y != row) *texel = -1;
-  return borders;
+  Heightfield targets = candidates;
+  const Borders borders(candidates, quadrant.x, quadrant.y);
+  auto texel = targets.texels.begin();
+  for (int y = 0; y < targets.height; ++y)
+    for (int x = 0; x < targets.width; ++x, ++texel)
+      if (!borders.have(x, y)) *texel = -1;
+  return targets;
 }
 
 /// Ratios of one sector after the other, as `ratios_of` has them.
@@ -68,7 +78,7 @@ Wedge sector_wedge(int k, int count) {
   assert(k >= 0 && k < count);
   const double x = (k & 1) == 0 ? 1 : -1;
   const double y = (k & 2) == 0 ? 1 : -1;
-  Wedge wedge{.normals = {{{x, 0}, {0, y}}}, .quadrant = {x, y}, .safe_margin = kLessThanOne};
+  Wedge wedge{.normals = {{{x, 0}, {0, y}}}, .quadrant = {x, y}};
   if (count == 4) return wedge;
   const bool is_steep = (k & 4) != 0;
   const auto normal = [&](double along, double across) {
@@ -125,12 +135,11 @@ std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& can
   std::vector<float> ratios = search_cones(seen);
   seen.views = {quadrant_of(candidates)};
   const std::vector<float> of_quadrant = search_cones(seen);
-  const int column = x > 0 ? 0 : candidates.width - 1;
-  const int row = y > 0 ? 0 : candidates.height - 1;
+  const Borders behind(candidates, -x, -y);
   std::size_t texel = 0;
   for (int j = 0; j < candidates.height; ++j)
     for (int i = 0; i < candidates.width; ++i, ++texel)
-      if (i == column || j == row) ratios[texel] = of_quadrant[texel];
+      if (behind.have(i, j)) ratios[texel] = of_quadrant[texel];
   return ratios;
 }
 
@@ -145,12 +154,17 @@ std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& can
 // where a texel is not square; half-planes stay half-planes. Of what lies outside a clamped map see search_wedge.
 std::vector<float> bake_sector(const BakeRequest& request) {
   check_request(request, MapKind::sector);
-  const Heightfield& heights = request.heights;
-  const ConeSearch search = search_of(request);
   return layers(request, sector_wedges(request), [&](const Wedge& wedge, double margin) {
-    if (request.correction == Correction::certified) return certified_cones(request, wedge);
-    return with_minimum(search_wedge(search, heights, heights.width, heights.height, wedge, margin), request);
+    return wedge_cones(request, {.wedge = wedge, .margin = margin});
   });
+}
+
+std::vector<float> wedge_cones(const BakeRequest& request, const MarginedWedge& margined) {
+  if (request.correction == Correction::certified) return certified_cones(request, margined.wedge);
+  const Heightfield& heights = request.heights;
+  return with_minimum(
+      search_wedge(search_of(request), heights, heights.width, heights.height, margined.wedge, margined.margin),
+      request);
 }
 
 std::vector<float> bake_sector_relaxed(const BakeRequest& request) {

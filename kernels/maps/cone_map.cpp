@@ -48,12 +48,13 @@ ConeMetric cone_metric(int width, int height, Correction correction) {
 ConeView quadrant_view(const Heightfield& candidates, int x, int y) {
   const ConeView::Normal across{.x = static_cast<double>(x), .y = 0};
   const ConeView::Normal along{.x = 0, .y = static_cast<double>(y)};
+  if (x == 0) return {.candidates = &candidates, .normals = {{along}}};
   return {.candidates = &candidates, .normals = {{across, along}}};
 }
 
 bool is_bounded(const Wedge& wedge, Wrap wrap) {
   const bool is_whole_quadrant = wedge.normals[2].x == 0 && wedge.normals[2].y == 0;
-  return wrap == Wrap::clamp && wedge.quadrant.x != 0 && !is_whole_quadrant;
+  return wrap == Wrap::clamp && !is_whole_quadrant;
 }
 
 ConeView wedge_view(const Heightfield& candidates, int width, int height, const Wedge& wedge, double margin) {

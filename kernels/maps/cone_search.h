@@ -48,22 +48,26 @@ struct ConeView {
   Normals normals{};
   double margin = 0;
 };
+/// Less than one texel per axis, and by less than any offset in whole numbers can tell: sums of a wedge's normal and
+/// texels are whole, and |x| + |y| of a normal is under 2^22 up to 16384 texels a side.
+inline constexpr double kLessThanOneTexel = 1 - 0x1p-24;
+
 /// A sector of the directions in uv: where the half-planes of all normals meet.
 struct Wedge {
   ConeView::Normals normals{};
-  ConeView::Normal quadrant{};  ///< the signs of the quadrant that it is within; 0: it is in none
-  double safe_margin = 1;       ///< texels within which targets count beside it, for `safe`
+  ConeView::Normal quadrant{};             ///< the signs of the quadrant that it is within; one is 0: of the half-plane
+  double safe_margin = kLessThanOneTexel;  ///< texels within which targets count beside it, for `safe`
 };
-/// The quadrant of the signs x and y, its axes included.
+/// The quadrant of the signs x and y, its axes included; one is 0: the half-plane.
 [[nodiscard]] ConeView quadrant_view(const Heightfield& candidates, int x, int y);
 /// A wedge, its edges included. width, height: texels along one uv, which a finer grid under clamp has less of
 [[nodiscard]] ConeView wedge_view(const Heightfield& candidates, int width, int height, const Wedge& wedge,
                                   double margin);
 /// The sectors of `quad`, 90 degrees round +x, -x, +y and -y, in the order of its ratios.
-inline constexpr std::array<Wedge, 4> kQuadWedges{{{.normals = {{{1, 1}, {1, -1}, {1, 0}}}},
-                                                   {.normals = {{{-1, -1}, {-1, 1}, {-1, 0}}}},
-                                                   {.normals = {{{1, 1}, {-1, 1}, {0, 1}}}},
-                                                   {.normals = {{{-1, -1}, {1, -1}, {0, -1}}}}}};
+inline constexpr std::array<Wedge, 4> kQuadWedges{{{.normals = {{{1, 1}, {1, -1}, {1, 0}}}, .quadrant = {1, 0}},
+                                                   {.normals = {{{-1, -1}, {-1, 1}, {-1, 0}}}, .quadrant = {-1, 0}},
+                                                   {.normals = {{{1, 1}, {-1, 1}, {0, 1}}}, .quadrant = {0, 1}},
+                                                   {.normals = {{{-1, -1}, {1, -1}, {0, -1}}}, .quadrant = {0, -1}}}};
 
 /// The heights of the texels whose cell in the quadrant of the signs x and y goes down along an edge, -1 for the
 /// others: the candidates of a relaxed cone in that quadrant [BVBV24].

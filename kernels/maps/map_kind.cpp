@@ -22,7 +22,7 @@ constexpr std::array kConservative{Correction::none, Correction::min3x3, Correct
 constexpr std::array kQuick{Correction::none, Correction::min3x3, Correction::safe, Correction::min4};
 constexpr std::array kSafe{Correction::none, Correction::min3x3, Correction::safe};
 constexpr std::array kRelaxed{Correction::none, Correction::min3x3};
-constexpr std::array kSector{Correction::none, Correction::min3x3, Correction::safe, Correction::certified};
+constexpr std::array kByDirection{Correction::none, Correction::min3x3, Correction::safe, Correction::certified};
 
 std::vector<float> bake_nothing(const BakeRequest& request) {
   check_bakeable(request.heights);
@@ -133,13 +133,14 @@ constexpr std::array kMaps{
                           "degrees round its axis",
            .source = "QDCSM",
            .guarantee =
-               "a sector of a cone contains no texel centre's surface point; with `safe`, no point of the surface",
+               "a sector of a cone contains no texel centre's surface point; with `safe` or `certified`, no point of "
+               "the surface",
            .content = MapContent::ratios,
            .ratios = 4,
-           .corrections = kSafe,
+           .corrections = kByDirection,
            .promise = MapPromise::conservative,
            .bake = bake_quad,
-           .version = 1},
+           .version = 2},
     MapRow{.kind = MapKind::hybrid,
            .id = "hybrid",
            .description = "the mean of the conservative and the relaxed ratio: a cone between the two; the paper's own "
@@ -249,7 +250,7 @@ constexpr std::array kMaps{
                "a sector of a cone contains no texel centre's surface point; with `safe`, no point of the surface",
            .content = MapContent::sectors,
            .ratios = 1,
-           .corrections = kSector,
+           .corrections = kByDirection,
            .parameters = {&kSectors, 1},
            .promise = MapPromise::conservative,
            .bake = bake_sector,

@@ -54,13 +54,18 @@ inline constexpr float kAtlasRounding = 0x1p-21F;
 /// so do the cones. Of points p and q whose offset is in the wedge, at least one of them outside, the nearest points of
 /// the map then are at an offset in the wedge's quadrant, and no farther, but maybe not in the wedge. One of them is on
 /// the border: p's on one that q is not beyond, or q's on one that p is not beyond. So owners on the borders behind
-/// them see the whole quadrant, and targets on the borders before them are seen in all of it. search: without views.
+/// them see the whole quadrant, and targets on the borders before them are seen in all of it. Of a wedge round an axis
+/// it is the half-plane, and the borders across that axis: along the others an offset only comes nearer to the axis.
+/// search: without views.
 /// candidates: the heights that count as targets. width, height: texels along one uv
 [[nodiscard]] std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& candidates, int width,
                                               int height, const Wedge& wedge, double margin);
 
 /// certified_cones of what a wedge has of the surface.
 [[nodiscard]] std::vector<float> certified_cones(const BakeRequest& request, const std::optional<Wedge>& wedge);
+
+/// What a bake makes of a wedge, by its correction.
+[[nodiscard]] std::vector<float> wedge_cones(const BakeRequest& request, const MarginedWedge& margined);
 
 /// The exact conservative ratios of every sector, a layer of width x height after the other.
 /// throws: Error(bad_input) if either side is under 2 texels, or the row has no such correction

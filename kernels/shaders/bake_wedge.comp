@@ -10,7 +10,7 @@
 struct Wedge {
   ivec2 normals[4];
   ivec4 least;
-  ivec2 quadrant;   // the signs of the quadrant that it is within
+  ivec2 quadrant;   // the signs of the quadrant that it is within; one is 0: of the half-plane
   bool is_bounded;  // the map ends, and the wedge is not the whole quadrant
   int place;        // takes the place
 };
@@ -29,8 +29,10 @@ int turns() { return images() + (wedges[gl_WorkGroupID.z].is_bounded && !sees_wh
 // 0, 1, -1, 2, -2
 int image(int i) { return ((i & 1) == 0 ? -1 : 1) * ((i + 1) / 2); }
 
-// Where the border is that an owner who looks that way has before it.
-ivec2 far_border() { return ivec2(greaterThan(seen.quadrant, ivec2(0))) * (bake.size - 1); }
+// The borders before an owner who looks that way; -1: none along the axis.
+ivec2 borders_before(ivec2 signs) {
+  return ivec2(greaterThan(signs, ivec2(0))) * (bake.size - 1) - ivec2(equal(signs, ivec2(0)));
+}
 
 bool counts(ivec2 first, float size, vec2 offset) {
   ivec2 twice = ivec2(2.0 * offset);
@@ -40,7 +42,7 @@ bool counts(ivec2 first, float size, vec2 offset) {
     ivec2 along = normal * twice + abs(normal) * reach;
     if (along.x + along.y < 2 * seen.least[i]) return false;
   }
-  ivec2 border = far_border();
+  ivec2 border = borders_before(seen.quadrant);
   return !sees_far_borders || any(equal(clamp(border, first, first + reach), border));
 }
 
@@ -73,8 +75,7 @@ void main() {
   owner = own_texel();
   if (is_outside(owner)) return;
   Wedge wedge = wedges[gl_WorkGroupID.z];
-  ivec2 behind = ivec2(lessThan(wedge.quadrant, ivec2(0))) * (bake.size - 1);
-  sees_whole = wedge.is_bounded && any(equal(owner, behind));
+  sees_whole = wedge.is_bounded && any(equal(owner, borders_before(-wedge.quadrant)));
   start(owner);
   search();
 }

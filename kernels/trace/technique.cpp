@@ -212,7 +212,8 @@ std::vector<Technique> rows() {
        .params = joined({{cone_steps(32), step("cell_quad")}, refinement("none"), {over_relaxation(), loop()}}),
        .storage = StorageUse{.format = "r16+rgba16", .correction = "safe", .has_max_ratio = false},
        .guarantee = Guarantee::exact,
-       .guarantee_note = "with correction=safe on the heights as stored: exact with cell_quad, never_skips with plain",
+       .guarantee_note =
+           "with correction safe or certified on the heights as stored: exact with cell_quad, never_skips with plain",
        .source = "QDCSM; cell steps [BVBV24]",
        .guarantee_when = cone_guarantee},
       {.id = "safety_shape",
