@@ -78,7 +78,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
     if (hit.status == STATUS_STEP_CAP) {
       bool is_reached = search.stride == 1.0 || hit.t == reach;
       if (!is_reached && hit.t - free_behind(relief, gap, ray_ratio, shift) > reach) {
-        hit.steps += 1;
+        hit.steps += i < search.max_steps ? 1 : 0;
         hit.t = reach;
         slope = -1.0;
       } else if (has_arrived(search, RAY_SHARE(ray, hit.t), sure)) {
