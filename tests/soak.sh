@@ -21,6 +21,7 @@ watch=$folder/watch.tsv
 
 # One line for each process: round, command, id, seconds since the soak began, kB, descriptors.
 watch_processes() {
+  set +e  # a process may be gone while it is looked at
   local process id memory descriptors words
   while sleep 1; do
     for process in /proc/[0-9]*; do
@@ -65,7 +66,7 @@ while [ "$SECONDS" -lt "$seconds" ]; do
     run xvfb-run -a "$binary" view rocks --backend $backend --frames 1500
   done
 done
-kill $watcher
+kill $watcher || failed=1
 left_behind >"$folder/after"
 
 echo "soak: $round rounds in $SECONDS s; medians of memory and open descriptors"

@@ -15,8 +15,12 @@ Hit trace(Ray ray) {
   int slice = PASSES - int(frame.forward.w);
   Hit hit = Hit(float(slice) / float(PASSES), STATUS_HIT, 0, PASSES);
   // The last plane is the bottom plate whatever the others are, so that every ray ends.
-  if (FACING == FACING_CAMERA && slice < PASSES) hit.t = facing_plane(slice);
-  if (!(hit.t <= 1.0) || gap_at(ray, hit.t, hit) > 0.0) discard;
+  if (FACING == FACING_CAMERA) hit.t = mix(hit.t, facing_plane(slice), slice < PASSES);
+  float gap = gap_at(ray, hit.t, hit);
+  bool is_under = hit.t <= 1.0 && gap <= 0.0;
+  if (!is_under) discard;
+  // The same again, but not known of the whole draw: lavapipe makes a shader for each value that a branch hangs on.
+  hit.t = mix(1.0, hit.t, is_under);
   hit.taps *= PASSES;  // those of the other passes, too
   return hit;
 }

@@ -18,11 +18,15 @@ Ray straight_ray(vec2 uv, vec2 slope) {
 #endif
 }
 
-bool is_under_horizon(Scene scene) { return scene.light.z <= 0.0; }
+// True of every hit, but not known of a whole draw: of one that branches on its uniforms alone lavapipe makes the
+// shader anew.
+bool is_there(Hit hit) { return hit.t < 1e30; }
+
+bool is_under_horizon(Scene scene, Hit hit) { return scene.light.z <= 0.0 && is_there(hit); }
 
 // lift: of the beginning over the hit, in heights
 LightRay light_ray(Ray ray, Hit hit, Scene scene, float lift) {
-  vec2 slope = scene.light.xy / scene.light.z * scene.relief_depth;
+  vec2 slope = mix(vec2(0.0), scene.light.xy / scene.light.z * scene.relief_depth, bvec2(is_there(hit)));
   float z = min(RAY_HEIGHT(ray, hit.t) + lift, 1.0);
   return LightRay(straight_ray(ray.uv + ray.slope * hit.t, slope), z, 1.0 - z);
 }

@@ -9,7 +9,7 @@ float shadow_threshold() {
 }
 
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
-  if (is_under_horizon(scene)) return 0.0;
+  if (is_under_horizon(scene, hit)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, 0.0);
   Ray entry = straight_ray(light.path.uv + light.path.slope * light.top, -light.path.slope);
   Bracket bracket;

@@ -26,7 +26,7 @@ bool cell_blocks(LightRay light, Cell cell, float s, float s_end, inout Hit hit)
 
 // A ray that its steps leave undecided is in shadow, so that none is lit that should not be.
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
-  if (is_under_horizon(scene)) return 0.0;
+  if (is_under_horizon(scene, hit)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, shadow_bias());
   float ray_ratio = length(light.path.slope);
   if (ray_ratio == 0.0) return 1.0;  // straight up

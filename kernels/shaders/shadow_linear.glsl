@@ -3,7 +3,7 @@
 #include "shadow_bias.glsl"
 
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
-  if (is_under_horizon(scene)) return 0.0;
+  if (is_under_horizon(scene, hit)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, shadow_bias());
   // At the top plate itself, where one more step would lead, nothing is above the ray.
   for (int i = 1; i <= SHADOW_STEPS; ++i) {

@@ -13,7 +13,7 @@ float disc_share(float x) {
 }
 
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
-  if (is_under_horizon(scene)) return 0.0;
+  if (is_under_horizon(scene, hit)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, shadow_bias());
   // By what a ray that has risen by s must clear the relief, over s, so that the whole disc is free: it goes down by
   // radius / cos^2 for each unit of level distance, of which it takes cos / sin to rise by one.

@@ -4,7 +4,7 @@
 #include "shadow_bias.glsl"
 
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
-  if (is_under_horizon(scene)) return 0.0;
+  if (is_under_horizon(scene, hit)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, shadow_bias());
   // What stands over the ray by as much as it rises from tap to tap is dark, next to the hit by half of that.
   float strength = 2.0 / max(light.top, 1e-6);
