@@ -18,8 +18,8 @@ Ray straight_ray(vec2 uv, vec2 slope) {
 #endif
 }
 
-// True of every hit, but not known of a whole draw: of one that branches on its uniforms alone lavapipe makes the
-// shader anew.
+// True of every hit, but not known of a whole draw: of one that branches on what all its pixels share lavapipe makes
+// the shader anew.
 bool is_there(Hit hit) { return hit.t < 1e30; }
 
 bool is_under_horizon(Scene scene, Hit hit) { return scene.light.z <= 0.0 && is_there(hit); }
