@@ -41,6 +41,7 @@ constexpr std::array kRows{
     Row{.kind = MapKind::sector_relaxed,
         .search = {.shader = kWedgeShader, .quadrants = true, .wedges = relaxed_sector_wedges}},
 };
+
 const Row& find_row(MapKind kind) {
   const auto* row = std::ranges::find(kRows, kind, &Row::kind);
   if (row == kRows.end()) fail_input("{}: no GPU baker", find_map(kind).id);

@@ -42,9 +42,7 @@ BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, B
       request_(request),
       has_doubles_(numbers == BakeNumbers::doubles),
       sees_pairs_(sees_pairs),
-      own_(make_grid(map_grid(request))) {
-  job_.buffers[static_cast<std::size_t>(own_.heights)].contents = std::as_bytes(std::span(request.heights.texels));
-}
+      own_(make_grid(map_grid(request), std::as_bytes(std::span(request.heights.texels)))) {}
 
 int BakePasses::add_search(Grid& on, const BakeSearch& search) {
   const BakeGrid& grid = on.grid;
@@ -67,7 +65,7 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search) {
                            .argument = level});
   if (!margined.empty()) buffers.push_back(add_buffer(bytes_of(bake_wedges(margined, grid, request_.wrap))));
   ComputePass& pass = add_pass(grid, "search", search.shader, std::move(buffers));
-  pass.may_be_long = sees_pairs_ || grid.points() * static_cast<std::size_t>(layers_) > kShortTexels;
+  pass.may_be_long = may_be_long(grid);
   if (search.group_a_texel) {
     pass.groups_x = grid.width;
     pass.groups_y = grid.height;
@@ -88,21 +86,20 @@ int BakePasses::add_minimum(int ratios) {
 }
 
 int BakePasses::add_certified(const BakeSearch& search) {
-  const Heightfield& heights = request_.heights;
   const int of_texels = add_search(search);
-  Grid finer = make_grid(finer_grid(request_, certified_points(heights)));
+  const Subdivision by = certified_points(request_.heights);
+  if (!has_doubles_) contents_.push_back(bytes_of(refine(request_.heights, request_.wrap, by).texels));
+  const std::span<const std::byte> heights = has_doubles_ ? std::span<const std::byte>() : contents_.back();
+  Grid finer = make_grid(finer_grid(request_, by), heights);
   if (has_doubles_) {
     const int head = add_buffer(search_buffer(request_, finer.grid, search, finer.levels, 1));
     add_pass(finer.grid, "refine", kRefineShader, {head, own_.heights, finer.heights}).groups_z = 1;
-  } else {
-    contents_.push_back(bytes_of(refine(heights, request_.wrap, finer.grid.by).texels));
-    job_.buffers[static_cast<std::size_t>(finer.heights)].contents = contents_.back();
   }
   const int of_points = add_search(finer, search);
   const int limits = add_ratios(finer.grid);
   add_pass(finer.grid, "correction", kLimitsShader, {finer.head, of_points, of_texels, limits});
   const int raised = add_ratios(own_.grid);
-  const std::vector<int> buffers{finer.head, limits, add_buffer(bytes_of(weights_of(finer.grid.by))), raised};
+  const std::vector<int> buffers{finer.head, limits, add_buffer(bytes_of(weights_of(by))), raised};
   for (int turn = kBeforeAllTurns; turn < RaisingTurns(request_).count(); ++turn)
     add_pass(own_.grid, "correction", kRaiseShader, buffers).argument = turn;
   return raised;
@@ -124,8 +121,7 @@ int BakePasses::add_radii() {
                            .groups_y = groups((end - levels.levels[level].first) / width),
                            .argument = static_cast<int>(level)});
   }
-  add_pass(own_.grid, "search", kRadiusShader, buffers).may_be_long =
-      sees_pairs_ || request_.heights.texels.size() > kShortTexels;
+  add_pass(own_.grid, "search", kRadiusShader, buffers).may_be_long = may_be_long(own_.grid);
   return request_.correction == Correction::none ? radii : add_minimum(radii);
 }
 
@@ -141,10 +137,14 @@ ComputeJob BakePasses::job(int result) const {
   return whole;
 }
 
-BakePasses::Grid BakePasses::make_grid(const BakeGrid& grid) {
-  return {.grid = grid,
-          .levels = quad_levels(grid.width, grid.height),
-          .heights = add_buffer(grid.points() * sizeof(float))};
+BakePasses::Grid BakePasses::make_grid(const BakeGrid& grid, std::span<const std::byte> heights) {
+  const int place = add_buffer(grid.points() * sizeof(float));
+  job_.buffers.back().contents = heights;
+  return {.grid = grid, .levels = quad_levels(grid.width, grid.height), .heights = place};
+}
+
+bool BakePasses::may_be_long(const BakeGrid& grid) const {
+  return sees_pairs_ || grid.points() * static_cast<std::size_t>(layers_) > kShortTexels;
 }
 
 ComputePass& BakePasses::add_pass(const BakeGrid& grid, std::string_view part, std::string_view shader,

@@ -2,6 +2,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -57,8 +58,10 @@ class BakePasses {
   };
 
   int add_search(Grid& grid, const BakeSearch& search);
-  Grid make_grid(const BakeGrid& grid);
-  /// points, a whole group in each workgroup
+  /// heights: none: a pass makes them
+  Grid make_grid(const BakeGrid& grid, std::span<const std::byte> heights);
+  [[nodiscard]] bool may_be_long(const BakeGrid& grid) const;
+  /// Over all points of the grid, in each layer.
   ComputePass& add_pass(const BakeGrid& grid, std::string_view part, std::string_view shader, std::vector<int> buffers);
   int add_buffer(std::size_t bytes);
   int add_buffer(std::vector<std::byte> contents);

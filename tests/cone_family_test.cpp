@@ -104,43 +104,13 @@ TEST(QuadConeMap, TheNarrowestOfTheFourIsTheConservativeCone) {
   }
 }
 
-/// Pairs of points on the interpolated surface of which one lies inside the other's interpolated cone for its
-/// direction; under clamp also of points beside the map.
 int surface_points_in_quads(const Heightfield& map, const std::vector<float>& quads, Wrap wrap) {
-  constexpr int kPerTexel = 3;
-  const int tiles = wrap == Wrap::repeat ? 1 : 0;
-  const int beside = wrap == Wrap::clamp ? 4 : 0;
-  std::array<Heightfield, 4> cones{map, map, map, map};
+  std::vector<Heightfield> cones(4, map);
   for (std::size_t i = 0; i < quads.size(); ++i) cones[i % 4].texels[i / 4] = quads[i];
-  struct Point {
-    double u, v, z;
-    std::array<double, 4> ratios;
-  };
-  std::vector<Point> points;
-  for (int j = -beside * kPerTexel; j < (map.height + beside) * kPerTexel; j += j < 0 || j >= map.height * 3 ? 3 : 1) {
-    for (int i = -beside * kPerTexel; i < (map.width + beside) * kPerTexel; i += i < 0 || i >= map.width * 3 ? 3 : 1) {
-      const double x = static_cast<double>(i) / kPerTexel - 0.5;
-      const double y = static_cast<double>(j) / kPerTexel - 0.5;
-      Point point{.u = x / map.width, .v = y / map.height, .z = slow_surface(map, wrap, x, y), .ratios = {}};
-      for (std::size_t k = 0; k < 4; ++k) point.ratios[k] = slow_surface(cones[k], wrap, x, y);
-      points.push_back(point);
-    }
-  }
-  const auto is_inside = [](const Point& p, double rise, double du, double dv) {
+  return surface_points_in_sectors(map, cones, wrap, [](double du, double dv) {
     const bool along_u = std::abs(dv) <= std::abs(du);
-    const std::size_t k = along_u ? (du > 0 ? 0 : 1) : (dv > 0 ? 2 : 3);
-    return std::hypot(du, dv) < p.ratios[k] * rise * (1 - 1e-9) - 1e-9;
-  };
-  int inside = 0;
-  for (const Point& p : points) {
-    for (const Point& q : points) {
-      if (q.z - p.z <= 1e-9) continue;
-      for (int j = -tiles; j <= tiles; ++j) {
-        for (int i = -tiles; i <= tiles; ++i) inside += is_inside(p, q.z - p.z, q.u - p.u + i, q.v - p.v + j) ? 1 : 0;
-      }
-    }
-  }
-  return inside;
+    return along_u ? (du > 0 ? 0 : 1) : (dv > 0 ? 2 : 3);
+  });
 }
 
 TEST(QuadConeMap, SafeConesNeverMeetTheInterpolatedSurface) {

@@ -184,25 +184,6 @@ TEST(KeptTest, what_floats_cannot_tell_is_forgiven_and_nothing_else) {
   EXPECT_EQ(kept(exact, 0.25F, Verdict::good, solid), Kept::yes);
 }
 
-// Of a way of many tiles floats know the place less well, and on a slope its height.
-TEST(KeptTest, a_stop_above_a_slope_is_forgiven_after_a_long_way_alone) {
-  Heightfield slope{.width = 32, .height = 2, .texels = {}};
-  for (int i = 0; i < 64; ++i) slope.texels.push_back(static_cast<float>(i % 32) / 32);
-  const auto stopped_above = [&](double gap, float tiles) {
-    constexpr float kT = 0.0625F;
-    const double texel = 32 * (1 - double{kT} - gap);
-    const ScorePixel pixel{.ray = {.u = static_cast<float>((texel + 0.5) / 32), .slope_u = tiles / kT},
-                           .t = kT,
-                           .status = static_cast<float>(PixelStatus::hit)};
-    EXPECT_NEAR(gap_above(slope, Wrap::repeat, pixel.ray, kT), gap, 1e-7);
-    return keeps(Guarantee::exact, pixel, {.e_xy = 0, .e_z = 0, .verdict = Verdict::unconverged},
-                 {.t_enter = kT + gap, .t_exit = 1}, slope, Wrap::repeat);
-  };
-  EXPECT_EQ(stopped_above(1e-6, 16), Kept::unresolved);
-  EXPECT_EQ(stopped_above(1e-6, 1), Kept::no);
-  EXPECT_EQ(stopped_above(4e-6, 16), Kept::no);
-}
-
 // The gap against the reference: zero where it enters, on any map, tile and wrap.
 TEST(KeptTest, the_gap_is_zero_at_the_exact_hit) {
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {

@@ -157,44 +157,12 @@ TEST(SectorMap, SectorsAreWithinTheirWedgesWhateverTheFloats) {
   }
 }
 
-/// Pairs of points on the interpolated surface of which one lies inside the other's interpolated cone for its
-/// direction; under clamp also of points beside the map.
-int surface_points_in_sectors(const Heightfield& map, const std::vector<float>& layers, int count, Wrap wrap) {
-  constexpr int kPerTexel = 3;
-  const int tiles = wrap == Wrap::repeat ? 1 : 0;
-  const int beside = wrap == Wrap::clamp ? 4 : 0;
+int surface_points_in_layers(const Heightfield& map, const std::vector<float>& layers, int count, Wrap wrap) {
   std::vector<Heightfield> cones(static_cast<std::size_t>(count), map);
   for (std::size_t i = 0; i < layers.size(); ++i)
     cones[i / map.texels.size()].texels[i % map.texels.size()] = layers[i];
-  struct SurfacePoint {
-    double u, v, z;
-    std::array<double, 16> ratios;
-  };
-  std::vector<SurfacePoint> points;
-  for (int j = -beside * kPerTexel; j < (map.height + beside) * kPerTexel; j += j < 0 || j >= map.height * 3 ? 3 : 1) {
-    for (int i = -beside * kPerTexel; i < (map.width + beside) * kPerTexel; i += i < 0 || i >= map.width * 3 ? 3 : 1) {
-      const double x = static_cast<double>(i) / kPerTexel - 0.5;
-      const double y = static_cast<double>(j) / kPerTexel - 0.5;
-      SurfacePoint point{.u = x / map.width, .v = y / map.height, .z = slow_surface(map, wrap, x, y), .ratios = {}};
-      for (int k = 0; k < count; ++k)
-        point.ratios.at(static_cast<std::size_t>(k)) = slow_surface(cones[static_cast<std::size_t>(k)], wrap, x, y);
-      points.push_back(point);
-    }
-  }
-  const auto is_inside = [&](const SurfacePoint& p, double rise, double du, double dv) {
-    const double distance = std::hypot(du, dv);
-    if (distance >= rise) return false;  // no ratio is over 1
-    const auto k = static_cast<std::size_t>(sector_of_angle(du, dv, count));
-    return distance < p.ratios.at(k) * rise * (1 - 1e-9) - 1e-9;
-  };
-  int inside = 0;
-  for (const SurfacePoint& p : points)
-    for (const SurfacePoint& q : points) {
-      if (q.z - p.z <= 1e-9) continue;
-      for (int j = -tiles; j <= tiles; ++j)
-        for (int i = -tiles; i <= tiles; ++i) inside += is_inside(p, q.z - p.z, q.u - p.u + i, q.v - p.v + j) ? 1 : 0;
-    }
-  return inside;
+  return surface_points_in_sectors(map, cones, wrap,
+                                   [&](double du, double dv) { return sector_of_angle(du, dv, count); });
 }
 
 TEST(SectorMap, SafeConesNeverMeetTheInterpolatedSurface) {
@@ -209,7 +177,7 @@ TEST(SectorMap, SafeConesNeverMeetTheInterpolatedSurface) {
                                              .correction = correction,
                                              .parameters = sectors_of(count),
                                              .threads = 1});
-            EXPECT_EQ(surface_points_in_sectors(heights, layers, count, wrap), 0)
+            EXPECT_EQ(surface_points_in_layers(heights, layers, count, wrap), 0)
                 << label(map.id, heights, wrap, correction) << " " << count;
           }
     }
@@ -217,7 +185,7 @@ TEST(SectorMap, SafeConesNeverMeetTheInterpolatedSurface) {
   const Heightfield noise = noise_map(8, 8);
   for (const int count : kCounts) {
     const auto plain = bake_sector({.heights = noise, .parameters = sectors_of(count), .threads = 1});
-    EXPECT_GT(surface_points_in_sectors(noise, plain, count, Wrap::repeat), 0);
+    EXPECT_GT(surface_points_in_layers(noise, plain, count, Wrap::repeat), 0);
   }
 }
 
@@ -231,7 +199,7 @@ TEST(SectorMap, SafeConesSeeWhatTheBorderGoesOnAs) {
   for (const int count : kCounts) {
     BakeRequest of_count = request;
     of_count.parameters = sectors_of(count);
-    EXPECT_EQ(surface_points_in_sectors(spike, bake_sector(of_count), count, Wrap::clamp), 0) << count;
+    EXPECT_EQ(surface_points_in_layers(spike, bake_sector(of_count), count, Wrap::clamp), 0) << count;
     // That this can fail: as if there were nothing beside the map. A quadrant has it all as it is.
     std::vector<float> unaware;
     for (int k = 0; k < count; ++k) {
@@ -241,7 +209,7 @@ TEST(SectorMap, SafeConesSeeWhatTheBorderGoesOnAs) {
       const auto layer = corrected(search_cones(seen), request);
       unaware.insert(unaware.end(), layer.begin(), layer.end());
     }
-    EXPECT_EQ(surface_points_in_sectors(spike, unaware, count, Wrap::clamp) > 0, count > 4) << count;
+    EXPECT_EQ(surface_points_in_layers(spike, unaware, count, Wrap::clamp) > 0, count > 4) << count;
   }
 }
 

@@ -207,6 +207,45 @@ inline std::vector<float> slow_sector(const BakeRequest& request, int x, int y) 
   });
 }
 
+/// Pairs of points on the interpolated surface of which one lies inside the other's interpolated cone for its
+/// direction; under clamp also of points beside the map.
+/// cones: the ratios of each sector of directions, none over 1. sector_of(du, dv): whose one is looked at
+template <typename SectorOf>
+int surface_points_in_sectors(const Heightfield& map, const std::vector<Heightfield>& cones, Wrap wrap,
+                              const SectorOf& sector_of) {
+  constexpr int kPerTexel = 3;
+  const int tiles = wrap == Wrap::repeat ? 1 : 0;
+  const int beside = wrap == Wrap::clamp ? 4 : 0;
+  struct SurfacePoint {
+    double u, v, z;
+    std::array<double, 16> ratios;
+  };
+  std::vector<SurfacePoint> points;
+  for (int j = -beside * kPerTexel; j < (map.height + beside) * kPerTexel; j += j < 0 || j >= map.height * 3 ? 3 : 1) {
+    for (int i = -beside * kPerTexel; i < (map.width + beside) * kPerTexel; i += i < 0 || i >= map.width * 3 ? 3 : 1) {
+      const double x = static_cast<double>(i) / kPerTexel - 0.5;
+      const double y = static_cast<double>(j) / kPerTexel - 0.5;
+      SurfacePoint point{.u = x / map.width, .v = y / map.height, .z = slow_surface(map, wrap, x, y), .ratios = {}};
+      for (std::size_t k = 0; k < cones.size(); ++k) point.ratios.at(k) = slow_surface(cones[k], wrap, x, y);
+      points.push_back(point);
+    }
+  }
+  const auto is_inside = [&](const SurfacePoint& p, double rise, double du, double dv) {
+    const double distance = std::hypot(du, dv);
+    if (distance >= rise) return false;
+    const auto k = static_cast<std::size_t>(sector_of(du, dv));
+    return distance < p.ratios.at(k) * rise * (1 - 1e-9) - 1e-9;
+  };
+  int inside = 0;
+  for (const SurfacePoint& p : points)
+    for (const SurfacePoint& q : points) {
+      if (q.z - p.z <= 1e-9) continue;
+      for (int j = -tiles; j <= tiles; ++j)
+        for (int i = -tiles; i <= tiles; ++i) inside += is_inside(p, q.z - p.z, q.u - p.u + i, q.v - p.v + j) ? 1 : 0;
+    }
+  return inside;
+}
+
 /// The radius, at most 1 uv, of the largest disc round a texel (or a point at the edge of a clamped map) in which no
 /// ray that goes down and starts over its surface point can leave the surface, cell by cell, as bake_safety_shape
 /// decides it. floor: where it need not stay in sight, the surface must rise from this height on

@@ -57,9 +57,8 @@ class Raising {
         const int row = y * by_.y + j;
         const bool is_outside = column < 0 || column >= limits_.width || row < 0 || row >= limits_.height;
         if (is_outside && request_.wrap == Wrap::clamp) continue;
-        const float limit =
-            limits_.at(wrapped(column, limits_.width, request_.wrap), wrapped(row, limits_.height, request_.wrap));
-        body(limit * kRaisingGuard, i, j);
+        body(limits_.at(wrapped(column, limits_.width, request_.wrap), wrapped(row, limits_.height, request_.wrap)), i,
+             j);
       }
   }
 
@@ -92,7 +91,7 @@ class Raising {
   std::vector<float> ratios_;
 };
 
-/// The least bound of the cells round each point.
+/// The least bound of the cells round each point, guarded.
 FineRatios limits_at_points(const FineRatios& cells, Wrap wrap) {
   const int border = wrap == Wrap::clamp ? 1 : 0;
   FineRatios points{.width = cells.width + border, .height = cells.height + border, .ratios = {}};
@@ -103,8 +102,8 @@ FineRatios limits_at_points(const FineRatios& cells, Wrap wrap) {
     for (int i = 0; i < points.width; ++i) {
       const int left = wrapped(i - 1, cells.width, wrap);
       const int column = wrapped(i, cells.width, wrap);
-      points.ratios.push_back(
-          std::min({cells.at(left, below), cells.at(column, below), cells.at(left, row), cells.at(column, row)}));
+      points.ratios.push_back(kRaisingGuard * std::min({cells.at(left, below), cells.at(column, below),
+                                                        cells.at(left, row), cells.at(column, row)}));
     }
   }
   return points;

@@ -3,6 +3,8 @@
 // What the shaders of a certified bake share (kernels/maps/certified_cones.cpp). Theirs is the Bake buffer of the finer
 // grid, whose `size` is in points.
 
+const float WIDE = 3e38;
+
 ivec2 map_size() { return bake.repeats ? bake.size / bake.by : (bake.size - 1) / bake.by + 1; }
 
 // The place of a texel within a side of the map, in a layer of it.

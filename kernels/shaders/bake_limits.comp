@@ -6,13 +6,13 @@
 #endif
 
 // What is proved of the cones at each point of a finer grid: the least bound of the cells round it, by their own
-// corners or by those of the map's cell that they are part of.
+// corners or by those of the map's cell that they are part of; guarded over the rounding of what is made of it.
 
 layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer OfPoints { float of_points[]; };
 layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer OfTexels { float of_texels[]; };
 layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Limits { float limits[]; };
 
-// CUT_SHORT stays what it is.
+// CUT_SHORT stays what it is. What is returned grows with the ratio.
 float guarded(float ratio) {
   if (ratio <= 0.0) return ratio;
 #ifdef HAS_DOUBLES
@@ -25,15 +25,15 @@ float guarded(float ratio) {
 }
 
 float bound_of_cell(ivec2 cell) {
-  float by_points = bake.max_ratio;
+  float by_points = WIDE;
   float by_texels = bake.max_ratio;
   for (int i = 0; i < 4; ++i) {
     ivec2 corner = ivec2(i & 1, i >> 1);
-    by_points = min(by_points, guarded(of_points[layered(wrapped(cell + corner))]));
+    by_points = min(by_points, of_points[layered(wrapped(cell + corner))]);
     by_texels = min(by_texels, of_texels[map_layered(cell / bake.by + corner)]);
   }
   bool is_cut_short = by_points < 0.0 || by_texels < 0.0;
-  return is_cut_short ? CUT_SHORT : max(by_points, by_texels);
+  return is_cut_short ? CUT_SHORT : max(min(guarded(by_points), bake.max_ratio), by_texels);
 }
 
 void main() {
@@ -46,5 +46,5 @@ void main() {
     cell = bake.repeats ? (cell + cells) % cells : clamp(cell, ivec2(0), cells - 1);
     limit = min(limit, bound_of_cell(cell));
   }
-  limits[layered(point)] = limit;
+  limits[layered(point)] = limit < 0.0 ? CUT_SHORT : limit * RAISING_GUARD;
 }

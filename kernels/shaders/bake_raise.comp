@@ -13,8 +13,6 @@ layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer Limits { float
 layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer Weights { Weight weights[]; };  // x, then y
 layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) buffer Ratios { float ratios[]; };
 
-const float WIDE = 3e38;
-
 Weight weight_x(int points) { return weights[points]; }
 Weight weight_y(int points) { return weights[bake.by.x + 1 + points]; }
 
@@ -42,10 +40,9 @@ float interpolated(ivec2 texel, ivec2 offset) {
 
 // What the texel may be raised by as far as one of its points is concerned; before all turns, what it begins with.
 float room_at(ivec2 texel, ivec2 offset, float limit) {
-  precise float guarded = limit * RAISING_GUARD;
-  if (argument == BEFORE_ALL_TURNS) return guarded;
+  if (argument == BEFORE_ALL_TURNS) return limit;
   precise float stretch = weight_x(abs(offset.x)).stretch * weight_y(abs(offset.y)).stretch;
-  precise float room = (guarded - interpolated(texel, offset)) * stretch;
+  precise float room = (limit - interpolated(texel, offset)) * stretch;
   return room;
 }
 

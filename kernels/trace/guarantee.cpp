@@ -35,24 +35,6 @@ double gap_above(const Heightfield& surface, Wrap wrap, const TextureRay& ray, d
   return surface.is_solid() ? std::max(over, -gap_over(surface.floors, surface, wrap, ray, t)) : over;
 }
 
-namespace {
-
-/// Of the places that floats may take for the ray's: a product and a sum make it of its way.
-double least_gap(const Heightfield& surface, Wrap wrap, const TextureRay& ray, float t) {
-  const float rounding = 0x1p-23F * t;
-  double least = std::numeric_limits<double>::infinity();
-  for (const float across : {-rounding, rounding})
-    for (const float along : {-rounding, rounding}) {
-      TextureRay beside = ray;
-      beside.u += across * ray.slope_u;
-      beside.v += along * ray.slope_v;
-      least = std::min(least, gap_above(surface, wrap, beside, t));
-    }
-  return least;
-}
-
-}  // namespace
-
 Kept keeps(Guarantee guarantee, const ScorePixel& pixel, const PixelScore& score, const ReferenceHit& reference,
            const Heightfield& surface, Wrap wrap) {
   if (guarantee == Guarantee::none) return Kept::yes;
@@ -62,9 +44,9 @@ Kept keeps(Guarantee guarantee, const ScorePixel& pixel, const PixelScore& score
   if (score.verdict == Verdict::false_kill)
     return reference.t_exit - reference.t_enter < kThinnestSolid ? Kept::unresolved : Kept::no;
   if (score.verdict == Verdict::false_keep && guarantee == Guarantee::exact && !is_capped)
-    return least_gap(surface, wrap, pixel.ray, pixel.t) < kNearestGap ? Kept::unresolved : Kept::no;
+    return gap_above(surface, wrap, pixel.ray, pixel.t) < kNearestGap ? Kept::unresolved : Kept::no;
   if (guarantee != Guarantee::exact || score.verdict != Verdict::unconverged || is_capped) return Kept::yes;
-  return least_gap(surface, wrap, pixel.ray, pixel.t) < kNearestGap ? Kept::unresolved : Kept::no;
+  return gap_above(surface, wrap, pixel.ray, pixel.t) < kNearestGap ? Kept::unresolved : Kept::no;
 }
 
 namespace {

@@ -16,7 +16,6 @@ inline constexpr double kNearestGap = 0x1p-22;     ///< of height: nearer than t
 enum class Kept {
   yes,
   unresolved,  ///< only by a solid thinner than kThinnestSolid that was passed, or a stop less than kNearestGap above
-               ///< where floats may take the ray to be
   no,
 };
 /// Whether a pixel keeps a guarantee. exact lets a ray stop early only at its step cap.
