@@ -184,6 +184,29 @@ TEST(KeptTest, what_floats_cannot_tell_is_forgiven_and_nothing_else) {
   EXPECT_EQ(kept(exact, 0.25F, Verdict::good, solid), Kept::yes);
 }
 
+// A crest of rows 0 and 1; the ray is a hair before row 0 of a tile, where a float may take it for beyond the crest and
+// the flank behind for higher than it is.
+TEST(KeptTest, a_far_ray_may_be_wrong_about_its_place_by_the_roundings_of_its_way) {
+  Heightfield crest{.width = 4, .height = 4, .texels = std::vector<float>(16, 0.25F)};
+  std::fill_n(crest.texels.begin(), 4, 0.75F);
+  const auto kept = [&](int tiles, double gap) {
+    const auto t = static_cast<float>(0.25 - gap);
+    const double way = (tiles + 0.125) / static_cast<double>(t);
+    const ScorePixel pixel{
+        .ray = {.slope_v = static_cast<float>(way)}, .t = t, .status = static_cast<float>(PixelStatus::hit)};
+    EXPECT_NEAR(gap_above(crest, Wrap::repeat, pixel.ray, t), gap, tiles * 1e-6);
+    return keeps(Guarantee::exact, pixel, {.verdict = Verdict::unconverged}, {.t_enter = 0.25, .t_exit = 0.5}, crest,
+                 Wrap::repeat);
+  };
+  EXPECT_EQ(kept(1, 1e-5), Kept::no);
+  EXPECT_EQ(kept(100, 1e-5), Kept::unresolved);  // 400 texels to 2^-20 of them, half a height a texel
+  EXPECT_EQ(kept(100, 1e-3), Kept::no);
+  EXPECT_EQ(kept(10000, 1e-3), Kept::unresolved);
+  // Of nothing but level ground the place does not matter.
+  std::ranges::fill(crest.texels, 0.75F);
+  EXPECT_EQ(kept(10000, 1e-5), Kept::no);
+}
+
 // The gap against the reference: zero where it enters, on any map, tile and wrap.
 TEST(KeptTest, the_gap_is_zero_at_the_exact_hit) {
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
