@@ -10,6 +10,10 @@ if [[ $# -ne 3 ]]; then
   echo "usage: $0 BINARY SECONDS FOLDER" >&2
   exit 2
 fi
+if [[ ! -f $1 || ! -x $1 ]]; then
+  echo "soak: $1 is not a program" >&2
+  exit 2
+fi
 here=$(cd "$(dirname "$0")" && pwd)
 binary=$(realpath "$1")
 seconds=$2
@@ -40,8 +44,9 @@ watch_processes() {
 left_behind() { find /dev/shm /tmp -maxdepth 1 -name '*reliefbench*' | sort; }
 
 failed=0
-# Runs a command of the binary; 1 and 4 are answers.
+# Runs a command of the binary; 1 and 4 are answers. After a failure nothing runs any more.
 run() {
+  [[ $failed -eq 0 ]] || return 0
   local code=0
   "$@" >>"$folder/log" 2>&1 || code=$?
   if [[ $code -ne 0 && $code -ne 1 && $code -ne 4 ]]; then
@@ -56,7 +61,7 @@ watch_processes &
 watcher=$!
 trap 'kill $watcher 2>/dev/null' EXIT
 round=0
-while [ "$SECONDS" -lt "$seconds" ]; do
+while [ "$SECONDS" -lt "$seconds" ] && [ $failed -eq 0 ]; do
   round=$((round + 1))
   echo $round >"$folder/round"
   rm -rf "$folder/sweep" "$folder/tune"
