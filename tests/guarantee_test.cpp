@@ -62,6 +62,9 @@ std::vector<Promise> promises() {
        {std::tuple("4", "rg8", "sqrt"), std::tuple("8", "rg16", "h_tan"), std::tuple("16", "rg16f", "ratio")})
     list.push_back({"sector_cone", exact, {{"sectors", sectors}, {"format", format}, {"encoding", encoding}}});
   list.push_back({"sector_cone", never_skips, {{"step", "plain"}, {"correction", "certified"}}});
+  for (const auto& [format, encoding] :
+       {std::pair("rg8", "sqrt"), std::pair("rg16", "h_tan"), std::pair("rg16", "atan"), std::pair("rg16f", "ratio")})
+    list.push_back({"cell_cone", exact, {{"format", format}, {"encoding", encoding}}});
   for (const std::string_view technique : {"cone", "quad_cone"})
     list.push_back({technique, exact, {{"over_relaxation", "1_3"}}});
   list.push_back({"cone", never_skips, {{"step", "plain"}, {"format", "rg32f"}, {"over_relaxation", "auto"}}});

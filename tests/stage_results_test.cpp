@@ -134,6 +134,7 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.relaxed 1", "59161b1174dd"},
                                                     {"bake.relaxed_po07 2", "c10e66ad695b"},
                                                     {"bake.safety_shape 1", "646e3d55bf82"},
+                                                    {"bake.cell 1", "d780a965349d"},
                                                     {"bake.sector 2", "68e0b00960af"},
                                                     {"bake.sector_relaxed 1", "089f5974992c"},
                                                     {"encode 1", "17891125c519"},

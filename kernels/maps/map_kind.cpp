@@ -6,6 +6,7 @@
 #include <string>
 
 #include "kernels/base/error.h"
+#include "kernels/maps/cell_map.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/omni_table.h"
@@ -268,6 +269,22 @@ constexpr std::array kMaps{
            .promise = MapPromise::relaxed,
            .is_relaxed = true,
            .bake = bake_sector_relaxed,
+           .version = 1},
+    MapRow{.kind = MapKind::cell,
+           .id = "cell",
+           .description =
+               "a conservative cone for each cell of the surface and each of 4 quarters of directions, on the "
+               "cell's highest corner; that height and the ratio together, a layer for each quarter in one "
+               "texture",
+           .source = "ours",
+           .guarantee = "from no point over the cell, at that height, does the cone hold a point of the surface in its "
+                        "quarter",
+           .content = MapContent::sectors,
+           .ratios = 1,
+           .corrections = kNone,
+           .promise = MapPromise::conservative,
+           .is_of_cells = true,
+           .bake = bake_cell,
            .version = 1},
 };
 

@@ -29,7 +29,8 @@ enum class MapKind {
   double_cone,
   double_mip,
   sector,
-  sector_relaxed
+  sector_relaxed,
+  cell
 };
 
 /// What `bake --verify` holds a map to.
@@ -115,9 +116,10 @@ struct MapRow {
   std::span<const Correction> corrections;  ///< those that make sense; the first is the default
   std::span<const MapParam> parameters{};   ///< of its own
   MapPromise promise = MapPromise::none;
-  bool is_solid = false;    ///< of heights with floors, which it keeps beside them; others see the upper surface alone
-  bool is_relaxed = false;  ///< a ray may enter the relief inside its cone
-  bool sees_pairs = false;  ///< its baker looks at nearly every pair of texels: days for large maps
+  bool is_solid = false;     ///< of heights with floors, which it keeps beside them; others see the upper surface alone
+  bool is_relaxed = false;   ///< a ray may enter the relief inside its cone
+  bool is_of_cells = false;  ///< its cones stand on the highest corners of cells and are fetched, not filtered
+  bool sees_pairs = false;   ///< its baker looks at nearly every pair of texels: days for large maps
   std::vector<float> (*bake)(const BakeRequest&);
   /// Why there is no such map of any heights, or "" if there is; null: there always is.
   std::string (*refusal)(std::span<const MapValue> parameters) = nullptr;

@@ -10,6 +10,7 @@
 #include "kernels/base/parallel.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/block_codec.h"
+#include "kernels/maps/cell_map.h"
 #include "kernels/maps/distance_map.h"
 #include "kernels/maps/mip_chain.h"
 #include "kernels/maps/omni_table.h"
@@ -196,6 +197,7 @@ LayerPlace place_of_layer(const SectorAtlas& atlas, int layer, int width, int he
 /// Every layer with its border.
 TextureImage packed_sectors(const MapSource& source, const Format& format, const Encoding& encoding) {
   const Heightfield& heights = source.heights;
+  const std::vector<float> apexes = source.map.is_of_cells ? cell_tops(heights, source.wrap) : heights.texels;
   const int count = sector_count(source.parameters);
   const SectorAtlas atlas(count, heights.width, heights.height);
   TextureImage image = blank(atlas.width, atlas.height, format.relief());
@@ -207,7 +209,7 @@ TextureImage packed_sectors(const MapSource& source, const Format& format, const
     const auto ratios = source.values.subspan(static_cast<std::size_t>(layer) * heights.texels.size());
     for (int x = 0; x < heights.width; ++x) {
       const std::size_t texel = texel_count(heights.width, y) + static_cast<std::size_t>(x);
-      const float height = heights.texels[texel];
+      const float height = apexes[texel];
       const std::uint32_t height_code = nearest_code(height, format.type);
       const std::uint32_t ratio_code = floor_code(ratios[texel], height, format.type, encoding);
       // The texel, and where it stands in for one on the other side of the border.

@@ -68,6 +68,26 @@ void add(CellVerdict& sum, const CellVerdict& cells) {
   keep_worse(sum.worst, cells.worst);
 }
 
+CellVerdict verify_stored_cell_cones(const VerifyRequest& request) {
+  const TextureImage& relief = request.textures.relief;
+  const Heightfield heights{.width = relief.width, .height = relief.height, .texels = read_channel(relief, 0)};
+  CellCones cones{.heights = heights,
+                  .tops = std::vector<float>(heights.texels.size(), 1.0F),
+                  .ratios = {},
+                  .wrap = request.wrap,
+                  .threads = request.threads};
+  for (const MapTextures& layer : cone_layers(request.map, request.textures, request.parameters)) {
+    const std::vector<float> tops = read_channel(layer.relief, 0);
+    const std::vector<float> stored = read_channel(layer.relief, 1);
+    cones.ratios.reserve(cones.ratios.size() + stored.size());
+    for (std::size_t i = 0; i < tops.size(); ++i) {
+      cones.tops[i] = std::min(cones.tops[i], tops[i]);
+      cones.ratios.push_back(request.encoding.decode(stored[i], tops[i]));
+    }
+  }
+  return verify_cell_cones(cones);
+}
+
 MapVerdict verify_cones(const VerifyRequest& request) {
   MapVerdict verdict;
   TexelVerdict texels;
@@ -101,7 +121,7 @@ MapVerdict verify_map(const VerifyRequest& request) {
   }
   if (map.content != MapContent::ratios && map.content != MapContent::sectors)
     fail_input("a {} map has no cones to verify", map.id);
-  MapVerdict verdict = verify_cones(request);
+  MapVerdict verdict = map.is_of_cells ? MapVerdict{.cells = verify_stored_cell_cones(request)} : verify_cones(request);
   if (map.promise == MapPromise::none) return verdict;
   verdict.broken = verdict.texels_too_wide > 0 || verdict.cells.broken > 0 || verdict.rays.crossing_twice > 0;
   verdict.undecided = !verdict.broken && verdict.cells.undecided > 0;

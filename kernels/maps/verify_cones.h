@@ -31,6 +31,18 @@ struct ConservativeCones {
 [[nodiscard]] TexelVerdict verify_conservative_texels(const ConservativeCones& request);
 [[nodiscard]] CellVerdict verify_cells(const ConservativeCones& request, int finest);
 
+/// Cones of cells, as they are stored: layer after layer.
+struct CellCones {
+  const Heightfield& heights;
+  std::vector<float> tops;  ///< the lowest of the layers'
+  std::vector<float> ratios;
+  Wrap wrap = Wrap::repeat;
+  int threads = 0;
+};
+/// Proved where they are no wider than bake_cell's theorem allows for the heights and tops as stored, broken where one
+/// holds a texel's surface point, or stands on less than a corner.
+[[nodiscard]] CellVerdict verify_cell_cones(const CellCones& request);
+
 /// Whether the wedge has a direction in uv, by more than rounding.
 [[nodiscard]] bool has_direction(const Wedge& wedge, double u, double v);
 

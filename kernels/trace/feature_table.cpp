@@ -26,7 +26,7 @@ Param shadow_bias() {
 
 std::string lacks_cones(const Settings& settings) {
   const MapRow& map = map_of(settings);
-  if (map.ratios == 1) return "";
+  if (map.ratios == 1 && !map.is_of_cells) return "";
   return fmt::format("shadow={} needs a map with one cone a texel, which {} is not", settings.choice("shadow"), map.id);
 }
 

@@ -7,10 +7,10 @@
 namespace reliefbench {
 namespace {
 
-/// A parameter's value: a choice's name, or an integer in range.
+/// A parameter's value: a choice's name, which may look like a number (4 sectors), or an integer in range.
 int read_value(const ConfigReader& reader, const JsonNode& node, const Param& param) {
   if (param.choices.empty()) return static_cast<int>(reader.integer(node, param.min, param.max));
-  const std::string text = reader.text(node);
+  const std::string text = node.value.is_number_integer() ? node.value.dump() : reader.text(node);
   const auto found = std::ranges::find(param.choices, text);
   if (found == param.choices.end())
     reader.fail(node, fmt::format("'{}' is {}", text, unknown_text(text, param.choices)));
