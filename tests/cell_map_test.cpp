@@ -114,10 +114,9 @@ TEST(CellMap, HoldsNoPointOfTheSurface) {
           const double y = to_y > 0 ? j : j + 1;
           for (double along_y = 0; along_y <= heights.height + 1; along_y += kStep) {
             for (double along_x = 0; along_x <= heights.width + 1; along_x += kStep) {
-              const double rise =
-                  height_at(heights, wrap, {.x = x + to_x * along_x, .y = y + to_y * along_y}) - top;
-              const double away = std::hypot(std::max(along_x - 1, 0.0) / heights.width,
-                                             std::max(along_y - 1, 0.0) / heights.height);
+              const double rise = height_at(heights, wrap, {.x = x + to_x * along_x, .y = y + to_y * along_y}) - top;
+              const double away =
+                  std::hypot(std::max(along_x - 1, 0.0) / heights.width, std::max(along_y - 1, 0.0) / heights.height);
               ASSERT_LE(rise * ratio, away + 1e-9) << k << " " << i << " " << j << " " << along_x << " " << along_y;
               if (away > 0 && ratio < 1) nearest = std::max(nearest, rise * ratio / away);
             }

@@ -19,7 +19,8 @@ struct CellCorner {
 
 /// The tops of the cells at their corners: texel (x, y) has that of the cell whose corner it is. Where there is no such
 /// cell nothing is higher.
-Heightfield at_corners(const Heightfield& heights, const std::vector<float>& tops, Wrap wrap, const CellCorner& corner) {
+Heightfield at_corners(const Heightfield& heights, const std::vector<float>& tops, Wrap wrap,
+                       const CellCorner& corner) {
   Heightfield owners{.width = heights.width, .height = heights.height, .texels = std::vector<float>(tops.size(), 1.0F)};
   for (int y = 0; y < heights.height; ++y) {
     for (int x = 0; x < heights.width; ++x) {
@@ -79,9 +80,9 @@ std::vector<float> cell_tops(const Heightfield& heights, Wrap wrap) {
 // - or at an offset from c without a negative coordinate, and c is the nearest point of the cell. Raise the map's texel
 //   c to the top: the surface is nowhere lower then, and by the theorem at Correction, in the quarter (as bake_sector
 //   has it), the cone of ratio S_c at c holds none of it.
-// The search from c with the distances of `safe` is the last; that of the strips' outer rows is among it. The inner rows
-// are seen from the two other corners, at their whole distances. Beyond a clamped map each point has the height of the
-// nearest one on the map; moving p and q there leaves signs as they are and takes nothing from their distance.
+// The search from c with the distances of `safe` is the last; that of the strips' outer rows is among it. The inner
+// rows are seen from the two other corners, at their whole distances. Beyond a clamped map each point has the height of
+// the nearest one on the map; moving p and q there leaves signs as they are and takes nothing from their distance.
 std::vector<float> cell_cones(const BakeRequest& request, const std::vector<float>& tops, const ConeMetric& metric) {
   const Heightfield& heights = request.heights;
   const Wrap wrap = request.wrap;

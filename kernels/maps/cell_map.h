@@ -7,8 +7,8 @@ namespace reliefbench {
 
 // Cones of the bilinear surface's cells: one for each quarter of the directions, which stands on the highest corner of
 // its cell and clears the surface from every point over the cell. A ray reads it by one fetch, with nothing
-// interpolated; under that height the cell itself is solved. Cell (i, j) lies between the centres of texels i and i + 1,
-// j and j + 1, as in bake_max_mip; under clamp rays beyond the map read the cell that is nearest.
+// interpolated; under that height the cell itself is solved. Cell (i, j) lies between the centres of texels i and i +
+// 1, j and j + 1, as in bake_max_mip; under clamp rays beyond the map read the cell that is nearest.
 
 /// The quarters of directions, in the order of sectors: bit 0: towards -x, bit 1: -y.
 inline constexpr int kQuarters = 4;

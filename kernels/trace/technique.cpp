@@ -349,7 +349,7 @@ std::vector<Technique> rows() {
        .features = {{.feature = "filter", .is_absent = true}, {.feature = "lod", .is_absent = true}},
        .guarantee = Guarantee::exact,
        .guarantee_note = "on the heights as stored, wherever cone_steps are enough",
-       .source = "ours",
+       .source = "ours; a loop in a loop [AL09]",
        .guarantee_when = [](const Settings& /*settings*/) { return Guarantee::exact; }},
       {.id = "sector_relaxed",
        .description = "relaxed cone stepping with a cone for each of 4, 8 or 16 sectors of directions, then refinement",
