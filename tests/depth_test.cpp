@@ -186,6 +186,26 @@ TEST_P(DepthTest, is_the_hits_own_within_what_its_row_says) {
   });
 }
 
+// Where rays graze a torus, its place is worth the most.
+TEST_P(DepthTest, of_a_curved_surface_is_the_hits_own) {
+  on_every_device([](const Rig& rig) {
+    for (const SurfaceKind kind : {SurfaceKind::cylinder, SurfaceKind::sphere, SurfaceKind::torus})
+      for (const double elevation_deg : {12.0, 38.0}) {
+        Scene scene =
+            depth_scene({.id = "round", .elevation_deg = elevation_deg, .distance = 1.4, .fov_deg = 30}, 0.03);
+        scene.surface.kind = kind;
+        const Settings settings = settings_of("max_mip", {{"depth", "write"}});
+        const StoredMap map = store_map(settings, small_fbm(), scene.wrap);
+        const std::vector<ScorePixel> pixels = trace_frame(rig, settings, map, scene);
+        std::vector<float> depths = rig.backend->read_values(pixel_features(settings)).front();
+        const FrameUniforms frame = frame_uniforms(scene, 32, 32);
+        EXPECT_EQ(wrong_depths(frame, scene.wrap, pixels, depths), 0) << surface_row(kind).id << elevation_deg;
+        for (float& depth : depths) depth += 1e-4F;
+        EXPECT_GT(wrong_depths(frame, scene.wrap, pixels, depths), 1000) << surface_row(kind).id << elevation_deg;
+      }
+  });
+}
+
 TEST_P(DepthTest, of_a_flat_relief_is_the_plates) {
   on_every_session(row(), [](DepthRig& rig) {
     const Scene scene = depth_scene(view_presets()[1]);
