@@ -225,10 +225,10 @@ TEST(KeptTest, a_bent_ray_is_judged_to_its_very_end) {
 }
 
 TEST(KeptTest, what_floats_have_wrong_of_a_bend_is_forgiven_and_no_more) {
-  const Heightfield level{.width = 2, .height = 2, .texels = std::vector<float>(4, 0.9F)};
+  const Heightfield level{.width = 2, .height = 2, .texels = std::vector<float>(4, 0.8F)};
   const auto kept = [&](double off, double blur) {
-    const double bend = 1.6;  // 1 - 0.5 + 1.6 / 4 = 0.9
-    const ScorePixel pixel{.t = 0.5F, .status = static_cast<float>(PixelStatus::hit)};
+    const double bend = 0.8;  // 1 - 0.25 + 0.8 / 16 = 0.8
+    const ScorePixel pixel{.t = 0.25F, .status = static_cast<float>(PixelStatus::hit)};
     return keeps_bent(Guarantee::exact, pixel, {.value = bend + off, .blur = blur}, level, Wrap::clamp);
   };
   for (const double side : {-1.0, 1.0}) {
