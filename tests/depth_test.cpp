@@ -9,6 +9,7 @@
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/depth_range.h"
 #include "kernels/judge/score.h"
+#include "kernels/trace/surface.h"
 #include "tests/export_rig.h"
 #include "tests/technique_rig.h"
 #include "tuner/measure/session.h"
@@ -183,6 +184,31 @@ TEST_P(DepthTest, is_the_hits_own_within_what_its_row_says) {
             EXPECT_GT(wrong_depths(frame, scene.wrap, pixels, off), 1000);
           }
         }
+  });
+}
+
+// Where rays graze a torus, what counts is how near to it they are followed: of a wide and of a narrow tube.
+TEST_P(DepthTest, of_a_curved_surface_is_the_hits_own) {
+  on_every_device([](const Rig& rig) {
+    for (const SurfaceKind kind : {SurfaceKind::cylinder, SurfaceKind::sphere, SurfaceKind::torus})
+      for (const bool is_wide : {false, true}) {
+        Scene scene = depth_scene({.id = "round",
+                                   .elevation_deg = is_wide ? 38.0 : 10.0,
+                                   .distance = is_wide ? 1.0 : 1.4,
+                                   .fov_deg = 30,
+                                   .azimuth_deg = 20},
+                                  0.03);
+        scene.width_px = scene.height_px = 96;
+        scene.surface = {.kind = kind, .tube = is_wide ? 1.9 : 1.0};
+        const Settings settings = settings_of("max_mip", {{"depth", "write"}});
+        const StoredMap map = store_map(settings, small_fbm(), scene.wrap);
+        const std::vector<ScorePixel> pixels = trace_frame(rig, settings, map, scene);
+        std::vector<float> depths = rig.backend->read_values(pixel_features(settings)).front();
+        const FrameUniforms frame = frame_uniforms(scene, 32, 32);
+        EXPECT_EQ(wrong_depths(frame, scene.wrap, pixels, depths), 0) << surface_row(kind).id << is_wide;
+        for (float& depth : depths) depth += 1e-4F;
+        EXPECT_GT(wrong_depths(frame, scene.wrap, pixels, depths), 1000) << surface_row(kind).id << is_wide;
+      }
   });
 }
 

@@ -210,6 +210,37 @@ TEST(KeptTest, a_far_ray_may_be_wrong_about_its_place_by_the_roundings_of_its_wa
   EXPECT_EQ(kept(10000, 1e-5), Kept::no);
 }
 
+// Over level ground the lowest of a ray that leaves again is 1 - 1 / (4 bend) high.
+TEST(KeptTest, a_bent_ray_is_judged_to_its_very_end) {
+  const auto kept = [](float height, float t, double bend, PixelStatus status) {
+    const Heightfield level{.width = 2, .height = 2, .texels = std::vector<float>(4, height)};
+    const ScorePixel pixel{.ray = {.slope_u = 0.01F}, .t = t, .status = static_cast<float>(status)};
+    return keeps_bent(Guarantee::exact, pixel, {.value = bend}, level, Wrap::clamp);
+  };
+  // 0.375, in the middle of the only cell of the way.
+  EXPECT_EQ(kept(0.3F, 2.5F, 0.4, PixelStatus::passed), Kept::yes);
+  EXPECT_EQ(kept(0.3749F, 2.5F, 0.4, PixelStatus::passed), Kept::yes);
+  EXPECT_EQ(kept(0.376F, 2.5F, 0.4, PixelStatus::passed), Kept::no);
+  // 1 - 0.5 + 0.1 = 0.6 at a hit: before it, on it, behind it.
+  EXPECT_EQ(kept(0.59F, 0.5F, 0.4, PixelStatus::hit), Kept::no);
+  EXPECT_EQ(kept(0.6F, 0.5F, 0.4, PixelStatus::hit), Kept::yes);
+  EXPECT_EQ(kept(0.601F, 0.5F, 0.4, PixelStatus::hit), Kept::no);
+}
+
+TEST(KeptTest, what_floats_have_wrong_of_a_bend_is_forgiven_and_no_more) {
+  const Heightfield level{.width = 2, .height = 2, .texels = std::vector<float>(4, 0.8F)};
+  const auto kept = [&](double off, double blur) {
+    const double bend = 0.8;  // 1 - 0.25 + 0.8 / 16 = 0.8
+    const ScorePixel pixel{.t = 0.25F, .status = static_cast<float>(PixelStatus::hit)};
+    return keeps_bent(Guarantee::exact, pixel, {.value = bend + off, .blur = blur}, level, Wrap::clamp);
+  };
+  for (const double side : {-1.0, 1.0}) {
+    EXPECT_EQ(kept(side * 1e-3, 0), Kept::no);
+    EXPECT_EQ(kept(side * 1e-3, 1e-3), Kept::yes);
+    EXPECT_EQ(kept(side * 2e-3, 1e-3), Kept::no);
+  }
+}
+
 // The gap against the reference: zero where it enters, on any map, tile and wrap.
 TEST(KeptTest, the_gap_is_zero_at_the_exact_hit) {
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {

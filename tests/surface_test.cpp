@@ -60,6 +60,39 @@ double way_to_inner(SurfaceShape shape, const SurfaceRay& ray, double height) {
   return shape.enter(from, ray.direction);
 }
 
+// An eye a rounding beside its place sees other rays: by no more than their blur, and not by nothing to speak of.
+TEST(SurfaceTracer, the_blur_of_a_ray_bounds_what_a_rounding_of_the_eye_makes) {
+  for (const SurfaceKind kind : kCurved) {
+    Scene scene = curved_scene(kind, 0.1, Wrap::repeat, 32);
+    const FrameUniforms frame = frame_uniforms(scene, 32, 32);
+    const SurfaceShape shape(frame);
+    double most = 0;
+    int checked = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const float away : {-100.0F, 100.0F}) {
+        FrameUniforms moved = frame;
+        moved.position.at(axis) = std::nextafter(frame.position.at(axis), away);
+        for (int i = 0; i < 32 * 32; ++i) {
+          const SurfaceRay ray = surface_ray(frame, shape, scene.wrap, i % 32, i / 32);
+          if (!ray.enters || !std::isfinite(ray.way_blur)) continue;
+          const SurfaceRay other = surface_ray(moved, shape, scene.wrap, i % 32, i / 32);
+          ASSERT_TRUE(other.enters) << i;
+          ASSERT_LE(std::abs(other.way - ray.way), ray.way_blur) << i;
+          ASSERT_LE(std::abs(other.cosine - ray.cosine), ray.cosine_blur) << i;
+          ASSERT_LE(std::abs(other.bend - ray.bend), ray.bend_blur) << i;
+          if (ray.cosine > 0.5) {
+            ASSERT_LT(ray.cosine_blur, 1e-4) << i;
+            ASSERT_LT(ray.bend_blur, 1e-3) << i;
+          }
+          most = std::max(most, std::abs(other.cosine - ray.cosine) / ray.cosine_blur);
+          ++checked;
+        }
+      }
+    EXPECT_GT(checked, 1000) << surface_row(kind).id;
+    EXPECT_GT(most, 0.005) << surface_row(kind).id;
+  }
+}
+
 TEST(SurfaceTracer, a_full_height_is_the_top_plate) {
   for (const SurfaceKind kind : kCurved) {
     const ReferenceTracer tracer(constant_map(1), Wrap::repeat);

@@ -72,8 +72,13 @@ PixelDepths pixel_depths(const FrameUniforms& frame, Wrap wrap, int x, int y) {
   if (is_curved(frame.surface_kind())) {
     const SurfaceRay ray = surface_ray(frame, SurfaceShape(frame), wrap, x, y);
     const EyeVector direction = eye_direction(frame, x, y);
-    const double cosine = ray.cosine * std::sqrt(eye_dot(direction, direction));
-    return {.fall = ray.enters ? cosine : 0, .height = ray.way * ray.cosine, .relief = relief_height(frame)};
+    const double length = std::sqrt(eye_dot(direction, direction));
+    if (!ray.enters) return {.relief = relief_height(frame)};
+    return {.fall = ray.cosine * length,
+            .height = ray.way * ray.cosine,
+            .relief = relief_height(frame),
+            .way_blur = ray.way_blur / length,
+            .fall_blur = ray.cosine_blur * length};
   }
   return {.fall = -eye_direction(frame, x, y)[2],
           .height = static_cast<double>(frame.position[2]),
@@ -102,20 +107,20 @@ std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const
   const auto near = static_cast<double>(frame.up[3]);
   const double parts = std::abs(static_cast<double>(frame.forward[2])) + std::abs(static_cast<double>(frame.right[2])) +
                        std::abs(static_cast<double>(frame.up[2]));
-  const double ray_share = is_curved(frame.surface_kind()) ? kRayShare : 0;
   std::atomic<std::int64_t> count = 0;
   for_each_pixel(frame, [&](std::size_t i, int x, int y) {
     if (pixels[i].status == static_cast<float>(PixelStatus::no_ray)) return;
     const PixelDepths pixel = pixel_depths(frame, wrap, x, y);
-    if (pixel.fall <= 0) return;  // a ray by rounding alone
+    if (pixel.fall <= pixel.fall_blur) return;  // a ray by rounding alone
     const auto t = static_cast<double>(pixels[i].t);
     const double down = pixel.height + t * pixel.relief;
     const double sum = std::abs(pixel.height) + t * pixel.relief;
     // Of 1 - near * fall / down, where fall and down are rounded.
-    const double slack = kMostDepthUlps * kDepthUlp +
-                         near / std::max(down, kDepthUlp * sum) *
-                             (ray_share + kDirectionError * parts +
-                              pixel.fall * kMostDepthUlps * kDepthUlp * sum / std::max(down, kDepthUlp * sum));
+    const double blur = pixel.fall * pixel.blur_at(t);
+    const double least = std::max(down - blur, kDepthUlp * sum);
+    const double slack =
+        kMostDepthUlps * kDepthUlp +
+        near / least * (kDirectionError * parts + pixel.fall * (blur + kMostDepthUlps * kDepthUlp * sum) / least);
     const auto found = static_cast<double>(depths[i]);
     const bool is_own = std::abs(found - window_depth(frame, pixel.at(t))) <= slack;
     const bool is_behind_plate = found >= window_depth(frame, pixel.at(0)) - slack;

@@ -23,8 +23,13 @@ struct PixelDepths {
   double height = 0;  ///< of the eye over the top plate; of a curved one over the plane that touches where it enters
   double relief = 0;  ///< from plate to plate
 
+  // On a curved surface, where roots are the driver's: what floats may have wrong, at most.
+  double way_blur = 0;  ///< of the depth where the ray enters
+  double fall_blur = 0;
+
   /// Of the point at t of the ray.
   [[nodiscard]] double at(double t) const { return (height + t * relief) / fall; }
+  [[nodiscard]] double blur_at(double t) const { return way_blur + t * relief * (1 / (fall - fall_blur) - 1 / fall); }
 };
 /// Not of a mesh. wrap: with clamp, rays beside the unit square of a curved surface do not come down
 [[nodiscard]] PixelDepths pixel_depths(const FrameUniforms& frame, Wrap wrap, int x, int y);
@@ -36,11 +41,9 @@ struct PixelDepths {
 [[nodiscard]] std::vector<float> exact_depth(const FrameUniforms& frame, Wrap wrap, std::span<const ReferenceHit> hits);
 
 /// How many pixels have another depth than their own hit's: by more than 4 ulps of 1 and what the rounding of the
-/// pixel's ray makes, or nearer than the top plate by more than that. On a curved surface rays are worth kRayShare.
+/// pixel's ray makes, or nearer than the top plate by more than that.
 [[nodiscard]] std::int64_t wrong_depths(const FrameUniforms& frame, Wrap wrap, std::span<const ScorePixel> pixels,
                                         std::span<const float> depths);
-/// Of the way to where a ray meets a curved surface, over the cosine to the normal there: roots are the driver's.
-inline constexpr double kRayShare = 0x1p-16;
 
 /// What pixels show of the relief and the objects that cut through it, with these depths of the relief, t of whose rays
 /// are given; not the occluder. hits: exact ones

@@ -121,22 +121,23 @@ double next_border(double start, double speed, double t) {
 
 }  // namespace
 
-Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, double bend, const Heightfield& surface, Wrap wrap) {
+Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, const Bend& bend, const Heightfield& surface, Wrap wrap) {
   if (guarantee == Guarantee::none) return Kept::yes;
   const auto t_end = static_cast<double>(pixel.t);
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * surface.width;
   const double travel_v = static_cast<double>(pixel.ray.slope_v) * surface.height;
-  const double blur = kBentBlur * (1 + std::hypot(travel_u, travel_v) * t_end + std::abs(bend) * t_end * t_end);
+  const double blur = kBentBlur * (1 + std::hypot(travel_u, travel_v) * t_end + std::abs(bend.value) * t_end * t_end) +
+                      bend.blur * t_end * t_end;
   const double x = static_cast<double>(pixel.ray.u) * surface.width - 0.5;
   const double y = static_cast<double>(pixel.ray.v) * surface.height - 0.5;
-  const auto gap = [&](double t) { return gap_above(surface, wrap, pixel.ray, t) + bend * t * t; };
+  const auto gap = [&](double t) { return gap_above(surface, wrap, pixel.ray, t) + bend.value * t * t; };
   double least = gap(0);
   // Within a cell the gap is a parabola: three of its points tell the lowest.
   for (double t = 0; t < t_end;) {
     const double next = std::min({next_border(x, travel_u, t), next_border(y, travel_v, t), t_end});
     const double a = gap(t);
     const double b = gap(0.5 * (t + next));
-    const double c = next < t_end ? gap(next) : b;
+    const double c = gap(next);
     const double curve = 2 * (a + c - 2 * b);
     const double slope = 4 * b - 3 * a - c;
     const double at = curve > 0 ? -slope / (2 * curve) : 0;
@@ -147,7 +148,7 @@ Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, double bend, const
   }
   if (t_end > 0 && least < -blur) return Kept::no;
   const bool is_hit = pixel.status == static_cast<float>(PixelStatus::hit);
-  if (guarantee == Guarantee::exact && is_hit && gap(t_end) > blur) return Kept::no;
+  if (guarantee == Guarantee::exact && is_hit && std::abs(gap(t_end)) > blur) return Kept::no;
   return Kept::yes;
 }
 

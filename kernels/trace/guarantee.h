@@ -27,9 +27,14 @@ enum class Kept {
 [[nodiscard]] Kept keeps(Guarantee guarantee, const ScorePixel& pixel, const PixelScore& score,
                          const ReferenceHit& reference, const Heightfield& surface, Wrap wrap);
 
-/// Likewise of a ray that is bent: height 1 - t + bend t^2. Every cell on its way is looked at. What floats lose of the
-/// bend and of the ray's place is no fault.
-[[nodiscard]] Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, double bend, const Heightfield& surface,
-                              Wrap wrap);
+/// How a ray is bent: height 1 - t + bend t^2.
+struct Bend {
+  double value = 0;
+  double blur = 0;  ///< what floats may have wrong of it (SurfaceRay::bend_blur)
+};
+/// Likewise of a ray that is bent. Every cell on its way is looked at. What floats lose of the bend and of the ray's
+/// place is no fault.
+[[nodiscard]] Kept keeps_bent(Guarantee guarantee, const ScorePixel& pixel, const Bend& bend,
+                              const Heightfield& surface, Wrap wrap);
 
 }  // namespace reliefbench

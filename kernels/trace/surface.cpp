@@ -216,6 +216,43 @@ double SurfaceShape::enter(const Point3& from, const Point3& direction) const {
   return -1;
 }
 
+namespace {
+
+constexpr double kRounding = 0x1p-24;
+
+/// What surface_frame.glsl knows of a ray that is exactly this one: in floats it passes beside it, and so enters
+/// elsewhere, where the surface is turned. parts: the lengths that eye_direction() adds up, of a ray of length 1
+void blur_ray(SurfaceRay& ray, const SurfaceShape& shape, const SurfacePlace& place, double parts) {
+  const double outer = shape.ring + shape.tube;
+  const double eye = std::hypot(ray.from[0] - 0.5, ray.from[1] - 0.5, ray.from[2] + outer);
+  // Roundings, with quotients of 2.5 ulp and roots of 4.5 as Vulkan allows. Of the distance from the surface: the eye
+  // from the surface's middle (2 of it); the way as the direction has it (4 for each part) and its product (1), where a
+  // torus' Newton steps end (4 of way and radius); sums on the surface (4 of the radius) and two lengths (11 each). Of
+  // the way, which counts by the cosine: to the point nearest to the middle (two products of 3, a quotient, a sum).
+  const double off = kRounding * (2 * eye + (5 + 4 * parts) * ray.way + 30 * outer + 12 * eye * ray.cosine);
+  // The surface is a parabola over the ray's way, at most so curved.
+  const double curvature = std::max(std::abs(place.curvature[0]), std::abs(place.curvature[1]));
+  const double square = ray.cosine * ray.cosine - 2 * curvature * off;
+  // Of the normal itself (two turns of a length and a quotient, 16 each, and their product), of the direction and of
+  // the product of both (3).
+  const double turned = kRounding * (36 + 4 * parts) + curvature * off;
+  ray.way_blur = 2 * off / (ray.cosine + std::sqrt(std::max(square, 0.0)));
+  ray.cosine_blur = curvature * ray.way_blur + turned;
+  if (!(square > 0) || ray.cosine_blur >= ray.cosine) {
+    ray.way_blur = ray.cosine_blur = ray.bend_blur = std::numeric_limits<double>::infinity();
+    return;
+  }
+  // The bend is a curvature times a square of a tangent's part over the cosine. The part turns as the normal does (2);
+  // so does a ring's curvature, by 1 + tube * curvature.
+  const double least = ray.cosine - ray.cosine_blur;
+  const double most = 0.5 * shape.relief * curvature / (least * least);
+  const double sine_square = 1 - ray.cosine * ray.cosine;
+  ray.bend_blur = most * (sine_square * (1 - least * least / (ray.cosine * ray.cosine)) +
+                          (3 + shape.tube * curvature) * ray.cosine_blur);
+}
+
+}  // namespace
+
 Point3 SurfaceRay::at(double t) const { return on_line(from, direction, way + t * per_t); }
 
 SurfaceRay surface_ray(const FrameUniforms& frame, const SurfaceShape& shape, Wrap wrap, int x, int y) {
@@ -247,6 +284,10 @@ SurfaceRay surface_ray(const FrameUniforms& frame, const SurfaceShape& shape, Wr
   }
   ray.per_t = shape.relief / ray.cosine;
   ray.enters = true;
+  const auto length_of = [](const std::array<float, 4>& part) {
+    return std::hypot(static_cast<double>(part[0]), static_cast<double>(part[1]), static_cast<double>(part[2]));
+  };
+  blur_ray(ray, shape, place, (1 + length_of(frame.right) + length_of(frame.up)) / length);
   return ray;
 }
 

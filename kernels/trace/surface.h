@@ -87,6 +87,11 @@ struct SurfaceRay {
   double slope[2]{};   ///< tiles per height in the plane that touches there
   double bend = 0;     ///< how fast the surface bends away below the ray: height 1 - t + bend t^2
   double per_t = 0;    ///< the way that belongs to t = 1
+  /// What floats may have wrong of the above: of the way, of the cosine, of the bend. Without end where they do not
+  /// tell whether the ray enters at all.
+  double way_blur = 0;
+  double cosine_blur = 0;
+  double bend_blur = 0;
 
   [[nodiscard]] Point3 at(double t) const;
 };

@@ -108,7 +108,8 @@ std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, co
       if (!has_ray(pixels[i])) continue;
       const SurfaceRay ray =
           surface_ray(frame.uniforms, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
-      if (ray.cosine >= kLeastBentCosine) kept[i] = keeps_bent(guarantee, pixels[i], ray.bend, surface, wrap);
+      if (ray.cosine >= kLeastBentCosine)
+        kept[i] = keeps_bent(guarantee, pixels[i], {ray.bend, ray.bend_blur}, surface, wrap);
     }
     return kept;
   }
