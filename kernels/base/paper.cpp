@@ -8,6 +8,10 @@ namespace reliefbench {
 namespace {
 
 constexpr std::array kPapers{
+    Paper{.id = "AL09",
+          .authors = "Aila, Laine",
+          .title = "Understanding the Efficiency of Ray Traversal on GPUs",
+          .where = "HPG 2009"},
     Paper{.id = "BES12",
           .authors = "Baboud, Eisemann, Seidel",
           .title = "Precomputed Safety Shapes for Efficient and Accurate Height-Field Rendering",
