@@ -42,12 +42,12 @@ CellTexels cell_texels(const std::vector<float>& texels, const Heightfield& map,
 
 /// The height of the ray at t over the bilinear surface of some texels of the map.
 double gap_over(const std::vector<float>& texels, const Heightfield& map, Wrap wrap, const TextureRay& ray, double t) {
-  const auto [x, y] = place_at(map, ray, t);
-  const double cell_x = std::floor(x);
-  const double cell_y = std::floor(y);
+  const PlaceInMap at = place_at(map, ray, t);
+  const double cell_x = std::floor(at.x);
+  const double cell_y = std::floor(at.y);
   const auto [rows] = cell_texels(texels, map, wrap, cell_x, cell_y);
-  const auto along = [&](const std::array<double, 2>& row) { return std::lerp(row[0], row[1], x - cell_x); };
-  return 1 - t - std::lerp(along(rows[0]), along(rows[1]), y - cell_y);
+  const auto along = [&](const std::array<double, 2>& row) { return std::lerp(row[0], row[1], at.x - cell_x); };
+  return 1 - t - std::lerp(along(rows[0]), along(rows[1]), at.y - cell_y);
 }
 
 /// In float a ray at t is up to 11 roundings of 2^-24 from its true place: of the origin (its product with the side,
