@@ -50,6 +50,17 @@ TEST(Config, DefaultsWhereNothingIsSaid) {
   EXPECT_TRUE(config.sweeps[0].axes.empty());
 }
 
+TEST(Config, ChoicesThatAreNumbersMayBeWrittenAsNumbers) {
+  const auto sweep = [](std::string_view axes) {
+    return config_with(kSceneJson, fmt::format(R"({{"technique": "sector_cone", "axes": {}}})", axes));
+  };
+  const Config texts = parsed_config(sweep(R"({"sectors": ["4", "16"]})"));
+  const Config numbers = parsed_config(sweep(R"({"sectors": [4, 16]})"));
+  ASSERT_EQ(numbers.sweeps[0].axes.size(), 1U);
+  EXPECT_EQ(numbers.sweeps[0].axes[0].values, texts.sweeps[0].axes[0].values);
+  EXPECT_TRUE(config_error(sweep(R"({"sectors": 5})")).ends_with("known: 4, 8, 16)"));
+}
+
 TEST(Config, EverythingIsRead) {
   const Config config = parsed_config(R"({
     // a comment, and /* another kind */
