@@ -79,21 +79,6 @@ TEST(CellMap, HasTheBitsOfAllPairs) {
   });
 }
 
-/// A point in texels, the centre of the first at 0.
-struct Place {
-  double x, y;
-};
-
-double height_at(const Heightfield& heights, Wrap wrap, const Place& q) {
-  const auto i = static_cast<int>(std::floor(q.x));
-  const auto j = static_cast<int>(std::floor(q.y));
-  const auto at = [&](int x, int y) {
-    return static_cast<double>(heights.at(wrapped(x, heights.width, wrap), wrapped(y, heights.height, wrap)));
-  };
-  return std::lerp(std::lerp(at(i, j), at(i + 1, j), q.x - i), std::lerp(at(i, j + 1), at(i + 1, j + 1), q.x - i),
-                   q.y - j);
-}
-
 // The theorem, without its proof: the cone of the nearest point over the cell holds no point of a fine grid on the
 // surface, beside the map neither.
 TEST(CellMap, HoldsNoPointOfTheSurface) {
@@ -114,7 +99,7 @@ TEST(CellMap, HoldsNoPointOfTheSurface) {
           const double y = to_y > 0 ? j : j + 1;
           for (double along_y = 0; along_y <= heights.height + 1; along_y += kStep) {
             for (double along_x = 0; along_x <= heights.width + 1; along_x += kStep) {
-              const double rise = height_at(heights, wrap, {.x = x + to_x * along_x, .y = y + to_y * along_y}) - top;
+              const double rise = slow_surface(heights, wrap, x + to_x * along_x, y + to_y * along_y) - top;
               const double away =
                   std::hypot(std::max(along_x - 1, 0.0) / heights.width, std::max(along_y - 1, 0.0) / heights.height);
               ASSERT_LE(rise * ratio, away + 1e-9) << k << " " << i << " " << j << " " << along_x << " " << along_y;

@@ -104,8 +104,8 @@ TEST_F(ReportInBrowser, FiveThousandCasesAreQuick) {
       figure("table"), figure("elements"));
   for (const std::string timed : {"painted", "drawn", "slider", "filter", "search", "metric", "table"})
     EXPECT_TRUE(told(body, timed).is_number()) << timed;  // times are printed: a busy machine has others
-  // Some 5,000 to 9,000, by how many settings are on the fronts, whatever the cases; one a case would add 5,000.
-  EXPECT_LT(figure("elements"), 10000) << "an element a case is slow anywhere";
+  // Some 5,000, by how many settings are on the fronts, whatever the cases; with one a case it would be twice as many.
+  EXPECT_LT(figure("elements"), 7500) << "an element a case is slow anywhere";
 }
 
 }  // namespace

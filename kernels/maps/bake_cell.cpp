@@ -7,11 +7,6 @@
 namespace reliefbench {
 namespace {
 
-/// One quarter of the directions: towards +x or -x, and +y or -y.
-struct Quarter {
-  int x, y;
-};
-
 /// A corner of each cell, in cells from its lower left one.
 struct CellCorner {
   int x, y;
@@ -45,7 +40,7 @@ void keep_least(std::vector<float>& cells, const std::vector<float>& at_corner, 
     }
 }
 
-/// The texels on the axis from a corner towards the quarter's x, or its y.
+/// The texels on the axis from a corner towards (x, y), one of which is 0.
 ConeView axis_view(const Heightfield& heights, int x, int y) {
   const double across_x = y == 0 ? 0 : 1;
   const double across_y = x == 0 ? 0 : 1;
@@ -57,9 +52,9 @@ ConeView axis_view(const Heightfield& heights, int x, int y) {
 
 }  // namespace
 
-std::vector<float> cell_tops(const Heightfield& heights, Wrap wrap) {
+std::vector<float> cell_tops(const Heightfield& heights, Wrap wrap, int threads) {
   std::vector<float> tops(heights.texels.size());
-  parallel_for(heights.height, 0, [&](int y) {
+  parallel_for(heights.height, threads, [&](int y) {
     const int above = wrapped(y + 1, heights.height, wrap);
     for (int x = 0; x < heights.width; ++x) {
       const int right = wrapped(x + 1, heights.width, wrap);
@@ -90,8 +85,9 @@ std::vector<float> cell_cones(const BakeRequest& request, const std::vector<floa
   std::vector<float> layers;
   layers.reserve(kQuarters * tops.size());
   for (int k = 0; k < kQuarters; ++k) {
-    const Quarter to{.x = (k & 1) == 0 ? 1 : -1, .y = (k & 2) == 0 ? 1 : -1};
-    const CellCorner outer{.x = to.x > 0 ? 1 : 0, .y = to.y > 0 ? 1 : 0};
+    const CellCorner outer{.x = (k & 1) == 0 ? 1 : 0, .y = (k & 2) == 0 ? 1 : 0};
+    const int to_x = 2 * outer.x - 1;
+    const int to_y = 2 * outer.y - 1;
     std::vector<float> layer(tops.size(), request.max_ratio);
     const auto narrow = [&](const CellCorner& corner, const ConeView& view, const ConeMetric& by) {
       const Heightfield owners = at_corners(heights, tops, wrap, corner);
@@ -104,9 +100,9 @@ std::vector<float> cell_cones(const BakeRequest& request, const std::vector<floa
                                .threads = request.threads}),
                  heights, wrap, corner);
     };
-    narrow(outer, quadrant_view(heights, to.x, to.y), metric);
-    narrow({.x = outer.x, .y = 1 - outer.y}, axis_view(heights, to.x, 0), whole);
-    narrow({.x = 1 - outer.x, .y = outer.y}, axis_view(heights, 0, to.y), whole);
+    narrow(outer, quadrant_view(heights, to_x, to_y), metric);
+    narrow({.x = outer.x, .y = 1 - outer.y}, axis_view(heights, to_x, 0), whole);
+    narrow({.x = 1 - outer.x, .y = outer.y}, axis_view(heights, 0, to_y), whole);
     layers.insert(layers.end(), layer.begin(), layer.end());
   }
   return layers;
@@ -116,7 +112,7 @@ std::vector<float> bake_cell(const BakeRequest& request) {
   check_request(request, MapKind::cell);
   if (request.max_ratio > 1) fail_input("ratios of a cell map are at most 1");
   const Heightfield& heights = request.heights;
-  return cell_cones(request, cell_tops(heights, request.wrap),
+  return cell_cones(request, cell_tops(heights, request.wrap, request.threads),
                     cone_metric(heights.width, heights.height, Correction::safe));
 }
 

@@ -6,7 +6,7 @@ namespace reliefbench {
 std::vector<float> bake_max_mip(const BakeRequest& request) {
   const Heightfield& heights = request.heights;
   check_bakeable(heights);
-  return maximum_levels(cell_tops(heights, request.wrap), heights.width, heights.height);
+  return maximum_levels(cell_tops(heights, request.wrap, request.threads), heights.width, heights.height);
 }
 
 }  // namespace reliefbench

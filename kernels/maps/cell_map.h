@@ -13,8 +13,8 @@ namespace reliefbench {
 /// The quarters of directions, in the order of sectors: bit 0: towards -x, bit 1: -y.
 inline constexpr int kQuarters = 4;
 
-/// The highest of each cell's corners.
-[[nodiscard]] std::vector<float> cell_tops(const Heightfield& heights, Wrap wrap);
+/// The highest of each cell's corners. threads: 0: as many as the machine has
+[[nodiscard]] std::vector<float> cell_tops(const Heightfield& heights, Wrap wrap, int threads);
 
 /// The ratios that `bake_cell` stores, a layer of width x height after the other. metric: how far a corner of a cell
 /// and a texel before it are apart; Correction::none: as they are, for what no ratio may exceed

@@ -197,7 +197,7 @@ LayerPlace place_of_layer(const SectorAtlas& atlas, int layer, int width, int he
 /// Every layer with its border.
 TextureImage packed_sectors(const MapSource& source, const Format& format, const Encoding& encoding) {
   const Heightfield& heights = source.heights;
-  const std::vector<float> apexes = source.map.is_of_cells ? cell_tops(heights, source.wrap) : heights.texels;
+  const std::vector<float> apexes = source.map.is_of_cells ? cell_tops(heights, source.wrap, 0) : heights.texels;
   const int count = sector_count(source.parameters);
   const SectorAtlas atlas(count, heights.width, heights.height);
   TextureImage image = blank(atlas.width, atlas.height, format.relief());

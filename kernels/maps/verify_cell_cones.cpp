@@ -7,7 +7,7 @@ namespace reliefbench {
 
 CellVerdict verify_cell_cones(const CellCones& request) {
   const Heightfield& heights = request.heights;
-  const std::vector<float> least = cell_tops(heights, request.wrap);
+  const std::vector<float> least = cell_tops(heights, request.wrap, request.threads);
   const BakeRequest bake{.heights = heights, .wrap = request.wrap, .max_ratio = 1, .threads = request.threads};
   const auto ratios = [&](Correction correction) {
     return cell_cones(bake, request.tops, cone_metric(heights.width, heights.height, correction));

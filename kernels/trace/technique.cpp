@@ -340,17 +340,6 @@ std::vector<Technique> rows() {
                          "never_skips with plain where filter=manual; cell_max skips the rest of a cell untested",
        .source = "ours; of four sectors QDCSM; cell steps [BVBV24]",
        .guarantee_when = cone_guarantee},
-      {.id = "cell_cone",
-       .description = "conservative cone stepping with a cone for each cell of the surface and each quarter of "
-                      "directions, one fetch a step; cells solved",
-       .maps = {MapKind::cell},
-       .params = {cone_steps(64)},
-       .storage = StorageUse{.format = "rg16", .has_max_ratio = false},
-       .features = {{.feature = "filter", .is_absent = true}, {.feature = "lod", .is_absent = true}},
-       .guarantee = Guarantee::exact,
-       .guarantee_note = "on the heights as stored, wherever cone_steps are enough",
-       .source = "ours; a loop in a loop [AL09]",
-       .guarantee_when = [](const Settings& /*settings*/) { return Guarantee::exact; }},
       {.id = "sector_relaxed",
        .description = "relaxed cone stepping with a cone for each of 4, 8 or 16 sectors of directions, then refinement",
        .maps = {MapKind::sector_relaxed},
@@ -362,6 +351,17 @@ std::vector<Technique> rows() {
                          "an ulp decides whether a step has pierced thin relief",
        .source = "[PO07] listing 18-3; sectors ours",
        .disagreement = 0.05},
+      {.id = "cell_cone",
+       .description = "conservative cone stepping with a cone for each cell of the surface and each quarter of "
+                      "directions, one fetch a step; cells solved",
+       .maps = {MapKind::cell},
+       .params = {cone_steps(64)},
+       .storage = StorageUse{.format = "rg16", .has_max_ratio = false},
+       .features = {{.feature = "filter", .is_absent = true}, {.feature = "lod", .is_absent = true}},
+       .guarantee = Guarantee::exact,
+       .guarantee_note = "on the heights as stored, wherever cone_steps are enough",
+       .source = "ours; a loop in a loop [AL09]",
+       .guarantee_when = [](const Settings& /*settings*/) { return Guarantee::exact; }},
   };
 }
 
