@@ -59,11 +59,11 @@ const std::string kVersionTable = "reliefbench_schema";
 
 /// 0 of an empty database. throws: Error(bad_input): one of something else
 int schema_version(Database& database) {
-  if (database.has_table(kVersionTable))
-    return static_cast<int>(number_of(database.sql(), "SELECT COALESCE(MAX(version), 0) FROM " + kVersionTable));
-  if (!database.is_empty())
+  // In this order: between two questions another process may commit the tables, all at once.
+  if (database.is_empty()) return 0;
+  if (!database.has_table(kVersionTable))
     fail_input("{}: is no history: it has tables, but none called {}", database.shown(), kVersionTable);
-  return 0;
+  return static_cast<int>(number_of(database.sql(), "SELECT COALESCE(MAX(version), 0) FROM " + kVersionTable));
 }
 
 /// throws: Error(bad_input): what this program does not know
