@@ -24,6 +24,7 @@ struct Row {
   bool needs_doubles = false;
   bool is_interleaved = false;  ///< the ratios of a texel lie together, not those of a wedge
   bool has_radii = false;       ///< a texel's ratio and, behind it, its radius
+  bool has_cells = false;       ///< cones are those of cells
 };
 constexpr std::array kRows{
     Row{.kind = MapKind::conservative, .search = kConservativeBake},
@@ -40,6 +41,7 @@ constexpr std::array kRows{
     Row{.kind = MapKind::sector, .search = {.shader = kWedgeShader, .wedges = sector_wedges}},
     Row{.kind = MapKind::sector_relaxed,
         .search = {.shader = kWedgeShader, .quadrants = true, .wedges = relaxed_sector_wedges}},
+    Row{.kind = MapKind::cell, .search = {.shader = kWedgeShader}, .has_cells = true},
 };
 
 const Row& find_row(MapKind kind) {
@@ -76,6 +78,7 @@ std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNu
     fail_environment("{}: its GPU baker needs double precision in shaders", find_map(kind).id);
   std::vector<std::string_view> names{kPyramidShader, row.search.shader, kMinimumShader};
   if (row.other) names.insert(names.end(), {row.other->shader, kMeanShader});
+  if (row.has_cells) names.push_back(kLeastShader);
   if (row.has_radii) names.insert(names.end(), {kShapesShader, kRadiusShader, kSafetyShapeShader});
   if (has_certified(kind)) names.insert(names.end(), {kLimitsShader, kRaiseShader});
   if (has_certified(kind) && numbers == BakeNumbers::doubles) names.push_back(kRefineShader);
@@ -103,7 +106,9 @@ GpuBake GpuBaker::bake(const BakeRequest& request) const {
   if (row.other) searched.correction = Correction::none;  // the mean's minimum comes last
   if (is_certified) searched.correction = Correction::safe;
   BakePasses passes(pipelines_, searched, numbers_, find_map(kind_).sees_pairs);
-  int ratios = is_certified ? passes.add_certified(row.search) : passes.add_search(row.search);
+  int ratios = row.has_cells  ? passes.add_cells(row.search)
+               : is_certified ? passes.add_certified(row.search)
+                              : passes.add_search(row.search);
   if (row.other) ratios = passes.add_mean(ratios, passes.add_search(*row.other));
   if (request.correction == Correction::min3x3 || request.correction == Correction::safe)
     ratios = passes.add_minimum(ratios);

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "backends/gpu_bake_wedge.h"
+#include "kernels/maps/cell_map.h"
 #include "kernels/maps/certified_cones.h"
 #include "kernels/maps/cone_bounds.h"
 
@@ -45,11 +45,17 @@ BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, B
       own_(make_grid(map_grid(request), std::as_bytes(std::span(request.heights.texels)))) {}
 
 int BakePasses::add_search(Grid& on, const BakeSearch& search) {
+  if (search.wedges == nullptr) return add_search(on, search, {}, request_.correction);
+  return add_search(on, search, bake_wedges(search.wedges(request_), on.grid, request_.wrap), request_.correction);
+}
+
+int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector<BakeWedge>& wedges,
+                           Correction metric) {
   const BakeGrid& grid = on.grid;
-  const std::vector<MarginedWedge> margined =
-      search.wedges == nullptr ? std::vector<MarginedWedge>() : search.wedges(request_);
-  layers_ = std::max(static_cast<int>(margined.size()), 1);
-  on.head = add_buffer(search_buffer(request_, grid, search, on.levels, layers_));
+  layers_ = std::max(static_cast<int>(wedges.size()), 1);
+  BakeRequest searched = request_;
+  searched.correction = metric;
+  on.head = add_buffer(search_buffer(searched, grid, search, on.levels, layers_));
   const int pyramids = search.quadrants ? 4 : 1;
   const int quads =
       add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(on.levels.nodes) * kQuadBytes);
@@ -63,7 +69,7 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search) {
                            .groups_y = groups(nodes_at(grid.height, level)),
                            .groups_z = pyramids,
                            .argument = level});
-  if (!margined.empty()) buffers.push_back(add_buffer(bytes_of(bake_wedges(margined, grid, request_.wrap))));
+  if (!wedges.empty()) buffers.push_back(add_buffer(bytes_of(wedges)));
   ComputePass& pass = add_pass(grid, "search", search.shader, std::move(buffers));
   pass.may_be_long = may_be_long(grid);
   if (search.group_a_texel) {
@@ -71,6 +77,19 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search) {
     pass.groups_y = grid.height;
   }
   return ratios;
+}
+
+int BakePasses::add_cells(const BakeSearch& search) {
+  check_cells(request_);
+  int least = 0;
+  const auto searches = cell_searches(0);
+  for (std::size_t i = 0; i < searches.size(); ++i) {
+    const Correction metric = searches.at(i).is_axis ? Correction::none : Correction::safe;
+    const int ratios = add_search(own_, search, cell_wedges(i, own_.grid), metric);
+    const int before = std::exchange(least, i == 0 ? ratios : add_ratios(own_.grid));
+    if (i > 0) add_pass(own_.grid, "correction", kLeastShader, {own_.head, before, ratios, least});
+  }
+  return least;
 }
 
 int BakePasses::add_mean(int first, int second) {

@@ -9,6 +9,7 @@
 
 #include "backends/backend.h"
 #include "backends/gpu_bake_buffer.h"
+#include "backends/gpu_bake_wedge.h"
 
 namespace reliefbench {
 
@@ -17,6 +18,7 @@ inline constexpr std::string_view kWedgeShader = "bake_wedge";
 inline constexpr std::string_view kPyramidShader = "bake_pyramid";
 inline constexpr std::string_view kMeanShader = "bake_mean";
 inline constexpr std::string_view kMinimumShader = "bake_min3x3";
+inline constexpr std::string_view kLeastShader = "bake_least";
 inline constexpr std::string_view kShapesShader = "bake_shapes";
 inline constexpr std::string_view kRadiusShader = "bake_radius";
 inline constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
@@ -38,6 +40,8 @@ class BakePasses {
   // Each returns the buffer of the ratios that it makes.
 
   int add_search(const BakeSearch& search) { return add_search(own_, search); }
+  /// cell_cones
+  int add_cells(const BakeSearch& search);
   int add_mean(int first, int second);
   int add_minimum(int ratios);
   /// certified_cones. request: of the correction `safe`, as its searches are
@@ -58,6 +62,8 @@ class BakePasses {
   };
 
   int add_search(Grid& grid, const BakeSearch& search);
+  /// wedges: of the layers; none: all directions have one cone. metric: by which correction distances count
+  int add_search(Grid& grid, const BakeSearch& search, const std::vector<BakeWedge>& wedges, Correction metric);
   /// heights: none: a pass makes them
   Grid make_grid(const BakeGrid& grid, std::span<const std::byte> heights);
   [[nodiscard]] bool may_be_long(const BakeGrid& grid) const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/maps/cell_map.h"
 
 namespace reliefbench {
 namespace {
@@ -39,6 +40,19 @@ std::vector<BakeWedge> bake_wedges(const std::vector<MarginedWedge>& margined, c
   std::vector<BakeWedge> wedges;
   wedges.reserve(margined.size());
   for (const MarginedWedge& wedge : margined) wedges.push_back(bake_wedge(wedge, grid, wrap));
+  return wedges;
+}
+
+std::vector<BakeWedge> cell_wedges(std::size_t place, const BakeGrid& grid) {
+  std::vector<BakeWedge> wedges;
+  wedges.reserve(kQuarters);
+  for (int k = 0; k < kQuarters; ++k) {
+    const CellSearch search = cell_searches(k).at(place);
+    // Corners look at the map alone: beyond its end the theorem asks for no more.
+    BakeWedge& wedge = wedges.emplace_back(bake_wedge({.wedge = search.wedge}, grid, Wrap::repeat));
+    wedge.corner = {search.corner.x, search.corner.y};
+    wedge.is_of_cells = 1;
+  }
   return wedges;
 }
 

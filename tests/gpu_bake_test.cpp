@@ -133,7 +133,7 @@ TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_unde
     const Heightfield bricks = bricks_map(48, 48);
     const Heightfield long_map = fbm_map(96, 64);  // 1.5 times as long as wide: most of a distance is slack
     for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::quick, MapKind::quick_centre,
-                               MapKind::quad, MapKind::sector}) {
+                               MapKind::quad, MapKind::sector, MapKind::cell}) {
       const GpuBaker gpu(*rig.backend, rig.row.dialect, kind, BakeNumbers::floats);
       for (const Heightfield* heights : {&bricks, &long_map})
         for (const Correction correction : find_map(kind).corrections) {

@@ -7,11 +7,6 @@
 namespace reliefbench {
 namespace {
 
-/// A corner of each cell, in cells from its lower left one.
-struct CellCorner {
-  int x, y;
-};
-
 /// The tops of the cells at their corners: texel (x, y) has that of the cell whose corner it is. Where there is no such
 /// cell nothing is higher.
 Heightfield at_corners(const Heightfield& heights, const std::vector<float>& tops, Wrap wrap,
@@ -40,14 +35,12 @@ void keep_least(std::vector<float>& cells, const std::vector<float>& at_corner, 
     }
 }
 
-/// The texels on the axis from a corner towards (x, y), one of which is 0.
-ConeView axis_view(const Heightfield& heights, int x, int y) {
+/// The axis from a corner towards (x, y), one of which is 0.
+Wedge axis(double x, double y) {
   const double across_x = y == 0 ? 0 : 1;
   const double across_y = x == 0 ? 0 : 1;
-  return {.candidates = &heights,
-          .normals = {{{.x = static_cast<double>(x), .y = static_cast<double>(y)},
-                       {.x = across_x, .y = across_y},
-                       {.x = -across_x, .y = -across_y}}}};
+  return {.normals = {{{.x = x, .y = y}, {.x = across_x, .y = across_y}, {.x = -across_x, .y = -across_y}}},
+          .quadrant = {.x = x, .y = y}};
 }
 
 }  // namespace
@@ -63,6 +56,16 @@ std::vector<float> cell_tops(const Heightfield& heights, Wrap wrap, int threads)
     }
   });
   return tops;
+}
+
+std::array<CellSearch, 3> cell_searches(int quarter) {
+  const CellCorner outer{.x = (quarter & 1) == 0 ? 1 : 0, .y = (quarter & 2) == 0 ? 1 : 0};
+  const double to_x = 2 * outer.x - 1;
+  const double to_y = 2 * outer.y - 1;
+  return {{{.corner = outer,
+            .wedge = {.normals = {{{.x = to_x, .y = 0}, {.x = 0, .y = to_y}}}, .quadrant = {.x = to_x, .y = to_y}}},
+           {.corner = {.x = outer.x, .y = 1 - outer.y}, .wedge = axis(to_x, 0), .is_axis = true},
+           {.corner = {.x = 1 - outer.x, .y = outer.y}, .wedge = axis(0, to_y), .is_axis = true}}};
 }
 
 // Theorem: from every point p over a cell, at its top's height, the cone with the cell's ratio holds no point of the
@@ -85,32 +88,30 @@ std::vector<float> cell_cones(const BakeRequest& request, const std::vector<floa
   std::vector<float> layers;
   layers.reserve(kQuarters * tops.size());
   for (int k = 0; k < kQuarters; ++k) {
-    const CellCorner outer{.x = (k & 1) == 0 ? 1 : 0, .y = (k & 2) == 0 ? 1 : 0};
-    const int to_x = 2 * outer.x - 1;
-    const int to_y = 2 * outer.y - 1;
     std::vector<float> layer(tops.size(), request.max_ratio);
-    const auto narrow = [&](const CellCorner& corner, const ConeView& view, const ConeMetric& by) {
+    for (const auto& [corner, wedge, is_axis] : cell_searches(k)) {
       const Heightfield owners = at_corners(heights, tops, wrap, corner);
       keep_least(layer,
                  search_cones({.heights = owners,
                                .wrap = wrap,
-                               .metric = by,
+                               .metric = is_axis ? whole : metric,
                                .max_ratio = request.max_ratio,
-                               .views = {view},
+                               .views = {wedge_view(heights, heights.width, heights.height, wedge, 0)},
                                .threads = request.threads}),
                  heights, wrap, corner);
-    };
-    narrow(outer, quadrant_view(heights, to_x, to_y), metric);
-    narrow({.x = outer.x, .y = 1 - outer.y}, axis_view(heights, to_x, 0), whole);
-    narrow({.x = 1 - outer.x, .y = outer.y}, axis_view(heights, 0, to_y), whole);
+    }
     layers.insert(layers.end(), layer.begin(), layer.end());
   }
   return layers;
 }
 
-std::vector<float> bake_cell(const BakeRequest& request) {
+void check_cells(const BakeRequest& request) {
   check_request(request, MapKind::cell);
   if (request.max_ratio > 1) fail_input("ratios of a cell map are at most 1");
+}
+
+std::vector<float> bake_cell(const BakeRequest& request) {
+  check_cells(request);
   const Heightfield& heights = request.heights;
   return cell_cones(request, cell_tops(heights, request.wrap, request.threads),
                     cone_metric(heights.width, heights.height, Correction::safe));

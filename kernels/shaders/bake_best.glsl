@@ -55,7 +55,7 @@ bool is_better(Arms arms, float distance2, float top) {
   return key_of(arms, top) < least_key();
 }
 
-void finish(ivec2 owner) { store_key(owner, least_key()); }
+void finish(ivec2 texel) { store_key(texel, least_key()); }
 #else
 bool is_better(Arms arms, float distance2, float top) {
   float rise = top - owner_height;
@@ -63,7 +63,7 @@ bool is_better(Arms arms, float distance2, float top) {
   return distance2 * (best_rise * best_rise) < best_distance2 * (rise * rise);
 }
 
-void finish(ivec2 owner) { ratios[layered(owner)] = sqrt(low_limit) * bake.rows_to_ratio; }
+void finish(ivec2 texel) { ratios[layered(texel)] = sqrt(low_limit) * bake.rows_to_ratio; }
 #endif
 
 // A target as high as `top`, at the distance2 of its arms.

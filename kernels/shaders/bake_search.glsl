@@ -14,8 +14,8 @@ float distance_along(int axis, float offset, float reach);
 bool counts(ivec2 first, float size, vec2 offset);
 // A texel of the height `top` whose distance and rise alone would lower the key. texels: to it along the axes
 void try_texel(ivec2 texel, vec2 texels, float top);
-// Stores the owner's ratio.
-void finish(ivec2 owner);
+// Stores the ratio that was found, as that of a texel.
+void finish(ivec2 texel);
 
 // Of one level of the pyramid, where the search is.
 struct Branch {
@@ -113,7 +113,7 @@ void search() {
     if (!has_more) {
       turn += 1;
       if (turn == turns()) {
-        finish(owner);
+        finish(own_texel());
         return;
       }
       at = start_branch(turn);

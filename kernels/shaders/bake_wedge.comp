@@ -3,16 +3,19 @@
 #include "bake_best.glsl"
 #include "bake_search.glsl"
 
-// Exact cones of sectors of directions, a layer each: those of `quad` and of sector maps. What counts is told in whole
-// numbers. See search_wedge (kernels/maps/sector_map.h) for what lies outside a clamped map.
+// Exact cones of sectors of directions, a layer each: those of `quad`, of sector maps and of cells. What counts is told
+// in whole numbers. See search_wedge (kernels/maps/sector_map.h) for what lies outside a clamped map, and cell_searches
+// (kernels/maps/cell_map.h).
 
 // A target at the offset o counts where, for each normal n, n.o >= least; one of length 0 says nothing.
 struct Wedge {
   ivec2 normals[4];
   ivec4 least;
   ivec2 quadrant;   // the signs of the quadrant that it is within; one is 0: of the half-plane
+  ivec2 corner;     // of the texel's cell, which looks
   bool is_bounded;  // the map ends, and the wedge is not the whole quadrant
-  int place;        // takes the place
+  bool is_of_cells;
+  ivec2 place;  // takes the place
 };
 layout(BINDING(FIRST_BUFFER_BINDING + 4), std430) readonly buffer Wedges { Wedge wedges[]; };
 
@@ -71,11 +74,20 @@ void start_turn(int turn) {
     }
 }
 
+// The top of the cell whose corner the owner is.
+float top_at(ivec2 corner) {
+  float top = 0.0;
+  for (int i = 0; i < 4; ++i) top = max(top, height_at(wrapped(owner - corner + ivec2(i & 1, i >> 1))));
+  return top;
+}
+
 void main() {
   owner = own_texel();
   if (is_outside(owner)) return;
   Wedge wedge = wedges[gl_WorkGroupID.z];
+  if (wedge.is_of_cells) owner = wrapped(owner + wedge.corner);
   sees_whole = wedge.is_bounded && any(equal(owner, borders_before(-wedge.quadrant)));
   start(owner);
+  if (wedge.is_of_cells) owner_height = top_at(wedge.corner);
   search();
 }
