@@ -173,6 +173,27 @@ TEST(SurfaceTracer, leaves_the_solid_where_it_ends) {
   EXPECT_GT(ended, 20);
 }
 
+// Its inside is thousands of reliefs wide.
+TEST(SurfaceTracer, leaves_a_large_sphere_on_its_far_side) {
+  Scene scene = curved_scene(SurfaceKind::sphere, 0.01);
+  scene.surface.round = 200;
+  const ReferenceTracer tracer(constant_map(0.5F), Wrap::repeat);
+  int ended = 0;
+  each_ray(scene, 16, [&](const SurfaceShape& shape, const SurfaceRay& ray) {
+    const ReferenceHit hit = trace_surface(tracer, shape, ray, Wrap::repeat);
+    if (hit.passes() || !(hit.t_exit < 1e300)) return;
+    ++ended;
+    const double beyond = ray.way + 4 * shape.tube;
+    SurfaceRay back = ray;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      back.from.at(axis) += beyond * ray.direction.at(axis);
+      back.direction.at(axis) = -ray.direction.at(axis);
+    }
+    ASSERT_NEAR(ray.way + hit.t_exit * ray.per_t, beyond - way_to_inner(shape, back, 0.5), 1e-7);
+  });
+  EXPECT_GT(ended, 100);
+}
+
 TEST(Surface, faults_are_said_in_a_line) {
   const auto fault = [](Surface surface, double depth = 0.1, Wrap wrap = Wrap::repeat, double tiling = 1) {
     return surface_fault({.view = {}, .relief_depth = depth, .tiling = tiling, .wrap = wrap, .surface = surface});

@@ -177,8 +177,10 @@ double SurfaceWalk::crossing(double from) {
   const double step = std::min(0.25 * shape_.relief, size);
   // A cylinder's rays may lie along it, and be as long as they like.
   const double end = from + std::min(1e4 * step, 64 * size);
-  for (double begin = from; begin < end; begin += step) {
-    ahead.push_back({.begin = begin, .end = begin + step});
+  double length = step;
+  for (double begin = from; begin < end;) {
+    bool is_whole = true;
+    ahead.push_back({.begin = begin, .end = begin + length});
     while (!ahead.empty()) {
       const Stretch stretch = ahead.back();
       ahead.pop_back();
@@ -190,12 +192,15 @@ double SurfaceWalk::crossing(double from) {
         case Found::left:
           return kNowhere;
         case Found::undecided: {
+          is_whole = false;
           const double middle = 0.5 * (stretch.begin + stretch.end);
           ahead.push_back({.begin = middle, .end = stretch.end});
           ahead.push_back({.begin = stretch.begin, .end = middle});
         }
       }
     }
+    begin += length;
+    length = is_whole ? 2 * length : step;  // deep under the surface of a large sphere nothing is near
   }
   return kNowhere;
 }

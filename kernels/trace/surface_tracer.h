@@ -14,7 +14,7 @@ struct Mesh;
 // one they are those of the pixels' straight rays in the world with the displaced surface itself, from where they enter
 // at the top plate to where they leave it again; what stands behind that is another fragment's.
 
-inline constexpr int kSurfaceVersion = 1;  ///< of exact hits on curved surfaces: raised when one changes
+inline constexpr int kSurfaceVersion = 2;  ///< of exact hits on curved surfaces: raised when one changes
 
 /// The exact solid interval along a pixel's ray. t counts as if the plane that touches where the ray enters were the
 /// surface: 0 there, 1 on that plane's bottom plate; a curved surface's bottom may lie beyond. A ray that leaves
