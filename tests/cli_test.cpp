@@ -97,6 +97,9 @@ TEST_F(CliTest, bad_usage_exits_2_with_one_line) {
   expect_refused({"sweep", kSmoke}, 2, "-o");
   for (const char* sampler : {"0", "15", "6:", "6:up", "x:round", "6x"})
     expect_refused({"stress", "--simulate-filter", sampler}, 2, "--simulate-filter");
+  expect_refused({"stress", "--random", "0"}, 2, "--random");
+  expect_refused({"stress", "--random", "3", "extremes.json"}, 2, "EXTREMES");
+  expect_refused({"stress", "--seed", "3"}, 2, "--random");
   expect_refused({"nonsense"}, 2, "nonsense");
 }
 

@@ -306,6 +306,23 @@ TEST_F(FaultTest, sigterm_ends_tune_with_the_answer_so_far) {
   }
 }
 
+TEST_F(FaultTest, sigterm_ends_stress_with_what_was_drawn) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string output = "stress" + std::to_string(signal);
+    const pid_t child = start_reliefbench(
+        {"stress", "--random", "2000", "--backend", "null", "--filter", "relief/*", "-o", output, "--json", "--quiet"},
+        folder_.path());
+    while (!std::filesystem::exists(folder_ / output / kImagesFolder))
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    kill(child, signal);
+    const CommandResult result = wait_for(child, folder_.path());
+    EXPECT_EQ(result.exit_code, static_cast<int>(Exit::inconclusive)) << "signal " << result.signal << result.err;
+    EXPECT_GT(nlohmann::json::parse(result.out).at("undone"), 0);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / output / "stress.html"));
+  }
+}
+
 TEST_F(FaultTest, a_message_is_one_line_whatever_is_in_it) {
   const std::string hostile = "a\n\x1b[31mb";
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{

@@ -29,6 +29,7 @@ class ExtremesInBrowser : public InBrowser {
     const images = [...document.querySelectorAll('#extremes-worst img')];
     result.pictures = images.filter((image) => image.complete && image.naturalWidth === 2).length;
     result.captions = document.querySelectorAll('#extremes-worst figcaption').length;
+    result.summary = byId('extremes-summary').textContent;
     result.shown = String(byId('extremes').getBoundingClientRect().height > 0);
   )";
   static void expect_extremes(const std::string& body) {
@@ -45,6 +46,18 @@ TEST_F(ExtremesInBrowser, TheStressPageHoldsMatrixFaultsAndWorstFrames) {
   const std::string body = body_tag(document(read_file(stress_ / kStressPage), probe_));
   expect_extremes(body);
   EXPECT_THAT(body, has("pictures", 2));
+}
+
+TEST_F(ExtremesInBrowser, AnInterruptedRunSaysSo) {
+  StressReport report = hand_made_stress();
+  EXPECT_THAT(body_tag(document(read_file(stress_ / kStressPage), probe_)),
+              has("summary", "Something fails: 3 pairs of frames in 0 s on null: device."));
+  report.undone = 7;
+  write_stress(report, stress_);
+  EXPECT_THAT(body_tag(document(read_file(stress_ / kStressPage), probe_)),
+              has("summary",
+                  "Something fails: 3 pairs of frames in 0 s on null: device. "
+                  "Interrupted: 7 settings at extremes were not drawn."));
 }
 
 TEST_F(ExtremesInBrowser, TheReportHoldsTheSameWhereItIsAskedFor) {

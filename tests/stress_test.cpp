@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <span>
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "kernels/image/heightmap.h"
 #include "kernels/maps/texel.h"
 #include "kernels/trace/surface.h"
 #include "reports/pages/stress_page.h"
@@ -91,6 +94,47 @@ TEST(Extremes, EveryMapFormatAndEncodingThatMakesSenseIsTriedOnce) {
       EXPECT_TRUE(std::ranges::any_of(list, [&](const Settings& s) { return s.get(id) == value; }))
           << id << "=" << param.text(value);
     }
+  }
+}
+
+TEST(RandomExtremes, ASceneDependsOnSeedAndIndexAlone) {
+  const auto texts = [](int count, std::uint64_t seed) {
+    std::vector<std::string> all;
+    for (const Extreme& extreme : random_extremes(count, seed).list) all.push_back(extreme.id + extreme.about);
+    return all;
+  };
+  const std::vector<std::string> all = texts(12, 7);
+  const std::vector<std::string> first = texts(5, 7);
+  EXPECT_TRUE(std::ranges::equal(first, std::span(all).first(5)));
+  EXPECT_EQ(std::set(all.begin(), all.end()).size(), 12U);
+  EXPECT_NE(texts(1, 8).front().substr(3), all.front().substr(3));
+  EXPECT_NE(texts(1, (1ULL << 32U) + 7).front().substr(12), all.front().substr(3)) << "all bits of the seed count";
+}
+
+TEST(RandomExtremes, TheyReachEveryKindOfScene) {
+  const Extremes extremes = random_extremes(300, 1);
+  EXPECT_EQ(extremes.changes, built_in_extremes().changes);
+  std::set<SurfaceKind> kinds;
+  std::set<std::string> sources;
+  int clamped = 0;
+  int based = 0;
+  int changed = 0;
+  for (const auto& [id, about, spec, changes, is_large] : extremes.list) {
+    kinds.insert(spec.scene.surface.kind);
+    sources.insert(spec.heightmap.source);
+    clamped += spec.scene.wrap == Wrap::clamp ? 1 : 0;
+    based += spec.scene.base != 1 ? 1 : 0;
+    changed += changes.empty() ? 0 : 1;
+    // What an extreme is about is its scene, as a file of extremes takes it.
+    const std::string again =
+        R"({"frame_px": [45, 45], "extremes": [{"id": "a", "about": "b", "scene": )" + about + "}]}";
+    EXPECT_EQ(parse_extremes(again, "x.json").list.at(0).scene.id, spec.id);
+  }
+  EXPECT_EQ(kinds.size(), surfaces().size());
+  EXPECT_EQ(sources.size(), procedurals().size());
+  for (const int count : {clamped, based, changed}) {
+    EXPECT_GT(count, 30);
+    EXPECT_LT(count, 270);
   }
 }
 
@@ -190,6 +234,45 @@ TEST(Stress, LargeExtremesLeaveOutWhatTakesDays) {
 TEST(Stress, AFilterThatMatchesNothingIsRefused) {
   const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
   EXPECT_THROW((void)run_stress(extremes, {.backends = {"null"}, .filter = "bump/*", .quiet = true}), Error);
+}
+
+TEST(Stress, FaultsAreToldAsTheyCome) {
+  Extremes extremes = parse_extremes(extremes_text("", R"({"filter": "manual", "cone_steps": 0})"), "x.json");
+  extremes.list.at(0).scene.scene.relief_depth = 10;
+  std::vector<std::string> told;
+  const StressReport report = run_stress(extremes, {.backends = {"null"},
+                                                    .filter = "cone/*",
+                                                    .quiet = true,
+                                                    .words =
+                                                        [&](const StressResult& result) {
+                                                          told.push_back(result.settings);
+                                                          return std::string();
+                                                        },
+                                                    .is_interrupted = [&] { return told.size() == 2; }});
+  std::vector<std::string> failing;
+  for (const StressResult& result : report.results)
+    if (!result.holds()) failing.push_back(result.settings);
+  EXPECT_EQ(told.size(), 2U) << "it went on until the second one";
+  EXPECT_EQ(told, failing);
+  EXPECT_GT(report.undone, 0);
+}
+
+TEST(Stress, AnInterruptedRunSaysWhatItDidNotComeTo) {
+  const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
+  StressOptions options{.backends = {"null"}, .filter = "flat/*", .quiet = true};
+  const StressReport whole = run_stress(extremes, options);
+  EXPECT_TRUE(whole.holds());
+  EXPECT_EQ(whole.undone, 0);
+  EXPECT_FALSE(stress_json(whole).contains("undone"));
+  options.is_interrupted = [asked = 0]() mutable { return ++asked > 1; };
+  options.filter = "relief/*";
+  const StressReport report = run_stress(extremes, options);
+  EXPECT_EQ(report.results.size(), 1U);
+  EXPECT_GT(report.undone, 1);
+  EXPECT_FALSE(report.holds()) << "what was not drawn is not known to hold";
+  const nlohmann::json data = stress_json(report);
+  EXPECT_EQ(data["undone"], report.undone);
+  EXPECT_EQ(schema_errors(data, "stress"), "");
 }
 
 TEST(Stress, ReportsAreWrittenWhole) {

@@ -60,9 +60,10 @@ function worstFigure(r, picture) {
 export function drawExtremes(stress) {
   const frames = stress.results.filter((r) => !r.skipped).length;
   const failing = stress.results.filter((r) => r.holds === false);
-  byId('extremes-summary').textContent =
-      `${stress.holds ? 'Everything holds' : 'Something fails'}: ${frames} pairs of frames in ` +
-      `${shortNumber(stress.wall_s)} s on ${stress.devices.join('; ')}`;
+  const verdict = failing.length ? 'Something fails' : stress.undone ? 'What was drawn holds' : 'Everything holds';
+  const undone = stress.undone ? ` Interrupted: ${stress.undone} settings at extremes were not drawn.` : '';
+  byId('extremes-summary').textContent = `${verdict}: ${frames} pairs of frames in ` +
+      `${shortNumber(stress.wall_s)} s on ${stress.devices.join('; ')}.${undone}`;
   byId('extremes-matrix').append(...extremesMatrix(stress));
   byId('extremes-faults').append(failing.length ? resultTable(failing) : make('p', {}, 'None: every check holds.'));
   byId('extremes-legend').append(heatLegend(data.heat_map, 'e_xy of a pixel (texels, same scale in every picture)'));

@@ -17,6 +17,7 @@
 #include "reports/pages/stress_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/interrupt.h"
 #include "tuner/cli/names.h"
 #include "tuner/measure/sweep.h"
 
@@ -25,6 +26,8 @@ namespace {
 
 struct StressArguments {
   std::string extremes;
+  int random = 0;
+  std::uint64_t seed = 1;
   std::string output;
   std::string backend = "all";
   int device = 0;
@@ -90,27 +93,25 @@ void print_matrix(const StressReport& report, const Paint& paint) {
       "-: left out\n");
 }
 
+/// What broke; `paint` of the first word.
+std::string fault_line(const StressResult& result, const Names& names, const Paint& paint) {
+  const std::string setting = names.setting(fmt::format("{}?{}", result.technique, result.settings));
+  if (result.is_lost)
+    return fmt::format("{} {} at {}: {}", paint.bad("lost "), setting, result.extreme, result.skipped);
+  std::string broken;
+  for (std::size_t i = 0; i < result.faults.size(); ++i)
+    if (result.faults.at(i) > 0)
+      broken += fmt::format("{}{} {} px", broken.empty() ? "" : ", ", kStressCheckIds.at(i), result.faults.at(i));
+  return fmt::format("{} {} at {} on {}: {} of {} px", paint.bad("fails"), setting, result.extreme, result.backend,
+                     broken, result.pixels);
+}
+
 void print_faults(const StressReport& report, const Names& names, const Paint& paint) {
-  int shown = 0;
+  constexpr int kMostShown = 20;
   int all = 0;
-  for (const StressResult& result : report.results) {
-    if (result.holds()) continue;
-    ++all;
-    if (++shown > 20) continue;
-    if (result.is_lost) {
-      put("{} {} at {}: {}\n", paint.bad("lost "),
-          names.setting(fmt::format("{}?{}", result.technique, result.settings)), result.extreme, result.skipped);
-      continue;
-    }
-    std::string broken;
-    for (std::size_t i = 0; i < result.faults.size(); ++i)
-      if (result.faults.at(i) > 0)
-        broken += fmt::format("{}{} {} px", broken.empty() ? "" : ", ", kStressCheckIds.at(i), result.faults.at(i));
-    put("{} {} at {} on {}: {} of {} px\n", paint.bad("fails"),
-        names.setting(fmt::format("{}?{}", result.technique, result.settings)), result.extreme, result.backend, broken,
-        result.pixels);
-  }
-  if (all > 20) put("... and {} more, all in stress.json\n", all - 20);
+  for (const StressResult& result : report.results)
+    if (!result.holds() && ++all <= kMostShown) put("{}\n", fault_line(result, names, paint));
+  if (all > kMostShown) put("... and {} more, all in stress.json\n", all - kMostShown);
 }
 
 /// "6" and "6:round", or "6:truncate".
@@ -126,18 +127,36 @@ SimulatedFilter parse_simulated(const std::string& text) {
   return simulated;
 }
 
+Extremes extremes_of(const StressArguments& arguments) {
+  if (arguments.random > 0) return random_extremes(arguments.random, arguments.seed);
+  return arguments.extremes.empty() ? built_in_extremes() : load_extremes(arguments.extremes);
+}
+
+Exit exit_of(const StressReport& report) {
+  const auto fails = [](const StressResult& result) { return !result.holds(); };
+  const auto is_left_out = [](const StressResult& result) { return result.holds() && !result.skipped.empty(); };
+  if (std::ranges::any_of(report.results, fails)) return Exit::answer_is_no;
+  if (report.undone > 0) return Exit::inconclusive;
+  return std::ranges::all_of(report.results, is_left_out) ? Exit::nothing_measured : Exit::done;
+}
+
 void stress_command(const StressArguments& arguments, int& exit_code) {
-  const Extremes extremes = arguments.extremes.empty() ? built_in_extremes() : load_extremes(arguments.extremes);
+  const Extremes extremes = extremes_of(arguments);
   if (!arguments.output.empty()) prepare_stress_folder(arguments.output);  // before the work, not after it
   std::optional<SimulatedFilter> simulated;
   if (!arguments.simulate_filter.empty()) simulated = parse_simulated(arguments.simulate_filter);
+  heed_interrupts();
+  const auto words = [&](const StressResult& result) { return fault_line(result, arguments.names, Paint(false)); };
   const StressReport report = run_stress(extremes, {.backends = choose_backends(arguments.backend),
                                                     .device = arguments.device,
                                                     .filter = arguments.filter,
                                                     .is_large = arguments.large,
                                                     .simulated = simulated,
                                                     .quiet = arguments.quiet,
-                                                    .open = open_isolated});
+                                                    .open = open_isolated,
+                                                    .draws_at_once = true,
+                                                    .words = words,
+                                                    .is_interrupted = is_interrupted});
   if (!arguments.output.empty()) write_stress(report, arguments.output);
   const auto skipped =
       std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty() && !r.is_lost; });
@@ -150,14 +169,11 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
     const auto failing = std::ranges::count_if(report.results, [](const auto& r) { return !r.holds(); });
     put("{} pairs of frames, {} fail, {} left out, {:.0f} s\n",
         static_cast<std::int64_t>(report.results.size()) - skipped, failing, skipped, report.wall_s);
+    if (report.undone > 0) put("interrupted: {} settings at extremes were not drawn\n", report.undone);
     for (const std::string& device : report.devices) put("{}\n", device);
     if (!arguments.output.empty()) put("report: {}/stress.html\n", arguments.output);
   }
-  if (skipped == static_cast<std::int64_t>(report.results.size())) {
-    exit_code = static_cast<int>(Exit::nothing_measured);
-  } else if (!report.holds()) {
-    exit_code = static_cast<int>(Exit::answer_is_no);
-  }
+  exit_code = static_cast<int>(exit_of(report));
 }
 
 }  // namespace
@@ -165,7 +181,16 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
 void add_stress_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("stress", "every technique, map and format at the extremes: what holds");
   const auto arguments = std::make_shared<StressArguments>();
-  command->add_option("EXTREMES", arguments->extremes, "a file of extremes; default: configs/extremes/standard.json");
+  CLI::Option* const file = command->add_option("EXTREMES", arguments->extremes,
+                                                "a file of extremes; default: configs/extremes/standard.json");
+  CLI::Option* const random =
+      command->add_option("--random", arguments->random, "instead, so many scenes drawn at random")
+          ->type_name("N")
+          ->check(CLI::Range(1, 10000))
+          ->excludes(file);
+  command->add_option("--seed", arguments->seed, "of the scenes; scene I is extreme SEED_I, whatever N")
+      ->capture_default_str()
+      ->needs(random);
   command->add_option("-o,--output", arguments->output, "folder for stress.json, stress.html and the worst pictures");
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
   command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();

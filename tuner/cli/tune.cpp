@@ -4,9 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -18,6 +16,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/features_option.h"
 #include "tuner/cli/format.h"
+#include "tuner/cli/interrupt.h"
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/tune_text.h"
@@ -57,12 +56,6 @@ struct TuneArguments {
   bool quiet = false;
   bool json = false;
 };
-
-std::atomic<bool>& interrupted() {
-  static std::atomic<bool> flag = false;
-  return flag;
-}
-extern "C" void on_interrupt(int) { interrupted() = true; }
 
 /// "90s", "10m", "1.5h", or seconds.
 double parse_duration_s(const std::string& text) {
@@ -188,7 +181,7 @@ TuneOptions options_of(const TuneArguments& arguments) {
   if (!arguments.time_limit.empty()) options.time_limit_s = parse_duration_s(arguments.time_limit);
   options.weights = parse_weights(arguments.weights);
   options.combine = arguments.combine == "worst" ? Combine::worst : Combine::weighted;
-  options.is_interrupted = [] { return interrupted().load(); };
+  options.is_interrupted = is_interrupted;
   if (arguments.fleet.empty()) return options;
   if (question.max_time_ms)
     fail_input("--fleet chooses the fastest within bounds on error; --max-time-ms is no such bound");
@@ -225,7 +218,7 @@ std::string chosen_backend(const std::string& name) {
 
 void tune_command(const TuneArguments& arguments, int& exit_code) {
   TuneOptions options = options_of(arguments);
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_interrupt);
+  heed_interrupts();
   TuneResult result;
   if (!arguments.replay.empty()) {
     if (arguments.scenes.size() > 1) fail_input("--replay takes one --scene");

@@ -34,6 +34,9 @@ using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int
 /// In this process.
 [[nodiscard]] std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index);
 
+/// Pipelines that are kept of a software rasteriser, which takes two to three megabytes for each.
+inline constexpr std::size_t kMostSoftwarePipelines = 1024;
+
 /// One open device of a sweep: its audited timers and filter, its calibration, and its compiled shaders, each compiled
 /// once.
 class Session {
@@ -87,8 +90,7 @@ class Session {
   [[nodiscard]] bool is_compiled(const Settings& settings, const Target& target, const Scene& scene) const {
     return pipelines_.contains(source_of(settings, target, scene).key);
   }
-  /// Lets go of those pipelines that were used longest ago, down to `most`; draws with them count no more. A software
-  /// rasteriser takes two to three megabytes for each.
+  /// Lets go of those pipelines that were used longest ago, down to `most`; draws with them count no more.
   void drop_old_pipelines(std::size_t most);
   /// What shades the exact hits, with the exact values of these features.
   [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, const Scene& scene);

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -53,6 +54,7 @@ struct StressResult {
   double e_xy_max = 0;
   double differing_rate = 0;  ///< to the other backend
 
+  [[nodiscard]] std::int64_t& fault(StressCheck check) { return faults.at(static_cast<std::size_t>(check)); }
   [[nodiscard]] bool holds() const;
 };
 
@@ -64,6 +66,10 @@ struct StressOptions {
   std::optional<SimulatedFilter> simulated{};  ///< then all that can reads with this sampler
   bool quiet = false;
   OpenDevice open = open_device;
+  bool draws_at_once = false;  ///< each device from a thread of its own, as workers may; a GL context is of one thread
+  /// A line for people on a result that does not hold, told as it comes.
+  std::function<std::string(const StressResult&)> words = [](const StressResult&) { return std::string(); };
+  std::function<bool()> is_interrupted = [] { return false; };  ///< asked before each setting
 };
 
 /// The worst picture of a technique: the frame with the highest p99 error.
@@ -81,8 +87,10 @@ struct StressReport {
   std::vector<std::string> devices;  ///< "opengl: llvmpipe ..."
   std::vector<StressResult> results;
   std::vector<StressPicture> pictures;
+  std::int64_t undone = 0;  ///< settings at extremes that an interrupted run did not come to
   double wall_s = 0;
 
+  /// Whether all was done, and holds.
   [[nodiscard]] bool holds() const;
 };
 

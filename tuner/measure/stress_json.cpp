@@ -45,9 +45,11 @@ json stress_json(const StressReport& report) {
   for (const StressResult& result : report.results) results.push_back(result_json(result));
   json worst = json::array();
   for (const StressPicture& picture : report.pictures) worst.push_back(result_json(picture.result));
-  return {{"schema", kStressSchema},         {"checks", kStressCheckIds}, {"techniques", report.techniques},
-          {"extremes", std::move(extremes)}, {"devices", report.devices}, {"holds", report.holds()},
-          {"wall_s", report.wall_s},         {"worst", std::move(worst)}, {"results", std::move(results)}};
+  json whole = {{"schema", kStressSchema},         {"checks", kStressCheckIds}, {"techniques", report.techniques},
+                {"extremes", std::move(extremes)}, {"devices", report.devices}, {"holds", report.holds()},
+                {"wall_s", report.wall_s},         {"worst", std::move(worst)}, {"results", std::move(results)}};
+  if (report.undone > 0) whole["undone"] = report.undone;
+  return whole;
 }
 
 }  // namespace reliefbench

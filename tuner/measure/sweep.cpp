@@ -158,7 +158,7 @@ class DeviceSweep {
 
  private:
   void run_block(const Block& block, const std::function<void(double)>& on_progress) {
-    if (session_.device().software) session_.drop_old_pipelines(kMostPipelines);
+    if (session_.device().software) session_.drop_old_pipelines(kMostSoftwarePipelines);
     compile_ahead(block);
     std::vector<PreparedCase> prepared;
     prepared.reserve(block.size());
@@ -264,8 +264,7 @@ class DeviceSweep {
     }
   }
 
-  static constexpr std::size_t kMostPipelines = 1024;  // of a software rasteriser: three gigabytes
-  static constexpr double kPrepareShare = 0.7;         // of a block's time, for the progress bar
+  static constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
 
   const Config& config_;
   const std::filesystem::path& folder_;

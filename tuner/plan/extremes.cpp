@@ -81,7 +81,7 @@ Extremes parse_extremes(const std::string& text, const std::filesystem::path& pa
 Extremes load_extremes(const std::filesystem::path& path) { return parse_extremes(read_file(path), path); }
 
 Extremes built_in_extremes() {
-  return parse_extremes(std::string(embedded_text(embedded_extremes(), "standard.json")),
+  return parse_extremes(std::string(embedded_text(embedded_extremes(), kBuiltInExtremes)),
                         "configs/extremes/standard.json");
 }
 

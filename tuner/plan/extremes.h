@@ -1,6 +1,8 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -31,6 +33,11 @@ struct Extremes {
 [[nodiscard]] Extremes parse_extremes(const std::string& text, const std::filesystem::path& path);
 /// The extremes that the binary carries.
 [[nodiscard]] Extremes built_in_extremes();
+inline constexpr std::string_view kBuiltInExtremes = "standard.json";
+/// Scenes drawn at random: any heightmap, size, view, depth, surface and number of steps that a config may have, with
+/// the frame and the settings of the built-in extremes. Scene "SEED_I" depends on the seed and on its index alone; what
+/// it is about is its text.
+[[nodiscard]] Extremes random_extremes(int count, std::uint64_t seed);
 
 /// Sets what the technique has; values of ranges are brought into them, others that it does not know are left out.
 void apply(const std::vector<SettingChange>& changes, Settings& settings);
