@@ -243,8 +243,9 @@ std::vector<Technique> rows() {
        .params = joined({{node_steps()}, refinement("secant", 6, 0)}),
        .storage = StorageUse{.format = "r16"},
        .guarantee = Guarantee::none,
-       .guarantee_note = "texels' blocks do not bound the bilinear surface between them; where it lies flat in a block's "
-                         "top, an ulp decides what is refined",
+       .guarantee_note =
+           "texels' blocks do not bound the bilinear surface between them; where it lies flat in a block's "
+           "top, an ulp decides what is refined",
        .source = "[DRO18]; secant_steps=0 is its linear refinement",
        .disagreement = 0.05},
       {.id = "distance",

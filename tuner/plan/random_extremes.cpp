@@ -25,7 +25,9 @@ constexpr int kStepCounts[] = {0, 1, 2, 3, 8, 32, 200};
 class Dice {
  public:
   explicit Dice(std::seed_seq&& seed) : random_(seed) {}
-  double between(double low, double high) { return low + (high - low) * static_cast<double>(random_() >> 11U) * 0x1p-53; }
+  double between(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_() >> 11U) * 0x1p-53;
+  }
   /// Every factor as likely.
   double about(double low, double high) { return low * std::pow(high / low, between(0, 1)); }
   bool one_in(double times) { return between(0, times) < 1; }
@@ -89,7 +91,8 @@ json random_scene(Dice& dice) {
 }  // namespace
 
 Extremes random_extremes(int count, std::uint64_t seed) {
-  json text = json::parse(embedded_text(embedded_extremes(), kBuiltInExtremes), nullptr, true, /*ignore_comments=*/true);
+  json text =
+      json::parse(embedded_text(embedded_extremes(), kBuiltInExtremes), nullptr, true, /*ignore_comments=*/true);
   Extremes extremes = built_in_extremes();
   extremes.list.clear();
   for (int i = 0; i < count; ++i) {
