@@ -286,6 +286,18 @@ TEST_F(FaultTest, an_export_that_was_killed_is_done_again) {
   EXPECT_EQ(kills, names_in("other").size()) << "one a file";
 }
 
+/// What a command of the folder ends with that gets the signal while it draws.
+CommandResult interrupted(std::vector<std::string> command, const std::filesystem::path& folder,
+                          const std::string& output, int signal) {
+  command.insert(command.end(), {"-o", output, "--backend", "null", "--json", "--quiet"});
+  const pid_t child = start_reliefbench(command, folder);
+  while (!std::filesystem::exists(folder / output / kImagesFolder))
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  kill(child, signal);
+  return wait_for(child, folder);
+}
+
 TEST_F(FaultTest, sigterm_ends_tune_with_the_answer_so_far) {
   std::ofstream(folder_ / "large.json") << R"({
     "scenes": [{"heightmap": {"source": "fbm", "width": 64, "height": 64}, "views": "oblique", "frame_px": [256, 256]}],
@@ -293,13 +305,7 @@ TEST_F(FaultTest, sigterm_ends_tune_with_the_answer_so_far) {
     "sweeps": [{"technique": "relief", "axes": {"linear_steps": {"from": 4, "to": 512, "step": 1}}}]})";
   for (const int signal : {SIGINT, SIGTERM}) {
     const std::string output = "tune" + std::to_string(signal);
-    const pid_t child = start_reliefbench(
-        {"tune", "large.json", "-o", output, "--backend", "null", "--json", "--quiet"}, folder_.path());
-    while (!std::filesystem::exists(folder_ / output / kImagesFolder))
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    kill(child, signal);
-    const CommandResult result = wait_for(child, folder_.path());
+    const CommandResult result = interrupted({"tune", "large.json"}, folder_.path(), output, signal);
     EXPECT_EQ(result.exit_code, static_cast<int>(Exit::inconclusive)) << "signal " << result.signal << result.err;
     EXPECT_TRUE(nlohmann::json::parse(result.out).at("certificate").at("stopped"));
     EXPECT_TRUE(std::filesystem::exists(folder_ / output / "tune.json"));
@@ -309,14 +315,8 @@ TEST_F(FaultTest, sigterm_ends_tune_with_the_answer_so_far) {
 TEST_F(FaultTest, sigterm_ends_stress_with_what_was_drawn) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const std::string output = "stress" + std::to_string(signal);
-    const pid_t child = start_reliefbench(
-        {"stress", "--random", "2000", "--backend", "null", "--filter", "relief/*", "-o", output, "--json", "--quiet"},
-        folder_.path());
-    while (!std::filesystem::exists(folder_ / output / kImagesFolder))
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    kill(child, signal);
-    const CommandResult result = wait_for(child, folder_.path());
+    const CommandResult result =
+        interrupted({"stress", "--random", "2000", "--filter", "relief/*"}, folder_.path(), output, signal);
     EXPECT_EQ(result.exit_code, static_cast<int>(Exit::inconclusive)) << "signal " << result.signal << result.err;
     EXPECT_GT(nlohmann::json::parse(result.out).at("undone"), 0);
     EXPECT_TRUE(std::filesystem::exists(folder_ / output / "stress.html"));

@@ -129,8 +129,7 @@ class StressRun {
     try {
       bake_for(planned);
     } catch (const Error& error) {
-      if (error.code() != Exit::bad_input) throw;
-      blank.skipped = error.what();
+      leave_out(error, blank);
       return add(std::move(blank));
     }
     // Drivers compile for longer than they draw, on one thread each.
@@ -151,6 +150,13 @@ class StressRun {
       }
       add(std::move(result));
     }
+  }
+
+  /// Of the error that is being handled. throws: it again, where it is not of this setting alone
+  static void leave_out(const Error& error, StressResult& result) {
+    result.is_lost = needs_reopening(error.fault()) || error.fault() == Fault::out_of_memory;
+    if (error.code() != Exit::bad_input && !result.is_lost) throw;
+    result.skipped = error.what();
   }
 
   void add(StressResult result) {
@@ -201,9 +207,7 @@ class StressRun {
       if (!drawn.frame->is_same(again)) result.fault(StressCheck::repeatable) = 1;
     } catch (const Error& error) {
       drawn.frame.reset();
-      result.is_lost = needs_reopening(error.fault()) || error.fault() == Fault::out_of_memory;
-      if (error.code() != Exit::bad_input && !result.is_lost) throw;
-      result.skipped = error.what();
+      leave_out(error, result);
       if (!result.is_lost) return;
       device.extreme = nullptr;
       device.scene = {};
