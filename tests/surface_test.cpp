@@ -173,6 +173,31 @@ TEST(SurfaceTracer, leaves_the_solid_where_it_ends) {
   EXPECT_GT(ended, 20);
 }
 
+// Spheres of such a ray would come no nearer in thousands of steps.
+TEST(SurfaceTracer, a_ray_that_grazes_a_torus_enters_it) {
+  const FrameUniforms frame = frame_uniforms(curved_scene(SurfaceKind::torus), 16, 16);
+  const SurfaceShape shape(frame);
+  for (const double turn : {-0.3, 0.0, 0.4})
+    for (const double heading : {0.0, 0.7, 1.5})
+      for (const double cosine : {0.3, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5}) {
+        // On the outside, round the axis by `turn`: where the torus is convex, what is met first is the point itself.
+        const double outer = shape.ring + shape.tube;
+        const Point3 at{0.5 + outer * std::sin(turn), 0.5, outer * (std::cos(turn) - 1)};
+        const SurfacePlace place = shape.place_of(at);
+        const double level = std::sqrt(1 - cosine * cosine);
+        Point3 direction{};
+        Point3 from{};
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          direction.at(axis) = level * (std::cos(heading) * place.tangent_u.at(axis) +
+                                        std::sin(heading) * place.tangent_v.at(axis)) -
+                               cosine * place.normal.at(axis);
+          from.at(axis) = at.at(axis) - 2 * direction.at(axis);
+        }
+        // A distance that is off by 1e-13 is one that is off by that over the cosine, along the ray.
+        EXPECT_NEAR(shape.enter(from, direction), 2, 1e-12 / cosine) << turn << " " << heading << " " << cosine;
+      }
+}
+
 // Its inside is thousands of reliefs wide.
 TEST(SurfaceTracer, leaves_a_large_sphere_on_its_far_side) {
   Scene scene = curved_scene(SurfaceKind::sphere, 0.01);

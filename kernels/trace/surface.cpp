@@ -202,16 +202,32 @@ double SurfaceShape::enter(const Point3& from, const Point3& direction) const {
   if (inside < 0) return -1;
   const double half = std::sqrt(inside / a);
   if (kind != SurfaceKind::torus) return nearest - half;
-  // Sphere tracing: nowhere is the way to the tube shorter than its distance.
+  // Sphere tracing: nowhere is the way to the tube shorter than its distance. Near the tube Newton's steps, as spheres
+  // of a grazing ray come no nearer. Where the ray moves away there is a least step, within which it could pass what is
+  // no deeper than the step's square.
   double way = std::max(nearest - half, 0.0);
+  double outside = way;  // the last place that was
   constexpr int kMostSteps = 4096;
-  constexpr double kNear = 1e-13;
+  const double arrived = 1e-13 + 4e-15 * reach;  // over what rounding does to the distance
+  constexpr double kClose = 1e-3;  // of the reach
+  constexpr double kLeast = 1e-6;
   for (int i = 0; i < kMostSteps && way <= nearest + half; ++i) {
     const Point3 p = on_line(to_eye, direction, way);
-    const double distance = std::hypot(std::hypot(p[0], p[2]) - ring, p[1]) - tube;
+    const double axial = std::max(std::hypot(p[0], p[2]), 1e-12);
+    const double radial = std::max(std::hypot(axial - ring, p[1]), 1e-12);
+    const double distance = radial - tube;
+    const double axial_speed = (p[0] * direction[0] + p[2] * direction[2]) / axial;
+    const double fall = -((axial - ring) * axial_speed + p[1] * direction[1]) / radial;
     if (i == 0 && distance < 0 && way == 0) return -1;
-    if (distance <= kNear) return way;
-    way += distance;
+    if (std::abs(distance) <= arrived) return way;
+    if (distance > 0) outside = way;
+    const bool is_close = distance <= kClose * reach;
+    if (distance < 0 && fall <= 0)
+      way = 0.5 * (outside + way);
+    else if (is_close && fall > 0)
+      way += std::min(distance / fall, 0.1 * tube);
+    else
+      way += is_close ? std::max(distance, kLeast * reach) : distance;
   }
   return -1;
 }
