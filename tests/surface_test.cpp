@@ -188,9 +188,9 @@ TEST(SurfaceTracer, a_ray_that_grazes_a_torus_enters_it) {
         Point3 direction{};
         Point3 from{};
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          direction.at(axis) = level * (std::cos(heading) * place.tangent_u.at(axis) +
-                                        std::sin(heading) * place.tangent_v.at(axis)) -
-                               cosine * place.normal.at(axis);
+          direction.at(axis) =
+              level * (std::cos(heading) * place.tangent_u.at(axis) + std::sin(heading) * place.tangent_v.at(axis)) -
+              cosine * place.normal.at(axis);
           from.at(axis) = at.at(axis) - 2 * direction.at(axis);
         }
         // A distance that is off by 1e-13 is one that is off by that over the cosine, along the ray.

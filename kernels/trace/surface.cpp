@@ -209,7 +209,7 @@ double SurfaceShape::enter(const Point3& from, const Point3& direction) const {
   double outside = way;  // the last place that was
   constexpr int kMostSteps = 4096;
   const double arrived = 1e-13 + 4e-15 * reach;  // over what rounding does to the distance
-  constexpr double kClose = 1e-3;  // of the reach
+  constexpr double kClose = 1e-3;                // of the reach
   constexpr double kLeast = 1e-6;
   for (int i = 0; i < kMostSteps && way <= nearest + half; ++i) {
     const Point3 p = on_line(to_eye, direction, way);
