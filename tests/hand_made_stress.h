@@ -26,7 +26,7 @@ inline StressReport hand_made_stress() {
   add("cone", "cliff").guarantee = Guarantee::exact;
   StressResult& broken = add("cone", "deep");
   broken.guarantee = Guarantee::exact;
-  broken.faults.at(static_cast<std::size_t>(StressCheck::guarantee)) = 3;
+  broken.fault(StressCheck::guarantee) = 3;
   broken.e_xy_p99 = 1.5;
   for (const StressResult& worst : {report.results.front(), report.results.back()})
     report.pictures.push_back({.technique = worst.technique,

@@ -187,7 +187,7 @@ TEST(Stress, FindsABrokenGuarantee) {
   const StressReport report = run_stress(extremes, {.backends = {"null"}, .filter = "cone/*", .quiet = true});
   EXPECT_FALSE(report.holds());
   const bool is_guarantee = std::ranges::any_of(report.results, [](const StressResult& result) {
-    return result.faults.at(static_cast<std::size_t>(StressCheck::guarantee)) > 0;
+    return result.fault(StressCheck::guarantee) > 0;
   });
   EXPECT_TRUE(is_guarantee);
 }
@@ -205,7 +205,7 @@ TEST(Stress, FindsBackendsThatDoNotAgree) {
   const StressReport report = run_stress(extremes, {.backends = {"null", "opengl"}, .filter = "cone/*", .quiet = true});
   EXPECT_THAT(report.techniques, ::testing::ElementsAre("cone"));
   EXPECT_TRUE(std::ranges::any_of(report.results, [](const StressResult& result) {
-    return result.faults.at(static_cast<std::size_t>(StressCheck::agreement)) > 0;
+    return result.fault(StressCheck::agreement) > 0;
   }));
 }
 

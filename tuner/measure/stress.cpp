@@ -144,8 +144,11 @@ class StressRun {
     for (auto& [result, frame] : drawn) {
       if (frame) {
         const JudgedFrame judged = check_frame(*frame, planned.settings, *stored_, scene.wrap, result);
-        if (first != nullptr) compare_frames(first->pixels, *frame, scene.wrap, result);
-        if (first == nullptr) first = &*frame;
+        if (first == nullptr) {
+          first = &*frame;
+        } else {
+          compare_frames(*first, *frame, scene.wrap, result);
+        }
         keep_worst(result, judged, scene);
       }
       add(std::move(result));

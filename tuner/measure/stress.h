@@ -55,6 +55,7 @@ struct StressResult {
   double differing_rate = 0;  ///< to the other backend
 
   [[nodiscard]] std::int64_t& fault(StressCheck check) { return faults.at(static_cast<std::size_t>(check)); }
+  [[nodiscard]] std::int64_t fault(StressCheck check) const { return faults.at(static_cast<std::size_t>(check)); }
   [[nodiscard]] bool holds() const;
 };
 

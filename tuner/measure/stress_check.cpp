@@ -140,14 +140,15 @@ bool is_same_ray(const TextureRay& a, const TextureRay& b, const FrameUniforms& 
 
 }  // namespace
 
-void compare_frames(std::span<const ScorePixel> a, const StressFrame& frame, Wrap wrap, StressResult& result) {
-  const std::vector<ScorePixel>& b = frame.pixels;
+void compare_frames(const StressFrame& a, const StressFrame& b, Wrap wrap, StressResult& result) {
   // So much farther apart are hits, and so many more are the steps that end on another side of the surface.
-  const double scale = tolerance_on(frame.uniforms);
+  const double scale = tolerance_on(b.uniforms);
   std::int64_t differing = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const bool is_same = is_same_ray(a[i].ray, b[i].ray, frame.uniforms, wrap, scale * kRayAgreement_texels);
-    if (!is_same || !(apart(a[i].t, b[i].t) <= scale * kAgreement)) ++differing;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    const ScorePixel& first = a.pixels[i];
+    const ScorePixel& second = b.pixels[i];
+    const bool is_same = is_same_ray(first.ray, second.ray, b.uniforms, wrap, scale * kRayAgreement_texels);
+    if (!is_same || !(apart(first.t, second.t) <= scale * kAgreement)) ++differing;
   }
   if (result.pixels == 0) return;
   result.differing_rate = static_cast<double>(differing) / static_cast<double>(result.pixels);

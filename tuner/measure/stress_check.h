@@ -43,6 +43,6 @@ struct StressFrame {
                                       Wrap wrap, StressResult& result);
 
 /// Counts the pixels on which two backends do not agree, if they are too many.
-void compare_frames(std::span<const ScorePixel> a, const StressFrame& b, Wrap wrap, StressResult& result);
+void compare_frames(const StressFrame& a, const StressFrame& b, Wrap wrap, StressResult& result);
 
 }  // namespace reliefbench
