@@ -71,12 +71,20 @@ Settings cone_settings(std::string_view filter) {
                               {"shadow", "cone"},
                               {"shadow_steps", "2000"}});
 }
+/// The same of cones of cells.
+Settings cell_settings(std::string_view format = "rg32f", std::string_view encoding = "ratio") {
+  return settings_of("cell_cone", {{"format", format},
+                                   {"encoding", encoding},
+                                   {"cone_steps", "2000"},
+                                   {"shadow", "cone"},
+                                   {"shadow_steps", "2000"}});
+}
 
 TEST_P(ShadowTest, of_free_cones_lights_nothing_that_is_in_shadow) {
   on_every_device([](const Rig& rig) {
-    for (const char* filter : {"manual", "hardware"})
+    for (const Settings& settings : {cone_settings("manual"), cone_settings("hardware"), cell_settings(),
+                                     cell_settings("rg16", "sqrt"), cell_settings("rg8", "sqrt")})
       for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
-        const Settings settings = cone_settings(filter);
         ASSERT_EQ(guarantee_of(settings, Query::shadow), Guarantee::never_skips);
         for (const ProceduralRow& row : procedurals()) {
           const StoredMap map = store_map(settings, row.generate(32, 32, 7), wrap);
@@ -86,7 +94,7 @@ TEST_P(ShadowTest, of_free_cones_lights_nothing_that_is_in_shadow) {
             const PixelFeature feature = pixel_features(settings).front();
             const FrameScore score = judged(settings, lit, map, wrap);
             const std::string what =
-                fmt::format("{} {} {} {}", row.id, filter, static_cast<int>(wrap), light.elevation_deg);
+                fmt::format("{} {} {} {}", row.id, setting_id(settings), static_cast<int>(wrap), light.elevation_deg);
             EXPECT_EQ(feature.feature->value->broken(tracer, lit.frame, lit.pixels, lit.light), 0) << what;
             EXPECT_LE(score.at("false_dark_rate"), 0.01) << what;  // edges
             EXPECT_LT(std::ranges::count(lit.light, 0.0F), std::ssize(lit.light)) << what;
@@ -99,13 +107,14 @@ TEST_P(ShadowTest, of_free_cones_lights_nothing_that_is_in_shadow) {
 // The numbers that reports have: hits are found within 2^-14, and so shadows are, but for edges.
 TEST_P(ShadowTest, of_free_cones_is_the_references_but_for_edges) {
   on_every_device([](const Rig& rig) {
-    const Settings settings = cone_settings("manual");
-    const StoredMap map = store_map(settings, small_fbm(), Wrap::repeat);
-    const Scene scene = shadow_scene(view_presets()[1], Wrap::repeat, kLow);
-    const FrameScore score = judged(settings, lit_frame(rig, settings, map, scene), map, scene.wrap);
-    EXPECT_LT(score.at("false_lit_rate"), 0.002);
-    EXPECT_LT(score.at("false_dark_rate"), 0.002);
-    EXPECT_EQ(score.at("penumbra_error"), score.at("false_lit_rate") + score.at("false_dark_rate"));
+    for (const Settings& settings : {cone_settings("manual"), cell_settings()}) {
+      const StoredMap map = store_map(settings, small_fbm(), Wrap::repeat);
+      const Scene scene = shadow_scene(view_presets()[1], Wrap::repeat, kLow);
+      const FrameScore score = judged(settings, lit_frame(rig, settings, map, scene), map, scene.wrap);
+      EXPECT_LT(score.at("false_lit_rate"), 0.002);
+      EXPECT_LT(score.at("false_dark_rate"), 0.002);
+      EXPECT_EQ(score.at("penumbra_error"), score.at("false_lit_rate") + score.at("false_dark_rate"));
+    }
   });
 }
 
@@ -142,11 +151,14 @@ TEST_P(ShadowTest, errs_as_its_row_says) {
 
 TEST_P(ShadowTest, of_every_row_knows_the_horizon_and_the_zenith) {
   on_every_device([](const Rig& rig) {
+    std::vector<Settings> every{cell_settings()};
     for (const std::string_view id : shadow_ids())
+      every.push_back(settings_of("cone", {{"format", "rg32f"}, {"filter", "manual"}, {"shadow", id}}));
+    for (Settings& settings : every)
       for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
         for (const double elevation_deg : {-90.0, -10.0, 0.0, 1e-4, 90.0}) {
-          Settings settings = settings_of("cone", {{"format", "rg32f"}, {"filter", "manual"}, {"shadow", id}});
           settings.set("cone_steps", 500);
+          const std::string_view id = settings.choice("shadow");
           const StoredMap map = store_map(settings, small_fbm(), wrap);
           const LitFrame lit =
               lit_frame(rig, settings, map, shadow_scene(view_presets()[1], wrap, {.elevation_deg = elevation_deg}));

@@ -4,33 +4,45 @@
 
 const float INFINITE_T = 1e30;
 
-// The cell that the ray is about to cross at t, and the t at which it leaves it.
+// A cell, and the t at which a ray leaves it.
 struct Cell {
   vec2 index;  // of its lower texel
   float t_border;
 };
 
-// One axis: x(t) = o + d t. On a border, the cell ahead is taken: t_border > t always, so that stepping makes progress
-// with no epsilon. d = 0 never leaves (no 0/0).
-float axis_border(float o, float d, float t, inout float index) {
-  if (d == 0.0) return INFINITE_T;
-  float border = d > 0.0 ? index + 1.0 : index;
-  float t_border = (border - o) / d;
-  if (t_border <= t) {
-    index += sign(d);
-    t_border = (border + sign(d) - o) / d;
-  }
-  return t_border;
+// A straight line in texels, x(t) = o + d t, with what is the same at every step.
+struct Path {
+  vec2 o;
+  vec2 d;
+  vec2 way;    // the sign of d; 1 where d is 0
+  vec2 per_d;  // 1 / d; along a slower axis than 1e-30 it never comes to a border (no 0/0, no 0 * infinity)
+};
+
+Path make_path(vec2 o, vec2 d) {
+  vec2 way = mix(vec2(1.0), vec2(-1.0), lessThan(d, vec2(0.0)));
+  return Path(o, d, way, way / max(abs(d), 1e-30));
 }
 
-Cell cell_ahead(Ray ray, float t) {
+// A ray in the texels of its level.
+Path texel_path(Ray ray) {
   vec2 size = vec2(level_size(ray.level));
-  vec2 o = ray.uv * size - 0.5;
-  vec2 d = ray.slope * size;
-  Cell cell;
-  cell.index = floor(o + d * t);
-  cell.t_border = min(axis_border(o.x, d.x, t, cell.index.x), axis_border(o.y, d.y, t, cell.index.y));
-  return cell;
+  return make_path(ray.uv * size - 0.5, ray.slope * size);
+}
+
+// When the path comes to a cell's borders.
+vec2 border_times(Path path, vec2 index) { return (index + max(path.way, 0.0) - path.o) * path.per_d; }
+
+// The cell that the path is about to cross at t. On a border it is the one ahead, so that all its border_times are later
+// than t, and stepping makes progress with no epsilon.
+vec2 index_ahead(Path path, float t) {
+  vec2 index = floor(path.o + path.d * t);
+  return index + mix(vec2(0.0), path.way, lessThanEqual(border_times(path, index), vec2(t)));
+}
+
+Cell cell_ahead(Path path, float t) {
+  vec2 index = index_ahead(path, t);
+  vec2 borders = border_times(path, index);
+  return Cell(index, min(borders.x, borders.y));
 }
 
 // Heights of a cell's texels: 01, 11, 10, 00. Gathering is for the base level only.

@@ -35,8 +35,12 @@ struct Hit {
 #include "surface_bent.glsl"
 #endif
 
-// The half keeps the quotient off whole numbers, where a division that is an ulp off would end in another tile.
-int wrapped(int i, int n) { return clamp(WRAP == WRAP_CLAMP ? i : int(mod(float(i) + 0.5, float(n))), 0, n - 1); }
+// The half keeps the quotient off whole numbers, where one that is an ulp off would end in another tile.
+ivec2 wrapped(ivec2 i, ivec2 n) {
+  vec2 middle = vec2(i) + 0.5;
+  vec2 size = vec2(n);
+  return clamp(WRAP == WRAP_CLAMP ? i : ivec2(middle - size * floor(middle * (1.0 / size))), ivec2(0), n - 1);
+}
 
 // tan(y) for y in [0, pi/4] within 2.2e-4; the map was encoded by this very formula.
 float tangent(float y) { return y * (15.0 - y * y) / (15.0 - 6.0 * y * y); }
@@ -59,8 +63,7 @@ ivec2 map_size();  // texels
 ivec2 level_size(int level) { return max(map_size() >> level, ivec2(1)); }
 
 vec4 fetch(sampler2D map, ivec2 texel, int level) {
-  ivec2 size = level_size(level);
-  return texelFetch(map, ivec2(wrapped(texel.x, size.x), wrapped(texel.y, size.y)), level);
+  return texelFetch(map, wrapped(texel, level_size(level)), level);
 }
 
 // The four texels round a point, in the order of textureGather, and the point's place between them.
@@ -71,11 +74,13 @@ struct Corners {
 
 Corners fetch_corners(sampler2D map, vec2 uv, int level, inout int taps) {
   taps += 4;
-  vec2 x = uv * vec2(level_size(level)) - 0.5;
+  ivec2 size = level_size(level);
+  vec2 x = uv * vec2(size) - 0.5;
   vec2 cell = floor(x);
-  ivec2 i = ivec2(cell);
-  return Corners(fetch(map, i + ivec2(0, 1), level), fetch(map, i + ivec2(1, 1), level),
-                 fetch(map, i + ivec2(1, 0), level), fetch(map, i, level), x - cell);
+  ivec2 low = wrapped(ivec2(cell), size);
+  ivec2 high = wrapped(ivec2(cell) + 1, size);
+  return Corners(texelFetch(map, ivec2(low.x, high.y), level), texelFetch(map, high, level),
+                 texelFetch(map, ivec2(high.x, low.y), level), texelFetch(map, low, level), x - cell);
 }
 
 vec4 bilinear(Corners c) { return mix(mix(c.t00, c.t10, c.f.x), mix(c.t01, c.t11, c.f.x), c.f.y); }

@@ -35,10 +35,10 @@ float free_behind(Relief relief, float gap, float ray_ratio, float shift) {
 float adapted_stride(float slope) { return clamp(2.0 / (1.0 - slope), 1.0, 2.0); }
 
 // Where the next look is taken. A cell that holds the hit ends the search.
-float next_t(Ray ray, ConeSearch search, Relief relief, float gap, float ray_ratio, inout Hit hit) {
+float next_t(Ray ray, Path path, ConeSearch search, Relief relief, float gap, float ray_ratio, inout Hit hit) {
   float t_next = hit.t + free_step(relief, gap, ray_ratio, search.shape);
   if (search.leaves_cell) {
-    Cell cell = cell_ahead(ray, hit.t);
+    Cell cell = cell_ahead(path, hit.t);
     if (t_next < cell.t_border) {
       t_next = cell.t_border;
       if (search.solves_surface) {
@@ -62,6 +62,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
   int channel = ratio_channel(search.shape, ray.slope);
   float shift = 0.0;
   if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(ray.level);
+  Path path = texel_path(ray);
   bracket = Bracket(0.0, 0.0, 0.0, 0.0);
   bool pierced = false;
   float reach = 0.0;   // the ray is free up to here
@@ -91,7 +92,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         bracket.lo = hit.t;
         bracket.gap_lo = gap;
         float t = hit.t;
-        hit.t = next_t(ray, search, relief, sure, ray_ratio, hit);
+        hit.t = next_t(ray, path, search, relief, sure, ray_ratio, hit);
         reach = hit.t;
         if (search.stride != 1.0 && hit.status == STATUS_STEP_CAP) {
           float free = free_step(relief, sure, ray_ratio, search.shape);

@@ -12,16 +12,17 @@ float distance_at(Ray ray, float t, inout Hit hit) {
   int columns = textureSize(extra_map, 0).x / map_size().x;
   int row = int((float(slice) + 0.5) / float(columns));  // the half is more than the quotient's rounding
   ivec2 corner = ivec2(slice - row * columns, row) * map_size();
-  return texelFetch(extra_map, corner + ivec2(wrapped(texel.x, map_size().x), wrapped(texel.y, map_size().y)), 0).x;
+  return texelFetch(extra_map, corner + wrapped(texel, map_size()), 0).x;
 }
 
 // speed: of the ray in the distances' metric, per t
 Hit trace_cells(Ray ray, float speed) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
+  Path path = texel_path(ray);
   while (hit.status != STATUS_HIT && hit.steps < SPHERE_STEPS) {
     hit.steps += 1;
     float t_next = hit.t + distance_at(ray, hit.t, hit) / speed;
-    Cell cell = cell_ahead(ray, hit.t);
+    Cell cell = cell_ahead(path, hit.t);
     if (t_next < cell.t_border) {
       t_next = min(cell.t_border, RAY_END(ray));
       float t_hit = cell_hit(ray, cell, hit.t, t_next, hit);

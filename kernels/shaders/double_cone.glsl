@@ -28,6 +28,7 @@ Hit trace(Ray ray) {
   float ray_ratio = length(ray.slope);
   float shift = 0.0;
   if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(ray.level);
+  Path path = texel_path(ray);
   while (hit.status == STATUS_STEP_CAP && hit.steps < CONE_STEPS) {
     hit.steps += 1;
     Relief up;
@@ -43,7 +44,7 @@ Hit trace(Ray ray) {
     if (over > 0.0) free = free_step(up, over, ray_ratio, SHAPE_CONE);
     if (under > 0.0) free = max(free, free_below(down, under, ray_ratio));
     float t_next = hit.t + free;
-    Cell cell = cell_ahead(ray, hit.t);
+    Cell cell = cell_ahead(path, hit.t);
     if (t_next < cell.t_border) {
       float t_hit = solid_cell_hit(ray, cell, hit.t, min(cell.t_border, 1.0), hit);
       t_next = cell.t_border;

@@ -8,12 +8,12 @@
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   vec2 size = vec2(map_size());
-  Line line = Line(ray.uv * size - 0.5, ray.slope * size);
-  int top = first_level(line);
+  Path path = make_path(ray.uv * size - 0.5, ray.slope * size);
+  int top = first_level(path);
   int level = top;
   while (hit.status == STATUS_STEP_CAP && hit.steps < NODE_STEPS) {
     hit.steps += 1;
-    Node node = node_ahead(line, hit.t, level, -1);
+    Node node = node_ahead(path, hit.t, level, -1);
     float t_exit = min(node.t_exit, 1.0);
     if (level > 0) {
       hit.taps += 1;

@@ -6,12 +6,12 @@
 Hit trace(Ray ray) {
   Hit hit = Hit(0.0, STATUS_STEP_CAP, 0, 0);
   vec2 size = vec2(map_size());
-  Line line = Line(ray.uv * size - 0.5, ray.slope * size);
-  int top = max(first_level(line), ray.level);
+  Path path = make_path(ray.uv * size - 0.5, ray.slope * size);
+  int top = max(first_level(path), ray.level);
   int level = top;
   while (hit.status != STATUS_HIT && hit.steps < NODE_STEPS) {
     hit.steps += 1;
-    Node node = node_ahead(line, hit.t, level, -1);
+    Node node = node_ahead(path, hit.t, level, -1);
     float t_exit = min(node.t_exit, RAY_END(ray));
     float t_hit = INFINITE_T;
     if (level > 0) {

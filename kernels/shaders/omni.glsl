@@ -43,7 +43,7 @@ vec3 direction_at(vec2 coordinates) {
 
 float entry(ivec2 position, ivec2 direction, inout Hit hit) {
   hit.taps += 1;
-  position = ivec2(wrapped(position.x, OMNI_X), wrapped(position.y, OMNI_Y));
+  position = wrapped(position, ivec2(OMNI_X, OMNI_Y));
   direction = clamp(direction, ivec2(0), directions() - 1);
   ivec2 texel =
       OMNI_ORDER == OMNI_ORDER_ABXY ? direction * positions() + position : position * directions() + direction;
@@ -96,8 +96,8 @@ float filtered(vec2 uv, inout Hit hit) {
   vec2 low = floor(x);
   vec2 f = x - low;
   ivec2 i = ivec2(low);
-  ivec2 from = ivec2(wrapped(i.x, size.x), wrapped(i.y, size.y));
-  ivec2 to = ivec2(wrapped(i.x + 1, size.x), wrapped(i.y + 1, size.y));
+  ivec2 from = wrapped(i, size);
+  ivec2 to = wrapped(i + 1, size);
   return mix(mix(texelFetch(extra_map, from, 0).x, texelFetch(extra_map, ivec2(to.x, from.y), 0).x, f.x),
              mix(texelFetch(extra_map, ivec2(from.x, to.y), 0).x, texelFetch(extra_map, to, 0).x, f.x), f.y);
 }

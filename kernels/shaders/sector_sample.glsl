@@ -26,7 +26,7 @@ ivec2 layer_corner(int layer) {
 }
 
 vec4 layer_texel(ivec2 corner, ivec2 texel, ivec2 size) {
-  return texelFetch(extra_map, corner + ivec2(wrapped(texel.x, size.x), wrapped(texel.y, size.y)), 0);
+  return texelFetch(extra_map, corner + wrapped(texel, size), 0);
 }
 
 // With weights of full precision, or of a simulated sampler.

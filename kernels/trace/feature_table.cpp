@@ -26,8 +26,14 @@ Param shadow_bias() {
 
 std::string lacks_cones(const Settings& settings) {
   const MapRow& map = map_of(settings);
-  if (map.ratios == 1 && !map.is_of_cells) return "";
-  return fmt::format("shadow={} needs a map with one cone a texel, which {} is not", settings.choice("shadow"), map.id);
+  if (map.ratios == 1) return "";
+  return fmt::format("shadow={} needs a map with one cone a texel or cell, which {} is not", settings.choice("shadow"),
+                     map.id);
+}
+std::string lacks_heights(const Settings& settings) {
+  if (std::string reason = lacks_cones(settings); !reason.empty() || !map_of(settings).is_of_cells) return reason;
+  return fmt::format("shadow={} needs the height under each look; of a {} map one knows the cell's highest",
+                     settings.choice("shadow"), map_of(settings).id);
 }
 
 LightSource light_of(const FrameUniforms& frame) {
@@ -206,7 +212,7 @@ std::vector<Feature> feature_table() {
                  .params = {shadow_steps(), shadow_bias()},
                  .shader = "shadow_soft_cone.glsl",
                  .also = "penumbra",
-                 .lacks = lacks_cones}},
+                 .lacks = lacks_heights}},
        .is_spelt_out = false,
        .is_of_all = true,
        .is_of_scene = true,

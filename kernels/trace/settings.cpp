@@ -146,6 +146,7 @@ Guarantee guarantee_of(const Settings& settings, Query query) {
 
 bool has_free_cones(const Settings& settings) {
   const MapStorage storage = storage_of(settings);
+  if (storage.map.is_of_cells) return true;
   const bool is_safe = storage.correction == Correction::safe || storage.correction == Correction::certified ||
                        storage.correction == Correction::min4;
   // Devices may read heights of BC4 and BC5 up to a code lower than they are here, which no margin makes up for yet; of
