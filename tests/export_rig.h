@@ -47,6 +47,7 @@ inline std::vector<std::string> shipped_settings() {
                          "relief?shadow=linear",
                          "relief?shadow=binary",
                          "cone?shadow=cone&format=rgba8",
+                         "cell_cone?shadow=cell",
                          "relaxed_cone?shadow=soft_taps&shadow_bias=1_256",
                          "interval?search=cone&shadow=soft_cone",
                          "cone?silhouette=quadric&lod=footprint&shadow=cone",

@@ -90,6 +90,8 @@ TEST(Settings, guarantee_by_what_a_ray_is_for) {
   EXPECT_EQ(of(settings_of("cone", {{"shadow", "linear"}})), std::pair(exact, none));
   EXPECT_EQ(of(settings_of("cone", {{"shadow", "cone"}, {"step", "cell_max"}})), std::pair(none, never_skips));
   EXPECT_EQ(of(settings_of("cone", {{"shadow", "cone"}, {"correction", "none"}})), std::pair(none, none));
+  EXPECT_EQ(of(settings_of("cell_cone", {{"shadow", "cell"}})), std::pair(exact, never_skips));
+  EXPECT_EQ(of(settings_of("cell_cone", {{"shadow", "cell"}, {"shadow_bias", "1_64"}})), std::pair(exact, none));
   // Relaxed cones are right only for rays from the top plate.
   EXPECT_EQ(of(settings_of("relaxed_cone", {{"map", "relaxed"}, {"correction", "safe"}, {"shadow", "cone"}})),
             std::pair(none, none));

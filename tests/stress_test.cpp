@@ -186,9 +186,8 @@ TEST(Stress, FindsABrokenGuarantee) {
   extremes.list.at(0).scene.scene.relief_depth = 10;
   const StressReport report = run_stress(extremes, {.backends = {"null"}, .filter = "cone/*", .quiet = true});
   EXPECT_FALSE(report.holds());
-  const bool is_guarantee = std::ranges::any_of(report.results, [](const StressResult& result) {
-    return result.fault(StressCheck::guarantee) > 0;
-  });
+  const bool is_guarantee = std::ranges::any_of(
+      report.results, [](const StressResult& result) { return result.fault(StressCheck::guarantee) > 0; });
   EXPECT_TRUE(is_guarantee);
 }
 
@@ -204,9 +203,8 @@ TEST(Stress, FindsBackendsThatDoNotAgree) {
   const Extremes extremes = parse_extremes(extremes_text("", R"({"filter": "manual", "cone_steps": 1})"), "x.json");
   const StressReport report = run_stress(extremes, {.backends = {"null", "opengl"}, .filter = "cone/*", .quiet = true});
   EXPECT_THAT(report.techniques, ::testing::ElementsAre("cone"));
-  EXPECT_TRUE(std::ranges::any_of(report.results, [](const StressResult& result) {
-    return result.fault(StressCheck::agreement) > 0;
-  }));
+  EXPECT_TRUE(std::ranges::any_of(report.results,
+                                  [](const StressResult& result) { return result.fault(StressCheck::agreement) > 0; }));
 }
 
 TEST(Stress, LargeExtremesAreLeftOutUnlessAskedFor) {

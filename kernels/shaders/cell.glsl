@@ -32,8 +32,8 @@ Path texel_path(Ray ray) {
 // When the path comes to a cell's borders.
 vec2 border_times(Path path, vec2 index) { return (index + max(path.way, 0.0) - path.o) * path.per_d; }
 
-// The cell that the path is about to cross at t. On a border it is the one ahead, so that all its border_times are later
-// than t, and stepping makes progress with no epsilon.
+// The cell that the path is about to cross at t. On a border it is the one ahead, so that all its border_times are
+// later than t, and stepping makes progress with no epsilon.
 vec2 index_ahead(Path path, float t) {
   vec2 index = floor(path.o + path.d * t);
   return index + mix(vec2(0.0), path.way, lessThanEqual(border_times(path, index), vec2(t)));

@@ -1,7 +1,6 @@
 // Cone step mapping with a cone for each cell of the bilinear surface and each quarter of the directions: it stands on
 // the cell's highest corner and is read by one fetch, with nothing interpolated. Where it does not lead out of the cell
 // the ray goes to the border if it stays over that corner, or the cell's surface is solved.
-#define CONES_OF_CELLS
 #include "cell.glsl"
 #include "cell_layer.glsl"
 

@@ -35,11 +35,11 @@ struct Hit {
 #include "surface_bent.glsl"
 #endif
 
+vec2 within_tile(vec2 x, vec2 size) { return x - size * floor(x * (1.0 / size)); }
+
 // The half keeps the quotient off whole numbers, where one that is an ulp off would end in another tile.
 ivec2 wrapped(ivec2 i, ivec2 n) {
-  vec2 middle = vec2(i) + 0.5;
-  vec2 size = vec2(n);
-  return clamp(WRAP == WRAP_CLAMP ? i : ivec2(middle - size * floor(middle * (1.0 / size))), ivec2(0), n - 1);
+  return clamp(WRAP == WRAP_CLAMP ? i : ivec2(within_tile(vec2(i) + 0.5, vec2(n))), ivec2(0), n - 1);
 }
 
 // tan(y) for y in [0, pi/4] within 2.2e-4; the map was encoded by this very formula.
@@ -62,9 +62,7 @@ ivec2 map_size();  // texels
 // Size of a level of the map: halves are rounded down.
 ivec2 level_size(int level) { return max(map_size() >> level, ivec2(1)); }
 
-vec4 fetch(sampler2D map, ivec2 texel, int level) {
-  return texelFetch(map, wrapped(texel, level_size(level)), level);
-}
+vec4 fetch(sampler2D map, ivec2 texel, int level) { return texelFetch(map, wrapped(texel, level_size(level)), level); }
 
 // The four texels round a point, in the order of textureGather, and the point's place between them.
 struct Corners {

@@ -34,8 +34,7 @@ NodeAxis node_axis(int within, int side, int level, int lowest, bool forward) {
   NodeAxis axis;
   axis.index = ancestor(within, side, level);
   axis.border = exit_border(axis.index, side, level, forward);
-  axis.leaves_parent =
-      axis.border == exit_border(ancestor(max(within, 0), side, level + 1), side, level + 1, forward);
+  axis.leaves_parent = axis.border == exit_border(ancestor(max(within, 0), side, level + 1), side, level + 1, forward);
   axis.is_endless = WRAP == WRAP_CLAMP && axis.border == (forward ? side : lowest);
   return axis;
 }

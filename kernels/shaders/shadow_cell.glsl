@@ -1,8 +1,6 @@
-#ifndef SHADOW_CELL_GLSL
-#define SHADOW_CELL_GLSL
-// Upwards from cell to cell: over a cell's highest corner a ray is lit, if it is steeper than the cone there, or free as
-// far as that reaches; the part of it that is under the corner has the cell solved. The cone is right for rays that rise,
-// too: from wherever over the cell, none of the surface is in it.
+// Upwards from cell to cell: over a cell's highest corner a ray is lit, if it is steeper than the cone there, or free
+// as far as that reaches; the part of it that is under the corner has the cell solved. The cone is right for rays that
+// rise, too: from wherever over the cell, none of the surface is in it.
 #include "cell_layer.glsl"
 #include "shadow_bias.glsl"
 #include "shadow_block.glsl"
@@ -36,4 +34,3 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   }
   return 0.0;
 }
-#endif

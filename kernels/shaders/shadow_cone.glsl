@@ -1,12 +1,9 @@
 // Upwards through a map of conservative cones: a ray that is steeper than the cone under it is lit, another is free as
 // far as the cone reaches, and to the border of its cell at least, with the cell's surface solved. Free cones: [DUM06];
 // the way up and the solved cells: ours.
+#include "cone_sample.glsl"
 #include "shadow_bias.glsl"
 #include "shadow_block.glsl"
-#ifdef CONES_OF_CELLS
-#include "shadow_cell.glsl"
-#else
-#include "cone_sample.glsl"
 
 // A ray that its steps leave undecided is in shadow, so that none is lit that should not be.
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
@@ -46,4 +43,3 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   }
   return 0.0;
 }
-#endif

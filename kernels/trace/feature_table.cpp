@@ -26,14 +26,12 @@ Param shadow_bias() {
 
 std::string lacks_cones(const Settings& settings) {
   const MapRow& map = map_of(settings);
-  if (map.ratios == 1) return "";
-  return fmt::format("shadow={} needs a map with one cone a texel or cell, which {} is not", settings.choice("shadow"),
-                     map.id);
+  if (map.ratios == 1 && !map.is_of_cells) return "";
+  return fmt::format("shadow={} needs a map with one cone a texel, which {} is not", settings.choice("shadow"), map.id);
 }
-std::string lacks_heights(const Settings& settings) {
-  if (std::string reason = lacks_cones(settings); !reason.empty() || !map_of(settings).is_of_cells) return reason;
-  return fmt::format("shadow={} needs the height under each look; of a {} map one knows the cell's highest",
-                     settings.choice("shadow"), map_of(settings).id);
+std::string lacks_cells(const Settings& settings) {
+  const MapRow& map = map_of(settings);
+  return map.is_of_cells ? "" : fmt::format("shadow=cell needs a map with a cone a cell, which {} is not", map.id);
 }
 
 LightSource light_of(const FrameUniforms& frame) {
@@ -212,7 +210,14 @@ std::vector<Feature> feature_table() {
                  .params = {shadow_steps(), shadow_bias()},
                  .shader = "shadow_soft_cone.glsl",
                  .also = "penumbra",
-                 .lacks = lacks_heights}},
+                 .lacks = lacks_cones},
+                {.id = "cell",
+                 .description = "as cone, by cones of cells: those that the ray is not wholly over are solved",
+                 .source = "ours",
+                 .params = {shadow_steps(), shadow_bias()},
+                 .shader = "shadow_cell.glsl",
+                 .lacks = lacks_cells,
+                 .guarantee_when = cone_shadow_guarantee}},
        .is_spelt_out = false,
        .is_of_all = true,
        .is_of_scene = true,
