@@ -9,7 +9,7 @@ namespace reliefbench {
 
 inline constexpr std::array kCurved{SurfaceKind::cylinder, SurfaceKind::sphere, SurfaceKind::torus};
 
-inline Heightfield constant_map(float height, int side = 16) {
+inline Heightfield level_map(float height, int side = 16) {
   return {.width = side, .height = side, .texels = std::vector<float>(static_cast<std::size_t>(side * side), height)};
 }
 

@@ -120,7 +120,7 @@ TEST_P(SurfaceTest, every_technique_and_silhouette_draws_the_top_plate) {
         const Scene scene = curved_scene(kind, 0.08, Wrap::clamp, 32);
         for (const Settings& settings : with_every_silhouette(technique, scene)) {
           if (!is_tried_here(rig, number++)) continue;
-          const JudgedFrame frame = judged_frame(rig, settings, constant_map(1, 32), scene);
+          const JudgedFrame frame = judged_frame(rig, settings, level_map(1, 32), scene);
           EXPECT_GT(frame.score.pixels, 50) << settings.text();
           EXPECT_EQ(frame.score.at("false_kill_rate"), 0) << surface_row(kind).id << technique.id << settings.text();
           EXPECT_LE(frame.score.at("false_keep_rate"), 0.01) << surface_row(kind).id << technique.id << settings.text();
@@ -139,7 +139,7 @@ TEST_P(SurfaceTest, a_quadric_finds_the_silhouette_of_a_smaller_surface) {
         const Scene scene = curved_scene(kind, 0.12, Wrap::repeat, 64);
         double kept_without = 0;
         for (const Settings& settings : with_every_silhouette(technique, scene)) {
-          const JudgedFrame frame = judged_frame(rig, settings, constant_map(0.25F, 32), scene);
+          const JudgedFrame frame = judged_frame(rig, settings, level_map(0.25F, 32), scene);
           const double kept = frame.score.at("false_keep_rate");
           if (settings.is("silhouette", "quadric")) {
             EXPECT_LE(kept, 0.3 * kept_without) << surface_row(kind).id << technique.id << settings.text();

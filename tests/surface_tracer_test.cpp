@@ -74,7 +74,7 @@ TEST(SurfaceTracer, the_blur_of_a_ray_bounds_what_a_rounding_of_the_eye_makes) {
 
 TEST(SurfaceTracer, a_full_height_is_the_top_plate) {
   for (const SurfaceKind kind : kCurved) {
-    const ReferenceTracer tracer(constant_map(1), Wrap::repeat);
+    const ReferenceTracer tracer(level_map(1), Wrap::repeat);
     const int rays = each_ray(curved_scene(kind), 16, [&](const SurfaceShape& shape, const SurfaceRay& ray) {
       const ReferenceHit hit = trace_surface(tracer, shape, ray, Wrap::repeat);
       ASSERT_NEAR(hit.t_enter * ray.per_t, 0, 1e-9) << surface_row(kind).id;
@@ -86,7 +86,7 @@ TEST(SurfaceTracer, a_full_height_is_the_top_plate) {
 TEST(SurfaceTracer, a_constant_height_is_a_smaller_surface_of_its_kind) {
   for (const SurfaceKind kind : kCurved)
     for (const double height : {0.0, 0.25, 0.75}) {
-      const ReferenceTracer tracer(constant_map(static_cast<float>(height)), Wrap::repeat);
+      const ReferenceTracer tracer(level_map(static_cast<float>(height)), Wrap::repeat);
       int passed = 0;
       each_ray(curved_scene(kind), 16, [&](const SurfaceShape& shape, const SurfaceRay& ray) {
         const ReferenceHit hit = trace_surface(tracer, shape, ray, Wrap::repeat);
@@ -181,7 +181,7 @@ TEST(SurfaceTracer, a_ray_that_grazes_a_torus_enters_it) {
 TEST(SurfaceTracer, leaves_a_large_sphere_on_its_far_side) {
   Scene scene = curved_scene(SurfaceKind::sphere, 0.01);
   scene.surface.round = 200;
-  const ReferenceTracer tracer(constant_map(0.5F), Wrap::repeat);
+  const ReferenceTracer tracer(level_map(0.5F), Wrap::repeat);
   int ended = 0;
   each_ray(scene, 16, [&](const SurfaceShape& shape, const SurfaceRay& ray) {
     const ReferenceHit hit = trace_surface(tracer, shape, ray, Wrap::repeat);
