@@ -197,10 +197,11 @@ TEST_P(SurfaceTest, bent_rays_keep_what_straight_ones_promise) {
             if (pixel.status == static_cast<float>(PixelStatus::no_ray)) continue;
             const SurfaceRay ray =
                 surface_ray(frame, shape, scene.wrap, static_cast<int>(i % 28), static_cast<int>(i / 28));
-            if (!ray.enters || ray.cosine < 0.02) continue;  // floats tell too little of the bend there
+            if (!ray.enters) continue;
             const BentWay way = bent_way(map.surface, scene.wrap, pixel.ray, ray.bend, pixel.t);
             const double travel = 32 * std::hypot(pixel.ray.slope_u, pixel.ray.slope_v) * pixel.t;
-            const double blur = 1e-5 * (1 + travel + std::abs(ray.bend) * pixel.t * pixel.t);
+            const double bent = pixel.t * pixel.t;
+            const double blur = 1e-5 * (1 + travel + std::abs(ray.bend) * bent) + ray.bend_blur * bent;
             ASSERT_GE(way.least, -blur) << surface_row(kind).id << " " << setting << " " << source << " pixel " << i;
             ++checked;
             if (guarantee == Guarantee::exact && pixel.status == static_cast<float>(PixelStatus::hit)) {

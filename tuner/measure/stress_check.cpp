@@ -11,8 +11,6 @@
 namespace reliefbench {
 namespace {
 
-/// Floats tell too little of the bend of rays that graze more than this.
-constexpr double kLeastBentCosine = 0.02;
 bool has_ray(const ScorePixel& pixel) { return pixel.status != static_cast<float>(PixelStatus::no_ray); }
 
 bool is_finite(const ScorePixel& pixel) {
@@ -61,8 +59,7 @@ std::vector<Kept> kept_of(const StressFrame& frame, const Settings& settings, co
       if (!has_ray(pixels[i])) continue;
       const SurfaceRay ray =
           surface_ray(frame.uniforms, shape, wrap, static_cast<int>(i % width), static_cast<int>(i / width));
-      if (ray.cosine >= kLeastBentCosine)
-        kept[i] = keeps_bent(guarantee, pixels[i], {ray.bend, ray.bend_blur}, surface, wrap);
+      if (ray.enters) kept[i] = keeps_bent(guarantee, pixels[i], {ray.bend, ray.bend_blur}, surface, wrap);
     }
     return kept;
   }
