@@ -201,7 +201,9 @@ TEST_P(SurfaceTest, bent_rays_keep_what_straight_ones_promise) {
             const BentWay way = bent_way(map.surface, scene.wrap, pixel.ray, ray.bend, pixel.t);
             const double travel = 32 * std::hypot(pixel.ray.slope_u, pixel.ray.slope_v) * pixel.t;
             const double bent = pixel.t * pixel.t;
-            const double blur = 1e-5 * (1 + travel + std::abs(ray.bend) * bent) + ray.bend_blur * bent;
+            // Where a ray grazes, floats tell little of its bend.
+            const double of_bend = ray.cosine < 0.02 ? ray.bend_blur * bent : 0;
+            const double blur = 1e-5 * (1 + travel + std::abs(ray.bend) * bent) + of_bend;
             ASSERT_GE(way.least, -blur) << surface_row(kind).id << " " << setting << " " << source << " pixel " << i;
             ++checked;
             if (guarantee == Guarantee::exact && pixel.status == static_cast<float>(PixelStatus::hit)) {

@@ -1,9 +1,7 @@
 #include "kernels/trace/technique_rows.h"
 
-#include <algorithm>
 #include <initializer_list>
 
-#include "kernels/base/error.h"
 #include "kernels/trace/storage_params.h"
 
 namespace reliefbench {
