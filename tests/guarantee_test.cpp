@@ -198,8 +198,8 @@ TEST(KeptTest, a_far_ray_may_be_wrong_about_its_place_by_the_roundings_of_its_wa
     const ScorePixel pixel{
         .ray = {.slope_v = static_cast<float>(way)}, .t = t, .status = static_cast<float>(PixelStatus::hit)};
     EXPECT_NEAR(gap_above(crest, Wrap::repeat, pixel.ray, t), gap, tiles * 1e-6);
-    return keeps(Guarantee::exact, pixel, {.verdict = Verdict::unconverged}, {.t_enter = 0.25, .t_exit = 0.5}, crest,
-                 Wrap::repeat);
+    return keeps(Guarantee::exact, pixel, {.e_xy = 0, .e_z = 0, .verdict = Verdict::unconverged},
+                 {.t_enter = 0.25, .t_exit = 0.5}, crest, Wrap::repeat);
   };
   EXPECT_EQ(kept(1, 1e-5), Kept::no);
   EXPECT_EQ(kept(100, 1e-5), Kept::unresolved);  // 400 texels to 2^-20 of them, half a height a texel
@@ -231,7 +231,7 @@ TEST(KeptTest, what_floats_have_wrong_of_a_bend_is_forgiven_and_no_more) {
   const Heightfield level{.width = 2, .height = 2, .texels = std::vector<float>(4, 0.8F)};
   const auto kept = [&](double off, double blur) {
     const double bend = 0.8;  // 1 - 0.25 + 0.8 / 16 = 0.8
-    const ScorePixel pixel{.t = 0.25F, .status = static_cast<float>(PixelStatus::hit)};
+    const ScorePixel pixel{.ray = {}, .t = 0.25F, .status = static_cast<float>(PixelStatus::hit)};
     return keeps_bent(Guarantee::exact, pixel, {.value = bend + off, .blur = blur}, level, Wrap::clamp);
   };
   for (const double side : {-1.0, 1.0}) {
