@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -19,7 +20,7 @@ namespace {
 
 constexpr int kLeastShape = 4;  // cells along the least node of shapes
 
-/// Head of the Bake buffer of bake_common.glsl; the levels follow.
+/// Head of the Bake block of bake_common.glsl, laid out by std140; the levels follow.
 struct BakeHead {
   double weight_x = 1;
   double weight_y = 1;
@@ -46,6 +47,7 @@ struct BakeHead {
   float max_ratio = 1;
   std::array<std::int32_t, 2> by{1, 1};
 };
+static_assert(sizeof(BakeHead) % alignof(BakeLevel) == 0);
 /// Of one search on a pyramid of quads.
 BakeHead head_of(const BakeRequest& request, const BakeGrid& grid, const BakeSearch& search, const BakeLevels& levels,
                  int layers) {
@@ -91,11 +93,12 @@ BakeHead radius_head(const BakeRequest& request, const BakeLevels& levels) {
   return head;
 }
 
-/// Bytes of the Bake buffer.
-std::vector<std::byte> bake_buffer(const BakeHead& head, const BakeLevels& levels) {
-  std::vector<std::byte> bytes(sizeof head + std::span(levels.levels).size_bytes());
+/// Bytes of the Bake block.
+std::vector<std::byte> bake_block(const BakeHead& head, const BakeLevels& levels) {
+  assert(levels.levels.size() <= kMostLevels);
+  std::vector<std::byte> bytes(sizeof head + kMostLevels * sizeof(BakeLevel));
   std::memcpy(bytes.data(), &head, sizeof head);
-  std::memcpy(bytes.data() + sizeof head, levels.levels.data(), bytes.size() - sizeof head);
+  std::memcpy(bytes.data() + sizeof head, levels.levels.data(), std::span(levels.levels).size_bytes());
   return bytes;
 }
 
@@ -108,6 +111,7 @@ std::string bake_contract(BakeNumbers numbers) {
   add("DISPATCH_BINDING", kDispatchBinding);
   add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
   add("LEAST_NODE", kLeastShape);
+  add("MOST_LEVELS", static_cast<int>(kMostLevels));
   add("BEFORE_ALL_TURNS", kBeforeAllTurns);
   add("FOOTPOINT_NEAREST", static_cast<int>(BakeFootpoint::nearest));      // the nearest one
   add("FOOTPOINT_UNVISITED", static_cast<int>(BakeFootpoint::unvisited));  // of those that no finer level has visited
@@ -153,13 +157,13 @@ BakeLevels shape_levels(const Heightfield& heights, Wrap wrap) {
   }
 }
 
-std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeGrid& grid, const BakeSearch& search,
-                                     const BakeLevels& levels, int layers) {
-  return bake_buffer(head_of(request, grid, search, levels, layers), levels);
+std::vector<std::byte> search_block(const BakeRequest& request, const BakeGrid& grid, const BakeSearch& search,
+                                    const BakeLevels& levels, int layers) {
+  return bake_block(head_of(request, grid, search, levels, layers), levels);
 }
 
-std::vector<std::byte> radius_buffer(const BakeRequest& request, const BakeLevels& levels) {
-  return bake_buffer(radius_head(request, levels), levels);
+std::vector<std::byte> radius_block(const BakeRequest& request, const BakeLevels& levels) {
+  return bake_block(radius_head(request, levels), levels);
 }
 
 }  // namespace reliefbench

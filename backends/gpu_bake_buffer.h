@@ -50,10 +50,11 @@ struct BakeSearch {
   std::vector<MarginedWedge> (*wedges)(const BakeRequest& request) = nullptr;  ///< null: all directions have one cone
 };
 
-struct BakeLevel {
-  std::int32_t first;   ///< node
-  std::int32_t stride;  ///< nodes from row to row
+struct alignas(16) BakeLevel {
+  std::int32_t first = 0;   ///< node
+  std::int32_t stride = 0;  ///< nodes from row to row
 };
+inline constexpr std::size_t kMostLevels = 20;  ///< of points: 2^20 along an axis
 /// The levels of a pyramid, the finest first, and how many nodes they have.
 struct BakeLevels {
   std::vector<BakeLevel> levels;
@@ -76,10 +77,10 @@ inline constexpr std::size_t kShapeBytes = 6 * sizeof(double);
 /// Constants that the shaders share with the C++ side, as GLSL: bake_contract.glsl.
 [[nodiscard]] std::string bake_contract(BakeNumbers numbers);
 
-/// Bytes of the Bake buffer of a search on quads.
-[[nodiscard]] std::vector<std::byte> search_buffer(const BakeRequest& request, const BakeGrid& grid,
-                                                   const BakeSearch& search, const BakeLevels& levels, int layers);
+/// Bytes of the Bake block of a search on quads.
+[[nodiscard]] std::vector<std::byte> search_block(const BakeRequest& request, const BakeGrid& grid,
+                                                  const BakeSearch& search, const BakeLevels& levels, int layers);
 /// And of the search for radii, on shapes.
-[[nodiscard]] std::vector<std::byte> radius_buffer(const BakeRequest& request, const BakeLevels& levels);
+[[nodiscard]] std::vector<std::byte> radius_block(const BakeRequest& request, const BakeLevels& levels);
 
 }  // namespace reliefbench

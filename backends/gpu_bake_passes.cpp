@@ -55,7 +55,7 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
   layers_ = std::max(static_cast<int>(wedges.size()), 1);
   BakeRequest searched = request_;
   searched.correction = metric;
-  on.head = add_buffer(search_buffer(searched, grid, search, on.levels, layers_));
+  on.head = add_buffer(search_block(searched, grid, search, on.levels, layers_));
   const int pyramids = search.quadrants ? 4 : 1;
   const int quads =
       add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(on.levels.nodes) * kQuadBytes);
@@ -111,7 +111,7 @@ int BakePasses::add_certified(const BakeSearch& search) {
   const std::span<const std::byte> heights = has_doubles_ ? std::span<const std::byte>() : contents_.back();
   Grid finer = make_grid(finer_grid(request_, by), heights);
   if (has_doubles_) {
-    const int head = add_buffer(search_buffer(request_, finer.grid, search, finer.levels, 1));
+    const int head = add_buffer(search_block(request_, finer.grid, search, finer.levels, 1));
     add_pass(finer.grid, "refine", kRefineShader, {head, own_.heights, finer.heights}).groups_z = 1;
   }
   const int of_points = add_search(finer, search);
@@ -126,7 +126,7 @@ int BakePasses::add_certified(const BakeSearch& search) {
 
 int BakePasses::add_radii() {
   const BakeLevels levels = shape_levels(request_.heights, request_.wrap);
-  const int bake = add_buffer(radius_buffer(request_, levels));
+  const int bake = add_buffer(radius_block(request_, levels));
   const int shapes = add_buffer(static_cast<std::size_t>(levels.nodes) * kShapeBytes);
   const int radii = add_ratios(own_.grid);
   const std::vector<int> buffers{bake, own_.heights, shapes, radii};

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <thread>
 
 #include "backends/backend.h"
 #include "kernels/base/error.h"
@@ -14,14 +16,18 @@
 namespace reliefbench {
 namespace {
 
-// The fake device. Device 0 always works; device 1 refuses to compile one technique, so that a case's failure can be
-// tested without a broken driver.
+// The fake devices. Device 0 always works; device 1 refuses to compile one technique, so that a case's failure can be
+// tested without a broken driver; device 2 lets the time pass that it tells of, so that a sweep's wall time is divided
+// as on a GPU.
+constexpr int kFailing = 1;
+constexpr int kWaiting = 2;
 constexpr std::string_view kFailingLabel = "relaxed_cone";
 
 constexpr double kPassNs = 0.5;       ///< a pixel of a technique without steps
 constexpr double kStepNs = 0.25;      ///< a pixel and step, before the technique's own factor
 constexpr double kLoadStepNs = 0.05;  ///< a pixel and iteration of load.glsl
 constexpr double kNoise = 0.01;       ///< largest relative deviation of a batch
+constexpr double kWaitingSpeed = 20;  ///< times as fast as the others: 1 ms a frame, the quickstart's mean at 1080p
 
 /// The same in every run and on every machine, evenly spread over [0, 1).
 double fraction_of(std::string_view text) {
@@ -140,7 +146,7 @@ class NullBackend final : public Backend {
   }
 
   [[nodiscard]] std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
-    if (device_.index == 1 && desc.label == kFailingLabel)
+    if (device_.index == kFailing && desc.label == kFailingLabel)
       fail_environment("null: {} does not compile on this device", desc.label);
     auto pipeline = std::make_unique<NullPipeline>();
     pipeline->label = desc.label;
@@ -162,7 +168,10 @@ class NullBackend final : public Backend {
       frame_ns += 1.0 * draw.frame.sizes[0] * draw.frame.sizes[1] * pipeline.pixel_ns();
     }
     const double noise = kNoise * (2 * fraction_of(fmt::format("batch {}", batches_++)) - 1);
-    return {.wall_ns = frames * frame_ns * (1 + noise)};
+    const double wall_ns = frames * frame_ns * (1 + noise);
+    if (device_.index != kWaiting) return {.wall_ns = wall_ns};
+    std::this_thread::sleep_for(std::chrono::duration<double, std::nano>(wall_ns / kWaitingSpeed));
+    return {.wall_ns = wall_ns / kWaitingSpeed};
   }
 
   [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override {
@@ -222,7 +231,7 @@ class NullBackend final : public Backend {
 
 std::vector<DeviceInfo> null_devices() {
   std::vector<DeviceInfo> devices;
-  for (const char* name : {"null", "null, failing"})
+  for (const char* name : {"null", "null, failing", "null, waiting"})
     devices.push_back({.backend = "null",
                        .index = static_cast<int>(devices.size()),
                        .name = name,

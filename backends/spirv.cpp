@@ -165,6 +165,20 @@ ShaderInterface reflect(std::span<const std::uint32_t> spirv) {
   return interface;
 }
 
+std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, std::size_t count) {
+  std::vector<BufferView> views(count, BufferView::storage);
+  const auto see = [&](const std::vector<ShaderVariable>& variables, BufferView view) {
+    for (const auto& [name, place] : variables) {
+      if (place >= count) fail_environment("SPIR-V: `{}` is at binding {}, of {}", name, place, count);
+      views[place] = view;
+    }
+  };
+  const ShaderInterface shader = reflect(spirv);
+  see(shader.uniform_blocks, BufferView::block);
+  see(shader.samplers, BufferView::texels);
+  return views;
+}
+
 std::vector<std::uint32_t> with_plain_names(Words spirv) {
   std::vector<std::uint32_t> plain(spirv.begin(), spirv.begin() + kHeaderWords);
   for (std::size_t at = kHeaderWords; at < spirv.size();) {

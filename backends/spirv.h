@@ -40,6 +40,16 @@ struct ShaderInterface {
 /// another descriptor set than 0
 [[nodiscard]] ShaderInterface reflect(std::span<const std::uint32_t> spirv);
 
+/// How a compute shader sees a buffer.
+enum class BufferView {
+  storage,  ///< as it lies there
+  block,    ///< constants (std140)
+  texels,   ///< of four floats
+};
+/// Of what is bound at 0, 1, ... in descriptor set 0, as the shader declares it; storage where it reads nothing there.
+/// throws: as reflect does, and Error(environment): a binding beyond `count`
+[[nodiscard]] std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, std::size_t count);
+
 /// The same module with functions named as their source has them, without the types of their parameters.
 [[nodiscard]] std::vector<std::uint32_t> with_plain_names(std::span<const std::uint32_t> spirv);
 

@@ -116,6 +116,9 @@ class Isolation : public ::testing::Test {
 
   TempFolder folder_;
   int batches_ = 0;
+
+ private:
+  const GivenVariables none_{{}};  // but that a process dies at once that is shot, without ASan's long last words
 };
 
 class IsolationOfDrivers : public Isolation, public ::testing::WithParamInterface<std::string> {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 
 #include "kernels/maps/texel.h"
 #include "tests/backend_rig.h"
@@ -58,6 +59,16 @@ TEST(NullBackend, the_failing_device_refuses_one_technique) {
               HasSubstr("relaxed_cone"));
   EXPECT_NE(rig.pipeline({}, Target::color, {}, "relief"), nullptr);
   EXPECT_NE(Rig(find_backend("null"), 0).pipeline({}, Target::color, {}, "relaxed_cone"), nullptr);
+}
+
+TEST(NullBackend, the_waiting_device_lets_the_time_pass_that_it_tells_of) {
+  const Rig rig(find_backend("null"), 2);
+  const auto flat = rig.pipeline({}, Target::color, {}, "flat");
+  const Draw draw{.pipeline = flat.get(), .textures = rig.textures(), .frame = frame_uniforms(kScene, 800, 600)};
+  const auto from = std::chrono::steady_clock::now();
+  const double told_ns = rig.backend->render(draw, 100'000, Timer::fenced_wall).wall_ns;
+  EXPECT_GT(told_ns, 1e6);
+  EXPECT_GE((std::chrono::steady_clock::now() - from).count(), told_ns);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "backends/gpu_bake.h"
 #include "backends/shader_compiler.h"
 #include "kernels/base/error.h"
 
@@ -47,6 +48,13 @@ TEST(Spirv, what_the_code_reads_is_listed_by_name_and_place) {
     EXPECT_THAT(vertex.uniform_blocks, IsEmpty());
     EXPECT_THAT(vertex.outputs, IsEmpty());  // gl_Position has no location
   }
+}
+
+TEST(Spirv, a_compute_shader_says_how_it_sees_its_buffers) {
+  const Spirv shader = compile_baker(MapKind::conservative, Dialect::vulkan, BakeNumbers::floats).at("bake_exact");
+  using enum BufferView;
+  EXPECT_THAT(buffer_views(shader, 5), ElementsAre(storage, block, storage, texels, storage));
+  EXPECT_THAT([&] { (void)buffer_views(shader, 3); }, ThrowsMessage<Error>(HasSubstr("`quads` is at binding 3, of 3")));
 }
 
 TEST(Spirv, stages_share_their_bindings_or_quarrel_over_them) {

@@ -12,7 +12,7 @@ namespace {
 
 class StorageBuffer {
  public:
-  StorageBuffer(const EglContext& context, std::size_t bytes) : context_(context) {
+  StorageBuffer(const EglContext& context, std::size_t bytes) : context_(context), bytes_(bytes) {
     GLint64 limit = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
     if (bytes > static_cast<std::size_t>(limit))
@@ -22,7 +22,9 @@ class StorageBuffer {
     glNamedBufferStorage(id_, static_cast<GLsizeiptr>(bytes), nullptr, GL_DYNAMIC_STORAGE_BIT);
   }
   ~StorageBuffer() {
-    if (context_.can_free()) glDeleteBuffers(1, &id_);
+    if (!context_.can_free()) return;
+    glDeleteTextures(1, &texels_);  // 0 is no texture
+    glDeleteBuffers(1, &id_);
   }
   StorageBuffer(const StorageBuffer&) = delete;
   StorageBuffer& operator=(const StorageBuffer&) = delete;
@@ -30,12 +32,31 @@ class StorageBuffer {
   void write(std::span<const std::byte> bytes) const {
     glNamedBufferSubData(id_, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
   }
-  void bind(int binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(binding), id_); }
+  void bind(int binding, BufferView view) {
+    const auto place = static_cast<GLuint>(binding);
+    if (view == BufferView::texels) return glBindTextureUnit(place, texels());
+    glBindBufferBase(view == BufferView::block ? GL_UNIFORM_BUFFER : GL_SHADER_STORAGE_BUFFER, place, id_);
+  }
   [[nodiscard]] GLuint id() const { return id_; }
 
  private:
+  GLuint texels() {
+    if (texels_ != 0) return texels_;
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    const std::size_t texels = bytes_ / (4 * sizeof(float));
+    if (texels > static_cast<std::size_t>(limit))
+      fail_environment("OpenGL: a buffer of {} texels; {} takes {}", texels,
+                       reinterpret_cast<const char*>(glGetString(GL_RENDERER)), limit);
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &texels_);
+    glTextureBuffer(texels_, GL_RGBA32F, id_);
+    return texels_;
+  }
+
   const EglContext& context_;
+  std::size_t bytes_;
   GLuint id_ = 0;
+  GLuint texels_ = 0;  ///< the same bytes
 };
 
 /// Stamps of the device's clock at the boundaries of a job's parts; none where it has no clock.
@@ -84,19 +105,22 @@ const OpenglCompute& program_of(const ComputePass& pass) {
   return static_cast<const OpenglCompute&>(*pass.pipeline);
 }
 
-void run_pass(const ComputePass& pass, const StorageBuffer& dispatch, const std::deque<StorageBuffer>& buffers) {
+void run_pass(const ComputePass& pass, StorageBuffer& dispatch, std::deque<StorageBuffer>& buffers) {
   const OpenglCompute& pipeline = program_of(pass);
-  assert(pipeline.buffers() == pass.buffers.size());
+  assert(pipeline.views().size() == kFirstBufferBinding + pass.buffers.size());
   glUseProgram(pipeline.program());
-  dispatch.bind(kDispatchBinding);
+  const auto bind = [&](int binding, StorageBuffer& buffer) {
+    buffer.bind(binding, pipeline.views()[static_cast<std::size_t>(binding)]);
+  };
+  bind(kDispatchBinding, dispatch);
   int binding = kFirstBufferBinding;
-  for (const int buffer : pass.buffers) buffers[static_cast<std::size_t>(buffer)].bind(binding++);
+  for (const int buffer : pass.buffers) bind(binding++, buffers[static_cast<std::size_t>(buffer)]);
   const auto run_rows = [&](int first, int count) {
     const std::array<GLint, 2> values{first, pass.argument};
     dispatch.write(std::as_bytes(std::span(values)));
     glDispatchCompute(static_cast<GLuint>(pass.groups_x), static_cast<GLuint>(count),
                       static_cast<GLuint>(pass.groups_z));
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
   };
   if (pass.may_be_long) {
     run_in_bands(pass.groups_y, [&](int first, int count) {
@@ -113,14 +137,14 @@ void run_pass(const ComputePass& pass, const StorageBuffer& dispatch, const std:
 
 OpenglCompute::OpenglCompute(const EglContext& context, const ComputeDesc& desc)
     : label_(desc.label),
-      buffers_(static_cast<std::size_t>(desc.buffers)),
+      views_(buffer_views(desc.spirv, static_cast<std::size_t>(kFirstBufferBinding + desc.buffers))),
       program_(context, desc.label, std::array{OpenglProgram::Stage{.kind = GL_COMPUTE_SHADER, .spirv = desc.spirv}},
                {}) {}
 
 ComputeResult run_compute(const EglContext& context, const ComputeJob& job) {
   std::deque<StorageBuffer> buffers;
   for (const ComputeBuffer& buffer : job.buffers) buffers.emplace_back(context, buffer.bytes);
-  const StorageBuffer dispatch(context, 2 * sizeof(GLint));
+  StorageBuffer dispatch(context, 2 * sizeof(GLint));
   check_gl("make a job's buffers");
 
   PartClock clock(context);

@@ -1,7 +1,10 @@
 #pragma once
+#include <span>
 #include <string>
+#include <vector>
 
 #include "backends/opengl/opengl_objects.h"
+#include "backends/spirv.h"
 
 namespace reliefbench {
 
@@ -11,12 +14,13 @@ class OpenglCompute final : public Pipeline {
   OpenglCompute(const EglContext& context, const ComputeDesc& desc);
 
   [[nodiscard]] const std::string& label() const { return label_; }
-  [[nodiscard]] std::size_t buffers() const { return buffers_; }
+  /// How it sees what is bound at 0, 1, ...
+  [[nodiscard]] std::span<const BufferView> views() const { return views_; }
   [[nodiscard]] GLuint program() const { return program_.id(); }
 
  private:
   std::string label_;
-  std::size_t buffers_;
+  std::vector<BufferView> views_;
   OpenglProgram program_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "backends/spirv.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -10,15 +11,25 @@ void fail_limit(const VulkanDevice& device, std::string_view what, std::size_t w
   fail_environment("vulkan: {} {}; {} takes {}", wanted, what, device.physical().properties.deviceName, limit);
 }
 
-VulkanCompute::VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc)
-    : bindings_(static_cast<std::uint32_t>(kFirstBufferBinding + desc.buffers)) {
+namespace {
+
+VkDescriptorType descriptor_of(BufferView view) {
+  if (view == BufferView::block) return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+  return view == BufferView::texels ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+}
+
+}  // namespace
+
+VulkanCompute::VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc) {
+  for (const BufferView view : buffer_views(desc.spirv, static_cast<std::size_t>(kFirstBufferBinding + desc.buffers)))
+    bindings_.push_back(descriptor_of(view));
   const std::uint32_t limit = device.physical().properties.limits.maxPerStageDescriptorStorageBuffers;
-  if (bindings_ > limit) fail_limit(device, "buffers in a shader", bindings_, limit);
+  if (bindings_.size() > limit) fail_limit(device, "buffers in a shader", bindings_.size(), limit);
   std::vector<VkDescriptorSetLayoutBinding> bindings;
-  bindings.reserve(bindings_);
-  for (std::uint32_t i = 0; i < bindings_; ++i)
-    bindings.push_back({.binding = i,
-                        .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
+  bindings.reserve(bindings_.size());
+  for (const VkDescriptorType type : bindings_)
+    bindings.push_back({.binding = static_cast<std::uint32_t>(bindings.size()),
+                        .descriptorType = type,
                         .descriptorCount = 1,
                         .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT});
   handles_ = make_compute_handles(device, bindings, make_module(device, desc.spirv));

@@ -1,5 +1,7 @@
 #pragma once
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "backends/vulkan/vulkan_device.h"
 #include "backends/vulkan/vulkan_pipeline.h"
@@ -11,13 +13,14 @@ class VulkanCompute final : public Pipeline {
  public:
   VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc);
 
-  [[nodiscard]] std::uint32_t bindings() const { return bindings_; }  ///< storage buffers, at 0, 1, ...
+  /// What is bound at 0, 1, ...
+  [[nodiscard]] std::span<const VkDescriptorType> bindings() const { return bindings_; }
   [[nodiscard]] VkDescriptorSetLayout set_layout() const { return handles_.descriptors.get(); }
   [[nodiscard]] VkPipelineLayout layout() const { return handles_.layout.get(); }
   [[nodiscard]] VkPipeline handle() const { return handles_.handle.get(); }
 
  private:
-  std::uint32_t bindings_;
+  std::vector<VkDescriptorType> bindings_;
   PipelineHandles handles_;
 };
 

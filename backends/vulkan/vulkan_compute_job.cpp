@@ -4,13 +4,14 @@
 #include <array>
 #include <cassert>
 #include <cstring>
+#include <map>
 
 #include "backends/compute_bands.h"
 
 namespace reliefbench {
 namespace {
 
-constexpr std::size_t kStride = 256;  // the greatest minStorageBufferOffsetAlignment that Vulkan allows
+constexpr std::size_t kStride = 256;  // the greatest alignment of a buffer's offset that Vulkan allows
 
 struct Access {
   VkPipelineStageFlags stage;
@@ -20,7 +21,7 @@ constexpr Access kCopied{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRIT
 constexpr Access kCopying{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT};
 constexpr Access kComputed{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT};
 constexpr Access kComputing{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
+                            VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
 constexpr Access kRead{VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT};
 
 void barrier(const VulkanDevice& device, VkCommandBuffer commands, const Access& from, const Access& to) {
@@ -58,9 +59,10 @@ VulkanComputeJob::VulkanComputeJob(const VulkanDevice& device, const ComputeJob&
     : device_(device),
       job_(job),
       offsets_(offsets_of(device, job.buffers)),
-      buffers_(make_device_buffer(
-          device, offsets_.back(),
-          VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT)),
+      buffers_(make_device_buffer(device, offsets_.back(),
+                                  VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
+                                      VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                                      VK_BUFFER_USAGE_TRANSFER_SRC_BIT)),
       dispatches_(make_host_buffer(device, job.passes.size() * kStride, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT, 0)),
       stamps_(device, static_cast<std::uint32_t>(job.passes.size() + 2)),
       staged_(make_host_buffer(device, bytes_to_upload(job.buffers), VK_BUFFER_USAGE_TRANSFER_SRC_BIT, 0)) {
@@ -68,17 +70,19 @@ VulkanComputeJob::VulkanComputeJob(const VulkanDevice& device, const ComputeJob&
 }
 
 void VulkanComputeJob::make_sets() {
-  std::uint32_t bindings = 0;
+  std::map<VkDescriptorType, std::uint32_t> counts;
   std::vector<VkDescriptorSetLayout> layouts;
   for (const ComputePass& pass : job_.passes) {
-    bindings += pipeline_of(pass).bindings();
+    for (const VkDescriptorType type : pipeline_of(pass).bindings()) ++counts[type];
     layouts.push_back(pipeline_of(pass).set_layout());
   }
-  const VkDescriptorPoolSize size{.type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, .descriptorCount = bindings};
+  std::vector<VkDescriptorPoolSize> sizes;
+  sizes.reserve(counts.size());
+  for (const auto& [type, count] : counts) sizes.push_back({.type = type, .descriptorCount = count});
   const VkDescriptorPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
                                              .maxSets = static_cast<std::uint32_t>(layouts.size()),
-                                             .poolSizeCount = 1,
-                                             .pPoolSizes = &size};
+                                             .poolSizeCount = static_cast<std::uint32_t>(sizes.size()),
+                                             .pPoolSizes = sizes.data()};
   VkDescriptorPool pool = VK_NULL_HANDLE;
   vk_check(device_.calls().vkCreateDescriptorPool(device_.handle(), &pool_info, nullptr, &pool),
            "vkCreateDescriptorPool");
@@ -91,24 +95,47 @@ void VulkanComputeJob::make_sets() {
   vk_check(device_.calls().vkAllocateDescriptorSets(device_.handle(), &info, sets_.data()), "vkAllocateDescriptorSets");
   for (std::size_t i = 0; i < sets_.size(); ++i) {
     const ComputePass& pass = job_.passes[i];
-    assert(pipeline_of(pass).bindings() == kFirstBufferBinding + pass.buffers.size());
-    const auto write = [&](int binding, const VkDescriptorBufferInfo& buffer) {
-      const VkWriteDescriptorSet written{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                         .dstSet = sets_[i],
-                                         .dstBinding = static_cast<std::uint32_t>(binding),
-                                         .descriptorCount = 1,
-                                         .descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER,
-                                         .pBufferInfo = &buffer};
-      device_.calls().vkUpdateDescriptorSets(device_.handle(), 1, &written, 0, nullptr);
-    };
-    write(kDispatchBinding, {.buffer = dispatches_.buffer.get(), .offset = i * kStride, .range = kStride});
+    assert(pipeline_of(pass).bindings().size() == kFirstBufferBinding + pass.buffers.size());
+    bind(sets_[i], kDispatchBinding, pipeline_of(pass),
+         {.buffer = dispatches_.buffer.get(), .offset = i * kStride, .range = kStride});
     int binding = kFirstBufferBinding;
     for (const int place : pass.buffers) {
       const auto buffer = static_cast<std::size_t>(place);
-      write(binding++,
-            {.buffer = buffers_.buffer.get(), .offset = offsets_[buffer], .range = job_.buffers[buffer].bytes});
+      bind(sets_[i], binding++, pipeline_of(pass),
+           {.buffer = buffers_.buffer.get(), .offset = offsets_[buffer], .range = job_.buffers[buffer].bytes});
     }
   }
+}
+
+void VulkanComputeJob::bind(VkDescriptorSet set, int binding, const VulkanCompute& pipeline,
+                            const VkDescriptorBufferInfo& buffer) {
+  VkWriteDescriptorSet written{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                               .dstSet = set,
+                               .dstBinding = static_cast<std::uint32_t>(binding),
+                               .descriptorCount = 1,
+                               .descriptorType = pipeline.bindings()[static_cast<std::size_t>(binding)],
+                               .pBufferInfo = &buffer};
+  VkBufferView view = VK_NULL_HANDLE;
+  if (written.descriptorType == VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER) {
+    view = texel_view(buffer);
+    written.pTexelBufferView = &view;
+  }
+  device_.calls().vkUpdateDescriptorSets(device_.handle(), 1, &written, 0, nullptr);
+}
+
+VkBufferView VulkanComputeJob::texel_view(const VkDescriptorBufferInfo& buffer) {
+  constexpr std::size_t kTexelBytes = 4 * sizeof(float);
+  const std::uint32_t limit = device_.physical().properties.limits.maxTexelBufferElements;
+  if (buffer.range / kTexelBytes > limit) fail_limit(device_, "texels in a buffer", buffer.range / kTexelBytes, limit);
+  const VkBufferViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
+                                    .buffer = buffer.buffer,
+                                    .format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                                    .offset = buffer.offset,
+                                    .range = buffer.range};
+  VkBufferView view = VK_NULL_HANDLE;
+  vk_check(device_.calls().vkCreateBufferView(device_.handle(), &info, nullptr, &view), "vkCreateBufferView");
+  views_.emplace_back(device_.logical(), view);
+  return view;
 }
 
 VkCommandBuffer VulkanComputeJob::commands() {

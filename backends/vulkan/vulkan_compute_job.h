@@ -18,6 +18,8 @@ class VulkanComputeJob {
 
  private:
   void make_sets();
+  void bind(VkDescriptorSet set, int binding, const VulkanCompute& pipeline, const VkDescriptorBufferInfo& buffer);
+  VkBufferView texel_view(const VkDescriptorBufferInfo& buffer);
   void upload();
   void run(std::size_t pass);
   void dispatch(std::size_t pass, int first_row, int rows);
@@ -34,6 +36,7 @@ class VulkanComputeJob {
   DeviceBuffer buffers_;
   HostBuffer dispatches_;  ///< what a pass finds at kDispatchBinding, kStride apart
   Owned<VkDescriptorPool, &VolkDeviceTable::vkDestroyDescriptorPool> pool_;
+  std::vector<Owned<VkBufferView, &VolkDeviceTable::vkDestroyBufferView>> views_;
   std::vector<VkDescriptorSet> sets_;  ///< the pool's, one a pass
   Timestamps stamps_;
   HostBuffer staged_;  ///< what the first submit uploads

@@ -10,23 +10,26 @@ struct Arms {
   vec2 far;
 };
 
+struct Target {
+  Arms arms;
+  float top;  // its height
+};
+
+// Of those that were looked at last. The including file defines it.
+Target target(int i);
+
 float low_limit;  // keys under this are better than the best
 bool has_best;
-Arms best_arms;
+Target best;
 float best_distance2;
-float best_top;
+
+// Targets that float cannot tell from the best, a bit each. They wait until decide(), outside of the loops that search:
+// where lanes run together, what stands in a branch may cost as much as if all took it.
+uint undecided;
 
 void set_limits(float key) {
   limit = key * (1.0 + 2.0 * KEY_ERROR);
   low_limit = key * (1.0 - 2.0 * KEY_ERROR);
-}
-
-void start(ivec2 owner) {
-  owner_height = height_at(owner);
-  has_best = false;
-  best_distance2 = bake.widest_in_rows;
-  best_top = NOTHING;
-  set_limits(bake.widest_in_rows);
 }
 
 float distance2_of(Arms arms) {
@@ -35,46 +38,68 @@ float distance2_of(Arms arms) {
   return min(bake.aspect * near2.x + far2.y, bake.aspect * far2.x + near2.y) - bake.slack_in_rows;
 }
 
+void start(ivec2 owner) {
+  owner_height = height_at(owner);
+  has_best = false;
+  best_distance2 = bake.widest_in_rows;
+  best.top = NOTHING;
+  set_limits(bake.widest_in_rows);
+  undecided = 0u;
+}
+
+void take(Target better) {
+  float rise = better.top - owner_height;
+  has_best = true;
+  best = better;
+  best_distance2 = distance2_of(better.arms);
+  set_limits(best_distance2 / (rise * rise));
+}
+
 #ifdef HAS_DOUBLES
 double square(float texels, double weight) { return double(texels) * double(texels) * weight; }
 
-double key_of(Arms arms, float top) {
+double key_of(Target target) {
+  Arms arms = target.arms;
   precise double one = square(arms.near.x, bake.weight_x) + square(arms.far.y, bake.weight_y);
   precise double other = square(arms.far.x, bake.weight_x) + square(arms.near.y, bake.weight_y);
   precise double distance2 = min(one, other) - bake.slack;
-  precise double rise = double(top) - double(owner_height);
+  precise double rise = double(target.top) - double(owner_height);
   precise double rise2 = rise * rise;
   return divide(distance2, rise2);
 }
 
-double least_key() { return has_best ? key_of(best_arms, best_top) : bake.widest_key; }
+double least_key() { return has_best ? key_of(best) : bake.widest_key; }
 
-// For a key between the limits.
-bool is_better(Arms arms, float distance2, float top) {
-  if (bake.exact_distances && top == best_top && distance2 >= best_distance2) return false;
-  return key_of(arms, top) < least_key();
+void decide() {
+  while (undecided != 0u) {
+    Target waiting = target(findLSB(undecided));
+    undecided &= undecided - 1u;
+    if (key_of(waiting) < least_key()) take(waiting);
+  }
 }
 
 void finish(ivec2 texel) { store_key(texel, least_key()); }
 #else
-bool is_better(Arms arms, float distance2, float top) {
-  float rise = top - owner_height;
-  float best_rise = has_best ? best_top - owner_height : 1.0;
-  return distance2 * (best_rise * best_rise) < best_distance2 * (rise * rise);
-}
+void decide() {}
 
 void finish(ivec2 texel) { ratios[layered(texel)] = sqrt(low_limit) * bake.rows_to_ratio; }
 #endif
 
-// A target as high as `top`, at the distance2 of its arms.
-void offer(Arms arms, float distance2, float top) {
-  float rise = top - owner_height;
+// Of what is looked at, target(i).
+void offer(int i, Target offered) {
+  float rise = offered.top - owner_height;
   float rise2 = rise * rise;
+  float distance2 = distance2_of(offered.arms);
   if (rise <= 0.0 || distance2 >= limit * rise2) return;
-  if (distance2 >= low_limit * rise2 && !is_better(arms, distance2, top)) return;
-  has_best = true;
-  best_arms = arms;
-  best_distance2 = distance2;
-  best_top = top;
-  set_limits(distance2 / rise2);
+  if (distance2 < low_limit * rise2) {
+    take(offered);
+    return;
+  }
+#ifdef HAS_DOUBLES
+  bool is_farther = bake.exact_distances && offered.top == best.top && distance2 >= best_distance2;
+  if (!is_farther) undecided |= 1u << i;
+#else
+  float best_rise = has_best ? best.top - owner_height : 1.0;
+  if (distance2 * (best_rise * best_rise) < best_distance2 * rise2) take(offered);
+#endif
 }

@@ -17,7 +17,7 @@ layout(BINDING(DISPATCH_BINDING), std430) readonly buffer Dispatch {
   int argument;
 };
 // clang-format off
-layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
+layout(BINDING(FIRST_BUFFER_BINDING), std140) uniform Bake {
   DOUBLE weight_x;  // see ConeMetric (kernels/maps/cone_search.h)
   DOUBLE weight_y;
   DOUBLE slack;
@@ -42,7 +42,8 @@ layout(BINDING(FIRST_BUFFER_BINDING), std430) readonly buffer Bake {
   float guard;            // of a finer grid: see rise_guard (kernels/maps/cone_bounds.h)
   float max_ratio;        // the widest ratio allowed
   ivec2 by;               // points a texel of the map that a finer grid is of
-  ivec2 levels[];         // of quads: [i] of level i + 1; of shapes: of level i. Its first one, those from row to row
+  // Of quads, [i] is level i + 1; of shapes, level i. xy: its first one, those from row to row
+  ivec4 levels[MOST_LEVELS];
 } bake;
 // clang-format on
 
@@ -58,5 +59,7 @@ int layered(ivec2 texel) { return int(gl_WorkGroupID.z) * bake.size.x * bake.siz
 
 // A texel within a side of the map, brought into it.
 ivec2 wrapped(ivec2 texel) {
-  return bake.repeats ? (texel + bake.size) % bake.size : clamp(texel, ivec2(0), bake.size - 1);
+  if (!bake.repeats) return clamp(texel, ivec2(0), bake.size - 1);
+  texel += bake.size * ivec2(lessThan(texel, ivec2(0)));
+  return texel - bake.size * ivec2(greaterThanEqual(texel, bake.size));
 }

@@ -9,7 +9,7 @@
 // rounding could, so that a ratio has the bits of the bakers in kernels/.
 
 layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer Heights { float heights[]; };
-layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer Quads { vec4 quads[]; };
+layout(BINDING(FIRST_BUFFER_BINDING + 2)) uniform samplerBuffer quads;
 layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Ratios { float ratios[]; };
 
 // A key in float is off by less than this share of it. The worst is the distance of a direct neighbour under `safe`, on
@@ -17,7 +17,7 @@ layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Ratios { floa
 const float KEY_ERROR = 2e-6;
 
 float node_at(int pyramid, int level, ivec2 node) {
-  return quads[quad_index(pyramid, level + 1, node >> 1)][2 * (node.y & 1) + (node.x & 1)];
+  return texelFetch(quads, quad_index(pyramid, level + 1, node >> 1))[2 * (node.y & 1) + (node.x & 1)];
 }
 float height_at(ivec2 texel) { return heights[index_of(texel)]; }
 

@@ -1,6 +1,5 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
-#include "bake_best.glsl"
 #include "bake_search.glsl"
 
 // The exact conservative cone map [DUM06]; on the pyramids of the four quadrants, the exact relaxed one [BVBV24].
@@ -8,8 +7,9 @@
 ivec2 facing;  // signs of the pyramid's quadrant; 0: all texels count
 
 int turns() { return bake.pyramids; }
+int near_turns() { return turns(); }
 
-bool counts(ivec2 first, float size, vec2 offset) { return true; }
+bvec4 counts(ivec2 first, ivec2 offset, int size) { return bvec4(true); }
 
 // distance_to, in the direction that the pyramid's quadrant faces alone.
 float distance_along(int axis, float offset, float reach) {
@@ -28,18 +28,6 @@ void start_turn(int turn) {
   pyramid = turn;
   origin = ivec2(0);
   facing = bake.pyramids == 1 ? ivec2(0) : 1 - 2 * ivec2(pyramid & 1, pyramid >> 1);
-  for (int y = -1; y <= 1; ++y)
-    for (int x = -1; x <= 1; ++x) {
-      ivec2 texel = wrapped(owner + ivec2(x, y));
-      vec2 offset = vec2(texel - owner);
-      try_texel(texel, vec2(distance_along(0, offset.x, 0.0), distance_along(1, offset.y, 0.0)),
-                node_at(pyramid, 0, texel));
-    }
-}
-
-void try_texel(ivec2 texel, vec2 texels, float top) {
-  Arms arms = Arms(texels, texels);
-  offer(arms, distance2_of(arms), top);
 }
 
 void main() {

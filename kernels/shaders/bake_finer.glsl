@@ -1,6 +1,6 @@
 #include "bake_common.glsl"
 
-// What the shaders of a certified bake share (kernels/maps/certified_cones.cpp). Theirs is the Bake buffer of the finer
+// What the shaders of a certified bake share (kernels/maps/certified_cones.cpp). Theirs is the Bake block of the finer
 // grid, whose `size` is in points.
 
 const float WIDE = 3e38;

@@ -7,6 +7,6 @@ const float NOTHING = -1.0;
 ivec2 nodes_at(int level) { return ((bake.size - 1) >> level) + 1; }
 
 int quad_index(int pyramid, int level, ivec2 quad) {
-  ivec2 place = bake.levels[level - 1];
+  ivec4 place = bake.levels[level - 1];
   return pyramid * bake.pyramid_quads + place.x + quad.y * place.y + quad.x;
 }

@@ -65,31 +65,41 @@ Stop stop_at(int texel, int level, int side) {
   return stop;
 }
 
-// A corner neighbour is an L where the finer levels have visited a quarter of it: the nearer of its two arms. A
-// neighbour along one axis has the other axis' distance 0.
-void lower(vec2 near, vec2 far, int level, int column, int row) {
-  Arms arms = Arms(near, far);
-  offer(arms, distance2_of(arms), node_at(0, level, ivec2(column, row)));
+// The level that is looked at, and what lies there round the owner.
+int level;
+Stop column;
+Stop row;
+
+Side side_of(Stop stop, int i) {
+  if (i == 0) return stop.low;
+  return i == 1 ? Side(0.0, 0.0, stop.node) : stop.high;
+}
+
+// A corner neighbour is an L where the finer levels have visited a quarter of it: the nearer of its two arms. Others
+// are what those have not visited of them.
+Target target(int i) {
+  Side x = side_of(column, i % 3);
+  Side y = side_of(row, i / 3);
+  vec2 far = vec2(x.far, y.far);
+  bool is_corner = i % 3 != 1 && i / 3 != 1;
+  return Target(Arms(is_corner ? vec2(x.near, y.near) : far, far), node_at(0, level, ivec2(x.node, y.node)));
 }
 
 void main() {
   owner = own_texel();
   if (is_outside(owner)) return;
   start(owner);
-  for (int level = 0; level < bake.top_level; ++level) {
-    Stop column = stop_at(owner.x, level, bake.size.x);
-    Stop row = stop_at(owner.y, level, bake.size.y);
-    lower(vec2(column.low.far, 0), vec2(column.low.far, 0), level, column.low.node, row.node);
-    lower(vec2(column.high.far, 0), vec2(column.high.far, 0), level, column.high.node, row.node);
-    lower(vec2(0, row.low.far), vec2(0, row.low.far), level, column.node, row.low.node);
-    lower(vec2(0, row.high.far), vec2(0, row.high.far), level, column.node, row.high.node);
-    lower(vec2(column.low.near, row.low.near), vec2(column.low.far, row.low.far), level, column.low.node, row.low.node);
-    lower(vec2(column.high.near, row.low.near), vec2(column.high.far, row.low.far), level, column.high.node,
-          row.low.node);
-    lower(vec2(column.low.near, row.high.near), vec2(column.low.far, row.high.far), level, column.low.node,
-          row.high.node);
-    lower(vec2(column.high.near, row.high.near), vec2(column.high.far, row.high.far), level, column.high.node,
-          row.high.node);
+  level = -1;
+  for (bool has_more = true; has_more || undecided != 0u;) {
+    while (has_more && undecided == 0u) {
+      level += 1;
+      column = stop_at(owner.x, level, bake.size.x);
+      row = stop_at(owner.y, level, bake.size.y);
+      for (int i = 0; i < 9; ++i)
+        if (i != 4) offer(i, target(i));
+      has_more = level + 1 < bake.top_level;
+    }
+    decide();
   }
   finish(owner);
 }

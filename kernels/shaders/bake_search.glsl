@@ -1,27 +1,55 @@
+#include "bake_best.glsl"
+
 // Branch and bound on the max pyramid, near child first, for bakers that ask over all higher texels for the least of a
 // key: see kernels/maps/cone_search.cpp. It is made in turns, of a pyramid or an image of the map each. The including
-// file defines the functions that are only declared here.
+// file defines the functions that are only declared here. What can be decided later stands outside of the innermost
+// loop: llvmpipe skips no branch, and runs both sides of each for all of its lanes.
 
 int pyramid;   // the one that is searched
 ivec2 origin;  // where the image of the map begins that is searched
 
 int turns();
-// Chooses a turn's pyramid and image, and tries the owner's neighbours.
+// How many of them begin with the owner's neighbours.
+int near_turns();
+// Chooses a turn's pyramid and image.
 void start_turn(int turn);
 // From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
 float distance_along(int axis, float offset, float reach);
-// Whether any texel counts of a box of `size` texels a side. first: of its texels; offset: from the owner to its middle
-bool counts(ivec2 first, float size, vec2 offset);
-// A texel of the height `top` whose distance and rise alone would lower the key. texels: to it along the axes
-void try_texel(ivec2 texel, vec2 texels, float top);
-// Stores the ratio that was found, as that of a texel.
-void finish(ivec2 texel);
+// Of a quad's nodes, of `size` texels a side, whether any texel counts of each. first: of all texels; offset: to it
+// from the owner
+bvec4 counts(ivec2 first, ivec2 offset, int size);
 
-// Of one level of the pyramid, where the search is.
+// Of one level of the pyramid, where the search is; on level 0 the owner's neighbours.
 struct Branch {
   int level;
   ivec2 quad;
 };
+const Branch NEIGHBOURS = Branch(0, ivec2(0));
+
+Branch looked;  // at last
+
+Target target_at(ivec2 texel, ivec2 offset) {
+  vec2 texels = vec2(distance_along(0, float(offset.x), 0.0), distance_along(1, float(offset.y), 0.0));
+  return Target(Arms(texels, texels), node_at(pyramid, 0, texel));
+}
+
+ivec2 neighbour_offset(int i) { return ivec2(i % 3, i / 3) - 1; }
+
+Target target(int i) {
+  if (looked == NEIGHBOURS) return target_at(wrapped(owner + neighbour_offset(i)), neighbour_offset(i));
+  ivec2 texel = 2 * looked.quad + ivec2(i & 1, i >> 1);
+  return target_at(texel, texel + origin - owner);
+}
+
+void look_at_neighbours() {
+  looked = NEIGHBOURS;
+  for (int i = 0; i < 9; ++i) {
+    ivec2 offset = neighbour_offset(i);
+    ivec2 texel = wrapped(owner + offset);
+    bool is_there = bake.repeats || texel == owner + offset;
+    if (is_there && counts(texel, offset, 1).x) offer(i, target_at(texel, offset));
+  }
+}
 
 // The nodes of a quad that may lower the key, a bit each.
 struct Promising {
@@ -30,27 +58,27 @@ struct Promising {
 };
 
 Promising look(Branch at) {
-  vec4 tops = quads[quad_index(pyramid, at.level, at.quad)];
-  float size = float(1 << (at.level - 1));
+  looked = at;
+  vec4 tops = texelFetch(quads, quad_index(pyramid, at.level, at.quad));
+  int side = 1 << (at.level - 1);
+  ivec2 first = at.quad << at.level;
+  ivec2 offset = first + origin - owner;
+  float size = float(side);
   float reach = 0.5 * (size - 1.0);
-  vec2 first = vec2(2 * at.quad) * size + reach - vec2(owner - origin);
-  vec2 x = vec2(distance_along(0, first.x, reach), distance_along(0, first.x + size, reach));
-  vec2 y = vec2(distance_along(1, first.y, reach), distance_along(1, first.y + size, reach));
+  vec2 middle = vec2(offset) + reach;
+  vec2 x = vec2(distance_along(0, middle.x, reach), distance_along(0, middle.x + size, reach));
+  vec2 y = vec2(distance_along(1, middle.y, reach), distance_along(1, middle.y + size, reach));
   vec2 x2 = bake.aspect * x * x;
   vec2 y2 = y * y;
   vec4 rise = max(tops - owner_height, 0.0);
   vec4 slack = bake.slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
-  bvec4 may_improve = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + slack);
-  ivec2 texel = 2 * at.quad * int(size);
-  for (int i = 0; i < 4; ++i) {
-    ivec2 node = ivec2(i & 1, i >> 1);
-    if (may_improve[i]) may_improve[i] = counts(texel + node * int(size), size, first + vec2(node) * size);
-  }
+  bvec4 is_near = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + slack);
+  bvec4 may_improve = bvec4(uvec4(is_near) & uvec4(counts(first, offset, side)));
   if (at.level == 1) {
-    if (may_improve.x) try_texel(2 * at.quad, vec2(x.x, y.x), tops.x);
-    if (may_improve.y) try_texel(2 * at.quad + ivec2(1, 0), vec2(x.y, y.x), tops.y);
-    if (may_improve.z) try_texel(2 * at.quad + ivec2(0, 1), vec2(x.x, y.y), tops.z);
-    if (may_improve.w) try_texel(2 * at.quad + ivec2(1, 1), vec2(x.y, y.y), tops.w);
+    for (int i = 0; i < 4; ++i) {
+      vec2 texels = vec2(x[i & 1], y[i >> 1]);
+      if (may_improve[i]) offer(i, Target(Arms(texels, texels), tops[i]));
+    }
     return Promising(0u, 0u);
   }
   uvec4 bits = uvec4(may_improve) << uvec4(0, 1, 2, 3);
@@ -76,10 +104,23 @@ void drop_levels(uint levels) {
   nears >>= 2u * levels;
 }
 
+int turn;
+
+Branch start_branch() {
+  start_turn(turn);
+  waiting = uvec2(0u);
+  nears = 0u;
+  return Branch(bake.top_level, ivec2(0));
+}
+
 // The next quad to look at; false: there is none.
 bool next(inout Branch at) {
+  if (waiting == uvec2(0u)) {
+    turn += 1;
+    if (turn < turns()) at = start_branch();
+    return turn < turns();
+  }
   if (waiting.x == 0u) {
-    if (waiting.y == 0u) return false;
     drop_levels(8u);
     at.quad >>= 8;
     at.level += 8;
@@ -96,31 +137,31 @@ bool next(inout Branch at) {
   return true;
 }
 
-Branch start_branch(int turn) {
-  start_turn(turn);
-  waiting = uvec2(0u);
-  nears = 0u;
-  return Branch(bake.top_level, ivec2(0));
+// Looks at a quad, and has those of its nodes wait that may lower the key.
+void visit(Branch at) {
+  Promising promising = look(at);
+  waiting = uvec2((waiting.x << 4) | by_rank(promising), (waiting.y << 4) | (waiting.x >> 28));
+  nears = (nears << 2) | promising.near;
 }
 
-// Makes all turns, then stores the ratio. It is stored within the loop, by a turn of its own: a device that
-// leaves loops before their end, as llvmpipe does after 65,535 turns of all of them together, leaves CUT_SHORT in its
-// place.
+// Makes all turns, then stores the ratio. Not where a device leaves loops before their end, as llvmpipe does after
+// 65,535 turns of all of them together: that leaves CUT_SHORT in the ratio's place.
 void search() {
-  int turn = 0;
-  Branch at = start_branch(turn);
-  for (bool has_more = true;;) {
-    if (!has_more) {
-      turn += 1;
-      if (turn == turns()) {
-        finish(own_texel());
-        return;
-      }
-      at = start_branch(turn);
-    }
-    Promising promising = look(at);
-    waiting = uvec2((waiting.x << 4) | by_rank(promising), (waiting.y << 4) | (waiting.x >> 28));
-    nears = (nears << 2) | promising.near;
-    has_more = next(at);
+  for (turn = 0; turn < near_turns(); ++turn) {
+    start_turn(turn);
+    look_at_neighbours();
+    decide();
   }
+  turn = -1;
+  waiting = uvec2(0u);
+  Branch at;
+  bool is_done = false;
+  while (!is_done || undecided != 0u) {
+    while (!is_done && undecided == 0u) {
+      is_done = !next(at);
+      if (!is_done) visit(at);
+    }
+    decide();
+  }
+  if (is_done && undecided == 0u) finish(own_texel());
 }

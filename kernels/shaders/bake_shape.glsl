@@ -16,7 +16,7 @@ ivec2 nodes_at(int level) {
   return (cells() + side - 1) / side;
 }
 int shape_index(int level, ivec2 node) {
-  ivec2 place = bake.levels[level];
+  ivec4 place = bake.levels[level];
   return place.x + node.y * place.y + node.x;
 }
 

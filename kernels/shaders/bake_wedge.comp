@@ -1,6 +1,5 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
-#include "bake_best.glsl"
 #include "bake_search.glsl"
 
 // Exact cones of sectors of directions, a layer each: those of `quad`, of sector maps and of cells. What counts is told
@@ -21,57 +20,55 @@ layout(BINDING(FIRST_BUFFER_BINDING + 4), std430) readonly buffer Wedges { Wedge
 
 const int IMAGES = 5;  // along an axis, of a map that repeats: the nearest that a wedge sees is at most two tiles away
 
-Wedge seen;             // of this turn
+Wedge seen;
+ivec4 normals_x;  // of this turn, as all below
+ivec4 normals_y;
+ivec4 least;
 bool sees_whole;        // the owner is on a border behind it: it sees the whole quadrant
-bool sees_far_borders;  // of this turn: the borders before the owner, and nothing else
+bool sees_far_borders;  // the borders before the owner, and nothing else
 
 int images() { return bake.repeats ? IMAGES * IMAGES : 1; }
 
-int turns() { return images() + (wedges[gl_WorkGroupID.z].is_bounded && !sees_whole ? 1 : 0); }
+int turns() { return images() + (seen.is_bounded && !sees_whole ? 1 : 0); }
+int near_turns() { return 1; }
 
 // 0, 1, -1, 2, -2
-int image(int i) { return ((i & 1) == 0 ? -1 : 1) * ((i + 1) / 2); }
+int image(int i) { return ((i & 1) == 0 ? -1 : 1) * ((i + 1) >> 1); }
 
 // The borders before an owner who looks that way; -1: none along the axis.
 ivec2 borders_before(ivec2 signs) {
   return ivec2(greaterThan(signs, ivec2(0))) * (bake.size - 1) - ivec2(equal(signs, ivec2(0)));
 }
 
-bool counts(ivec2 first, float size, vec2 offset) {
-  ivec2 twice = ivec2(2.0 * offset);
-  int reach = int(size) - 1;
-  for (int i = 0; i < 4; ++i) {
-    ivec2 normal = seen.normals[i];
-    ivec2 along = normal * twice + abs(normal) * reach;
-    if (along.x + along.y < 2 * seen.least[i]) return false;
-  }
-  ivec2 border = borders_before(seen.quadrant);
-  return !sees_far_borders || any(equal(clamp(border, first, first + reach), border));
+// Each normal's greatest product over a node: of its farthest texel that way.
+bvec4 counts(ivec2 first, ivec2 offset, int size) {
+  ivec4 x = normals_x * offset.x + max(normals_x, 0) * (size - 1);
+  ivec4 y = normals_y * offset.y + max(normals_y, 0) * (size - 1) - least;
+  ivec4 next_x = x + normals_x * size;
+  ivec4 next_y = y + normals_y * size;
+  const ivec4 ZERO = ivec4(0);
+  bvec4 sees = bvec4(all(greaterThanEqual(x + y, ZERO)), all(greaterThanEqual(next_x + y, ZERO)),
+                     all(greaterThanEqual(x + next_y, ZERO)), all(greaterThanEqual(next_x + next_y, ZERO)));
+  if (!sees_far_borders) return sees;
+  ivec2 border = borders_before(seen.quadrant) - first;
+  bvec2 low = lessThan(uvec2(border), uvec2(size));
+  bvec2 high = lessThan(uvec2(border - size), uvec2(size));
+  bvec4 on_border = bvec4(low.x || low.y, high.x || low.y, low.x || high.y, high.x || high.y);
+  return bvec4(uvec4(sees) & uvec4(on_border));
 }
 
 float distance_along(int axis, float offset, float reach) { return max(abs(offset) - reach, 0.0); }
 
-void try_texel(ivec2 texel, vec2 texels, float top) {
-  Arms arms = Arms(texels, texels);
-  offer(arms, distance2_of(arms), top);
-}
-
 void start_turn(int turn) {
-  seen = wedges[gl_WorkGroupID.z];
-  pyramid = bake.pyramids == 1 ? 0 : int(gl_WorkGroupID.z) & 3;
   sees_far_borders = turn == images();
-  origin = sees_far_borders ? ivec2(0) : bake.size * ivec2(image(turn % IMAGES), image(turn / IMAGES));
-  if (sees_far_borders || sees_whole) {
-    seen.normals = ivec2[4](ivec2(seen.quadrant.x, 0), ivec2(0, seen.quadrant.y), ivec2(0), ivec2(0));
-    seen.least = ivec4(0);
-  }
-  for (int y = -1; turn == 0 && y <= 1; ++y)
-    for (int x = -1; x <= 1; ++x) {
-      ivec2 offset = ivec2(x, y);
-      ivec2 texel = wrapped(owner + offset);
-      bool is_there = bake.repeats || texel == owner + offset;
-      if (is_there && counts(texel, 1.0, vec2(offset))) try_texel(texel, abs(vec2(offset)), node_at(pyramid, 0, texel));
-    }
+  int row = int((float(turn) + 0.5) / float(IMAGES));
+  origin = sees_far_borders ? ivec2(0) : bake.size * ivec2(image(turn - row * IMAGES), image(row));
+  bool sees_quadrant = sees_far_borders || sees_whole;
+  normals_x = sees_quadrant ? ivec4(seen.quadrant.x, 0, 0, 0)
+                            : ivec4(seen.normals[0].x, seen.normals[1].x, seen.normals[2].x, seen.normals[3].x);
+  normals_y = sees_quadrant ? ivec4(0, seen.quadrant.y, 0, 0)
+                            : ivec4(seen.normals[0].y, seen.normals[1].y, seen.normals[2].y, seen.normals[3].y);
+  least = sees_quadrant ? ivec4(0) : seen.least;
 }
 
 // The top of the cell whose corner the owner is.
@@ -84,10 +81,11 @@ float top_at(ivec2 corner) {
 void main() {
   owner = own_texel();
   if (is_outside(owner)) return;
-  Wedge wedge = wedges[gl_WorkGroupID.z];
-  if (wedge.is_of_cells) owner = wrapped(owner + wedge.corner);
-  sees_whole = wedge.is_bounded && any(equal(owner, borders_before(-wedge.quadrant)));
+  seen = wedges[gl_WorkGroupID.z];
+  pyramid = bake.pyramids == 1 ? 0 : int(gl_WorkGroupID.z) & 3;
+  if (seen.is_of_cells) owner = wrapped(owner + seen.corner);
+  sees_whole = seen.is_bounded && any(equal(owner, borders_before(-seen.quadrant)));
   start(owner);
-  if (wedge.is_of_cells) owner_height = top_at(wedge.corner);
+  if (seen.is_of_cells) owner_height = top_at(seen.corner);
   search();
 }
