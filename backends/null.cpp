@@ -27,7 +27,7 @@ constexpr double kPassNs = 0.5;       ///< a pixel of a technique without steps
 constexpr double kStepNs = 0.25;      ///< a pixel and step, before the technique's own factor
 constexpr double kLoadStepNs = 0.05;  ///< a pixel and iteration of load.glsl
 constexpr double kNoise = 0.01;       ///< largest relative deviation of a batch
-constexpr double kWaitingSpeed = 20;  ///< times as fast as the others: 1 ms a frame, the quickstart's mean at 1080p
+constexpr double kWaitingSpeed = 55;  ///< times as fast as the others: 1 ms a frame, the quickstart's mean at 1080p
 
 /// The same in every run and on every machine, evenly spread over [0, 1).
 double fraction_of(std::string_view text) {
