@@ -165,11 +165,11 @@ ShaderInterface reflect(std::span<const std::uint32_t> spirv) {
   return interface;
 }
 
-std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, std::size_t count) {
-  std::vector<BufferView> views(count, BufferView::storage);
+std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, int count) {
+  std::vector<BufferView> views(static_cast<std::size_t>(count), BufferView::storage);
   const auto see = [&](const std::vector<ShaderVariable>& variables, BufferView view) {
     for (const auto& [name, place] : variables) {
-      if (place >= count) fail_environment("SPIR-V: `{}` is at binding {}, of {}", name, place, count);
+      if (place >= views.size()) fail_environment("SPIR-V: `{}` is at binding {}, of {}", name, place, count);
       views[place] = view;
     }
   };

@@ -48,7 +48,7 @@ enum class BufferView {
 };
 /// Of what is bound at 0, 1, ... in descriptor set 0, as the shader declares it; storage where it reads nothing there.
 /// throws: as reflect does, and Error(environment): a binding beyond `count`
-[[nodiscard]] std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, std::size_t count);
+[[nodiscard]] std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, int count);
 
 /// The same module with functions named as their source has them, without the types of their parameters.
 [[nodiscard]] std::vector<std::uint32_t> with_plain_names(std::span<const std::uint32_t> spirv);

@@ -137,7 +137,7 @@ void run_pass(const ComputePass& pass, StorageBuffer& dispatch, std::deque<Stora
 
 OpenglCompute::OpenglCompute(const EglContext& context, const ComputeDesc& desc)
     : label_(desc.label),
-      views_(buffer_views(desc.spirv, static_cast<std::size_t>(kFirstBufferBinding + desc.buffers))),
+      views_(buffer_views(desc.spirv, kFirstBufferBinding + desc.buffers)),
       program_(context, desc.label, std::array{OpenglProgram::Stage{.kind = GL_COMPUTE_SHADER, .spirv = desc.spirv}},
                {}) {}
 

@@ -21,7 +21,7 @@ VkDescriptorType descriptor_of(BufferView view) {
 }  // namespace
 
 VulkanCompute::VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc) {
-  for (const BufferView view : buffer_views(desc.spirv, static_cast<std::size_t>(kFirstBufferBinding + desc.buffers)))
+  for (const BufferView view : buffer_views(desc.spirv, kFirstBufferBinding + desc.buffers))
     bindings_.push_back(descriptor_of(view));
   const std::uint32_t limit = device.physical().properties.limits.maxPerStageDescriptorStorageBuffers;
   if (bindings_.size() > limit) fail_limit(device, "buffers in a shader", bindings_.size(), limit);
