@@ -15,7 +15,7 @@ namespace reliefbench {
 namespace {
 
 constexpr BakeSearch kConservativeBake{.shader = "bake_exact"};
-constexpr BakeSearch kRelaxedBake{.shader = "bake_exact", .quadrants = true};
+constexpr BakeSearch kRelaxedBake{.shader = "bake_quadrants", .quadrants = true};
 
 struct Row {
   MapKind kind{};
