@@ -168,10 +168,10 @@ class NullBackend final : public Backend {
       frame_ns += 1.0 * draw.frame.sizes[0] * draw.frame.sizes[1] * pipeline.pixel_ns();
     }
     const double noise = kNoise * (2 * fraction_of(fmt::format("batch {}", batches_++)) - 1);
-    const double wall_ns = frames * frame_ns * (1 + noise);
-    if (device_.index != kWaiting) return {.wall_ns = wall_ns};
-    std::this_thread::sleep_for(std::chrono::duration<double, std::nano>(wall_ns / kWaitingSpeed));
-    return {.wall_ns = wall_ns / kWaitingSpeed};
+    const bool waits = device_.index == kWaiting;
+    const double wall_ns = frames * frame_ns * (1 + noise) / (waits ? kWaitingSpeed : 1);
+    if (waits) std::this_thread::sleep_for(std::chrono::duration<double, std::nano>(wall_ns));
+    return {.wall_ns = wall_ns};
   }
 
   [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override {

@@ -64,7 +64,7 @@ TEST(NullBackend, the_failing_device_refuses_one_technique) {
 TEST(NullBackend, the_waiting_device_lets_the_time_pass_that_it_tells_of) {
   const Rig rig(find_backend("null"), 2);
   const auto flat = rig.pipeline({}, Target::color, {}, "flat");
-  const Draw draw{.pipeline = flat.get(), .textures = rig.textures(), .frame = frame_uniforms(kScene, 800, 600)};
+  const Draw draw{.pipeline = flat.get(), .textures = rig.textures(), .frame = frame_uniforms(kScene, 8, 8)};
   const auto from = std::chrono::steady_clock::now();
   const double told_ns = rig.backend->render(draw, 300'000, Timer::fenced_wall).wall_ns;
   EXPECT_GT(told_ns, 1e6);

@@ -106,19 +106,14 @@ void drop_levels(uint levels) {
 
 int turn;
 
-Branch start_branch() {
-  start_turn(turn);
-  waiting = uvec2(0u);
-  nears = 0u;
-  return Branch(bake.top_level, ivec2(0));
-}
-
 // The next quad to look at; false: there is none.
 bool next(inout Branch at) {
   if (waiting == uvec2(0u)) {
     turn += 1;
-    if (turn < turns()) at = start_branch();
-    return turn < turns();
+    if (turn == turns()) return false;
+    start_turn(turn);
+    at = Branch(bake.top_level, ivec2(0));
+    return true;
   }
   if (waiting.x == 0u) {
     drop_levels(8u);
@@ -154,6 +149,7 @@ void search() {
   }
   turn = -1;
   waiting = uvec2(0u);
+  nears = 0u;
   Branch at;
   bool is_done = false;
   while (!is_done || undecided != 0u) {

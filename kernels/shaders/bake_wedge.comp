@@ -21,11 +21,13 @@ layout(BINDING(FIRST_BUFFER_BINDING + 4), std430) readonly buffer Wedges { Wedge
 const int IMAGES = 5;  // along an axis, of a map that repeats: the nearest that a wedge sees is at most two tiles away
 
 Wedge seen;
-ivec4 normals_x;  // of this turn, as all below
+bool sees_whole;  // the owner is on a border behind it: it sees the whole quadrant
+
+// Of this turn.
+bool sees_far_borders;  // the borders before the owner, and nothing else
+ivec4 normals_x;
 ivec4 normals_y;
 ivec4 least;
-bool sees_whole;        // the owner is on a border behind it: it sees the whole quadrant
-bool sees_far_borders;  // the borders before the owner, and nothing else
 
 int images() { return bake.repeats ? IMAGES * IMAGES : 1; }
 
