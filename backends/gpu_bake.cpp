@@ -29,9 +29,7 @@ struct Row {
 constexpr std::array kRows{
     Row{.kind = MapKind::conservative, .search = kConservativeBake},
     Row{.kind = MapKind::relaxed, .search = kRelaxedBake},
-    Row{.kind = MapKind::relaxed_po07,
-        .search = {.shader = "bake_relaxed_po07", .group_a_texel = true},
-        .needs_doubles = true},
+    Row{.kind = MapKind::relaxed_po07, .search = {.shader = kWalkShader, .walks_rays = true}, .needs_doubles = true},
     Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::nearest}},
     Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::unvisited}},
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::centre}},
@@ -77,6 +75,7 @@ std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNu
   if (row.needs_doubles && numbers == BakeNumbers::floats)
     fail_environment("{}: its GPU baker needs double precision in shaders", find_map(kind).id);
   std::vector<std::string_view> names{kPyramidShader, row.search.shader, kMinimumShader};
+  if (row.search.walks_rays) names.push_back(kCornersShader);
   if (row.other) names.insert(names.end(), {row.other->shader, kMeanShader});
   if (row.has_cells) names.push_back(kLeastShader);
   if (row.has_radii) names.insert(names.end(), {kShapesShader, kRadiusShader, kSafetyShapeShader});

@@ -46,7 +46,7 @@ struct BakeSearch {
   std::string_view shader;  ///< name of the .comp file
   bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
   BakeFootpoint footpoint = BakeFootpoint::nearest;
-  bool group_a_texel = false;  ///< a workgroup for each texel; else for 8 x 8
+  bool walks_rays = false;  ///< over what bake_corners.comp makes, with a workgroup for each texel; else for 8 x 8
   std::vector<MarginedWedge> (*wedges)(const BakeRequest& request) = nullptr;  ///< null: all directions have one cone
 };
 
@@ -66,7 +66,6 @@ struct BakeLevels {
 };
 /// Of quads, from level 1 on: bake_pyramid.glsl.
 [[nodiscard]] BakeLevels quad_levels(int width, int height);
-inline constexpr std::size_t kQuadBytes = 4 * sizeof(float);
 /// Nodes of such a level along a side of the map.
 [[nodiscard]] constexpr int nodes_at(int side, int level) { return ((side - 1) >> level) + 1; }
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "backends/spirv.h"
 #include "kernels/maps/cell_map.h"
 #include "kernels/maps/certified_cones.h"
 #include "kernels/maps/cone_bounds.h"
@@ -33,8 +34,8 @@ std::vector<PointWeight> weights_of(Subdivision by) {
 }  // namespace
 
 int buffers_of(std::string_view shader) {
-  if (shader == kMinimumShader || shader == kRefineShader) return 3;
-  return shader == kWedgeShader ? 5 : 4;
+  if (shader == kMinimumShader || shader == kRefineShader || shader == kCornersShader) return 3;
+  return shader == kWedgeShader || shader == kWalkShader ? 5 : 4;
 }
 
 BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, BakeNumbers numbers, bool sees_pairs)
@@ -58,7 +59,7 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
   on.head = add_buffer(search_block(searched, grid, search, on.levels, layers_));
   const int pyramids = search.quadrants ? 4 : 1;
   const int quads =
-      add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(on.levels.nodes) * kQuadBytes);
+      add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(on.levels.nodes) * kBufferTexelBytes);
   const int ratios = add_ratios(grid);
   std::vector<int> buffers{on.head, on.heights, quads, ratios};
   for (int level = 1; level <= static_cast<int>(on.levels.levels.size()); ++level)
@@ -69,10 +70,14 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
                            .groups_y = groups(nodes_at(grid.height, level)),
                            .groups_z = pyramids,
                            .argument = level});
+  if (search.walks_rays) {
+    buffers.push_back(add_buffer(grid.points() * kBufferTexelBytes));
+    add_pass(grid, "pyramid", kCornersShader, {on.head, on.heights, buffers.back()});
+  }
   if (!wedges.empty()) buffers.push_back(add_buffer(bytes_of(wedges)));
   ComputePass& pass = add_pass(grid, "search", search.shader, std::move(buffers));
   pass.may_be_long = may_be_long(grid);
-  if (search.group_a_texel) {
+  if (search.walks_rays) {
     pass.groups_x = grid.width;
     pass.groups_y = grid.height;
   }

@@ -15,7 +15,9 @@ namespace reliefbench {
 
 /// The shaders that bakers share.
 inline constexpr std::string_view kWedgeShader = "bake_wedge";
+inline constexpr std::string_view kWalkShader = "bake_relaxed_po07";
 inline constexpr std::string_view kPyramidShader = "bake_pyramid";
+inline constexpr std::string_view kCornersShader = "bake_corners";
 inline constexpr std::string_view kMeanShader = "bake_mean";
 inline constexpr std::string_view kMinimumShader = "bake_min3x3";
 inline constexpr std::string_view kLeastShader = "bake_least";

@@ -46,6 +46,7 @@ enum class BufferView {
   block,    ///< constants (std140)
   texels,   ///< of four floats
 };
+inline constexpr std::size_t kBufferTexelBytes = 4 * sizeof(float);
 /// Of what is bound at 0, 1, ... in descriptor set 0, as the shader declares it; storage where it reads nothing there.
 /// throws: as reflect does, and Error(environment): a binding beyond `count`
 [[nodiscard]] std::vector<BufferView> buffer_views(std::span<const std::uint32_t> spirv, int count);

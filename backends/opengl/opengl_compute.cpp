@@ -10,9 +10,9 @@
 namespace reliefbench {
 namespace {
 
-class StorageBuffer {
+class BufferOnDevice {
  public:
-  StorageBuffer(const EglContext& context, std::size_t bytes) : context_(context), bytes_(bytes) {
+  BufferOnDevice(const EglContext& context, std::size_t bytes) : context_(context), bytes_(bytes) {
     GLint64 limit = 0;
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
     if (bytes > static_cast<std::size_t>(limit))
@@ -21,13 +21,13 @@ class StorageBuffer {
     glCreateBuffers(1, &id_);
     glNamedBufferStorage(id_, static_cast<GLsizeiptr>(bytes), nullptr, GL_DYNAMIC_STORAGE_BIT);
   }
-  ~StorageBuffer() {
+  ~BufferOnDevice() {
     if (!context_.can_free()) return;
     glDeleteTextures(1, &texels_);  // 0 is no texture
     glDeleteBuffers(1, &id_);
   }
-  StorageBuffer(const StorageBuffer&) = delete;
-  StorageBuffer& operator=(const StorageBuffer&) = delete;
+  BufferOnDevice(const BufferOnDevice&) = delete;
+  BufferOnDevice& operator=(const BufferOnDevice&) = delete;
 
   void write(std::span<const std::byte> bytes) const {
     glNamedBufferSubData(id_, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
@@ -44,7 +44,7 @@ class StorageBuffer {
     if (texels_ != 0) return texels_;
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    const std::size_t texels = bytes_ / (4 * sizeof(float));
+    const std::size_t texels = bytes_ / kBufferTexelBytes;
     if (texels > static_cast<std::size_t>(limit))
       fail_environment("OpenGL: a buffer of {} texels; {} takes {}", texels,
                        reinterpret_cast<const char*>(glGetString(GL_RENDERER)), limit);
@@ -105,11 +105,11 @@ const OpenglCompute& program_of(const ComputePass& pass) {
   return static_cast<const OpenglCompute&>(*pass.pipeline);
 }
 
-void run_pass(const ComputePass& pass, StorageBuffer& dispatch, std::deque<StorageBuffer>& buffers) {
+void run_pass(const ComputePass& pass, BufferOnDevice& dispatch, std::deque<BufferOnDevice>& buffers) {
   const OpenglCompute& pipeline = program_of(pass);
   assert(pipeline.views().size() == kFirstBufferBinding + pass.buffers.size());
   glUseProgram(pipeline.program());
-  const auto bind = [&](int binding, StorageBuffer& buffer) {
+  const auto bind = [&](int binding, BufferOnDevice& buffer) {
     buffer.bind(binding, pipeline.views()[static_cast<std::size_t>(binding)]);
   };
   bind(kDispatchBinding, dispatch);
@@ -142,9 +142,9 @@ OpenglCompute::OpenglCompute(const EglContext& context, const ComputeDesc& desc)
                {}) {}
 
 ComputeResult run_compute(const EglContext& context, const ComputeJob& job) {
-  std::deque<StorageBuffer> buffers;
+  std::deque<BufferOnDevice> buffers;
   for (const ComputeBuffer& buffer : job.buffers) buffers.emplace_back(context, buffer.bytes);
-  StorageBuffer dispatch(context, 2 * sizeof(GLint));
+  BufferOnDevice dispatch(context, 2 * sizeof(GLint));
   check_gl("make a job's buffers");
 
   PartClock clock(context);

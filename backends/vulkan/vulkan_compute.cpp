@@ -1,5 +1,6 @@
 #include "backends/vulkan/vulkan_compute.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "backends/spirv.h"
@@ -24,7 +25,8 @@ VulkanCompute::VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc
   for (const BufferView view : buffer_views(desc.spirv, kFirstBufferBinding + desc.buffers))
     bindings_.push_back(descriptor_of(view));
   const std::uint32_t limit = device.physical().properties.limits.maxPerStageDescriptorStorageBuffers;
-  if (bindings_.size() > limit) fail_limit(device, "buffers in a shader", bindings_.size(), limit);
+  const auto storage = static_cast<std::size_t>(std::ranges::count(bindings_, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER));
+  if (storage > limit) fail_limit(device, "storage buffers in a shader", storage, limit);
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   bindings.reserve(bindings_.size());
   for (const VkDescriptorType type : bindings_)

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "backends/compute_bands.h"
+#include "backends/spirv.h"
 
 namespace reliefbench {
 namespace {
@@ -124,9 +125,9 @@ void VulkanComputeJob::bind(VkDescriptorSet set, int binding, const VulkanComput
 }
 
 VkBufferView VulkanComputeJob::texel_view(const VkDescriptorBufferInfo& buffer) {
-  constexpr std::size_t kTexelBytes = 4 * sizeof(float);
   const std::uint32_t limit = device_.physical().properties.limits.maxTexelBufferElements;
-  if (buffer.range / kTexelBytes > limit) fail_limit(device_, "texels in a buffer", buffer.range / kTexelBytes, limit);
+  const std::size_t texels = buffer.range / kBufferTexelBytes;
+  if (texels > limit) fail_limit(device_, "texels in a buffer", texels, limit);
   const VkBufferViewCreateInfo info{.sType = VK_STRUCTURE_TYPE_BUFFER_VIEW_CREATE_INFO,
                                     .buffer = buffer.buffer,
                                     .format = VK_FORMAT_R32G32B32A32_SFLOAT,

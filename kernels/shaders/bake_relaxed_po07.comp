@@ -10,17 +10,18 @@
 // A workgroup makes one texel. Its invocations look for targets together, and each takes the next ray as it is done
 // with its last: rays differ so much in length that invocations with a texel each would mostly wait for one another.
 
-const int LANES = GROUP_SIDE * GROUP_SIDE;
-const int BLOCK_LEVEL = 3;    // of the pyramid: 8 x 8 texels, one a lane
-const int FIELD_LEVEL = 6;    // 8 x 8 blocks
-const int QUEUED_BLOCKS = 8;  // whose texels all fit into the queue of targets
+layout(BINDING(FIRST_BUFFER_BINDING + 4)) uniform samplerBuffer corners;  // bake_corners.comp
 
-shared uint shared_limit;  // as bits, whose order is that of the floats
-shared uint fields[LANES];
-shared uint blocks[LANES];
-shared uint targets[QUEUED_BLOCKS * LANES];
-shared uint field_count;
-shared uint block_count;
+const int LANES = GROUP_SIDE * GROUP_SIDE;
+const int LEVELS_DOWN = 3;  // of the pyramid: a node has one such descendant a lane
+const int MOST_NODES = LANES * (MOST_LEVELS / LEVELS_DOWN + 1);
+const int MOST_TARGETS = 3 * LANES;
+const int STRIDE = 4;  // steps of a ray before its lane waits for the others
+
+shared uint shared_limit;           // as bits, whose order is that of the floats
+shared uint nodes[MOST_NODES];      // that are to be looked under, a stack
+shared uint targets[MOST_TARGETS];  // that wait for their rays
+shared uint node_count;
 shared uint target_count;
 shared uint next_target;
 shared double least_keys[LANES];
@@ -31,51 +32,37 @@ double least_key;  // of this lane's rays
 float limit_of(double key) { return float(key / bake.weight_y) * (1.0 + 2.0 * KEY_ERROR); }
 void refresh_limit() { limit = uintBitsToFloat(atomicAdd(shared_limit, 0u)); }
 
-// The nodes round a coordinate along one axis, and how far it is between them.
-struct Between {
-  int low;
-  int high;
-  float fraction;
-};
-
-Between between(float coordinate, int side) {
-  if (bake.repeats) {
-    coordinate -= float(side) * floor(coordinate / float(side));
-  } else {
-    coordinate = clamp(coordinate, 0.0, float(side - 1));
-  }
-  float whole = floor(coordinate);
-  int low = int(whole);
-  if (low < 0) low += side;
-  if (low >= side) low -= side;
-  int high = low + 1 < side ? low + 1 : (bake.repeats ? 0 : low);
-  return Between(low, high, coordinate - whole);
+// The cell that a position lies in; the position becomes that within the cell.
+ivec2 cell_of(inout vec2 position) {
+  vec2 size = vec2(bake.size);
+  if (bake.repeats) position -= size * floor(position / size);
+  position = clamp(position, vec2(0.0), bake.repeats ? size : size - 1.0);
+  vec2 low = floor(position);
+  position -= low;
+  return wrapped(ivec2(low));
 }
 
 float surface(vec2 position) {
-  Between column = between(position.x, bake.size.x);
-  Between row = between(position.y, bake.size.y);
-  float top = mix(height_at(ivec2(column.low, row.low)), height_at(ivec2(column.high, row.low)), column.fraction);
-  float bottom = mix(height_at(ivec2(column.low, row.high)), height_at(ivec2(column.high, row.high)), column.fraction);
-  return mix(top, bottom, row.fraction);
+  int cell = index_of(cell_of(position));
+  vec4 heights = texelFetch(corners, cell);
+  vec2 along = mix(heights.xz, heights.yw, position.x);
+  return mix(along.x, along.y, position.y);
 }
 
-struct ExactBetween {
+// The same along one axis, without rounding.
+struct ExactCell {
   int low;
-  int high;
   double fraction;
 };
 
-ExactBetween exact_between(double coordinate, int side) {
+ExactCell exact_cell(double coordinate, int side) {
   if (!bake.repeats) coordinate = clamp(coordinate, 0.0lf, double(side - 1));
   double whole = floor(coordinate);
   // Exact but for the quotient, which may be one off.
   precise double low = whole - double(side) * floor(whole / double(side));
   if (low < 0.0lf) low += double(side);
   if (low >= double(side)) low -= double(side);
-  int i = int(low);
-  int next = i + 1 < side ? i + 1 : (bake.repeats ? 0 : i);
-  return ExactBetween(i, next, coordinate - whole);
+  return ExactCell(int(low), coordinate - whole);
 }
 
 double lerp(double a, double b, double fraction) {
@@ -83,13 +70,12 @@ double lerp(double a, double b, double fraction) {
   return value;
 }
 
-double exact_height(int x, int y) { return double(height_at(ivec2(x, y))); }
-
 double exact_surface(double x, double y) {
-  ExactBetween column = exact_between(x, bake.size.x);
-  ExactBetween row = exact_between(y, bake.size.y);
-  double top = lerp(exact_height(column.low, row.low), exact_height(column.high, row.low), column.fraction);
-  double bottom = lerp(exact_height(column.low, row.high), exact_height(column.high, row.high), column.fraction);
+  ExactCell column = exact_cell(x, bake.size.x);
+  ExactCell row = exact_cell(y, bake.size.y);
+  dvec4 heights = dvec4(texelFetch(corners, index_of(ivec2(column.low, row.low))));
+  double top = lerp(heights.x, heights.y, column.fraction);
+  double bottom = lerp(heights.z, heights.w, column.fraction);
   return lerp(top, bottom, row.fraction);
 }
 
@@ -140,8 +126,13 @@ void lower_least(Ray ray, int at) {
 
 float sum_of(vec2 v) { return abs(v.x) + abs(v.y); }
 
-// Goes a step down the ray. returns: whether that was its last, since it has left the relief or lowers no key any more
-bool is_last_step(Ray ray, int at) {
+// What a ray does at a step.
+const int GOES_ON = 0;
+const int UNDECIDED = 1;  // by float: it has left the relief or goes on
+const int HAS_LEFT = 2;
+const int IN_VAIN = 3;  // it lowers no key any more
+
+int state_at(Ray ray, int at) {
   const float Z_ERROR = 5e-7;        // of heights along the ray
   const float OFFSET_ERROR = 4e-7;   // a share of the way from the owner
   const float PLACE_ERROR = 2.5e-7;  // and of the coordinate
@@ -150,15 +141,14 @@ bool is_last_step(Ray ray, int at) {
   float rise = z - owner_height + Z_ERROR;
   float scale = 1.0 + fallen * ray.travel;
   // Farther on the ray is lower and farther away, so that the key only grows.
-  if (rise <= 0.0 || ray.distance2 * (scale * scale) >= limit * (rise * rise)) return true;
+  if (rise <= 0.0 || ray.distance2 * (scale * scale) >= limit * (rise * rise)) return IN_VAIN;
   vec2 way = vec2(ray.offset) * scale;
   vec2 place = vec2(owner) + way;
   // A surface between heights of 0 and 1 is no steeper than 1 a texel along an axis.
   float error = 2.0 * Z_ERROR + OFFSET_ERROR * sum_of(way) + PLACE_ERROR * sum_of(place);
   float above = z - surface(place);
-  bool has_left = at == bake.search_steps || above > error || (above >= -error && exact_has_left(ray, at));
-  if (has_left) lower_least(ray, at);
-  return has_left;
+  if (at == bake.search_steps || above > error) return HAS_LEFT;
+  return above < -error ? GOES_ON : UNDECIDED;
 }
 
 int offset_between(int from, int to, int side) {
@@ -182,8 +172,7 @@ float distance2_to(ivec2 first, float size) {
 
 // Whether a texel under the node may lower the key.
 bool may_improve(int level, ivec2 node) {
-  if (any(greaterThanEqual(node, nodes_at(level)))) return false;
-  if (level >= bake.top_level) return true;  // the root
+  if (any(greaterThanEqual(uvec2(node), uvec2(nodes_at(level))))) return false;
   float rise = node_at(0, level, node) - owner_height;
   return rise > 0.0 && distance2_to(node << level, float(1 << level)) < limit * rise * rise;
 }
@@ -214,7 +203,15 @@ void walk_rays() {
       refresh_limit();
       if (!begin(unpacked(targets[next]), ray)) continue;
     }
-    at = is_last_step(ray, at + 1) ? 0 : at + 1;
+    // Steps in float alone. Where lanes run together, what stands in a branch may cost as much as if all took it.
+    int state = GOES_ON;
+    for (int turn = 0; turn < STRIDE && state == GOES_ON; ++turn) {
+      ++at;
+      state = state_at(ray, at);
+    }
+    if (state == UNDECIDED) state = exact_has_left(ray, at) ? HAS_LEFT : GOES_ON;
+    if (state == HAS_LEFT) lower_least(ray, at);
+    if (state != GOES_ON) at = 0;
   }
   barrier();
   if (lane == 0) {
@@ -226,32 +223,24 @@ void walk_rays() {
 
 void add_target(ivec2 texel) { targets[atomicAdd(target_count, 1u)] = packed(texel); }
 
-// The texels of the blocks that wait.
-void look_into_blocks() {
-  barrier();
-  int count = int(block_count);
-  for (int i = 0; i < count; ++i) {
-    ivec2 texel = (unpacked(blocks[i]) << BLOCK_LEVEL) + place_in_group(lane);
-    if (may_improve(0, texel)) add_target(texel);
-    // A queue that the next block could overfill is worked off.
-    if ((i + 1) % QUEUED_BLOCKS == 0) walk_rays();
-  }
-  walk_rays();
-  if (lane == 0) block_count = 0u;
-  barrier();
-}
+// Of levels from LEVELS_DOWN on, so that a place has three bits less than a texel's.
+uint packed_node(int level, ivec2 node) { return uint(node.x) | (uint(node.y) << 13) | (uint(level) << 26); }
 
-// The blocks of the fields that wait.
-void look_into_fields() {
+// Takes the last node that waits; what under it may lower the key waits instead, as nodes or as targets.
+void look_under_node() {
+  uint node = nodes[node_count - 1u];
   barrier();
-  uint count = field_count;
-  for (uint i = 0u; i < count; ++i) {
-    refresh_limit();
-    ivec2 block = (unpacked(fields[i]) << (FIELD_LEVEL - BLOCK_LEVEL)) + place_in_group(lane);
-    if (may_improve(BLOCK_LEVEL, block)) blocks[atomicAdd(block_count, 1u)] = packed(block);
-    look_into_blocks();
+  if (lane == 0) --node_count;
+  barrier();
+  int level = int(node >> 26) - LEVELS_DOWN;
+  ivec2 place = (ivec2(node & 0x1fffu, (node >> 13) & 0x1fffu) << LEVELS_DOWN) + place_in_group(lane);
+  if (may_improve(level, place)) {
+    if (level == 0) {
+      add_target(place);
+    } else {
+      nodes[atomicAdd(node_count, 1u)] = packed_node(level, place);
+    }
   }
-  if (lane == 0) field_count = 0u;
   barrier();
 }
 
@@ -263,8 +252,8 @@ void main() {
   least_keys[lane] = -1.0lf;
   if (lane == 0) {
     shared_limit = floatBitsToUint(limit_of(least_key));
-    field_count = 0u;
-    block_count = 0u;
+    nodes[0] = packed_node((bake.top_level + LEVELS_DOWN - 1) / LEVELS_DOWN * LEVELS_DOWN, ivec2(0));
+    node_count = 1u;
     target_count = 0u;
     next_target = 0u;
   }
@@ -274,14 +263,12 @@ void main() {
   // The texels round the owner come first: what they allow leaves most others out.
   ivec2 near = wrapped(owner + place_in_group(lane) - GROUP_SIDE / 2);
   if (may_improve(0, near)) add_target(near);
-  walk_rays();
-  ivec2 grid = nodes_at(FIELD_LEVEL);
-  for (int first = 0; first < grid.x * grid.y; first += LANES) {
+  bool is_last = false;
+  while (!is_last) {
+    walk_rays();
     refresh_limit();
-    int i = first + lane;
-    ivec2 field = ivec2(i % grid.x, i / grid.x);
-    if (may_improve(FIELD_LEVEL, field)) fields[atomicAdd(field_count, 1u)] = packed(field);
-    look_into_fields();
+    is_last = node_count == 0u;
+    while (node_count > 0u && target_count <= uint(MOST_TARGETS - LANES)) look_under_node();
   }
 
   // A device that leaves loops before their end, as llvmpipe does after 65,535 turns of all of them together, leaves
