@@ -35,7 +35,7 @@ void set_limits(float key) {
 float distance2_of(Arms arms) {
   vec2 near2 = arms.near * arms.near;
   vec2 far2 = arms.far * arms.far;
-  return min(bake.aspect * near2.x + far2.y, bake.aspect * far2.x + near2.y) - bake.slack_in_rows;
+  return min(aspect * near2.x + far2.y, aspect * far2.x + near2.y) - slack_in_rows;
 }
 
 void start(ivec2 owner) {
@@ -60,15 +60,15 @@ double square(float texels, double weight) { return double(texels) * double(texe
 
 double key_of(Target target) {
   Arms arms = target.arms;
-  precise double one = square(arms.near.x, bake.weight_x) + square(arms.far.y, bake.weight_y);
-  precise double other = square(arms.far.x, bake.weight_x) + square(arms.near.y, bake.weight_y);
-  precise double distance2 = min(one, other) - bake.slack;
+  precise double one = square(arms.near.x, weight_x) + square(arms.far.y, weight_y);
+  precise double other = square(arms.far.x, weight_x) + square(arms.near.y, weight_y);
+  precise double distance2 = min(one, other) - slack;
   precise double rise = double(target.top) - double(owner_height);
   precise double rise2 = rise * rise;
   return divide(distance2, rise2);
 }
 
-double least_key() { return has_best ? key_of(best) : bake.widest_key; }
+double least_key() { return has_best ? key_of(best) : widest_key; }
 
 void decide() {
   while (undecided != 0u) {
@@ -96,7 +96,7 @@ void offer(int i, Target offered) {
     return;
   }
 #ifdef HAS_DOUBLES
-  bool is_farther = bake.exact_distances && offered.top == best.top && distance2 >= best_distance2;
+  bool is_farther = exact_distances && offered.top == best.top && distance2 >= best_distance2;
   if (!is_farther) undecided |= 1u << i;
 #else
   float best_rise = has_best ? best.top - owner_height : 1.0;

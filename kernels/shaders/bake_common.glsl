@@ -47,19 +47,25 @@ layout(BINDING(FIRST_BUFFER_BINDING), std140) uniform Bake {
 } bake;
 // clang-format on
 
+// What loops ask for. llvmpipe loads what is in a block lane by lane, and anew in every turn of a loop.
+ivec2 sides = bake.size;
+bool repeats = bake.repeats;
+int top_level = bake.top_level;
+
 // The texel of this invocation; it may be outside the map.
 ivec2 own_texel() {
   ivec2 group = ivec2(gl_WorkGroupID.x, first_group_row + int(gl_WorkGroupID.y));
   return group * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
 }
-bool is_outside(ivec2 texel) { return any(greaterThanEqual(texel, bake.size)); }
-int index_of(ivec2 texel) { return texel.y * bake.size.x + texel.x; }
+bool is_outside(ivec2 texel) { return any(greaterThanEqual(texel, sides)); }
+int index_of(ivec2 texel) { return texel.y * sides.x + texel.x; }
 // Of a ratio, where a dispatch has a layer of them for each of its groups' z.
-int layered(ivec2 texel) { return int(gl_WorkGroupID.z) * bake.size.x * bake.size.y + index_of(texel); }
+int layered(ivec2 texel) { return int(gl_WorkGroupID.z) * sides.x * sides.y + index_of(texel); }
 
-// A texel within a side of the map, brought into it.
-ivec2 wrapped(ivec2 texel) {
-  if (!bake.repeats) return clamp(texel, ivec2(0), bake.size - 1);
-  texel += bake.size * ivec2(lessThan(texel, ivec2(0)));
-  return texel - bake.size * ivec2(greaterThanEqual(texel, bake.size));
+// A texel within a side of the map, or of another grid, brought into it.
+ivec2 wrapped(ivec2 texel, ivec2 grid) {
+  if (!repeats) return clamp(texel, ivec2(0), grid - 1);
+  texel += grid * ivec2(lessThan(texel, ivec2(0)));
+  return texel - grid * ivec2(greaterThanEqual(texel, grid));
 }
+ivec2 wrapped(ivec2 texel) { return wrapped(texel, sides); }

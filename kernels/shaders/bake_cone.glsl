@@ -12,6 +12,16 @@ layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer Heights { floa
 layout(BINDING(FIRST_BUFFER_BINDING + 2)) uniform samplerBuffer quads;
 layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Ratios { float ratios[]; };
 
+float aspect = bake.aspect;
+float slack_in_rows = bake.slack_in_rows;
+bool exact_distances = bake.exact_distances;
+#ifdef HAS_DOUBLES
+double weight_x = bake.weight_x;
+double weight_y = bake.weight_y;
+double slack = bake.slack;
+double widest_key = bake.widest_key;
+#endif
+
 // A key in float is off by less than this share of it. The worst is the distance of a direct neighbour under `safe`, on
 // a map 1.5 times as long as wide: taking off the slack leaves a fifth of it, and so five times its share of rounding.
 const float KEY_ERROR = 2e-6;
@@ -32,6 +42,6 @@ void store_key(ivec2 texel, double key) { ratios[layered(texel)] = rounded_down(
 // From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
 float distance_to(float offset, float reach, float side) {
   float middle = abs(offset);
-  if (bake.repeats) middle = min(middle, side - middle);
+  if (repeats) middle = min(middle, side - middle);
   return max(middle - reach, 0.0);
 }

@@ -13,6 +13,6 @@ float height_at(ivec2 texel) { return heights[index_of(wrapped(texel))]; }
 void main() {
   ivec2 texel = own_texel();
   if (is_outside(texel)) return;
-  corners[index_of(texel)] = vec4(height_at(texel), height_at(texel + ivec2(1, 0)), height_at(texel + ivec2(0, 1)),
-                                  height_at(texel + 1));
+  corners[index_of(texel)] =
+      vec4(height_at(texel), height_at(texel + ivec2(1, 0)), height_at(texel + ivec2(0, 1)), height_at(texel + 1));
 }

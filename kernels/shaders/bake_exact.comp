@@ -13,7 +13,7 @@ void start_turn(int turn) {
 
 bvec4 counts(ivec2 first, ivec2 offset, int size) { return bvec4(true); }
 
-float distance_along(int axis, float offset, float reach) { return distance_to(offset, reach, float(bake.size[axis])); }
+float distance_along(int axis, float offset, float reach) { return distance_to(offset, reach, float(sides[axis])); }
 
 void main() {
   owner = own_texel();

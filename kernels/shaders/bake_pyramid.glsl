@@ -4,9 +4,11 @@
 const float NOTHING = -1.0;
 
 // Nodes along the axes at a level.
-ivec2 nodes_at(int level) { return ((bake.size - 1) >> level) + 1; }
+ivec2 nodes_at(int level) { return ((sides - 1) >> level) + 1; }
+
+int pyramid_quads = bake.pyramid_quads;
 
 int quad_index(int pyramid, int level, ivec2 quad) {
   ivec4 place = bake.levels[level - 1];
-  return pyramid * bake.pyramid_quads + place.x + quad.y * place.y + quad.x;
+  return pyramid * pyramid_quads + place.x + quad.y * place.y + quad.x;
 }

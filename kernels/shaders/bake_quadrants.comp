@@ -22,7 +22,7 @@ float distance_along(int axis, float offset, float reach) {
   float first = facing[axis] * offset - reach;
   float last = facing[axis] * offset + reach;
   if (last >= 0.0) return max(first, 0.0);
-  return bake.repeats ? max(first + float(bake.size[axis]), 0.0) : NEVER;
+  return repeats ? max(first + float(sides[axis]), 0.0) : NEVER;
 }
 
 void main() {

@@ -5,6 +5,8 @@
 // [VB22] algorithms 1 and 2 and the centre heuristic: 3 x 3 nodes on every level of a max pyramid, as
 // kernels/maps/bake_quick.cpp has them.
 
+int footpoint = bake.footpoint;
+
 const float UNREACHED = 1e18;
 
 // A node's distances from a texel along one axis, in texels.
@@ -26,7 +28,7 @@ ivec2 block(int texel, int level, int side) {
   int node = texel >> level;
   int last = (side - 1) >> level;
   ivec2 extent = ivec2(texel - (max(0, node - 1) << level), min(side, (node + 2) << level) - 1 - texel);
-  if (!bake.repeats || last == 0) return extent;
+  if (!repeats || last == 0) return extent;
   if (node == 0) extent.x += side - (last << level);
   if (node == last) extent.y += 1 << level;
   return extent;
@@ -34,10 +36,10 @@ ivec2 block(int texel, int level, int side) {
 
 Side neighbour(int texel, int node, int level, ivec2 visited, int side) {
   // A clamped axis is part of a ring so long that nothing is near round its other side.
-  int ring = bake.repeats ? side : 4 * side;
+  int ring = repeats ? side : 4 * side;
   int first = node << level;
   int last = min(side, first + (1 << level)) - 1;
-  if (bake.footpoint == FOOTPOINT_CENTRE) {
+  if (footpoint == FOOTPOINT_CENTRE) {
     int halves = abs(first + last - 2 * texel);
     float centre = 0.5 * float(min(halves, 2 * ring - halves));
     return Side(centre, centre, node);
@@ -46,7 +48,7 @@ Side neighbour(int texel, int node, int level, ivec2 visited, int side) {
   int from = texel >= last ? texel - last : texel - last + ring;
   int to = texel >= first ? texel - first : texel - first + ring;
   float near = float(min(min(from, ring - from), min(to, ring - to)));
-  if (bake.footpoint == FOOTPOINT_NEAREST) return Side(near, near, node);
+  if (footpoint == FOOTPOINT_NEAREST) return Side(near, near, node);
   int new_from = max(from, visited.x + 1);
   int new_to = min(to, ring - visited.y - 1);
   if (new_from > new_to) return Side(near, UNREACHED, node);
@@ -59,9 +61,8 @@ Stop stop_at(int texel, int level, int side) {
   ivec2 visited = level > 0 ? block(texel, level - 1, side) : ivec2(0);
   Stop stop = Stop(node, Side(UNREACHED, UNREACHED, node), Side(UNREACHED, UNREACHED, node));
   // Two nodes on a ring are neighbours once; one has none.
-  if (bake.repeats ? last > 0 : node > 0) stop.low = neighbour(texel, node > 0 ? node - 1 : last, level, visited, side);
-  if (bake.repeats ? last > 1 : node < last)
-    stop.high = neighbour(texel, node < last ? node + 1 : 0, level, visited, side);
+  if (repeats ? last > 0 : node > 0) stop.low = neighbour(texel, node > 0 ? node - 1 : last, level, visited, side);
+  if (repeats ? last > 1 : node < last) stop.high = neighbour(texel, node < last ? node + 1 : 0, level, visited, side);
   return stop;
 }
 
@@ -93,11 +94,11 @@ void main() {
   for (bool has_more = true; has_more || undecided != 0u;) {
     while (has_more && undecided == 0u) {
       level += 1;
-      column = stop_at(owner.x, level, bake.size.x);
-      row = stop_at(owner.y, level, bake.size.y);
+      column = stop_at(owner.x, level, sides.x);
+      row = stop_at(owner.y, level, sides.y);
       for (int i = 0; i < 9; ++i)
         if (i != 4) offer(i, target(i));
-      has_more = level + 1 < bake.top_level;
+      has_more = level + 1 < top_level;
     }
     decide();
   }

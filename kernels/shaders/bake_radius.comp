@@ -3,6 +3,10 @@
 #include "bake_shape.glsl"
 #include "bake_cell.glsl"
 
+bool is_interpolated = bake.is_interpolated;
+double weight_x = bake.weight_x;
+double weight_y = bake.weight_y;
+
 // The distance to the nearest cell that is harmful to a texel: branch and bound on the pyramid of shapes, near child
 // first, for every point that the texel stands for and every image of the map.
 
@@ -77,14 +81,14 @@ bool is_harmful(ivec2 cell, double x, double y) {
 double gap(double first, double count) { return max(max(first, -(first + count)), 0.0lf); }
 
 double distance2(double x, double y) {
-  precise double squares = x * x * bake.weight_x + y * y * bake.weight_y;
+  precise double squares = x * x * weight_x + y * y * weight_y;
   return squares;
 }
 
 // Where rays that a texel's values are interpolated for may start along an axis: on it, and at the edge of uv half a
 // texel outside.
 int starts(int texel, int side) {
-  if (!bake.is_interpolated || bake.repeats) return 1;
+  if (!is_interpolated || repeats) return 1;
   return 1 + int(texel == 0) + int(texel == side - 1);
 }
 double start_at(int texel, int start) {
@@ -96,10 +100,10 @@ void main() {
   ivec2 owner = own_texel();
   if (is_outside(owner)) return;
   owner_height = height_at(owner);
-  owner_floor = bake.is_interpolated ? highest_neighbour(owner) : owner_height;
-  int images = bake.repeats ? 9 : 1;  // the map itself, then those beside it
-  int starts_x = starts(owner.x, bake.size.x);
-  int turns = images * starts_x * starts(owner.y, bake.size.y);
+  owner_floor = is_interpolated ? highest_neighbour(owner) : owner_height;
+  int images = repeats ? 9 : 1;  // the map itself, then those beside it
+  int starts_x = starts(owner.x, sides.x);
+  int turns = images * starts_x * starts(owner.y, sides.y);
   double best = bake.side * bake.side;
   double from_x = 0.0lf;  // from the owner to the image's first cell
   double from_y = 0.0lf;
@@ -114,10 +118,10 @@ void main() {
       ivec2 image = ivec2(turn % images % 3, turn % images / 3);
       image -= 3 * (image / 2);  // 0, 1, -1
       int start = turn / images;
-      from_x = double(first_cell() + image.x * bake.size.x) - start_at(owner.x, start % starts_x);
-      from_y = double(first_cell() + image.y * bake.size.y) - start_at(owner.y, start / starts_x);
+      from_x = double(first_cell() + image.x * sides.x) - start_at(owner.x, start % starts_x);
+      from_y = double(first_cell() + image.y * sides.y) - start_at(owner.y, start / starts_x);
       turn += 1;
-      push(Node(bake.top_level, ivec2(0)));
+      push(Node(top_level, ivec2(0)));
     }
     Node node = pop();
     int side = LEAST_NODE << node.level;

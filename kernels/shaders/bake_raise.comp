@@ -14,13 +14,12 @@ layout(BINDING(FIRST_BUFFER_BINDING + 2), std430) readonly buffer Weights { Weig
 layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) buffer Ratios { float ratios[]; };
 
 Weight weight_x(int points) { return weights[points]; }
-Weight weight_y(int points) { return weights[bake.by.x + 1 + points]; }
+Weight weight_y(int points) { return weights[by.x + 1 + points]; }
 
-int turns_along(int side) { return bake.repeats && side % 2 == 1 ? 3 : 2; }
+int turns_along(int side) { return repeats && side % 2 == 1 ? 3 : 2; }
 int turn_along(int place, int side) { return turns_along(side) == 3 && place == side - 1 ? 2 : place % 2; }
 int turn_of(ivec2 texel) {
-  ivec2 size = map_size();
-  return turn_along(texel.x, size.x) + turns_along(size.x) * turn_along(texel.y, size.y);
+  return turn_along(texel.x, map_sides.x) + turns_along(map_sides.x) * turn_along(texel.y, map_sides.y);
 }
 
 float interpolated(ivec2 texel, ivec2 offset) {
@@ -28,8 +27,8 @@ float interpolated(ivec2 texel, ivec2 offset) {
   ivec2 other = texel + ivec2(offset.x < 0 ? -1 : 1, offset.y < 0 ? -1 : 1);
   float here_x = weight_x(points.x).share;
   float here_y = weight_y(points.y).share;
-  float there_x = weight_x(bake.by.x - points.x).share;
-  float there_y = weight_y(bake.by.y - points.y).share;
+  float there_x = weight_x(by.x - points.x).share;
+  float there_y = weight_y(by.y - points.y).share;
   float here = ratios[map_layered(texel)];
   float across = ratios[map_layered(ivec2(other.x, texel.y))];
   float along = ratios[map_layered(ivec2(texel.x, other.y))];
@@ -48,15 +47,15 @@ float room_at(ivec2 texel, ivec2 offset, float limit) {
 
 void main() {
   ivec2 texel = own_texel();
-  if (any(greaterThanEqual(texel, map_size()))) return;
+  if (any(greaterThanEqual(texel, map_sides))) return;
   bool has_turn = argument == BEFORE_ALL_TURNS || argument == turn_of(texel);
   if (!has_turn) return;
   bool is_cut_short = false;
   float least = WIDE;
-  for (int j = 1 - bake.by.y; j < bake.by.y; ++j)
-    for (int i = 1 - bake.by.x; i < bake.by.x; ++i) {
-      ivec2 point = texel * bake.by + ivec2(i, j);
-      if (!bake.repeats && (any(lessThan(point, ivec2(0))) || is_outside(point))) continue;
+  for (int j = 1 - by.y; j < by.y; ++j)
+    for (int i = 1 - by.x; i < by.x; ++i) {
+      ivec2 point = texel * by + ivec2(i, j);
+      if (!repeats && (any(lessThan(point, ivec2(0))) || is_outside(point))) continue;
       float limit = limits[layered(wrapped(point))];
       is_cut_short = is_cut_short || limit == CUT_SHORT;
       least = min(least, room_at(texel, ivec2(i, j), limit));

@@ -15,10 +15,10 @@ double share(int part, int by) { return part == 0 ? 0.0lf : divide(double(part),
 void main() {
   ivec2 point = own_texel();
   if (is_outside(point)) return;
-  ivec2 low = point / bake.by;
-  ivec2 part = point - low * bake.by;
-  double fx = share(part.x, bake.by.x);
-  double fy = share(part.y, bake.by.y);
+  ivec2 low = point / by;
+  ivec2 part = point - low * by;
+  double fx = share(part.x, by.x);
+  double fy = share(part.y, by.y);
   precise double bottom = height_at(low) * (1.0lf - fx) + height_at(low + ivec2(1, 0)) * fx;
   precise double top = height_at(low + ivec2(0, 1)) * (1.0lf - fx) + height_at(low + 1) * fx;
   precise double height = bottom * (1.0lf - fy) + top * fy;

@@ -12,6 +12,9 @@
 
 layout(BINDING(FIRST_BUFFER_BINDING + 4)) uniform samplerBuffer corners;  // bake_corners.comp
 
+int search_steps = bake.search_steps;
+float step_share = bake.step_share;
+
 const int LANES = GROUP_SIDE * GROUP_SIDE;
 const int LEVELS_DOWN = 3;  // of the pyramid: a node has one such descendant a lane
 const int MOST_NODES = LANES * (MOST_LEVELS / LEVELS_DOWN + 1);
@@ -29,14 +32,14 @@ shared double least_keys[LANES];
 int lane;
 double least_key;  // of this lane's rays
 
-float limit_of(double key) { return float(key / bake.weight_y) * (1.0 + 2.0 * KEY_ERROR); }
+float limit_of(double key) { return float(key / weight_y) * (1.0 + 2.0 * KEY_ERROR); }
 void refresh_limit() { limit = uintBitsToFloat(atomicAdd(shared_limit, 0u)); }
 
 // The cell that a position lies in; the position becomes that within the cell.
 ivec2 cell_of(inout vec2 position) {
-  vec2 size = vec2(bake.size);
-  if (bake.repeats) position -= size * floor(position / size);
-  position = clamp(position, vec2(0.0), bake.repeats ? size : size - 1.0);
+  vec2 size = vec2(sides);
+  if (repeats) position -= size * floor(position / size);
+  position = clamp(position, vec2(0.0), repeats ? size : size - 1.0);
   vec2 low = floor(position);
   position -= low;
   return wrapped(ivec2(low));
@@ -56,7 +59,7 @@ struct ExactCell {
 };
 
 ExactCell exact_cell(double coordinate, int side) {
-  if (!bake.repeats) coordinate = clamp(coordinate, 0.0lf, double(side - 1));
+  if (!repeats) coordinate = clamp(coordinate, 0.0lf, double(side - 1));
   double whole = floor(coordinate);
   // Exact but for the quotient, which may be one off.
   precise double low = whole - double(side) * floor(whole / double(side));
@@ -71,8 +74,8 @@ double lerp(double a, double b, double fraction) {
 }
 
 double exact_surface(double x, double y) {
-  ExactCell column = exact_cell(x, bake.size.x);
-  ExactCell row = exact_cell(y, bake.size.y);
+  ExactCell column = exact_cell(x, sides.x);
+  ExactCell row = exact_cell(y, sides.y);
   dvec4 heights = dvec4(texelFetch(corners, index_of(ivec2(column.low, row.low))));
   double top = lerp(heights.x, heights.y, column.fraction);
   double bottom = lerp(heights.z, heights.w, column.fraction);
@@ -95,7 +98,7 @@ struct ExactPoint {
 
 ExactPoint exact_point(Ray ray, int at) {
   double top = double(ray.top);
-  precise double z = top * (1.0lf - divide(double(at), double(bake.search_steps)));
+  precise double z = top * (1.0lf - divide(double(at), double(search_steps)));
   precise double scale = 1.0lf + (top - z) * divide(1.0lf, 1.0lf - top);
   return ExactPoint(z, scale);
 }
@@ -114,7 +117,7 @@ void lower_least(Ray ray, int at) {
   precise double rise = point.z - double(owner_height);
   if (rise <= 0.0lf) return;
   dvec2 offset = dvec2(ray.offset);
-  precise double distance2 = offset.x * offset.x * bake.weight_x + offset.y * offset.y * bake.weight_y;
+  precise double distance2 = offset.x * offset.x * weight_x + offset.y * offset.y * weight_y;
   precise double scaled2 = distance2 * (point.scale * point.scale);
   precise double rise2 = rise * rise;
   double key = divide(scaled2, rise2);
@@ -136,7 +139,7 @@ int state_at(Ray ray, int at) {
   const float Z_ERROR = 5e-7;        // of heights along the ray
   const float OFFSET_ERROR = 4e-7;   // a share of the way from the owner
   const float PLACE_ERROR = 2.5e-7;  // and of the coordinate
-  float fallen = ray.top * (float(at) * bake.step_share);
+  float fallen = ray.top * (float(at) * step_share);
   float z = ray.top - fallen;
   float rise = z - owner_height + Z_ERROR;
   float scale = 1.0 + fallen * ray.travel;
@@ -147,14 +150,14 @@ int state_at(Ray ray, int at) {
   // A surface between heights of 0 and 1 is no steeper than 1 a texel along an axis.
   float error = 2.0 * Z_ERROR + OFFSET_ERROR * sum_of(way) + PLACE_ERROR * sum_of(place);
   float above = z - surface(place);
-  if (at == bake.search_steps || above > error) return HAS_LEFT;
+  if (at == search_steps || above > error) return HAS_LEFT;
   return above < -error ? GOES_ON : UNDECIDED;
 }
 
 int offset_between(int from, int to, int side) {
   int d = to - from;
-  if (bake.repeats && 2 * d > side) d -= side;
-  if (bake.repeats && 2 * d <= -side) d += side;
+  if (repeats && 2 * d > side) d -= side;
+  if (repeats && 2 * d <= -side) d += side;
   return d;
 }
 
@@ -165,9 +168,9 @@ ivec2 place_in_group(int i) { return ivec2(i % GROUP_SIDE, i / GROUP_SIDE); }
 float distance2_to(ivec2 first, float size) {
   float reach = 0.5 * (size - 1.0);
   vec2 middle = vec2(first - owner) + reach;
-  float x = distance_to(middle.x, reach, float(bake.size.x));
-  float y = distance_to(middle.y, reach, float(bake.size.y));
-  return bake.aspect * x * x + y * y;
+  float x = distance_to(middle.x, reach, float(sides.x));
+  float y = distance_to(middle.y, reach, float(sides.y));
+  return aspect * x * x + y * y;
 }
 
 // Whether a texel under the node may lower the key.
@@ -179,7 +182,7 @@ bool may_improve(int level, ivec2 node) {
 
 // Gets the next target's ray ready. returns: whether it is worth a walk
 bool begin(ivec2 texel, out Ray ray) {
-  ray.offset = ivec2(offset_between(owner.x, texel.x, bake.size.x), offset_between(owner.y, texel.y, bake.size.y));
+  ray.offset = ivec2(offset_between(owner.x, texel.x, sides.x), offset_between(owner.y, texel.y, sides.y));
   ray.distance2 = distance2_to(texel, 1.0);
   ray.top = height_at(texel);
   ray.travel = 1.0 / (1.0 - ray.top);
@@ -248,11 +251,11 @@ void main() {
   owner = ivec2(gl_WorkGroupID.x, first_group_row + int(gl_WorkGroupID.y));
   owner_height = height_at(owner);
   lane = int(gl_LocalInvocationIndex);
-  least_key = bake.widest_key;
+  least_key = widest_key;
   least_keys[lane] = -1.0lf;
   if (lane == 0) {
     shared_limit = floatBitsToUint(limit_of(least_key));
-    nodes[0] = packed_node((bake.top_level + LEVELS_DOWN - 1) / LEVELS_DOWN * LEVELS_DOWN, ivec2(0));
+    nodes[0] = packed_node((top_level + LEVELS_DOWN - 1) / LEVELS_DOWN * LEVELS_DOWN, ivec2(0));
     node_count = 1u;
     target_count = 0u;
     next_target = 0u;

@@ -46,7 +46,7 @@ void look_at_neighbours() {
   for (int i = 0; i < 9; ++i) {
     ivec2 offset = neighbour_offset(i);
     ivec2 texel = wrapped(owner + offset);
-    bool is_there = bake.repeats || texel == owner + offset;
+    bool is_there = repeats || texel == owner + offset;
     if (is_there && counts(texel, offset, 1).x) offer(i, target_at(texel, offset));
   }
 }
@@ -68,10 +68,10 @@ Promising look(Branch at) {
   vec2 middle = vec2(offset) + reach;
   vec2 x = vec2(distance_along(0, middle.x, reach), distance_along(0, middle.x + size, reach));
   vec2 y = vec2(distance_along(1, middle.y, reach), distance_along(1, middle.y + size, reach));
-  vec2 x2 = bake.aspect * x * x;
+  vec2 x2 = aspect * x * x;
   vec2 y2 = y * y;
   vec4 rise = max(tops - owner_height, 0.0);
-  vec4 slack = bake.slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
+  vec4 slack = slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
   bvec4 is_near = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + slack);
   bvec4 may_improve = bvec4(uvec4(is_near) & uvec4(counts(first, offset, side)));
   if (at.level == 1) {
@@ -112,7 +112,7 @@ bool next(inout Branch at) {
     turn += 1;
     if (turn == turns()) return false;
     start_turn(turn);
-    at = Branch(bake.top_level, ivec2(0));
+    at = Branch(top_level, ivec2(0));
     return true;
   }
   if (waiting.x == 0u) {

@@ -7,8 +7,8 @@
 // A node of level 0 is LEAST_NODE x LEAST_NODE cells.
 
 // The cells between texels; under clamp also those of the flat border, which cell -1 and the last one stand for.
-int first_cell() { return bake.repeats ? 0 : -1; }
-ivec2 cells() { return bake.size - first_cell(); }
+int first_cell() { return repeats ? 0 : -1; }
+ivec2 cells() { return sides - first_cell(); }
 
 // Nodes along the axes at a level.
 ivec2 nodes_at(int level) {

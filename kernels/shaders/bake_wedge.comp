@@ -29,7 +29,7 @@ ivec4 normals_x;
 ivec4 normals_y;
 ivec4 least;
 
-int images() { return bake.repeats ? IMAGES * IMAGES : 1; }
+int images() { return repeats ? IMAGES * IMAGES : 1; }
 
 int turns() { return images() + (seen.is_bounded && !sees_whole ? 1 : 0); }
 int near_turns() { return 1; }
@@ -39,7 +39,7 @@ int image(int i) { return ((i & 1) == 0 ? -1 : 1) * ((i + 1) >> 1); }
 
 // The borders before an owner who looks that way; -1: none along the axis.
 ivec2 borders_before(ivec2 signs) {
-  return ivec2(greaterThan(signs, ivec2(0))) * (bake.size - 1) - ivec2(equal(signs, ivec2(0)));
+  return ivec2(greaterThan(signs, ivec2(0))) * (sides - 1) - ivec2(equal(signs, ivec2(0)));
 }
 
 // Each normal's greatest product over a node: of its farthest texel that way.
@@ -64,7 +64,7 @@ float distance_along(int axis, float offset, float reach) { return max(abs(offse
 void start_turn(int turn) {
   sees_far_borders = turn == images();
   int row = int((float(turn) + 0.5) / float(IMAGES));
-  origin = sees_far_borders ? ivec2(0) : bake.size * ivec2(image(turn - row * IMAGES), image(row));
+  origin = sees_far_borders ? ivec2(0) : sides * ivec2(image(turn - row * IMAGES), image(row));
   bool sees_quadrant = sees_far_borders || sees_whole;
   normals_x = sees_quadrant ? ivec4(seen.quadrant.x, 0, 0, 0)
                             : ivec4(seen.normals[0].x, seen.normals[1].x, seen.normals[2].x, seen.normals[3].x);
