@@ -221,6 +221,20 @@ TEST(Image, RefusesPngWithAFlippedBit) {
   EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.png"); }), HasSubstr("the PNG is corrupt"));
 }
 
+TEST(Image, RefusesAnExrAttributeLongerThanItsFile) {
+  using namespace std::string_literals;
+  const TempFolder folder;
+  const std::string good = "compression\0compression\0\1\0\0\0\0"s;
+  const std::string bad = "owner\0string\0\xff\xff\xff\x7fme"s;
+  const std::string one = "v/1\1\2\0\0\0"s + good + bad;
+  const std::string second_of_two = "v/1\1\2\x10\0\0"s + good + "\0"s + good + bad;
+  for (const std::string& file : {one, second_of_two}) {
+    write_bytes(folder / "map.exr", file);
+    EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.exr"); }),
+                EndsWith("map.exr: the EXR is truncated or corrupt: an attribute claims 2147483647 bytes, 2 are left"));
+  }
+}
+
 TEST(Image, RefusesWhatIsNoImage) {
   const TempFolder folder;
   EXPECT_THAT(input_error([&] { (void)load_image(folder / "none.png"); }), EndsWith("none.png: no such file"));
