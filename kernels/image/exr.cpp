@@ -53,8 +53,8 @@ std::uint32_t number_at(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// OpenEXR takes the memory that an attribute claims before it reads it; here none may claim more than the file has.
-/// What else is wrong is left to OpenEXR.
+/// OpenEXR sets memory aside for what an attribute claims before it reads it; here none may claim more than the file
+/// has. What else is wrong is left to OpenEXR, also a size that is not its type's: OpenEXR goes by the type.
 void check_attributes(std::string_view file, const std::string& name) {
   constexpr std::size_t kVersion = 4;
   constexpr std::size_t kFirstHeader = 8;
