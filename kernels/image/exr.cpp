@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <cstring>
@@ -47,6 +48,7 @@ std::string_view take_text(std::string_view& rest) {
   return text;
 }
 
+static_assert(std::endian::native == std::endian::little);  // as the file is
 std::uint32_t number_at(std::string_view bytes, std::size_t at) {
   std::uint32_t number = 0;
   std::memcpy(&number, bytes.data() + at, sizeof number);

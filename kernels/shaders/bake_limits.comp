@@ -45,8 +45,6 @@ void main() {
   if (is_outside(point)) return;
   ivec2 cells = repeats ? sides : sides - 1;
   float limit = max_ratio;
-  for (int i = 0; i < 4; ++i) {
-    limit = min(limit, bound_of_cell(wrapped(point - ivec2(i & 1, i >> 1), cells)));
-  }
+  for (int i = 0; i < 4; ++i) limit = min(limit, bound_of_cell(wrapped(point - ivec2(i & 1, i >> 1), cells)));
   limits[layered(point)] = limit < 0.0 ? CUT_SHORT : limit * RAISING_GUARD;
 }

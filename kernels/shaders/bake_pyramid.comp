@@ -41,7 +41,7 @@ void main() {
   for (int i = 0; level == 1 && pyramid == 0 && i < 4; ++i) {
     ivec2 texel = first + ivec2(i & 1, i >> 1);
     for (int layer = 0; layer < bake.layers && !is_outside(texel); ++layer)
-      ratios[layer * bake.size.x * bake.size.y + index_of(texel)] = CUT_SHORT;
+      ratios[layer * sides.x * sides.y + index_of(texel)] = CUT_SHORT;
   }
   quads[quad_index(pyramid, level, quad)] =
       vec4(node(pyramid, level - 1, first), node(pyramid, level - 1, first + ivec2(1, 0)),

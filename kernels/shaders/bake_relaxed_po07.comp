@@ -22,7 +22,7 @@ const int MOST_TARGETS = 3 * LANES;
 const int STRIDE = 4;  // steps of a ray before its lane waits for the others
 
 shared uint shared_limit;           // as bits, whose order is that of the floats
-shared uint nodes[MOST_NODES];      // that are to be looked under, a stack
+shared uint nodes[MOST_NODES];      // that are to be looked under: a stack, of one node's descendants a level at most
 shared uint targets[MOST_TARGETS];  // that wait for their rays
 shared uint node_count;
 shared uint target_count;
@@ -173,7 +173,7 @@ float distance2_to(ivec2 first, float size) {
   return aspect * x * x + y * y;
 }
 
-// Whether a texel under the node may lower the key.
+// Whether a texel under the node may lower the key; no node is before the map or behind it.
 bool may_improve(int level, ivec2 node) {
   if (any(greaterThanEqual(uvec2(node), uvec2(nodes_at(level))))) return false;
   float rise = node_at(0, level, node) - owner_height;

@@ -71,8 +71,8 @@ Promising look(Branch at) {
   vec2 x2 = aspect * x * x;
   vec2 y2 = y * y;
   vec4 rise = max(tops - owner_height, 0.0);
-  vec4 slack = slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
-  bvec4 is_near = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + slack);
+  vec4 widened = slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
+  bvec4 is_near = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + widened);
   bvec4 may_improve = bvec4(uvec4(is_near) & uvec4(counts(first, offset, side)));
   if (at.level == 1) {
     for (int i = 0; i < 4; ++i) {
