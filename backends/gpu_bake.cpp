@@ -14,8 +14,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr BakeSearch kConservativeBake{.shader = "bake_exact"};
-constexpr BakeSearch kRelaxedBake{.shader = "bake_quadrants", .quadrants = true};
+constexpr BakeSearch kConservativeBake{.shader = "bake_exact", .has_packets = true};
+constexpr BakeSearch kRelaxedBake{.shader = "bake_quadrants", .quadrants = true, .has_packets = true};
 
 struct Row {
   MapKind kind{};
@@ -35,11 +35,13 @@ constexpr std::array kRows{
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::centre}},
     Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake, .needs_doubles = true},
     Row{.kind = MapKind::safety_shape, .search = kRelaxedBake, .needs_doubles = true, .has_radii = true},
-    Row{.kind = MapKind::quad, .search = {.shader = kWedgeShader, .wedges = quad_wedges}, .is_interleaved = true},
-    Row{.kind = MapKind::sector, .search = {.shader = kWedgeShader, .wedges = sector_wedges}},
+    Row{.kind = MapKind::quad,
+        .search = {.shader = kWedgeShader, .has_packets = true, .wedges = quad_wedges},
+        .is_interleaved = true},
+    Row{.kind = MapKind::sector, .search = {.shader = kWedgeShader, .has_packets = true, .wedges = sector_wedges}},
     Row{.kind = MapKind::sector_relaxed,
-        .search = {.shader = kWedgeShader, .quadrants = true, .wedges = relaxed_sector_wedges}},
-    Row{.kind = MapKind::cell, .search = {.shader = kWedgeShader}, .has_cells = true},
+        .search = {.shader = kWedgeShader, .quadrants = true, .has_packets = true, .wedges = relaxed_sector_wedges}},
+    Row{.kind = MapKind::cell, .search = {.shader = kWedgeShader, .has_packets = true}, .has_cells = true},
 };
 
 const Row& find_row(MapKind kind) {

@@ -46,7 +46,8 @@ struct BakeSearch {
   std::string_view shader;  ///< name of the .comp file
   bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
   BakeFootpoint footpoint = BakeFootpoint::nearest;
-  bool walks_rays = false;  ///< over what bake_corners.comp makes, with a workgroup for each texel; else for 8 x 8
+  bool has_packets = false;  ///< an invocation makes 2 x 2 texels
+  bool walks_rays = false;   ///< over what bake_corners.comp makes, with a workgroup for each texel; else for 8 x 8
   std::vector<MarginedWedge> (*wedges)(const BakeRequest& request) = nullptr;  ///< null: all directions have one cone
 };
 

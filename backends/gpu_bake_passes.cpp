@@ -81,6 +81,10 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
     pass.groups_x = grid.width;
     pass.groups_y = grid.height;
   }
+  if (search.has_packets) {
+    pass.groups_x = groups(nodes_at(grid.width, 1));
+    pass.groups_y = groups(nodes_at(grid.height, 1));
+  }
   return ratios;
 }
 

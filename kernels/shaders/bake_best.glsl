@@ -18,6 +18,9 @@ struct Target {
 // Of those that were looked at last. The including file defines it.
 Target target(int i);
 
+ivec2 owner;  // the texel whose cone it is
+float owner_height;
+float limit;      // keys from here on are no better than the best
 float low_limit;  // keys under this are better than the best
 bool has_best;
 Target best;

@@ -31,17 +31,14 @@ float node_at(int pyramid, int level, ivec2 node) {
 }
 float height_at(ivec2 texel) { return heights[index_of(texel)]; }
 
-ivec2 owner;  // the texel whose cone it is
-float owner_height;
-float limit;  // keys from here on are no better than the best
-
 #ifdef HAS_DOUBLES
 void store_key(ivec2 texel, double key) { ratios[layered(texel)] = rounded_down(divide(square_root(key), bake.side)); }
 #endif
 
-// From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
-float distance_to(float offset, float reach, float side) {
-  float middle = abs(offset);
-  if (repeats) middle = min(middle, side - middle);
-  return max(middle - reach, 0.0);
+// From texels to boxes whose middles are at the offsets along axes of these sides, and that reach `reach` to both
+// sides.
+vec2 distances_to(vec2 offsets, float reach, vec2 side) {
+  vec2 middles = abs(offsets);
+  if (repeats) middles = min(middles, side - middles);
+  return max(middles - reach, 0.0);
 }

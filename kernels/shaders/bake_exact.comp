@@ -4,20 +4,19 @@
 
 // The exact conservative cone map [DUM06].
 
-int turns() { return 1; }
-int near_turns() { return 1; }
-void start_turn(int turn) {
-  pyramid = 0;
-  origin = ivec2(0);
-}
+int rounds() { return 1; }
+int near_rounds() { return 1; }
+void start_round(int round) { pyramid = 0; }
 
-bvec4 counts(ivec2 first, ivec2 offset, int size) { return bvec4(true); }
+bvec4 counts(ivec2 first, ivec2 x, ivec2 y, int size) { return bvec4(true); }
 
-float distance_along(int axis, float offset, float reach) { return distance_to(offset, reach, float(sides[axis])); }
+vec2 distances_along(int axis, vec2 offsets, float reach) { return distances_to(offsets, reach, vec2(sides[axis])); }
 
 void main() {
-  owner = own_texel();
-  if (is_outside(owner)) return;
-  start(owner);
+  ivec2 first = first_texel();
+  if (is_outside(first)) return;
+  owners_x = min(first.x + ivec2(0, 1), sides.x - 1);
+  owners_y = min(first.y + ivec2(0, 1), sides.y - 1);
+  start();
   search();
 }

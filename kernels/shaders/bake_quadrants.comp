@@ -6,28 +6,28 @@
 
 vec2 facing;  // signs of the pyramid's quadrant
 
-int turns() { return 4; }
-int near_turns() { return 4; }
-void start_turn(int turn) {
-  pyramid = turn;
-  origin = ivec2(0);
-  facing = vec2(1 - 2 * ivec2(turn & 1, turn >> 1));
+int rounds() { return 4; }
+int near_rounds() { return 4; }
+void start_round(int round) {
+  pyramid = round;
+  facing = vec2(1 - 2 * ivec2(round & 1, round >> 1));
 }
 
-bvec4 counts(ivec2 first, ivec2 offset, int size) { return bvec4(true); }
+bvec4 counts(ivec2 first, ivec2 x, ivec2 y, int size) { return bvec4(true); }
 
-// distance_to, in the direction that the quadrant faces alone.
-float distance_along(int axis, float offset, float reach) {
+// distances_to, in the direction that the quadrant faces alone.
+vec2 distances_along(int axis, vec2 offsets, float reach) {
   const float NEVER = 1e9;
-  float first = facing[axis] * offset - reach;
-  float last = facing[axis] * offset + reach;
-  if (last >= 0.0) return max(first, 0.0);
-  return repeats ? max(first + float(sides[axis]), 0.0) : NEVER;
+  vec2 ahead = facing[axis] * offsets;
+  vec2 behind = repeats ? max(ahead - reach + float(sides[axis]), 0.0) : vec2(NEVER);
+  return mix(behind, max(ahead - reach, 0.0), greaterThanEqual(ahead + reach, vec2(0.0)));
 }
 
 void main() {
-  owner = own_texel();
-  if (is_outside(owner)) return;
-  start(owner);
+  ivec2 first = first_texel();
+  if (is_outside(first)) return;
+  owners_x = min(first.x + ivec2(0, 1), sides.x - 1);
+  owners_y = min(first.y + ivec2(0, 1), sides.y - 1);
+  start();
   search();
 }

@@ -30,6 +30,9 @@ shared uint next_target;
 shared double least_keys[LANES];
 
 int lane;
+ivec2 owner;  // the texel whose cone it is
+float owner_height;
+float limit;       // keys from here on are no better than the best
 double least_key;  // of this lane's rays
 
 float limit_of(double key) { return float(key / weight_y) * (1.0 + 2.0 * KEY_ERROR); }
@@ -168,9 +171,8 @@ ivec2 place_in_group(int i) { return ivec2(i % GROUP_SIDE, i / GROUP_SIDE); }
 float distance2_to(ivec2 first, float size) {
   float reach = 0.5 * (size - 1.0);
   vec2 middle = vec2(first - owner) + reach;
-  float x = distance_to(middle.x, reach, float(sides.x));
-  float y = distance_to(middle.y, reach, float(sides.y));
-  return aspect * x * x + y * y;
+  vec2 distances = distances_to(middle, reach, vec2(sides));
+  return aspect * distances.x * distances.x + distances.y * distances.y;
 }
 
 // Whether a texel under the node may lower the key; no node is before the map or behind it.

@@ -1,88 +1,89 @@
-#include "bake_best.glsl"
+#include "bake_packet.glsl"
 
 // Branch and bound on the max pyramid, near child first, for bakers that ask over all higher texels for the least of a
-// key: see kernels/maps/cone_search.cpp. It is made in turns, of a pyramid or an image of the map each. The including
-// file defines the functions that are only declared here. What can be decided later stands outside of the innermost
-// loop: llvmpipe skips no branch, and runs both sides of each for all of its lanes.
+// key: see kernels/maps/cone_search.cpp. It is made in rounds, each of all images of the map that have a texel near
+// enough. The including file defines what is only declared here. What can be decided later stands outside of the
+// innermost loop: llvmpipe skips no branch, and runs both sides of each for all of its lanes.
+//
+// SEES_IMAGES is defined where each image of a map that repeats is searched by itself; else distances are those round
+// the torus.
+
+const int FARTHEST_IMAGE = 2;  // along an axis: no nearest texel within a wedge is farther away
 
 int pyramid;   // the one that is searched
 ivec2 origin;  // where the image of the map begins that is searched
 
-int turns();
-// How many of them begin with the owner's neighbours.
-int near_turns();
-// Chooses a turn's pyramid and image.
-void start_turn(int turn);
-// From the owner to a box whose middle is `offset` away along an axis, and that reaches `reach` to both sides.
-float distance_along(int axis, float offset, float reach);
-// Of a quad's nodes, of `size` texels a side, whether any texel counts of each. first: of all texels; offset: to it
-// from the owner
-bvec4 counts(ivec2 first, ivec2 offset, int size);
+int rounds();
+// How many of them begin with the packet's neighbours.
+int near_rounds();
+// Chooses a round's pyramid, the directions and the owners that take part.
+void start_round(int round);
+// Of a node of `size` texels a side, whether any texel counts for each owner. first: of all its texels; x, y: to it
+// from the owners' columns and rows
+bvec4 counts(ivec2 first, ivec2 x, ivec2 y, int size);
 
-// Of one level of the pyramid, where the search is; on level 0 the owner's neighbours.
+// Of one level of the pyramid, where the search is.
 struct Branch {
   int level;
   ivec2 quad;
 };
-const Branch NEIGHBOURS = Branch(0, ivec2(0));
 
-Branch looked;  // at last
-
-Target target_at(ivec2 texel, ivec2 offset) {
-  vec2 texels = vec2(distance_along(0, float(offset.x), 0.0), distance_along(1, float(offset.y), 0.0));
-  return Target(Arms(texels, texels), node_at(pyramid, 0, texel));
-}
-
-ivec2 neighbour_offset(int i) { return ivec2(i % 3, i / 3) - 1; }
-
-Target target(int i) {
-  if (looked == NEIGHBOURS) return target_at(wrapped(owner + neighbour_offset(i)), neighbour_offset(i));
-  ivec2 texel = 2 * looked.quad + ivec2(i & 1, i >> 1);
-  return target_at(texel, texel + origin - owner);
-}
-
-void look_at_neighbours() {
-  looked = NEIGHBOURS;
-  for (int i = 0; i < 9; ++i) {
-    ivec2 offset = neighbour_offset(i);
-    ivec2 texel = wrapped(owner + offset);
-    bool is_there = repeats || texel == owner + offset;
-    if (is_there && counts(texel, offset, 1).x) offer(i, target_at(texel, offset));
-  }
-}
-
-// The nodes of a quad that may lower the key, a bit each.
+// The nodes of a quad that may lower a key, a bit each.
 struct Promising {
   uint nodes;
   uint near;  // the node that is nearest
 };
 
-Promising look(Branch at) {
-  looked = at;
-  vec4 tops = texelFetch(quads, quad_index(pyramid, at.level, at.quad));
-  int side = 1 << (at.level - 1);
-  ivec2 first = at.quad << at.level;
-  ivec2 offset = first + origin - owner;
+// Looks at four nodes of so many texels a side, of which single ones are offered. first: texel of the first node
+Promising look(ivec2 first, int side, vec4 tops) {
+  looked_first = first + origin;
+  looked_tops = tops;
+  ivec2 offsets_x = looked_first.x - owners_x;
+  ivec2 offsets_y = looked_first.y - owners_y;
   float size = float(side);
   float reach = 0.5 * (size - 1.0);
-  vec2 middle = vec2(offset) + reach;
-  vec2 x = vec2(distance_along(0, middle.x, reach), distance_along(0, middle.x + size, reach));
-  vec2 y = vec2(distance_along(1, middle.y, reach), distance_along(1, middle.y + size, reach));
-  vec2 x2 = aspect * x * x;
-  vec2 y2 = y * y;
-  vec4 rise = max(tops - owner_height, 0.0);
-  vec4 widened = slack_in_rows * vec4(greaterThan(rise, vec4(0.0)));
-  bvec4 is_near = lessThan(vec4(x2 + y2.x, x2 + y2.y), limit * rise * rise + widened);
-  bvec4 may_improve = bvec4(uvec4(is_near) & uvec4(counts(first, offset, side)));
-  if (at.level == 1) {
-    for (int i = 0; i < 4; ++i) {
-      vec2 texels = vec2(x[i & 1], y[i >> 1]);
-      if (may_improve[i]) offer(i, Target(Arms(texels, texels), tops[i]));
-    }
-    return Promising(0u, 0u);
+  vec2 middles_x = vec2(offsets_x) + reach;
+  vec2 middles_y = vec2(offsets_y) + reach;
+  vec4 low_x = distances_along(0, middles_x, reach).xyxy;
+  vec4 high_x = distances_along(0, middles_x + size, reach).xyxy;
+  vec4 low_y = distances_along(1, middles_y, reach).xxyy;
+  vec4 high_y = distances_along(1, middles_y + size, reach).xxyy;
+  vec4 offered[4];
+  uint nodes = 0u;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 place = side * ivec2(i & 1, i >> 1);
+    vec4 square = distances2((i & 1) == 0 ? low_x : high_x, i < 2 ? low_y : high_y);
+    vec4 rises = max(tops[i] - eyes, 0.0);
+    vec4 rises2 = rises * rises;
+    vec4 widened = mix(vec4(0.0), vec4(slack_in_rows), greaterThan(rises, vec4(0.0)));
+    bvec4 is_near = lessThan(square, limits() * rises2 + widened);
+    bvec4 may_improve = both(is_near, counts(first + place, offsets_x + place.x, offsets_y + place.y, side));
+    if (any(may_improve)) nodes |= 1u << i;
+    offered[i] = mix(vec4(NO_KEY), (square - slack_in_rows) / rises2, may_improve);
   }
-  uvec4 bits = uvec4(may_improve) << uvec4(0, 1, 2, 3);
-  return Promising(bits.x | bits.y | bits.z | bits.w, uint(x.y < x.x) | (uint(y.y < y.x) << 1));
+  uint near = uint(high_x.x < low_x.x) | (uint(high_y.x < low_y.x) << 1);
+  if (side > 1) return Promising(nodes, near);
+  offer(offered, low_x, high_x, low_y, high_y);
+  return Promising(0u, near);
+}
+
+Promising look(Branch at) {
+  vec4 tops = texelFetch(quads, quad_index(pyramid, at.level, at.quad));
+  return look(at.quad << at.level, 1 << (at.level - 1), tops);
+}
+
+// The texels of a packet and those round it, in blocks of 2 x 2.
+const int NEAR_BLOCKS = 4;
+void look_near(int block) {
+  ivec2 first = ivec2(owners_x.x, owners_y.x) - 1 + 2 * ivec2(block & 1, block >> 1);
+  vec4 tops;
+  for (int i = 0; i < 4; ++i) {
+    ivec2 texel = first + ivec2(i & 1, i >> 1);
+    ivec2 end = repeats ? 2 * sides : sides;
+    bool is_there = (repeats || all(greaterThanEqual(texel, ivec2(0)))) && all(lessThan(texel, end));
+    tops[i] = is_there ? node_at(pyramid, 0, wrapped(texel)) : NOTHING;
+  }
+  look(first, 1, tops);
 }
 
 // The same nodes, node n at bit n ^ near.
@@ -104,15 +105,66 @@ void drop_levels(uint levels) {
   nears >>= 2u * levels;
 }
 
-int turn;
+// The images of the map that have a texel that may lower a key, and where the search of each begins.
+ivec2 low_image;
+ivec2 high_image;
+Branch start_of_image;
+
+int round_number;
+ivec2 image;
+
+// How far from an owner a texel can be that lowers its key, none being higher than any pyramid's top.
+int reach_of_owners() {
+  float top = 0.0;
+  for (int i = 0; i < bake.pyramids; ++i) {
+    vec4 tops = texelFetch(quads, quad_index(i, top_level, ivec2(0)));
+    top = max(top, max(max(tops.x, tops.y), max(tops.z, tops.w)));
+  }
+  vec4 rises = max(top - owner_heights, 0.0);
+  vec4 distances2 = limits() * rises * rises + slack_in_rows;
+  float distance2 = max(max(distances2.x, distances2.y), max(distances2.z, distances2.w));
+  return int(min(sqrt(distance2 / min(aspect, 1.0)), 1e6)) + 1;
+}
+
+ivec2 image_at(ivec2 texel) { return ivec2(floor((vec2(texel) + 0.5) / vec2(sides))); }
+
+// The smallest quad that has all texels that may lower a key, where they are in one image of the map.
+void find_start() {
+  int reach = reach_of_owners();
+  ivec2 low = ivec2(min(owners_x.x, owners_x.y), min(owners_y.x, owners_y.y)) - reach;
+  ivec2 high = ivec2(max(owners_x.x, owners_x.y), max(owners_y.x, owners_y.y)) + reach;
+  low_image = ivec2(0);
+  high_image = ivec2(0);
+  if (repeats) {
+    low_image = max(image_at(low), -FARTHEST_IMAGE);
+    high_image = min(image_at(high), FARTHEST_IMAGE);
+  }
+  low = max(low, ivec2(0));
+  high = min(high, sides - 1);
+  start_of_image = Branch(top_level, ivec2(0));
+  if (low_image == high_image) {
+    int level = max(findMSB((low.x ^ high.x) | (low.y ^ high.y)) + 1, 1);
+    start_of_image = Branch(level, low >> level);
+  }
+#ifndef SEES_IMAGES
+  low_image = ivec2(0);
+  high_image = ivec2(0);
+#endif
+}
 
 // The next quad to look at; false: there is none.
 bool next(inout Branch at) {
   if (waiting == uvec2(0u)) {
-    turn += 1;
-    if (turn == turns()) return false;
-    start_turn(turn);
-    at = Branch(top_level, ivec2(0));
+    image.x += 1;
+    if (image.x > high_image.x) image = ivec2(low_image.x, image.y + 1);
+    if (image.y > high_image.y) {
+      round_number += 1;
+      if (round_number == rounds()) return false;
+      start_round(round_number);
+      image = low_image;
+    }
+    origin = image * sides;
+    at = start_of_image;
     return true;
   }
   if (waiting.x == 0u) {
@@ -132,22 +184,25 @@ bool next(inout Branch at) {
   return true;
 }
 
-// Looks at a quad, and has those of its nodes wait that may lower the key.
+// Looks at a quad, and has those of its nodes wait that may lower a key.
 void visit(Branch at) {
   Promising promising = look(at);
   waiting = uvec2((waiting.x << 4) | by_rank(promising), (waiting.y << 4) | (waiting.x >> 28));
   nears = (nears << 2) | promising.near;
 }
 
-// Makes all turns, then stores the ratio. Not where a device leaves loops before their end, as llvmpipe does after
-// 65,535 turns of all of them together: that leaves CUT_SHORT in the ratio's place.
+// Makes all rounds, then stores the ratios. Not where a device leaves loops before their end, as llvmpipe does after
+// 65,535 turns of all of them together: that leaves CUT_SHORT in their places.
 void search() {
-  for (turn = 0; turn < near_turns(); ++turn) {
-    start_turn(turn);
-    look_at_neighbours();
-    decide();
+  origin = ivec2(0);
+  for (int i = 0; i < near_rounds() * NEAR_BLOCKS; ++i) {
+    start_round(i / NEAR_BLOCKS);
+    look_near(i % NEAR_BLOCKS);
+    undecided = 0u;  // they are only where to begin, and are looked at again
   }
-  turn = -1;
+  find_start();
+  round_number = -1;
+  image = high_image;
   waiting = uvec2(0u);
   nears = 0u;
   Branch at;
@@ -159,5 +214,5 @@ void search() {
     }
     decide();
   }
-  if (is_done && undecided == 0u) finish(own_texel());
+  if (is_done && undecided == 0u) finish();
 }

@@ -1,5 +1,6 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#define SEES_IMAGES
 #include "bake_search.glsl"
 
 // Exact cones of sectors of directions, a layer each: those of `quad`, of sector maps and of cells. What counts is told
@@ -18,76 +19,78 @@ struct Wedge {
 };
 layout(BINDING(FIRST_BUFFER_BINDING + 4), std430) readonly buffer Wedges { Wedge wedges[]; };
 
-const int IMAGES = 5;  // along an axis, of a map that repeats: the nearest that a wedge sees is at most two tiles away
-
 Wedge seen;
-bool sees_whole;  // the owner is on a border behind it: it sees the whole quadrant
+bvec4 sees_whole;  // owners on a border behind them see the whole quadrant
 
-// Of this turn.
-bool sees_far_borders;  // the borders before the owner, and nothing else
+// Of this round.
+bool sees_far_borders;  // the borders before the owners, and nothing else
 ivec4 normals_x;
 ivec4 normals_y;
 ivec4 least;
 
-int images() { return repeats ? IMAGES * IMAGES : 1; }
+// The wedge; if it is bounded the borders before owners who see it; and the quadrant, for owners who see it whole.
+int rounds() { return seen.is_bounded ? 2 + int(any(sees_whole)) : 1; }
+int near_rounds() { return 1; }
 
-int turns() { return images() + (seen.is_bounded && !sees_whole ? 1 : 0); }
-int near_turns() { return 1; }
-
-// 0, 1, -1, 2, -2
-int image(int i) { return ((i & 1) == 0 ? -1 : 1) * ((i + 1) >> 1); }
-
-// The borders before an owner who looks that way; -1: none along the axis.
+// The borders before owners who look that way; -1: none along the axis.
 ivec2 borders_before(ivec2 signs) {
   return ivec2(greaterThan(signs, ivec2(0))) * (sides - 1) - ivec2(equal(signs, ivec2(0)));
 }
 
 // Each normal's greatest product over a node: of its farthest texel that way.
-bvec4 counts(ivec2 first, ivec2 offset, int size) {
-  ivec4 x = normals_x * offset.x + max(normals_x, 0) * (size - 1);
-  ivec4 y = normals_y * offset.y + max(normals_y, 0) * (size - 1) - least;
-  ivec4 next_x = x + normals_x * size;
-  ivec4 next_y = y + normals_y * size;
+bvec4 counts(ivec2 first, ivec2 x, ivec2 y, int size) {
+  ivec4 farthest = (max(normals_x, 0) + max(normals_y, 0)) * (size - 1) - least;
+  ivec4 low_x = normals_x * x[0] + farthest;
+  ivec4 high_x = normals_x * x[1] + farthest;
+  ivec4 low_y = normals_y * y[0];
+  ivec4 high_y = normals_y * y[1];
   const ivec4 ZERO = ivec4(0);
-  bvec4 sees = bvec4(all(greaterThanEqual(x + y, ZERO)), all(greaterThanEqual(next_x + y, ZERO)),
-                     all(greaterThanEqual(x + next_y, ZERO)), all(greaterThanEqual(next_x + next_y, ZERO)));
+  bvec4 sees = bvec4(all(greaterThanEqual(low_x + low_y, ZERO)), all(greaterThanEqual(high_x + low_y, ZERO)),
+                     all(greaterThanEqual(low_x + high_y, ZERO)), all(greaterThanEqual(high_x + high_y, ZERO)));
   if (!sees_far_borders) return sees;
-  ivec2 border = borders_before(seen.quadrant) - first;
-  bvec2 low = lessThan(uvec2(border), uvec2(size));
-  bvec2 high = lessThan(uvec2(border - size), uvec2(size));
-  bvec4 on_border = bvec4(low.x || low.y, high.x || low.y, low.x || high.y, high.x || high.y);
-  return bvec4(uvec4(sees) & uvec4(on_border));
+  bool on_border = any(lessThan(uvec2(borders_before(seen.quadrant) - first), uvec2(size)));
+  return both(sees, bvec4(on_border));
 }
 
-float distance_along(int axis, float offset, float reach) { return max(abs(offset) - reach, 0.0); }
+vec2 distances_along(int axis, vec2 offsets, float reach) { return max(abs(offsets) - reach, 0.0); }
 
-void start_turn(int turn) {
-  sees_far_borders = turn == images();
-  int row = int((float(turn) + 0.5) / float(IMAGES));
-  origin = sees_far_borders ? ivec2(0) : sides * ivec2(image(turn - row * IMAGES), image(row));
-  bool sees_quadrant = sees_far_borders || sees_whole;
-  normals_x = sees_quadrant ? ivec4(seen.quadrant.x, 0, 0, 0)
-                            : ivec4(seen.normals[0].x, seen.normals[1].x, seen.normals[2].x, seen.normals[3].x);
-  normals_y = sees_quadrant ? ivec4(0, seen.quadrant.y, 0, 0)
-                            : ivec4(seen.normals[0].y, seen.normals[1].y, seen.normals[2].y, seen.normals[3].y);
-  least = sees_quadrant ? ivec4(0) : seen.least;
+void start_round(int round) {
+  sees_far_borders = round == 1;
+  bool in_quadrant = round > 0;
+  normals_x = in_quadrant ? ivec4(seen.quadrant.x, 0, 0, 0)
+                          : ivec4(seen.normals[0].x, seen.normals[1].x, seen.normals[2].x, seen.normals[3].x);
+  normals_y = in_quadrant ? ivec4(0, seen.quadrant.y, 0, 0)
+                          : ivec4(seen.normals[0].y, seen.normals[1].y, seen.normals[2].y, seen.normals[3].y);
+  least = in_quadrant ? ivec4(0) : seen.least;
+  eyes = mix(owner_heights, vec4(ABOVE_ALL), round == 2 ? not(sees_whole) : sees_whole);
 }
 
-// The top of the cell whose corner the owner is.
-float top_at(ivec2 corner) {
+// The top of a texel's cell.
+float top_at(ivec2 texel) {
   float top = 0.0;
-  for (int i = 0; i < 4; ++i) top = max(top, height_at(wrapped(owner - corner + ivec2(i & 1, i >> 1))));
+  for (int i = 0; i < 4; ++i) top = max(top, height_at(wrapped(texel + ivec2(i & 1, i >> 1))));
   return top;
 }
 
 void main() {
-  owner = own_texel();
-  if (is_outside(owner)) return;
+  ivec2 first = first_texel();
+  if (is_outside(first)) return;
   seen = wedges[gl_WorkGroupID.z];
   pyramid = bake.pyramids == 1 ? 0 : int(gl_WorkGroupID.z) & 3;
-  if (seen.is_of_cells) owner = wrapped(owner + seen.corner);
-  sees_whole = seen.is_bounded && any(equal(owner, borders_before(-seen.quadrant)));
-  start(owner);
-  if (seen.is_of_cells) owner_height = top_at(seen.corner);
+  ivec2 last = min(first + 1, sides - 1);
+  if (seen.is_of_cells) {
+    first = wrapped(first + seen.corner);
+    last = wrapped(last + seen.corner);
+  }
+  owners_x = ivec2(first.x, last.x);
+  owners_y = ivec2(first.y, last.y);
+  ivec2 behind = borders_before(-seen.quadrant);
+  bvec2 at_x = equal(owners_x, ivec2(behind.x));
+  bvec2 at_y = equal(owners_y, ivec2(behind.y));
+  sees_whole = bvec4(at_x.x || at_y.x, at_x.y || at_y.x, at_x.x || at_y.y, at_x.y || at_y.y);
+  if (!seen.is_bounded) sees_whole = bvec4(false);
+  start();
+  for (int k = 0; seen.is_of_cells && k < 4; ++k)
+    if (!is_outside(texel_of(k))) owner_heights[k] = top_at(owner_at(k) - seen.corner);
   search();
 }
