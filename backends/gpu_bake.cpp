@@ -79,7 +79,6 @@ std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNu
   std::vector<std::string_view> names{kPyramidShader, row.search.shader, kMinimumShader};
   if (row.search.walks_rays) names.push_back(kCornersShader);
   if (row.other) names.insert(names.end(), {row.other->shader, kMeanShader});
-  if (row.has_cells) names.push_back(kLeastShader);
   if (row.has_radii) names.insert(names.end(), {kShapesShader, kRadiusShader, kSafetyShapeShader});
   if (has_certified(kind)) names.insert(names.end(), {kLimitsShader, kRaiseShader});
   if (has_certified(kind) && numbers == BakeNumbers::doubles) names.push_back(kRefineShader);

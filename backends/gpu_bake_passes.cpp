@@ -54,9 +54,7 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
                            Correction metric) {
   const BakeGrid& grid = on.grid;
   layers_ = std::max(static_cast<int>(wedges.size()), 1);
-  BakeRequest searched = request_;
-  searched.correction = metric;
-  on.head = add_buffer(search_block(searched, grid, search, on.levels, layers_));
+  on.head = add_head(on, search, metric);
   const int pyramids = search.quadrants ? 4 : 1;
   const int quads =
       add_buffer(static_cast<std::size_t>(pyramids) * static_cast<std::size_t>(on.levels.nodes) * kBufferTexelBytes);
@@ -75,6 +73,31 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
     add_pass(grid, "pyramid", kCornersShader, {on.head, on.heights, buffers.back()});
   }
   if (!wedges.empty()) buffers.push_back(add_buffer(bytes_of(wedges)));
+  add_search_pass(grid, search, std::move(buffers));
+  return ratios;
+}
+
+int BakePasses::add_cells(const BakeSearch& search) {
+  check_cells(request_);
+  const auto searches = cell_searches(0);
+  const auto metric = [&](std::size_t i) { return searches.at(i).is_axis ? Correction::none : Correction::safe; };
+  const int ratios = add_search(own_, search, cell_wedges(0, own_.grid), metric(0));
+  std::vector<int> buffers = job_.passes.back().buffers;
+  for (std::size_t i = 1; i < searches.size(); ++i) {
+    buffers.front() = add_head(own_, search, metric(i));
+    buffers.back() = add_buffer(bytes_of(cell_wedges(i, own_.grid)));
+    add_search_pass(own_.grid, search, buffers);
+  }
+  return ratios;
+}
+
+int BakePasses::add_head(const Grid& on, const BakeSearch& search, Correction metric) {
+  BakeRequest searched = request_;
+  searched.correction = metric;
+  return add_buffer(search_block(searched, on.grid, search, on.levels, layers_));
+}
+
+void BakePasses::add_search_pass(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers) {
   ComputePass& pass = add_pass(grid, "search", search.shader, std::move(buffers));
   pass.may_be_long = may_be_long(grid);
   if (search.walks_rays) {
@@ -85,20 +108,6 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
     pass.groups_x = groups(nodes_at(grid.width, 1));
     pass.groups_y = groups(nodes_at(grid.height, 1));
   }
-  return ratios;
-}
-
-int BakePasses::add_cells(const BakeSearch& search) {
-  check_cells(request_);
-  int least = 0;
-  const auto searches = cell_searches(0);
-  for (std::size_t i = 0; i < searches.size(); ++i) {
-    const Correction metric = searches.at(i).is_axis ? Correction::none : Correction::safe;
-    const int ratios = add_search(own_, search, cell_wedges(i, own_.grid), metric);
-    const int before = std::exchange(least, i == 0 ? ratios : add_ratios(own_.grid));
-    if (i > 0) add_pass(own_.grid, "correction", kLeastShader, {own_.head, before, ratios, least});
-  }
-  return least;
 }
 
 int BakePasses::add_mean(int first, int second) {

@@ -20,7 +20,6 @@ inline constexpr std::string_view kPyramidShader = "bake_pyramid";
 inline constexpr std::string_view kCornersShader = "bake_corners";
 inline constexpr std::string_view kMeanShader = "bake_mean";
 inline constexpr std::string_view kMinimumShader = "bake_min3x3";
-inline constexpr std::string_view kLeastShader = "bake_least";
 inline constexpr std::string_view kShapesShader = "bake_shapes";
 inline constexpr std::string_view kRadiusShader = "bake_radius";
 inline constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
@@ -66,6 +65,9 @@ class BakePasses {
   int add_search(Grid& grid, const BakeSearch& search);
   /// wedges: of the layers; none: all directions have one cone. metric: by which correction distances count
   int add_search(Grid& grid, const BakeSearch& search, const std::vector<BakeWedge>& wedges, Correction metric);
+  /// metric: by which correction distances count
+  int add_head(const Grid& grid, const BakeSearch& search, Correction metric);
+  void add_search_pass(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers);
   /// heights: none: a pass makes them
   Grid make_grid(const BakeGrid& grid, std::span<const std::byte> heights);
   [[nodiscard]] bool may_be_long(const BakeGrid& grid) const;

@@ -52,6 +52,7 @@ std::vector<BakeWedge> cell_wedges(std::size_t place, const BakeGrid& grid) {
     BakeWedge& wedge = wedges.emplace_back(bake_wedge({.wedge = search.wedge}, grid, Wrap::repeat));
     wedge.corner = {search.corner.x, search.corner.y};
     wedge.is_of_cells = 1;
+    wedge.goes_on = place > 0 ? 1 : 0;
   }
   return wedges;
 }

@@ -15,7 +15,8 @@ struct BakeWedge {
   std::array<std::int32_t, 2> corner{};
   std::int32_t is_bounded = 0;
   std::int32_t is_of_cells = 0;
-  std::array<std::int32_t, 2> place{};
+  std::int32_t goes_on = 0;
+  std::int32_t place = 0;
 };
 /// Wedges in whole numbers.
 /// throws: Error(environment): they are too large for a shader's

@@ -81,7 +81,7 @@ void decide() {
   }
 }
 
-void finish(ivec2 texel) { store_key(texel, least_key()); }
+void finish(ivec2 texel) { ratios[layered(texel)] = ratio_of(least_key()); }
 #else
 void decide() {}
 

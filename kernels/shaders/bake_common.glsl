@@ -47,6 +47,8 @@ layout(BINDING(FIRST_BUFFER_BINDING), std140) uniform Bake {
 } bake;
 // clang-format on
 
+const float WIDE = 3e38;  // over all ratios and keys
+
 // What loops ask for. llvmpipe loads what is in a block lane by lane, and anew in every turn of a loop.
 ivec2 sides = bake.size;
 bool repeats = bake.repeats;

@@ -10,7 +10,7 @@
 
 layout(BINDING(FIRST_BUFFER_BINDING + 1), std430) readonly buffer Heights { float heights[]; };
 layout(BINDING(FIRST_BUFFER_BINDING + 2)) uniform samplerBuffer quads;
-layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) writeonly buffer Ratios { float ratios[]; };
+layout(BINDING(FIRST_BUFFER_BINDING + 3), std430) buffer Ratios { float ratios[]; };
 
 float aspect = bake.aspect;
 float slack_in_rows = bake.slack_in_rows;
@@ -32,7 +32,7 @@ float node_at(int pyramid, int level, ivec2 node) {
 float height_at(ivec2 texel) { return heights[index_of(texel)]; }
 
 #ifdef HAS_DOUBLES
-void store_key(ivec2 texel, double key) { ratios[layered(texel)] = rounded_down(divide(square_root(key), bake.side)); }
+float ratio_of(double key) { return rounded_down(divide(square_root(key), bake.side)); }
 #endif
 
 // From texels to boxes whose middles are at the offsets along axes of these sides, and that reach `reach` to both

@@ -23,6 +23,8 @@ vec4 keys;  // the best ones', in float
 // run together, what stands in a branch may cost as much as if all took it.
 Targets unsure;
 
+vec4 found;  // the ratios of the search that this one goes on with; or WIDE
+
 // The 2 x 2 texels that were looked at last: where the first one is, as owners see it, and their heights.
 ivec2 looked_first;
 vec4 looked_tops;
@@ -56,6 +58,7 @@ void start() {
   for (int k = 0; k < 4; ++k)
     owner_heights[k] = is_outside(texel_of(k)) ? ABOVE_ALL : height_at(owner_at(k));
   eyes = owner_heights;
+  found = vec4(WIDE);
 }
 
 bvec4 both(bvec4 a, bvec4 b) { return mix(bvec4(false), a, b); }
@@ -69,9 +72,7 @@ void take(inout Targets targets, Targets others, bvec4 where) {
   targets.tops = mix(targets.tops, others.tops, where);
 }
 
-const float NO_KEY = 3e38;
-
-// Offers owners the texels that were looked at, whose keys are these, or NO_KEY.
+// Offers owners the texels that were looked at, whose keys are these, or WIDE.
 void offer(vec4 offered[4], vec4 low_x, vec4 high_x, vec4 low_y, vec4 high_y) {
   bvec4 is_low_right = lessThan(offered[1], offered[0]);
   bvec4 is_high_right = lessThan(offered[3], offered[2]);
@@ -156,14 +157,28 @@ void decide() {
 void decide() {}
 #endif
 
+// Goes on where another search ended: only keys that lower its ratios count.
+void go_on() {
+  for (int k = 0; k < 4; ++k) {
+    ivec2 texel = texel_of(k);
+    if (is_outside(texel)) continue;
+    found[k] = ratios[layered(texel)];
+    ratios[layered(texel)] = CUT_SHORT;
+  }
+  vec4 roots = found / bake.rows_to_ratio;
+  keys = min(keys, roots * roots * (1.0 + KEY_ERROR));
+}
+
 void finish() {
   for (int k = 0; k < 4; ++k) {
     ivec2 texel = texel_of(k);
     if (is_outside(texel)) continue;
 #ifdef HAS_DOUBLES
-    store_key(texel, least_key(k));
+    float ratio = ratio_of(least_key(k));
 #else
-    ratios[layered(texel)] = sqrt(keys[k] * (1.0 - 2.0 * KEY_ERROR)) * bake.rows_to_ratio;
+    float key = best.tops[k] == NOTHING ? bake.widest_in_rows : keys[k];
+    float ratio = sqrt(key * (1.0 - 2.0 * KEY_ERROR)) * bake.rows_to_ratio;
 #endif
+    ratios[layered(texel)] = min(ratio, found[k]);
   }
 }

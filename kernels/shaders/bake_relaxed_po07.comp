@@ -287,7 +287,7 @@ void main() {
   for (int i = 0; lane == 0 && least_keys[i] >= 0.0lf; ++i) {
     least_key = min(least_key, least_keys[i]);
     if (i < bake.pyramids * LANES - 1) continue;
-    store_key(owner, least_key);
+    ratios[layered(owner)] = ratio_of(least_key);
     break;
   }
 }

@@ -59,7 +59,7 @@ Promising look(ivec2 first, int side, vec4 tops) {
     bvec4 is_near = lessThan(square, limits() * rises2 + widened);
     bvec4 may_improve = both(is_near, counts(first + place, offsets_x + place.x, offsets_y + place.y, side));
     if (any(may_improve)) nodes |= 1u << i;
-    offered[i] = mix(vec4(NO_KEY), (square - slack_in_rows) / rises2, may_improve);
+    offered[i] = mix(vec4(WIDE), (square - slack_in_rows) / rises2, may_improve);
   }
   uint near = uint(high_x.x < low_x.x) | (uint(high_y.x < low_y.x) << 1);
   if (side > 1) return Promising(nodes, near);

@@ -15,7 +15,8 @@ struct Wedge {
   ivec2 corner;     // of the texel's cell, which looks
   bool is_bounded;  // the map ends, and the wedge is not the whole quadrant
   bool is_of_cells;
-  ivec2 place;  // takes the place
+  bool goes_on;     // with the search before it
+  int place;        // takes the place
 };
 layout(BINDING(FIRST_BUFFER_BINDING + 4), std430) readonly buffer Wedges { Wedge wedges[]; };
 
@@ -92,5 +93,6 @@ void main() {
   start();
   for (int k = 0; seen.is_of_cells && k < 4; ++k)
     if (!is_outside(texel_of(k))) owner_heights[k] = top_at(owner_at(k) - seen.corner);
+  if (seen.goes_on) go_on();
   search();
 }
