@@ -80,7 +80,7 @@ std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNu
   if (row.search.walks_rays) names.push_back(kCornersShader);
   if (row.other) names.insert(names.end(), {row.other->shader, kMeanShader});
   if (row.has_radii) names.insert(names.end(), {kShapesShader, kRadiusShader, kSafetyShapeShader});
-  if (has_certified(kind)) names.insert(names.end(), {kLimitsShader, kRaiseShader});
+  if (has_certified(kind)) names.insert(names.end(), {kBoundsShader, kLimitsShader, kRaiseShader});
   if (has_certified(kind) && numbers == BakeNumbers::doubles) names.push_back(kRefineShader);
   std::map<std::string, Spirv> shaders;
   for (const std::string_view name : names)

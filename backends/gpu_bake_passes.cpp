@@ -17,6 +17,12 @@ constexpr std::size_t kShortTexels = std::size_t{512} * 512;
 
 int groups(int texels) { return (texels + kGroupSide - 1) / kGroupSide; }
 
+/// Groups for a point in two along each axis.
+void of_every_second(ComputePass& pass, const BakeGrid& grid) {
+  pass.groups_x = groups(nodes_at(grid.width, 1));
+  pass.groups_y = groups(nodes_at(grid.height, 1));
+}
+
 template <typename Value>
 std::vector<std::byte> bytes_of(const std::vector<Value>& values) {
   const auto bytes = std::as_bytes(std::span(values));
@@ -34,7 +40,7 @@ std::vector<PointWeight> weights_of(Subdivision by) {
 }  // namespace
 
 int buffers_of(std::string_view shader) {
-  if (shader == kMinimumShader || shader == kRefineShader || shader == kCornersShader) return 3;
+  if (shader == kMinimumShader || shader == kRefineShader || shader == kLimitsShader || shader == kCornersShader) return 3;
   return shader == kWedgeShader || shader == kWalkShader ? 5 : 4;
 }
 
@@ -104,10 +110,7 @@ void BakePasses::add_search_pass(const BakeGrid& grid, const BakeSearch& search,
     pass.groups_x = grid.width;
     pass.groups_y = grid.height;
   }
-  if (search.has_packets) {
-    pass.groups_x = groups(nodes_at(grid.width, 1));
-    pass.groups_y = groups(nodes_at(grid.height, 1));
-  }
+  if (search.has_packets) of_every_second(pass, grid);
 }
 
 int BakePasses::add_mean(int first, int second) {
@@ -133,12 +136,18 @@ int BakePasses::add_certified(const BakeSearch& search) {
     add_pass(finer.grid, "refine", kRefineShader, {head, own_.heights, finer.heights}).groups_z = 1;
   }
   const int of_points = add_search(finer, search);
+  const int bounds = add_ratios(finer.grid);
+  add_pass(finer.grid, "correction", kBoundsShader, {finer.head, of_points, of_texels, bounds});
   const int limits = add_ratios(finer.grid);
-  add_pass(finer.grid, "correction", kLimitsShader, {finer.head, of_points, of_texels, limits});
+  add_pass(finer.grid, "correction", kLimitsShader, {finer.head, bounds, limits});
   const int raised = add_ratios(own_.grid);
   const std::vector<int> buffers{finer.head, limits, add_buffer(bytes_of(weights_of(by))), raised};
-  for (int turn = kBeforeAllTurns; turn < RaisingTurns(request_).count(); ++turn)
-    add_pass(own_.grid, "correction", kRaiseShader, buffers).argument = turn;
+  add_pass(own_.grid, "correction", kRaiseShader, buffers).argument = kBeforeAllTurns;
+  for (int turn = 0; turn < RaisingTurns(request_).count(); ++turn) {
+    ComputePass& pass = add_pass(own_.grid, "correction", kRaiseShader, buffers);
+    pass.argument = turn;
+    of_every_second(pass, own_.grid);
+  }
   return raised;
 }
 

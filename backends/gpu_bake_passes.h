@@ -24,6 +24,7 @@ inline constexpr std::string_view kShapesShader = "bake_shapes";
 inline constexpr std::string_view kRadiusShader = "bake_radius";
 inline constexpr std::string_view kSafetyShapeShader = "bake_safety_shape";
 inline constexpr std::string_view kRefineShader = "bake_refine";
+inline constexpr std::string_view kBoundsShader = "bake_bounds";
 inline constexpr std::string_view kLimitsShader = "bake_limits";
 inline constexpr std::string_view kRaiseShader = "bake_raise";
 

@@ -17,9 +17,18 @@ Weight weight_x(int points) { return weights[points]; }
 Weight weight_y(int points) { return weights[by.x + 1 + points]; }
 
 int turns_along(int side) { return repeats && side % 2 == 1 ? 3 : 2; }
-int turn_along(int place, int side) { return turns_along(side) == 3 && place == side - 1 ? 2 : place % 2; }
-int turn_of(ivec2 texel) {
-  return turn_along(texel.x, map_sides.x) + turns_along(map_sides.x) * turn_along(texel.y, map_sides.y);
+// Along an axis, the i-th place of a turn; from the side on: there is none.
+int place_in_turn(int turn, int i, int side) {
+  int last = side - 1;
+  if (turn == 2) return last + i;
+  int place = 2 * i + turn;
+  return turns_along(side) == 3 && place == last ? side : place;
+}
+ivec2 texel_in_turn(ivec2 own) {
+  if (argument == BEFORE_ALL_TURNS) return own;
+  int turns = turns_along(map_sides.x);
+  return ivec2(place_in_turn(argument % turns, own.x, map_sides.x),
+               place_in_turn(argument / turns, own.y, map_sides.y));
 }
 
 float interpolated(ivec2 texel, ivec2 offset) {
@@ -46,10 +55,8 @@ float room_at(ivec2 texel, ivec2 offset, float limit) {
 }
 
 void main() {
-  ivec2 texel = own_texel();
+  ivec2 texel = texel_in_turn(own_texel());
   if (any(greaterThanEqual(texel, map_sides))) return;
-  bool has_turn = argument == BEFORE_ALL_TURNS || argument == turn_of(texel);
-  if (!has_turn) return;
   bool is_cut_short = false;
   float least = WIDE;
   for (int j = 1 - by.y; j < by.y; ++j)
