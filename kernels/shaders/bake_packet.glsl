@@ -62,6 +62,7 @@ void start() {
 }
 
 bvec4 both(bvec4 a, bvec4 b) { return mix(bvec4(false), a, b); }
+bvec4 either(bvec4 a, bvec4 b) { return mix(a, bvec4(true), b); }
 
 vec4 limits() { return keys * (1.0 + 2.0 * KEY_ERROR); }
 vec4 distances2(vec4 x, vec4 y) { return aspect * x * x + y * y; }
@@ -76,11 +77,11 @@ void take(inout Targets targets, Targets others, bvec4 where) {
 void offer(vec4 offered[4], vec4 low_x, vec4 high_x, vec4 low_y, vec4 high_y) {
   bvec4 is_low_right = lessThan(offered[1], offered[0]);
   bvec4 is_high_right = lessThan(offered[3], offered[2]);
-  vec4 low = min(offered[0], offered[1]);
-  vec4 high = min(offered[2], offered[3]);
+  vec4 low = mix(offered[0], offered[1], is_low_right);
+  vec4 high = mix(offered[2], offered[3], is_high_right);
   bvec4 is_high = lessThan(high, low);
   bvec4 is_right = mix(is_low_right, is_high_right, is_high);
-  vec4 least = min(low, high);
+  vec4 least = mix(low, high, is_high);
   vec4 low_tops = mix(vec4(looked_tops[0]), vec4(looked_tops[1]), is_low_right);
   vec4 high_tops = mix(vec4(looked_tops[2]), vec4(looked_tops[3]), is_high_right);
   Targets nearest =
@@ -95,8 +96,10 @@ void offer(vec4 offered[4], vec4 low_x, vec4 high_x, vec4 low_y, vec4 high_y) {
   keys = mix(keys, least, is_better);
   bvec4 is_free = both(is_unsure, equal(unsure.tops, vec4(NOTHING)));
   take(unsure, nearest, is_free);
-  vec4 second = min(max(low, high), min(max(offered[0], offered[1]), max(offered[2], offered[3])));
-  bvec4 has_more = mix(both(is_unsure, not(is_free)), bvec4(true), lessThan(second, limits()));
+  vec4 other = mix(mix(offered[1], offered[0], is_low_right), mix(offered[3], offered[2], is_high_right), is_high);
+  vec4 loser = mix(high, low, is_high);
+  bvec4 has_second = either(lessThan(loser, limits()), lessThan(other, limits()));
+  bvec4 has_more = either(both(is_unsure, not(is_free)), has_second);
   uvec4 mine = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), has_more);
   for (int i = 0; i < 4; ++i) {
     uvec4 bits = mix(uvec4(0u), mine, lessThan(offered[i], limits()));
