@@ -54,10 +54,12 @@ ivec2 sides = bake.size;
 bool repeats = bake.repeats;
 int top_level = bake.top_level;
 
-// The texel of this invocation; it may be outside the map.
+// The texel of this invocation; it may be outside the map. Eight invocations in a row, which some devices run together,
+// have 4 x 2 texels: those take like times.
 ivec2 own_texel() {
   ivec2 group = ivec2(gl_WorkGroupID.x, first_group_row + int(gl_WorkGroupID.y));
-  return group * ivec2(gl_WorkGroupSize.xy) + ivec2(gl_LocalInvocationID.xy);
+  int i = int(gl_LocalInvocationIndex);
+  return group * GROUP_SIDE + ivec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
 }
 bool is_outside(ivec2 texel) { return any(greaterThanEqual(texel, sides)); }
 int index_of(ivec2 texel) { return texel.y * sides.x + texel.x; }

@@ -37,12 +37,7 @@ uint undecided;
 // sides. The including file defines it.
 vec2 distances_along(int axis, vec2 offsets, float reach);
 
-// Eight invocations in a row, which some devices run together, have packets of 4 x 2: those end at like times.
-ivec2 first_texel() {
-  int i = int(gl_LocalInvocationIndex);
-  ivec2 place = ivec2((i & 3) | ((i >> 1) & 4), ((i >> 2) & 1) | ((i >> 3) & 6));
-  return 2 * (own_texel() - ivec2(gl_LocalInvocationID.xy) + place);
-}
+ivec2 first_texel() { return 2 * own_texel(); }
 // The texel whose ratio is an owner's, and the one that looks for it.
 ivec2 texel_of(int owner) { return first_texel() + ivec2(owner & 1, owner >> 1); }
 ivec2 owner_at(int owner) {

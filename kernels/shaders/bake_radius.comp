@@ -102,25 +102,31 @@ void main() {
   owner_height = height_at(owner);
   owner_floor = is_interpolated ? highest_neighbour(owner) : owner_height;
   int images = repeats ? 9 : 1;  // the map itself, then those beside it
-  int starts_x = starts(owner.x, sides.x);
-  int turns = images * starts_x * starts(owner.y, sides.y);
+  ivec2 all_starts = ivec2(starts(owner.x, sides.x), starts(owner.y, sides.y));
   double best = bake.side * bake.side;
   double from_x = 0.0lf;  // from the owner to the image's first cell
   double from_y = 0.0lf;
   waiting = 0;
-  // It is stored within the loop, by a turn of its own: see search() of bake_search.glsl.
-  for (int turn = 0;;) {
+  int image = -1;
+  ivec2 start = ivec2(0);
+  bool is_done = false;
+  while (!is_done) {
     if (waiting == 0) {
-      if (turn == turns) {
-        radii[index_of(owner)] = best > 0.0lf ? rounded_down(divide(square_root(best), bake.side)) : 0.0;
-        return;
+      image += 1;
+      if (image == images) {
+        image = 0;
+        start.x += 1;
       }
-      ivec2 image = ivec2(turn % images % 3, turn % images / 3);
-      image -= 3 * (image / 2);  // 0, 1, -1
-      int start = turn / images;
-      from_x = double(first_cell() + image.x * sides.x) - start_at(owner.x, start % starts_x);
-      from_y = double(first_cell() + image.y * sides.y) - start_at(owner.y, start / starts_x);
-      turn += 1;
+      if (start.x == all_starts.x) start = ivec2(0, start.y + 1);
+      if (start.y == all_starts.y) {
+        is_done = true;
+        continue;
+      }
+      int row = (11 * image) >> 5;  // a third
+      ivec2 offset = ivec2(image - 3 * row, row);
+      offset -= 3 * (offset >> 1);  // 0, 1, -1
+      from_x = double(first_cell() + offset.x * sides.x) - start_at(owner.x, start.x);
+      from_y = double(first_cell() + offset.y * sides.y) - start_at(owner.y, start.y);
       push(Node(top_level, ivec2(0)));
     }
     Node node = pop();
@@ -149,4 +155,6 @@ void main() {
       if (all(lessThan(place, nodes_at(node.level - 1)))) push(Node(node.level - 1, place));
     }
   }
+  // As search() of bake_search.glsl does: not where the device left the loop.
+  if (is_done) radii[index_of(owner)] = best > 0.0lf ? rounded_down(divide(square_root(best), bake.side)) : 0.0;
 }
