@@ -40,7 +40,8 @@ std::vector<PointWeight> weights_of(Subdivision by) {
 }  // namespace
 
 int buffers_of(std::string_view shader) {
-  if (shader == kMinimumShader || shader == kRefineShader || shader == kLimitsShader || shader == kCornersShader) return 3;
+  if (shader == kMinimumShader || shader == kRefineShader || shader == kLimitsShader || shader == kCornersShader)
+    return 3;
   return shader == kWedgeShader || shader == kWalkShader ? 5 : 4;
 }
 

@@ -13,10 +13,7 @@ bvec4 counts(ivec2 first, ivec2 x, ivec2 y, int size) { return bvec4(true); }
 vec2 distances_along(int axis, vec2 offsets, float reach) { return distances_to(offsets, reach, vec2(sides[axis])); }
 
 void main() {
-  ivec2 first = first_texel();
-  if (is_outside(first)) return;
-  owners_x = min(first.x + ivec2(0, 1), sides.x - 1);
-  owners_y = min(first.y + ivec2(0, 1), sides.y - 1);
-  start();
+  if (is_outside(first_texel())) return;
+  start(first_texel(), last_texel());
   search();
 }

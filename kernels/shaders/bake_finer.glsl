@@ -3,7 +3,6 @@
 // What the shaders of a certified bake share (kernels/maps/certified_cones.cpp). Theirs is the Bake block of the finer
 // grid, whose `size` is in points.
 
-
 ivec2 by = bake.by;
 ivec2 map_sides = repeats ? sides / by : (sides - 1) / by + 1;
 

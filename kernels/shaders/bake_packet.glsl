@@ -9,7 +9,7 @@ const float ABOVE_ALL = 2.0;
 ivec2 owners_x;      // their columns
 ivec2 owners_y;      // and rows
 vec4 owner_heights;  // ABOVE_ALL: outside of the map
-vec4 eyes;           // the same; ABOVE_ALL of owners that take no part in a turn
+vec4 eyes;           // the same; ABOVE_ALL of owners that take no part in a round
 
 // What targets have of their own: distances along the axes, in texels, and heights.
 struct Targets {
@@ -38,6 +38,7 @@ uint undecided;
 vec2 distances_along(int axis, vec2 offsets, float reach);
 
 ivec2 first_texel() { return 2 * own_texel(); }
+ivec2 last_texel() { return min(first_texel() + 1, sides - 1); }
 // The texel whose ratio is an owner's, and the one that looks for it.
 ivec2 texel_of(int owner) { return first_texel() + ivec2(owner & 1, owner >> 1); }
 ivec2 owner_at(int owner) {
@@ -50,13 +51,15 @@ float component(vec4 v, int i) {
   return (i & 1) == 0 ? pair.x : pair.y;
 }
 
-void start() {
+// first, last: corners that are owners
+void start(ivec2 first, ivec2 last) {
+  owners_x = ivec2(first.x, last.x);
+  owners_y = ivec2(first.y, last.y);
   keys = vec4(bake.widest_in_rows);
   best = Targets(vec4(0.0), vec4(0.0), vec4(NOTHING));
   unsure = best;
   undecided = 0u;
-  for (int k = 0; k < 4; ++k)
-    owner_heights[k] = is_outside(texel_of(k)) ? ABOVE_ALL : height_at(owner_at(k));
+  for (int k = 0; k < 4; ++k) owner_heights[k] = is_outside(texel_of(k)) ? ABOVE_ALL : height_at(owner_at(k));
   eyes = owner_heights;
   found = vec4(WIDE);
 }

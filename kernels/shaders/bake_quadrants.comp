@@ -24,10 +24,7 @@ vec2 distances_along(int axis, vec2 offsets, float reach) {
 }
 
 void main() {
-  ivec2 first = first_texel();
-  if (is_outside(first)) return;
-  owners_x = min(first.x + ivec2(0, 1), sides.x - 1);
-  owners_y = min(first.y + ivec2(0, 1), sides.y - 1);
-  start();
+  if (is_outside(first_texel())) return;
+  start(first_texel(), last_texel());
   search();
 }

@@ -36,7 +36,7 @@ float limit;       // keys from here on are no better than the best
 double least_key;  // of this lane's rays
 
 float limit_of(double key) { return float(key / weight_y) * (1.0 + 2.0 * KEY_ERROR); }
-void refresh_limit() { limit = uintBitsToFloat(atomicAdd(shared_limit, 0u)); }
+void refresh_limit() { limit = min(limit, uintBitsToFloat(atomicMin(shared_limit, floatBitsToUint(limit)))); }
 
 // The cell that a position lies in; the position becomes that within the cell.
 ivec2 cell_of(inout vec2 position) {
@@ -130,6 +130,18 @@ void lower_least(Ray ray, int at) {
   atomicMin(shared_limit, floatBitsToUint(limit));
 }
 
+const float Z_ERROR = 5e-7;  // of heights along a ray in float
+
+// Lowers the limit by a key that lower_least() has yet to make.
+void expect_key(Ray ray, int at) {
+  float fallen = ray.top * (float(at) * step_share);
+  float rise = ray.top - fallen - owner_height - Z_ERROR;
+  float scale = at == 0 ? 1.0 : 1.0 + fallen * ray.travel;
+  if (rise <= 0.0) return;
+  limit = min(limit, ray.distance2 * (scale * scale) / (rise * rise) * (1.0 + 4.0 * KEY_ERROR));
+  atomicMin(shared_limit, floatBitsToUint(limit));
+}
+
 float sum_of(vec2 v) { return abs(v.x) + abs(v.y); }
 
 // What a ray does at a step.
@@ -139,7 +151,6 @@ const int HAS_LEFT = 2;
 const int IN_VAIN = 3;  // it lowers no key any more
 
 int state_at(Ray ray, int at) {
-  const float Z_ERROR = 5e-7;        // of heights along the ray
   const float OFFSET_ERROR = 4e-7;   // a share of the way from the owner
   const float PLACE_ERROR = 2.5e-7;  // and of the coordinate
   float fallen = ray.top * (float(at) * step_share);
@@ -182,41 +193,58 @@ bool may_improve(int level, ivec2 node) {
   return rise > 0.0 && distance2_to(node << level, float(1 << level)) < limit * rise * rise;
 }
 
-// Gets the next target's ray ready. returns: whether it is worth a walk
-bool begin(ivec2 texel, out Ray ray) {
+// Gets a target's ray ready. returns: its state at the target
+int begin(ivec2 texel, out Ray ray) {
   ray.offset = ivec2(offset_between(owner.x, texel.x, sides.x), offset_between(owner.y, texel.y, sides.y));
   ray.distance2 = distance2_to(texel, 1.0);
   ray.top = height_at(texel);
   ray.travel = 1.0 / (1.0 - ray.top);
   float rise = ray.top - owner_height;
-  if (rise <= 0.0 || ray.distance2 >= limit * rise * rise) return false;
-  if (ray.top < 1.0) return true;
+  if (rise <= 0.0 || ray.distance2 >= limit * rise * rise) return IN_VAIN;
   // At the top plate itself the ray runs level and enters nothing: the cone ends at the target.
-  lower_least(ray, 0);
-  return false;
+  return ray.top < 1.0 ? GOES_ON : HAS_LEFT;
 }
 
-// Walks the rays of all targets that wait.
+// Walks the rays of all targets that wait. Where lanes run together, what stands in a branch may cost as much as if all
+// took it: so double precision stands outside of the loop that walks, which a lane leaves when it can no longer do
+// without.
 void walk_rays() {
   barrier();
   uint count = target_count;
+  bool has_more = true;
   Ray ray;
-  for (int at = 0;;) {
-    if (at == 0) {
-      uint next = atomicAdd(next_target, 1u);
-      if (next >= count) break;
-      refresh_limit();
-      if (!begin(unpacked(targets[next]), ray)) continue;
+  int at = 0;
+  int state = IN_VAIN;
+  // A ray that has left the relief, where its key waits.
+  Ray left;
+  int left_at;
+  bool has_left = false;
+  while (has_more || has_left) {
+    bool is_stuck = false;
+    while (has_more && !is_stuck) {
+      if (state == IN_VAIN) {
+        uint next = atomicAdd(next_target, 1u);
+        has_more = next < count;
+        refresh_limit();
+        if (has_more) state = begin(unpacked(targets[next]), ray);
+        at = 0;
+      }
+      for (int turn = 0; turn < STRIDE && state == GOES_ON; ++turn) {
+        ++at;
+        state = state_at(ray, at);
+      }
+      if (state == HAS_LEFT && !has_left) {
+        left = ray;
+        left_at = at;
+        has_left = true;
+        expect_key(ray, at);
+        state = IN_VAIN;
+      }
+      is_stuck = state == UNDECIDED || state == HAS_LEFT;
     }
-    // Steps in float alone. Where lanes run together, what stands in a branch may cost as much as if all took it.
-    int state = GOES_ON;
-    for (int turn = 0; turn < STRIDE && state == GOES_ON; ++turn) {
-      ++at;
-      state = state_at(ray, at);
-    }
+    if (has_left) lower_least(left, left_at);
+    has_left = false;
     if (state == UNDECIDED) state = exact_has_left(ray, at) ? HAS_LEFT : GOES_ON;
-    if (state == HAS_LEFT) lower_least(ray, at);
-    if (state != GOES_ON) at = 0;
   }
   barrier();
   if (lane == 0) {
@@ -254,16 +282,16 @@ void main() {
   owner_height = height_at(owner);
   lane = int(gl_LocalInvocationIndex);
   least_key = widest_key;
+  limit = limit_of(least_key);
   least_keys[lane] = -1.0lf;
   if (lane == 0) {
-    shared_limit = floatBitsToUint(limit_of(least_key));
+    shared_limit = floatBitsToUint(limit);
     nodes[0] = packed_node((top_level + LEVELS_DOWN - 1) / LEVELS_DOWN * LEVELS_DOWN, ivec2(0));
     node_count = 1u;
     target_count = 0u;
     next_target = 0u;
   }
   barrier();
-  refresh_limit();
 
   // The texels round the owner come first: what they allow leaves most others out.
   ivec2 near = wrapped(owner + place_in_group(lane) - GROUP_SIDE / 2);

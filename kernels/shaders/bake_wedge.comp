@@ -15,8 +15,8 @@ struct Wedge {
   ivec2 corner;     // of the texel's cell, which looks
   bool is_bounded;  // the map ends, and the wedge is not the whole quadrant
   bool is_of_cells;
-  bool goes_on;     // with the search before it
-  int place;        // takes the place
+  bool goes_on;  // with the search before it
+  int place;     // takes the place
 };
 layout(BINDING(FIRST_BUFFER_BINDING + 4), std430) readonly buffer Wedges { Wedge wedges[]; };
 
@@ -74,25 +74,20 @@ float top_at(ivec2 texel) {
 }
 
 void main() {
-  ivec2 first = first_texel();
-  if (is_outside(first)) return;
+  if (is_outside(first_texel())) return;
   seen = wedges[gl_WorkGroupID.z];
   pyramid = bake.pyramids == 1 ? 0 : int(gl_WorkGroupID.z) & 3;
-  ivec2 last = min(first + 1, sides - 1);
   if (seen.is_of_cells) {
-    first = wrapped(first + seen.corner);
-    last = wrapped(last + seen.corner);
+    start(wrapped(first_texel() + seen.corner), wrapped(last_texel() + seen.corner));
+    for (int k = 0; k < 4; ++k)
+      if (!is_outside(texel_of(k))) owner_heights[k] = top_at(owner_at(k) - seen.corner);
+  } else {
+    start(first_texel(), last_texel());
   }
-  owners_x = ivec2(first.x, last.x);
-  owners_y = ivec2(first.y, last.y);
-  ivec2 behind = borders_before(-seen.quadrant);
-  bvec2 at_x = equal(owners_x, ivec2(behind.x));
-  bvec2 at_y = equal(owners_y, ivec2(behind.y));
-  sees_whole = bvec4(at_x.x || at_y.x, at_x.y || at_y.x, at_x.x || at_y.y, at_x.y || at_y.y);
-  if (!seen.is_bounded) sees_whole = bvec4(false);
-  start();
-  for (int k = 0; seen.is_of_cells && k < 4; ++k)
-    if (!is_outside(texel_of(k))) owner_heights[k] = top_at(owner_at(k) - seen.corner);
   if (seen.goes_on) go_on();
+  ivec2 behind = borders_before(-seen.quadrant);
+  bvec4 at_x = equal(owners_x.xyxy, ivec4(behind.x));
+  bvec4 at_y = equal(owners_y.xxyy, ivec4(behind.y));
+  sees_whole = both(bvec4(seen.is_bounded), either(at_x, at_y));
   search();
 }
