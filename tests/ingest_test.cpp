@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "tests/finished_run.h"
 #include "tests/history_rig.h"
@@ -138,6 +139,21 @@ TEST_F(IngestRunTest, a_run_that_was_gone_on_with_keeps_its_origin) {
   const Night after = read_night(run_.folder, {});
   EXPECT_EQ(after.origin, before.origin);
   EXPECT_NE(after.run.content, before.run.content);
+}
+
+TEST_F(IngestRunTest, a_run_of_no_year_of_four_digits_is_refused) {
+  for (const double started_ns : {-1.0, 253402300800e9, 1.8e81}) {  // the last one was found by the fuzzer
+    run_.info["started_unix_ns"] = started_ns;
+    write_run(run_);
+    EXPECT_THAT(night_error(run_.folder),
+                HasSubstr("run.json: key 'started_unix_ns': expected nanoseconds since 1970"));
+  }
+}
+
+TEST(Clock, moments_are_in_years_of_four_digits) {
+  EXPECT_EQ(utc_text(1.7e18), "2023-11-14T22:13:20Z");
+  EXPECT_EQ(utc_text(1e300), "9999-12-31T23:59:59Z");
+  EXPECT_EQ(utc_text(-1e300), "0001-01-01T00:00:00Z");
 }
 
 TEST_F(IngestRunTest, what_is_no_finished_run_is_refused) {

@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 
@@ -12,7 +13,8 @@ double unix_ns() {
 }
 
 std::string utc_text(double time_ns) {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(time_ns * 1e-9)));
+  const double seconds = std::clamp(time_ns * 1e-9, kLeastUnixSeconds, kMostUnixSeconds - 1);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(seconds)));
 }
 
 }  // namespace reliefbench

@@ -195,12 +195,9 @@ Night read_run(const fs::path& folder) {
   night.run.content = sha256(fmt::format("{}\n{}\n{}", identity, sha256(results), sha256(samples)));
   night.run.kind = "reliefbench";
   night.run.machine = member_of(member_of(run.info, "host", json::object()), "name", host_name()).get<std::string>();
-  const double started_s = started_ns.is_number() ? started_ns.get<double>() / 1e9 : -1;
-  constexpr double kMostSeconds = 253402300800;  // the year 10000
-  night.run.unix_s = started_s >= 0 && started_s < kMostSeconds
-                         ? static_cast<std::int64_t>(started_s)
-                         : parse_moment(member_of(run.info, "started", "").get<std::string>(),
-                                        (folder / kRunFile).string() + ": key 'started'");
+  night.run.unix_s = started_ns.is_number() ? static_cast<std::int64_t>(started_ns.get<double>() / 1e9)
+                                            : parse_moment(member_of(run.info, "started", "").get<std::string>(),
+                                                           (folder / kRunFile).string() + ": key 'started'");
   night.run.build.commit = member_of(run.info, "git_sha", "unknown").get<std::string>();
   night.run.health = health_of(run);
   night.environment = environment_of(run);

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -12,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-enum class Type { text, number, boolean, object, array };
+enum class Type { text, number, moment, boolean, object, array };
 
 struct KnownKey {
   std::string_view path;  ///< parts between dots; "*": every element of a list
@@ -53,7 +54,7 @@ constexpr std::array kKeys = {
     KnownKey{"version", Type::text},
     KnownKey{"git_sha", Type::text},
     KnownKey{"started", Type::text},
-    KnownKey{"started_unix_ns", Type::number},
+    KnownKey{"started_unix_ns", Type::moment},
     KnownKey{"host", Type::object},
     KnownKey{"host.cpu", Type::text},
     KnownKey{"host.os", Type::text},
@@ -94,6 +95,8 @@ bool is(const json& value, Type type) {
       return value.is_string();
     case Type::number:
       return value.is_number();
+    case Type::moment:
+      return value.is_number() && value >= 0 && value < kMostUnixSeconds * 1e9;
     case Type::boolean:
       return value.is_boolean();
     case Type::object:
@@ -105,7 +108,8 @@ bool is(const json& value, Type type) {
 }
 
 std::string_view name_of(Type type) {
-  constexpr std::array<std::string_view, 5> kNames = {"a string", "a number", "true or false", "an object", "a list"};
+  constexpr std::array<std::string_view, 6> kNames = {
+      "a string", "a number", "nanoseconds since 1970, before the year 10000", "true or false", "an object", "a list"};
   return kNames.at(static_cast<std::size_t>(type));
 }
 
