@@ -16,7 +16,7 @@ struct BakeWedge {
   std::int32_t is_bounded = 0;
   std::int32_t is_of_cells = 0;
   std::int32_t goes_on = 0;
-  std::int32_t place = 0;
+  std::int32_t place = 0;  // takes the place
 };
 /// Wedges in whole numbers.
 /// throws: Error(environment): they are too large for a shader's
