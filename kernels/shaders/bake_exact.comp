@@ -1,6 +1,6 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
-#include "bake_search.glsl"
+#include "bake_least.glsl"
 
 // The exact conservative cone map [DUM06].
 

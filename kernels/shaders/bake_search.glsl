@@ -10,12 +10,10 @@
 
 const int FARTHEST_IMAGE = 2;  // along an axis: no nearest texel within a wedge is farther away
 
-int pyramid;   // the one that is searched
-ivec2 origin;  // where the image of the map begins that is searched
+int pyramid;              // the one that is searched
+ivec2 origin = ivec2(0);  // where the image of the map begins that is searched
 
 int rounds();
-// How many of them begin with the packet's neighbours.
-int near_rounds();
 // Chooses a round's pyramid, the directions and the owners that take part.
 void start_round(int round);
 // Of a node of `size` texels a side, whether any texel counts for each owner. first: of all its texels; x, y: to it
@@ -33,6 +31,10 @@ struct Promising {
   uint nodes;
   uint near;  // the node that is nearest
 };
+
+// Offers owners the texels that were looked at, whose keys are these, or WIDE. low_x ...: distances to their columns
+// and rows
+void offer(vec4 offered[4], vec4 low_x, vec4 high_x, vec4 low_y, vec4 high_y);
 
 // Looks at four nodes of so many texels a side, of which single ones are offered. first: texel of the first node
 Promising look(ivec2 first, int side, vec4 tops) {
@@ -70,20 +72,6 @@ Promising look(ivec2 first, int side, vec4 tops) {
 Promising look(Branch at) {
   vec4 tops = texelFetch(quads, quad_index(pyramid, at.level, at.quad));
   return look(at.quad << at.level, 1 << (at.level - 1), tops);
-}
-
-// The texels of a packet and those round it, in blocks of 2 x 2.
-const int NEAR_BLOCKS = 4;
-void look_near(int block) {
-  ivec2 first = ivec2(owners_x.x, owners_y.x) - 1 + 2 * ivec2(block & 1, block >> 1);
-  vec4 tops;
-  for (int i = 0; i < 4; ++i) {
-    ivec2 texel = first + ivec2(i & 1, i >> 1);
-    ivec2 end = repeats ? 2 * sides : sides;
-    bool is_there = (repeats || all(greaterThanEqual(texel, ivec2(0)))) && all(lessThan(texel, end));
-    tops[i] = is_there ? node_at(pyramid, 0, wrapped(texel)) : NOTHING;
-  }
-  look(first, 1, tops);
 }
 
 // The same nodes, node n at bit n ^ near.
@@ -191,28 +179,10 @@ void visit(Branch at) {
   nears = (nears << 2) | promising.near;
 }
 
-// Makes all rounds, then stores the ratios. Not where a device leaves loops before their end, as llvmpipe does after
-// 65,535 turns of all of them together: that leaves CUT_SHORT in their places.
-void search() {
-  origin = ivec2(0);
-  for (int i = 0; i < near_rounds() * NEAR_BLOCKS; ++i) {
-    start_round(i / NEAR_BLOCKS);
-    look_near(i % NEAR_BLOCKS);
-    undecided = 0u;  // they are only where to begin, and are looked at again
-  }
+void start_search() {
   find_start();
   round_number = -1;
   image = high_image;
   waiting = uvec2(0u);
   nears = 0u;
-  Branch at;
-  bool is_done = false;
-  while (!is_done || undecided != 0u) {
-    while (!is_done && undecided == 0u) {
-      is_done = !next(at);
-      if (!is_done) visit(at);
-    }
-    decide();
-  }
-  if (is_done && undecided == 0u) finish();
 }

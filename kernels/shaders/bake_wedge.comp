@@ -1,7 +1,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define SEES_IMAGES
-#include "bake_search.glsl"
+#include "bake_least.glsl"
 
 // Exact cones of sectors of directions, a layer each: those of `quad`, of sector maps and of cells. What counts is told
 // in whole numbers. See search_wedge (kernels/maps/sector_map.h) for what lies outside a clamped map, and cell_searches
