@@ -14,15 +14,20 @@ namespace reliefbench {
 /// Map kinds with a compute-shader baker.
 [[nodiscard]] std::span<const MapKind> gpu_bakers();
 
-/// Whether the bakers' shaders have doubles. Without, `conservative`, `relaxed` and the quick kinds are still baked:
-/// ratios then are at most kMostUlpsUnder under the CPU's, and never above. Of `certified` these are the limits: where
-/// one texel has less, the next may have more.
-enum class BakeNumbers { doubles, floats };
+/// What bakers' shaders go by of a device.
+struct BakeDevice {
+  /// Without, `conservative`, `relaxed` and the quick kinds are still baked: ratios then are at most kMostUlpsUnder
+  /// under the CPU's, and never above. Of `certified` these are the limits: where one texel has less, the next may have
+  /// more.
+  bool has_doubles = true;
+  /// With, the rays of `relaxed_po07` are walked by invocations that share nothing; without, by workgroups.
+  bool is_software = true;
+};
 inline constexpr int kMostUlpsUnder = 70;
 
 /// The compute shaders that a map kind's baker runs, by name.
-/// throws: Error(bad_input): a kind that gpu_bakers() has not, or one that floats cannot make
-[[nodiscard]] std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeNumbers numbers);
+/// throws: Error(bad_input): a kind that gpu_bakers() has not, or one that needs doubles which the device has not
+[[nodiscard]] std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeDevice device);
 
 /// A map that a GPU baked.
 struct GpuBake {
@@ -40,8 +45,8 @@ class GpuBaker {
   /// throws: Error(bad_input): a kind that gpu_bakers() has not; Error(environment): a device that has no doubles for a
   /// kind that needs them, or no compute
   GpuBaker(Backend& backend, Dialect dialect, MapKind kind);
-  /// numbers: instead of what the device has
-  GpuBaker(Backend& backend, Dialect dialect, MapKind kind, BakeNumbers numbers);
+  /// device: instead of what the backend's is
+  GpuBaker(Backend& backend, Dialect dialect, MapKind kind, BakeDevice device);
 
   /// `threads` counts for nothing. With doubles the map has the bits of the CPU's baker on every device whose double
   /// additions and products round to nearest: divisions and roots are put right in the shader.
@@ -50,9 +55,12 @@ class GpuBaker {
   [[nodiscard]] GpuBake bake(const BakeRequest& request) const;
 
  private:
+  /// What the device cut short is kCutShort.
+  [[nodiscard]] GpuBake bake_once(const BakeRequest& request, int patience) const;
+
   Backend& backend_;
   MapKind kind_;
-  BakeNumbers numbers_;
+  BakeDevice device_;
   std::map<std::string, std::unique_ptr<Pipeline>> pipelines_;
 };
 

@@ -104,12 +104,13 @@ std::vector<std::byte> bake_block(const BakeHead& head, const BakeLevels& levels
 
 }  // namespace
 
-std::string bake_contract(BakeNumbers numbers) {
+std::string bake_contract(BakeDevice device) {
   std::string text;
   const auto add = [&](std::string_view name, int value) { text += fmt::format("#define {} {}\n", name, value); };
   add("GROUP_SIDE", kGroupSide);
   add("DISPATCH_BINDING", kDispatchBinding);
   add("FIRST_BUFFER_BINDING", kFirstBufferBinding);
+  add("WIDEST_STRIDE", kWidestStride);
   add("LEAST_NODE", kLeastShape);
   add("MOST_LEVELS", static_cast<int>(kMostLevels));
   add("BEFORE_ALL_TURNS", kBeforeAllTurns);
@@ -118,7 +119,7 @@ std::string bake_contract(BakeNumbers numbers) {
   add("FOOTPOINT_CENTRE", static_cast<int>(BakeFootpoint::centre));
   text += fmt::format("#define RAISING_GUARD {:.9f}\n", kRaisingGuard);
   text += fmt::format("#define CUT_SHORT {:.1f}\n", kCutShort);
-  if (numbers == BakeNumbers::doubles) text += "#define HAS_DOUBLES\n";
+  if (device.has_doubles) text += "#define HAS_DOUBLES\n";
   return text;
 }
 

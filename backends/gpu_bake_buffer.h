@@ -18,6 +18,9 @@ inline constexpr int kGroupSide = 8;  // texels
 /// Which texel of a node the quick bakers measure the distance to.
 enum class BakeFootpoint : std::int32_t { nearest, unvisited, centre };
 
+/// Texels or packets of the first grid of bake_ray.glsl from one to the next.
+inline constexpr int kWidestStride = 8;
+
 /// In place of a turn: texels begin with the least of their limits.
 inline constexpr int kBeforeAllTurns = -1;
 
@@ -41,13 +44,21 @@ struct BakeGrid {
 /// For the lower bounds of cones there.
 [[nodiscard]] BakeGrid finer_grid(const BakeRequest& request, Subdivision by);
 
+/// What an invocation makes.
+enum class BakeUnit {
+  texels,
+  packets,  ///< 2 x 2 texels
+  groups    ///< with all of its workgroup, a texel
+};
+
 /// A cone for every texel, or a layer of them for every wedge, from one pyramid or several.
 struct BakeSearch {
   std::string_view shader;  ///< name of the .comp file
   bool quadrants = false;   ///< one pyramid each, of the texels that bound a relaxed cone in it
   BakeFootpoint footpoint = BakeFootpoint::nearest;
-  bool has_packets = false;  ///< an invocation makes 2 x 2 texels
-  bool walks_rays = false;   ///< over what bake_corners.comp makes, with a workgroup for each texel; else for 8 x 8
+  BakeUnit unit = BakeUnit::texels;
+  bool walks_rays = false;  ///< over what bake_corners.comp makes, grid by grid: bake_ray.glsl
+  bool goes_on = false;     ///< in a next pass, where a device would not let it come to its end
   std::vector<MarginedWedge> (*wedges)(const BakeRequest& request) = nullptr;  ///< null: all directions have one cone
 };
 
@@ -74,8 +85,11 @@ struct BakeLevels {
 [[nodiscard]] BakeLevels shape_levels(const Heightfield& heights, Wrap wrap);
 inline constexpr std::size_t kShapeBytes = 6 * sizeof(double);
 
+/// Of where a search for a packet of rays is: bake_relaxed_po07_packets.comp.
+inline constexpr std::size_t kSearchBytes = 8 * sizeof(std::int32_t);
+
 /// Constants that the shaders share with the C++ side, as GLSL: bake_contract.glsl.
-[[nodiscard]] std::string bake_contract(BakeNumbers numbers);
+[[nodiscard]] std::string bake_contract(BakeDevice device);
 
 /// Bytes of the Bake block of a search on quads.
 [[nodiscard]] std::vector<std::byte> search_block(const BakeRequest& request, const BakeGrid& grid,

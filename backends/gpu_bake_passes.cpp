@@ -23,6 +23,10 @@ void of_every_second(ComputePass& pass, const BakeGrid& grid) {
   pass.groups_y = groups(nodes_at(grid.height, 1));
 }
 
+/// Passes over one grid of packets whose rays are walked: those that take longer than a software rasteriser lets loops
+/// run go on in the next one. A pass over packets that are done takes .4 ms at 256x256.
+int walk_passes(const BakeGrid& grid) { return 4 + static_cast<int>(grid.points() >> 15); }
+
 template <typename Value>
 std::vector<std::byte> bytes_of(const std::vector<Value>& values) {
   const auto bytes = std::as_bytes(std::span(values));
@@ -42,14 +46,15 @@ std::vector<PointWeight> weights_of(Subdivision by) {
 int buffers_of(std::string_view shader) {
   if (shader == kMinimumShader || shader == kRefineShader || shader == kLimitsShader || shader == kCornersShader)
     return 3;
-  return shader == kWedgeShader || shader == kWalkShader ? 5 : 4;
+  if (shader == kWalkShader) return 6;
+  if (shader == kWalkPacketsShader) return 7;
+  return shader == kWedgeShader ? 5 : 4;
 }
 
-BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, BakeNumbers numbers, bool sees_pairs)
+BakePasses::BakePasses(const Pipelines& pipelines, const BakeRequest& request, const Fit& fit)
     : pipelines_(pipelines),
       request_(request),
-      has_doubles_(numbers == BakeNumbers::doubles),
-      sees_pairs_(sees_pairs),
+      fit_(fit),
       own_(make_grid(map_grid(request), std::as_bytes(std::span(request.heights.texels)))) {}
 
 int BakePasses::add_search(Grid& on, const BakeSearch& search) {
@@ -78,6 +83,8 @@ int BakePasses::add_search(Grid& on, const BakeSearch& search, const std::vector
   if (search.walks_rays) {
     buffers.push_back(add_buffer(grid.points() * kBufferTexelBytes));
     add_pass(grid, "pyramid", kCornersShader, {on.head, on.heights, buffers.back()});
+    add_walks(grid, search, std::move(buffers));
+    return ratios;
   }
   if (!wedges.empty()) buffers.push_back(add_buffer(bytes_of(wedges)));
   add_search_pass(grid, search, std::move(buffers));
@@ -107,11 +114,29 @@ int BakePasses::add_head(const Grid& on, const BakeSearch& search, Correction me
 void BakePasses::add_search_pass(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers) {
   ComputePass& pass = add_pass(grid, "search", search.shader, std::move(buffers));
   pass.may_be_long = may_be_long(grid);
-  if (search.walks_rays) {
-    pass.groups_x = grid.width;
-    pass.groups_y = grid.height;
+  if (search.unit == BakeUnit::packets) of_every_second(pass, grid);
+}
+
+void BakePasses::add_walks(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers) {
+  const bool has_packets = search.unit == BakeUnit::packets;
+  const int width = has_packets ? nodes_at(grid.width, 1) : grid.width;
+  const int height = has_packets ? nodes_at(grid.height, 1) : grid.height;
+  buffers.push_back(add_ratios(grid));  // one target each
+  if (has_packets)
+    buffers.push_back(add_buffer(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * kSearchBytes));
+  for (int stride = kWidestStride; stride > 0; stride /= 2) {
+    const bool is_first = stride == kWidestStride;
+    const auto made = [&](int side) { return (side - 1) / (is_first ? stride : 2 * stride) + 1; };
+    for (int i = 0; i < (search.goes_on ? fit_.patience * walk_passes(grid) : 1); ++i)
+      job_.passes.push_back({.part = "search",
+                             .pipeline = pipeline(search.shader),
+                             .buffers = buffers,
+                             .groups_x = has_packets ? groups(made(width)) : made(width),
+                             .groups_y = has_packets ? groups(made(height)) : made(height),
+                             .groups_z = is_first ? 1 : 3,  // along x, along y, along both
+                             .argument = i == 0 ? stride : -stride,
+                             .may_be_long = !has_packets});  // a pass over packets ends by itself
   }
-  if (search.has_packets) of_every_second(pass, grid);
 }
 
 int BakePasses::add_mean(int first, int second) {
@@ -129,10 +154,10 @@ int BakePasses::add_minimum(int ratios) {
 int BakePasses::add_certified(const BakeSearch& search) {
   const int of_texels = add_search(search);
   const Subdivision by = certified_points(request_.heights);
-  if (!has_doubles_) contents_.push_back(bytes_of(refine(request_.heights, request_.wrap, by).texels));
-  const std::span<const std::byte> heights = has_doubles_ ? std::span<const std::byte>() : contents_.back();
+  if (!fit_.device.has_doubles) contents_.push_back(bytes_of(refine(request_.heights, request_.wrap, by).texels));
+  const std::span<const std::byte> heights = fit_.device.has_doubles ? std::span<const std::byte>() : contents_.back();
   Grid finer = make_grid(finer_grid(request_, by), heights);
-  if (has_doubles_) {
+  if (fit_.device.has_doubles) {
     const int head = add_buffer(search_block(request_, finer.grid, search, finer.levels, 1));
     add_pass(finer.grid, "refine", kRefineShader, {head, own_.heights, finer.heights}).groups_z = 1;
   }
@@ -191,7 +216,7 @@ BakePasses::Grid BakePasses::make_grid(const BakeGrid& grid, std::span<const std
 }
 
 bool BakePasses::may_be_long(const BakeGrid& grid) const {
-  return sees_pairs_ || grid.points() * static_cast<std::size_t>(layers_) > kShortTexels;
+  return fit_.sees_pairs || grid.points() * static_cast<std::size_t>(layers_) > kShortTexels;
 }
 
 ComputePass& BakePasses::add_pass(const BakeGrid& grid, std::string_view part, std::string_view shader,

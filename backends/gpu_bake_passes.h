@@ -16,6 +16,7 @@ namespace reliefbench {
 /// The shaders that bakers share.
 inline constexpr std::string_view kWedgeShader = "bake_wedge";
 inline constexpr std::string_view kWalkShader = "bake_relaxed_po07";
+inline constexpr std::string_view kWalkPacketsShader = "bake_relaxed_po07_packets";
 inline constexpr std::string_view kPyramidShader = "bake_pyramid";
 inline constexpr std::string_view kCornersShader = "bake_corners";
 inline constexpr std::string_view kMeanShader = "bake_mean";
@@ -36,8 +37,12 @@ class BakePasses {
  public:
   using Pipelines = std::map<std::string, std::unique_ptr<Pipeline>>;
 
-  /// sees_pairs: MapRow::sees_pairs
-  BakePasses(const Pipelines& pipelines, const BakeRequest& request, BakeNumbers numbers, bool sees_pairs);
+  struct Fit {
+    BakeDevice device;
+    bool sees_pairs = false;  ///< MapRow::sees_pairs
+    int patience = 1;         ///< that many times as many passes for a search that goes on
+  };
+  BakePasses(const Pipelines& pipelines, const BakeRequest& request, const Fit& fit);
 
   // Each returns the buffer of the ratios that it makes.
 
@@ -69,6 +74,7 @@ class BakePasses {
   /// metric: by which correction distances count
   int add_head(const Grid& grid, const BakeSearch& search, Correction metric);
   void add_search_pass(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers);
+  void add_walks(const BakeGrid& grid, const BakeSearch& search, std::vector<int> buffers);
   /// heights: none: a pass makes them
   Grid make_grid(const BakeGrid& grid, std::span<const std::byte> heights);
   [[nodiscard]] bool may_be_long(const BakeGrid& grid) const;
@@ -83,8 +89,7 @@ class BakePasses {
 
   const Pipelines& pipelines_;
   const BakeRequest& request_;
-  bool has_doubles_;
-  bool sees_pairs_;
+  Fit fit_;
   ComputeJob job_;
   std::deque<std::vector<std::byte>> contents_;
   int layers_ = 1;

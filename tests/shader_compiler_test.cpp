@@ -173,10 +173,12 @@ TEST_P(ShaderCompiler, every_stage_is_valid_by_the_specifications_own_validator)
     write(std::string(technique.id) + ".score", compile_fragment(technique.id, Target::score, GetParam()));
   }
   for (const MapKind kind : gpu_bakers())
-    for (const auto& [name, spirv] : compile_baker(kind, GetParam(), BakeNumbers::doubles))
+    for (const auto& [name, spirv] : compile_baker(kind, GetParam(), BakeDevice{}))
       write(fmt::format("{}.{}", find_map(kind).id, name), spirv);
-  for (const auto& [name, spirv] : compile_baker(MapKind::conservative, GetParam(), BakeNumbers::floats))
+  for (const auto& [name, spirv] : compile_baker(MapKind::conservative, GetParam(), BakeDevice{.has_doubles = false}))
     write(fmt::format("floats.{}", name), spirv);
+  for (const auto& [name, spirv] : compile_baker(MapKind::relaxed_po07, GetParam(), BakeDevice{.is_software = false}))
+    write(fmt::format("hardware.{}", name), spirv);
   const std::string command = fmt::format(
       "cd '{}' && for module in *.spv; do spirv-val --target-env {} $module || echo in $module; done >log 2>&1",
       folder.path().string(), GetParam() == Dialect::vulkan ? "vulkan1.1" : "spv1.0");

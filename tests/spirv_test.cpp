@@ -51,7 +51,8 @@ TEST(Spirv, what_the_code_reads_is_listed_by_name_and_place) {
 }
 
 TEST(Spirv, a_compute_shader_says_how_it_sees_its_buffers) {
-  const Spirv shader = compile_baker(MapKind::conservative, Dialect::vulkan, BakeNumbers::floats).at("bake_exact");
+  const Spirv shader =
+      compile_baker(MapKind::conservative, Dialect::vulkan, BakeDevice{.has_doubles = false}).at("bake_exact");
   using enum BufferView;
   EXPECT_THAT(buffer_views(shader, 5), ElementsAre(storage, block, storage, texels, storage));
   EXPECT_THAT([&] { (void)buffer_views(shader, 3); }, ThrowsMessage<Error>(HasSubstr("`quads` is at binding 3, of 3")));
