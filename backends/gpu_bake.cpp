@@ -112,7 +112,7 @@ GpuBaker::GpuBaker(Backend& backend, Dialect dialect, MapKind kind, BakeDevice d
 }
 
 GpuBake GpuBaker::bake(const BakeRequest& request) const {
-  constexpr int kMuchPatience = 32;
+  constexpr int kMuchPatience = 16;
   check_request(request, kind_);
   const auto is_cut_short = [](const GpuBake& bake) {
     return std::ranges::find(bake.values, kCutShort) != bake.values.end();

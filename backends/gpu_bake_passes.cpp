@@ -25,7 +25,7 @@ void of_every_second(ComputePass& pass, const BakeGrid& grid) {
 
 /// Passes over one grid of packets whose rays are walked: those that take longer than a software rasteriser lets loops
 /// run go on in the next one. A pass over packets that are done takes .4 ms at 256x256.
-int walk_passes(const BakeGrid& grid) { return 4 + static_cast<int>(grid.points() >> 15); }
+int walk_passes(const BakeGrid& grid) { return 8 + static_cast<int>(grid.points() >> 14); }
 
 template <typename Value>
 std::vector<std::byte> bytes_of(const std::vector<Value>& values) {

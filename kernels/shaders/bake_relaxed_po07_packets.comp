@@ -208,7 +208,7 @@ void main() {
   float guess = goes_on || !is_first_grid ? add_guesses() / bake.rows_to_ratio : 0.0;
   walk_rays();
   decide();
-  const float FAR_OFF = 8.0 * 8.0;  // of a key to that of a guess
+  const float FAR_OFF = 2.0 * 2.0;  // of a key to that of a guess
   bvec4 is_inside = lessThan(owner_heights, vec4(ABOVE_ALL));
   search_rounds = any(both(is_inside, greaterThan(keys, vec4(FAR_OFF * guess * guess)))) ? 2 : 1;
   start_search();
