@@ -131,7 +131,8 @@ GpuBake GpuBaker::bake_once(const BakeRequest& request, int patience) const {
   BakeRequest searched = request;
   if (row.other) searched.correction = Correction::none;  // the mean's minimum comes last
   if (is_certified) searched.correction = Correction::safe;
-  BakePasses passes(pipelines_, searched, {device_, find_map(kind_).sees_pairs, patience});
+  BakePasses passes(pipelines_, searched,
+                    {.device = device_, .sees_pairs = find_map(kind_).sees_pairs, .patience = patience});
   const BakeSearch& search = search_of(row, device_);
   int ratios = row.has_cells  ? passes.add_cells(search)
                : is_certified ? passes.add_certified(search)

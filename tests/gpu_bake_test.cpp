@@ -246,6 +246,7 @@ TEST_P(GpuBakeTest, a_search_that_the_device_cuts_short_is_an_environment_error)
     if (!rig.backend->device().software) return;
     const Heightfield heights = pit_map();
     const GpuBaker gpu(*rig.backend, rig.row.dialect, MapKind::relaxed_po07, BakeDevice{.is_software = false});
+    expect_cpu_bits(gpu, MapKind::relaxed_po07, {.heights = heights, .parameters = {{kSearchSteps.id, 16}}});
     EXPECT_THAT(message_of([&] { (void)gpu.bake({.heights = heights, .parameters = {kManySteps}}); }),
                 AllOf(HasSubstr("relaxed_po07"), HasSubstr(rig.backend->device().name)));
   });

@@ -51,11 +51,7 @@ void offer(vec4 offered[4], vec4 low_x, vec4 high_x, vec4 low_y, vec4 high_y) {
   vec4 loser = mix(high, low, is_high);
   bvec4 has_second = either(lessThan(loser, limits()), lessThan(other, limits()));
   bvec4 has_more = either(both(is_unsure, not(is_free)), has_second);
-  uvec4 mine = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), has_more);
-  for (int i = 0; i < 4; ++i) {
-    uvec4 bits = mix(uvec4(0u), mine, lessThan(offered[i], limits()));
-    undecided |= (bits.x | bits.y | bits.z | bits.w) << (4 * i);
-  }
+  for (int i = 0; i < 4; ++i) undecided |= bits_of(both(has_more, lessThan(offered[i], limits()))) << (4 * i);
 #else
   bvec4 is_better = lessThan(least, keys);
   keys = mix(keys, least, is_better);
@@ -99,9 +95,8 @@ void decide() {
     take(looked, unsure, bvec4(bit >= OF_OWNERS));
     double key = key_of(looked, k);
     if (key < least_key(k)) {
-      bvec4 is_k = equal(ivec4(k), ivec4(0, 1, 2, 3));
-      keys = mix(keys, vec4(float(key / weight_y)), is_k);
-      take(best, looked, is_k);
+      keys = mix(keys, vec4(float(key / weight_y)), is_owner(k));
+      take(best, looked, is_owner(k));
     }
   }
   undecided = 0u;

@@ -33,6 +33,12 @@ float component(vec4 v, int i) {
   vec2 pair = i < 2 ? v.xy : v.zw;
   return (i & 1) == 0 ? pair.x : pair.y;
 }
+uint component(uvec4 v, int i) {
+  uvec2 pair = i < 2 ? v.xy : v.zw;
+  return (i & 1) == 0 ? pair.x : pair.y;
+}
+
+bvec4 is_owner(int owner) { return equal(ivec4(owner), ivec4(0, 1, 2, 3)); }
 
 // first, last: corners that are owners
 void start(ivec2 first, ivec2 last) {
@@ -45,6 +51,10 @@ void start(ivec2 first, ivec2 last) {
 
 bvec4 both(bvec4 a, bvec4 b) { return mix(bvec4(false), a, b); }
 bvec4 either(bvec4 a, bvec4 b) { return mix(a, bvec4(true), b); }
+uint bits_of(bvec4 owners) {
+  uvec4 bits = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), owners);
+  return bits.x | bits.y | bits.z | bits.w;
+}
 
 vec4 limits() { return keys * (1.0 + 2.0 * KEY_ERROR); }
 vec4 distances2(vec4 x, vec4 y) { return aspect * x * x + y * y; }

@@ -119,10 +119,12 @@ void walk_rays() {
 
 void add_target(uint target) { waiting[atomicAdd(waiting_count, 1u)] = target; }
 
-// Those of texels that are done.
+// That of a texel that is done: two are round an owner that is between them along one axis, four round others.
 void add_guess(int i) {
-  ivec2 texel = owner + stride * is_between * (2 * ivec2(i & 1, i >> 1) - 1);
-  if (is_first_grid || any(greaterThanEqual(uvec2(texel), uvec2(sides)))) return;
+  ivec2 corner = ivec2(i & 1, i >> 1);
+  ivec2 texel = owner + stride * is_between * (2 * corner - 1);
+  if (is_first_grid || any(greaterThan(corner, is_between)) || any(greaterThanEqual(uvec2(texel), uvec2(sides))))
+    return;
   uint target = targets[index_of(texel)];
   if (target != NO_TARGET) add_target(target);
 }

@@ -81,8 +81,7 @@ void offer(vec4 offered[4], vec4 low_x, vec4 high_x, vec4 low_y, vec4 high_y) {
     vec4 square = distances2((i & 1) == 0 ? low_x : high_x, i < 2 ? low_y : high_y) * scales2[i];
     vec4 rises = max(tops[i] - eyes, 0.0);
     bvec4 may_improve = lessThan(square, keys * rises * rises);
-    uvec4 bits = mix(uvec4(0u), uvec4(1u, 2u, 4u, 8u), may_improve);
-    pairs |= (bits.x | bits.y | bits.z | bits.w) << (4 * i);
+    pairs |= bits_of(may_improve) << (4 * i);
   }
   if (pairs != 0u) add_quad(packed(looked_first), pairs);
 }
@@ -101,11 +100,6 @@ void begin_next() {
   state = state_at_target(ray);
 }
 
-uint component(uvec4 v, int i) {
-  uvec2 pair = i < 2 ? v.xy : v.zw;
-  return (i & 1) == 0 ? pair.x : pair.y;
-}
-bvec4 is_owner(int owner) { return equal(ivec4(owner), ivec4(0, 1, 2, 3)); }
 void set_bounds(int owner, vec2 bounds) {
   low_keys = mix(low_keys, vec4(bounds.x), is_owner(owner));
   keys = mix(keys, vec4(bounds.y), is_owner(owner));
@@ -140,9 +134,9 @@ void walk_steps() {
   int states[STEPS];
   for (int i = 0; i < STEPS; ++i) states[i] = state_at(ray, walk.at + float(i + 1), limit, most_steps);
   for (int i = 0; i < STEPS; ++i) {
-    bool goes_on = state == GOES_ON;
-    walk.at += goes_on ? 1.0 : 0.0;
-    state = goes_on ? states[i] : state;
+    bool makes_step = state == GOES_ON;
+    walk.at += makes_step ? 1.0 : 0.0;
+    state = makes_step ? states[i] : state;
   }
 }
 
