@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Sweeps, tunes and views over and over, and watches what that takes: soak.sh BINARY SECONDS FOLDER
+# A soak of the same binary that was stopped goes on in its FOLDER after its last whole round; SECONDS are of all sittings.
 # Each second it notes memory and descriptors of every process of the binary in FOLDER/watch.tsv. In the end it prints,
 # for each command and its workers, the medians of the first and of the last third of the rounds, three at least, and of
 # the second and the last quarter of a process's life; what leaks is marked. Exit code 1: something leaks, was left
@@ -17,11 +18,16 @@ fi
 here=$(cd "$(dirname "$0")" && pwd)
 binary=$(realpath "$1")
 seconds=$2
-rm -rf "$3"
+build=$(sha256sum <"$binary")
+if [[ -d $3 && ( ! -f $3/build || $(<"$3/build") != "$build" ) ]]; then
+  echo "soak: $3 holds none of this binary: it begins anew"
+  rm -rf "$3"
+fi
 mkdir -p "$3"
 folder=$(realpath "$3")
 export RELIEFBENCH_CACHE=$folder/cache
 watch=$folder/watch.tsv
+echo "$build" >"$folder/build"
 
 # One line for each process: round, command, id, seconds since the soak began, kB, descriptors.
 watch_processes() {
@@ -56,12 +62,16 @@ run() {
 }
 
 left_behind >"$folder/before"
-echo 0 >"$folder/round"
+round=0
+[[ ! -f $folder/done ]] || read -r round SECONDS <"$folder/done"
+[[ $round -eq 0 ]] || echo "soak: goes on after $round rounds in $SECONDS s"
+touch "$watch"
+awk -F '\t' -v rounds=$round '$1 <= rounds' "$watch" >"$watch.new" && mv "$watch.new" "$watch"
+echo $round >"$folder/round"
 watch_processes &
 watcher=$!
 trap 'kill $watcher 2>/dev/null' EXIT
-round=0
-while [ "$SECONDS" -lt "$seconds" ] && [ $failed -eq 0 ]; do
+while [[ ( $round -eq 0 || $SECONDS -lt $seconds ) && $failed -eq 0 ]]; do
   round=$((round + 1))
   echo $round >"$folder/round"
   rm -rf "$folder/sweep" "$folder/tune"
@@ -70,6 +80,7 @@ while [ "$SECONDS" -lt "$seconds" ] && [ $failed -eq 0 ]; do
   for backend in opengl vulkan; do
     run xvfb-run -a "$binary" view rocks --backend $backend --frames 1500
   done
+  echo "$round $SECONDS" >"$folder/done.new" && mv "$folder/done.new" "$folder/done"
 done
 kill $watcher || failed=1
 left_behind >"$folder/after"

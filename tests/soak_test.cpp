@@ -69,5 +69,31 @@ TEST(Soak, marks_a_viewer_that_grows_while_it_shows_the_same) {
   EXPECT_EQ(grows.code, 1);
 }
 
+TEST(Soak, goes_on_where_it_was_stopped_unless_the_binary_is_another) {
+  const TempFolder folder;
+  const auto program = [&](const char* name, const char* text) {
+    std::ofstream(folder / name) << "#!/bin/sh\n" << text;
+    std::filesystem::permissions(folder / name, std::filesystem::perms::owner_all);
+  };
+  program("reliefbench", "echo $1\n");
+  program("xvfb-run", "shift\nexec \"$@\"\n");
+  const auto soak = [&](int seconds) {
+    return output_of(fmt::format("PATH='{0}':\"$PATH\" '{1}/tests/soak.sh' '{0}/reliefbench' {2} '{0}/soak'",
+                                 folder.path().string(), RELIEFBENCH_SOURCE_DIR, seconds));
+  };
+  EXPECT_THAT(soak(0), Not(HasSubstr("goes on")));
+  int rounds = 0;
+  int seconds = 0;
+  std::ifstream(folder / "soak/done") >> rounds >> seconds;
+  ASSERT_EQ(rounds, 1);
+  std::ofstream(folder / "soak/watch.tsv") << "1\tsweep\t7\t0\t1024\t5\n2\tsweep\t8\t1\t1024\t55\n";
+  EXPECT_THAT(soak(seconds + 2), HasSubstr(fmt::format("goes on after 1 rounds in {} s", seconds)));
+  EXPECT_THAT(file_text(folder / "soak/watch.tsv"), Not(HasSubstr("\t55\n")));  // of a round that was cut short
+  std::ifstream(folder / "soak/done") >> rounds;
+  EXPECT_GT(rounds, 1);
+  program("reliefbench", "echo another $1\n");
+  EXPECT_THAT(soak(0), HasSubstr("begins anew"));
+}
+
 }  // namespace
 }  // namespace reliefbench
