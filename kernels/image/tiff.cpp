@@ -6,7 +6,9 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string_view>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "kernels/image/decode.h"
@@ -113,6 +115,13 @@ constexpr std::array kSamples{
     SampleRow{SAMPLEFORMAT_IEEEFP, 64, "double", real<double>},
 };
 
+/// Of a sample that grows as what it shows darkens.
+float inverted_value(const SampleRow& row, std::byte* sample) {
+  if (row.format != SAMPLEFORMAT_UINT) return 1 - row.value(sample);
+  for (std::byte& byte : std::span(sample, static_cast<std::size_t>(row.bits) / 8)) byte = ~byte;
+  return row.value(sample);  // of the greatest code minus that one, correctly rounded
+}
+
 /// Index of the alpha channel: what the tag of extra samples says, else the fourth; -1: none.
 int alpha_of(TIFF* file, int colours, int channels) {
   std::uint16_t count = 0;
@@ -160,8 +169,30 @@ bool read_rows(TIFF* file, std::uint16_t plane, int width, int height, std::size
   return true;
 }
 
+/// An image as it is meant to be seen, of one whose first row and column lie where TIFFTAG_ORIENTATION says.
+Image oriented(Image stored, int orientation) {
+  if (orientation <= ORIENTATION_TOPLEFT || orientation > ORIENTATION_LEFTBOT) return stored;
+  const bool is_transposed = orientation >= ORIENTATION_LEFTTOP;
+  const int turn = (orientation - 1) % 4;
+  const bool from_right = turn == 1 || turn == 2;
+  const bool from_bottom = turn >= 2;
+  Image image = stored;
+  if (is_transposed) std::swap(image.width, image.height);
+  const std::size_t channels = stored.channels.size();
+  const float* texel = stored.pixels.data();
+  for (int row = 0; row < stored.height; ++row)
+    for (int column = 0; column < stored.width; ++column, texel += channels) {
+      const int x = is_transposed ? row : column;
+      const int y = is_transposed ? column : row;
+      const auto to_x = static_cast<std::size_t>(from_right ? image.width - 1 - x : x);
+      const auto to_y = static_cast<std::size_t>(from_bottom ? image.height - 1 - y : y);
+      std::copy_n(texel, channels, &image.pixels[(to_y * static_cast<std::size_t>(image.width) + to_x) * channels]);
+    }
+  return image;
+}
+
 /// libtiff's own way to 8-bit colours, for all that is no plain grey or RGB: palettes, few bits, YCbCr, CMYK.
-Image read_converted(TIFF* file, int width, int height, bool is_grey, const TiffStream& stream,
+Image read_converted(TIFF* file, int width, int height, int orientation, bool is_grey, const TiffStream& stream,
                      const std::string& name) {
   std::array<char, 1024> reason{};
   if (TIFFRGBAImageOK(file, reason.data()) == 0)
@@ -169,7 +200,7 @@ Image read_converted(TIFF* file, int width, int height, bool is_grey, const Tiff
   const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const auto texels = std::make_unique_for_overwrite<std::uint32_t[]>(count);
   if (TIFFReadRGBAImageOriented(file, static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height),
-                                texels.get(), ORIENTATION_TOPLEFT, /*stopOnError=*/1) == 0)
+                                texels.get(), orientation, /*stopOnError=*/1) == 0)
     fail_input("{}: the TIFF is truncated or corrupt: {}", name, stream.message);
   Image image = blank_image(width, height, is_grey ? 1 : 3, /*alpha=*/-1, "8-bit");
   for (const std::uint32_t texel : std::span(texels.get(), count)) {
@@ -199,27 +230,30 @@ Image decode_tiff(FileBytes bytes, const std::string& name) {
   const bool is_grey = photometric == PHOTOMETRIC_MINISBLACK || photometric == PHOTOMETRIC_MINISWHITE;
   const auto sample =
       std::ranges::find_if(kSamples, [&](const SampleRow& row) { return row.format == format && row.bits == bits; });
+  const int orientation = field<std::uint16_t>(file, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
   if (sample == kSamples.end() || (!is_grey && photometric != PHOTOMETRIC_RGB))
-    return read_converted(file, static_cast<int>(width), static_cast<int>(height), is_grey, stream, name);
+    return oriented(read_converted(file, static_cast<int>(width), static_cast<int>(height), orientation, is_grey,
+                                   stream, name),
+                    orientation);
 
+  const int colours = is_grey ? 1 : 3;
   Image image = blank_image(static_cast<int>(width), static_cast<int>(height), channels,
-                            alpha_of(file, is_grey ? 1 : 3, channels), sample->text);
+                            alpha_of(file, colours, channels), sample->text);
   const bool is_separate =
       field<std::uint16_t>(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) == PLANARCONFIG_SEPARATE;
-  const bool is_inverted = photometric == PHOTOMETRIC_MINISWHITE && format == SAMPLEFORMAT_UINT;
+  const std::size_t inverted = photometric == PHOTOMETRIC_MINISWHITE ? 1 : 0;  // of a texel's samples, the first ones
   const auto all = static_cast<std::size_t>(channels);
   const std::size_t in_plane = is_separate ? 1 : all;
   const auto sample_bytes = static_cast<std::size_t>(bits) / 8;
   for (std::size_t plane = 0; plane < all; plane += in_plane) {
     const auto take = [&](int y, std::span<std::byte> stored_row) {
-      if (is_inverted)  // the greatest code minus this one, of whatever length
-        for (std::byte& byte : stored_row) byte = ~byte;
-      const std::byte* row = stored_row.data();
+      std::byte* row = stored_row.data();
       const std::size_t begin = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) * all;
       const std::size_t end = begin + static_cast<std::size_t>(width) * all;
       if (image.pixels.size() < end) image.pixels.resize(end);
       for (std::size_t at = begin + plane; at < end; at += all)
-        for (std::size_t i = 0; i < in_plane; ++i, row += sample_bytes) image.pixels[at + i] = sample->value(row);
+        for (std::size_t i = 0; i < in_plane; ++i, row += sample_bytes)
+          image.pixels[at + i] = plane + i < inverted ? inverted_value(*sample, row) : sample->value(row);
     };
     if (!read_rows(file, static_cast<std::uint16_t>(plane), image.width, image.height, in_plane * sample_bytes, take))
       fail_input("{}: the TIFF is truncated or corrupt: {}", name, stream.message);
