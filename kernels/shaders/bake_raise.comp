@@ -31,42 +31,42 @@ ivec2 texel_in_turn(ivec2 own) {
                place_in_turn(argument / turns, own.y, map_sides.y));
 }
 
-float interpolated(ivec2 texel, ivec2 offset) {
-  ivec2 points = abs(offset);
-  ivec2 other = texel + ivec2(offset.x < 0 ? -1 : 1, offset.y < 0 ? -1 : 1);
-  float here_x = weight_x(points.x).share;
-  float here_y = weight_y(points.y).share;
-  float there_x = weight_x(by.x - points.x).share;
-  float there_y = weight_y(by.y - points.y).share;
+float least;  // what the texel may be raised by; before all turns, what it begins with
+bool is_cut_short;
+
+// All points from the texel to its neighbours along two directions of the axes.
+void look_at(ivec2 texel, ivec2 directions) {
+  ivec2 other = texel + directions;
   float here = ratios[map_layered(texel)];
   float across = ratios[map_layered(ivec2(other.x, texel.y))];
   float along = ratios[map_layered(ivec2(texel.x, other.y))];
   float far = ratios[map_layered(other)];
-  precise float ratio = (here * here_x + across * there_x) * here_y + (along * here_x + far * there_x) * there_y;
-  return ratio;
-}
-
-// What the texel may be raised by as far as one of its points is concerned; before all turns, what it begins with.
-float room_at(ivec2 texel, ivec2 offset, float limit) {
-  if (argument == BEFORE_ALL_TURNS) return limit;
-  precise float stretch = weight_x(abs(offset.x)).stretch * weight_y(abs(offset.y)).stretch;
-  precise float room = (limit - interpolated(texel, offset)) * stretch;
-  return room;
+  // Those on an axis are looked at once.
+  ivec2 first = ivec2(lessThan(directions, ivec2(0)));
+  for (int i = first.x; i < by.x; ++i) {
+    Weight here_x = weight_x(i);
+    float there_x = weight_x(by.x - i).share;
+    precise float near_row = here * here_x.share + across * there_x;
+    precise float far_row = along * here_x.share + far * there_x;
+    for (int j = first.y; j < by.y; ++j) {
+      ivec2 point = texel * by + directions * ivec2(i, j);
+      if (!repeats && (any(lessThan(point, ivec2(0))) || is_outside(point))) continue;
+      Weight here_y = weight_y(j);
+      float limit = limits[layered(wrapped(point))];
+      precise float ratio = near_row * here_y.share + far_row * weight_y(by.y - j).share;
+      precise float room = (limit - ratio) * (here_x.stretch * here_y.stretch);
+      is_cut_short = is_cut_short || limit == CUT_SHORT;
+      least = min(least, argument == BEFORE_ALL_TURNS ? limit : room);
+    }
+  }
 }
 
 void main() {
   ivec2 texel = texel_in_turn(own_texel());
   if (any(greaterThanEqual(texel, map_sides))) return;
-  bool is_cut_short = false;
-  float least = WIDE;
-  for (int j = 1 - by.y; j < by.y; ++j)
-    for (int i = 1 - by.x; i < by.x; ++i) {
-      ivec2 point = texel * by + ivec2(i, j);
-      if (!repeats && (any(lessThan(point, ivec2(0))) || is_outside(point))) continue;
-      float limit = limits[layered(wrapped(point))];
-      is_cut_short = is_cut_short || limit == CUT_SHORT;
-      least = min(least, room_at(texel, ivec2(i, j), limit));
-    }
+  least = WIDE;
+  is_cut_short = false;
+  for (int i = 0; i < 4; ++i) look_at(texel, 2 * ivec2(i & 1, i >> 1) - 1);
   int place = map_layered(texel);
   if (is_cut_short)
     ratios[place] = CUT_SHORT;
