@@ -130,37 +130,43 @@ TEST_P(FilteringTest, coarse_nodes_stop_before_the_base) {
   });
 }
 
-TEST_P(FilteringTest, relief_fades_to_the_plane) {
+TEST_P(FilteringTest, relief_fades_to_the_polygon_wherever_it_lies) {
   on_every_device([](const Rig& rig) {
-    const Scene scene{
+    Scene scene{
         .view = {.id = "v", .elevation_deg = 20, .distance = 4, .fov_deg = 70}, .width_px = 32, .height_px = 48};
     const Settings plain = settings_of("relief", {{"format", "r32f"}});
     Settings faded = plain;
     faded.set("fade", "distance");
     faded.set("fade_distance", 6);
     const StoredMap map = store_map(plain, small_fbm(), Wrap::repeat);
-    const FrameUniforms frame = frame_uniforms(scene, 32, 32);
-    const std::vector<ScorePixel> whole = trace_frame(rig, plain, map, scene);
-    const std::vector<ScorePixel> found = trace_frame(rig, faded, map, scene);
-    std::array<int, 3> kinds{};
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      if (static_cast<PixelStatus>(found[i].status) == PixelStatus::no_ray) continue;
-      // From the eye to the plane: the slope is the way on the plane for each unit of height, times the depth.
-      const double tangent = std::hypot(found[i].ray.slope_u, found[i].ray.slope_v) / double{frame.position[3]};
-      const double distance = double{frame.position[2]} * std::hypot(1.0, tangent);
-      if (distance > 6.001) {
-        EXPECT_EQ(found[i].t, 0);
-        EXPECT_EQ(found[i].taps, 0);
-        ++kinds[0];
-      } else if (distance < 2.999) {
-        EXPECT_EQ(std::memcmp(&found[i], &whole[i], sizeof found[i]), 0);
-        ++kinds[1];
-      } else {
-        EXPECT_LE(found[i].t, std::min(1.0, 2 - distance / 3) + 1e-4);
-        ++kinds[2];
+    for (const double base : {1.0, 0.5, 0.0}) {
+      scene.base = base;
+      const double polygon_t = 1 - base;
+      const FrameUniforms frame = frame_uniforms(scene, 32, 32);
+      const std::vector<ScorePixel> whole = trace_frame(rig, plain, map, scene);
+      const std::vector<ScorePixel> found = trace_frame(rig, faded, map, scene);
+      std::array<int, 3> kinds{};
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        if (static_cast<PixelStatus>(found[i].status) == PixelStatus::no_ray) continue;
+        // From the eye to the plane: the slope is the way on the plane for each unit of height, times the depth.
+        const double tangent = std::hypot(found[i].ray.slope_u, found[i].ray.slope_v) / double{frame.position[3]};
+        const double distance = double{frame.position[2]} * std::hypot(1.0, tangent);
+        if (distance > 6.001) {
+          EXPECT_NEAR(found[i].t, polygon_t, 1e-6);
+          EXPECT_EQ(found[i].taps, 0);
+          ++kinds[0];
+        } else if (distance < 2.999) {
+          EXPECT_EQ(std::memcmp(&found[i], &whole[i], sizeof found[i]), 0);
+          ++kinds[1];
+        } else {
+          const double left = std::min(1.0, 2 - distance / 3);
+          EXPECT_GE(found[i].t, polygon_t * (1 - left) - 1e-4);
+          EXPECT_LE(found[i].t, polygon_t + base * left + 1e-4);
+          ++kinds[2];
+        }
       }
+      for (const int count : kinds) EXPECT_GT(count, 10) << base;
     }
-    for (const int count : kinds) EXPECT_GT(count, 10);
   });
 }
 

@@ -5,6 +5,9 @@
 
 ivec2 map_size() { return frame.sizes.zw; }
 
+// Where a ray meets the polygon, which may lie under the relief's top.
+float polygon_t() { return frame.surface.z == 0.0 ? 0.0 : frame.surface.z * frame.right.w / frame.position.w; }
+
 // The ray of this pixel; false for the sky and, with clamp, beyond the edge of the polygon, the unit square. `precise`:
 // every technique's frame has the same rays to the bit, so that one reference serves them all.
 bool make_ray(vec2 pixel, out Ray ray) {

@@ -34,6 +34,7 @@ float surface_relief() { return frame.position.w / frame.right.w; }
 #include "surface.glsl"
 
 ivec2 map_size() { return frame.sizes.zw; }
+float polygon_t() { return 0.0; }
 
 // Where this pixel's ray enters: in lengths of eye_direction(), and what stands there.
 float entered_way;

@@ -4,15 +4,18 @@
 struct Way {
   Ray ray;
   Pixel pixel;
-  float relief;  // how much of the relief's depth is left; 0: the plane alone, and nothing is traced
+  float relief;  // how much of the relief's depth is left; 0: the polygon alone, and nothing is traced
 };
 
-// The hit on a relief of that depth, as one of the whole ray: it lies as far along it on the plane, and higher.
+// The hit on a relief that has shrunk towards the polygon, as one of the whole ray: it lies as far along it on the
+// plane, and nearer to the polygon.
 Hit traced(Way way) {
-  if (way.relief <= 0.0) return Hit(0.0, STATUS_HIT, 0, 0);
+  if (way.relief <= 0.0) return Hit(polygon_t(), STATUS_HIT, 0, 0);
+  float top = polygon_t() * (1.0 - way.relief);
+  way.ray.uv += way.ray.slope * top;
   way.ray.slope *= way.relief;
   Hit hit = trace(way.ray);
-  hit.t *= way.relief;
+  hit.t = top + hit.t * way.relief;
   return hit;
 }
 

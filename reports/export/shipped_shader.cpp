@@ -71,6 +71,9 @@ std::string passes_when(const ShippedShader& shipped) {
   return when;
 }
 
+/// Where a ray meets the polygon, as frame.glsl has it of the scene.
+std::string polygon(double base) { return fmt::format("float polygon_t() {{ return {:#}; }}\n", 1 - base); }
+
 /// `ReliefSurface relief_trace(...)`: what a pixel is shaded with. Its arguments are constants, so that languages take
 /// them by value.
 std::string entry(const ShippedShader& shipped) {
@@ -213,7 +216,7 @@ Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
   const Technique& technique = shipped.settings.technique();
   GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
               .roots = shipped_entries(shipped),
-              .generated = {{"contract.glsl", shared_contract()}, {"parameters.glsl", parameters_contract(technique)}},
+              .generated = {{"contract.glsl", shared_contract() + polygon(shipped.base)}, {"parameters.glsl", parameters_contract(technique)}},
               .defines = ray_defines(shipped.settings)};
   cut.generated.merge(stand_ins(technique));
   cut.files.emplace_back("feature_parameters.glsl");
