@@ -80,7 +80,7 @@ std::array<CellSearch, 3> cell_searches(int quarter) {
 //   has it), the cone of ratio S_c at c holds none of it.
 // The search from c with the distances of `safe` is the last; that of the strips' outer rows is among it. The inner
 // rows are seen from the two other corners, at their whole distances. Beyond a clamped map each point has the height of
-// the nearest one on the map; moving p and q there leaves signs as they are and takes nothing from their distance.
+// the nearest one on the map; moving p and q there leaves signs as they are and adds nothing to their distance.
 std::vector<float> cell_cones(const BakeRequest& request, const std::vector<float>& tops, const ConeMetric& metric) {
   const Heightfield& heights = request.heights;
   const Wrap wrap = request.wrap;
