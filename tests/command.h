@@ -12,6 +12,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -96,6 +97,19 @@ inline CommandResult wait_for(pid_t child, const std::filesystem::path& folder, 
 inline CommandResult run_reliefbench(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                                      const CommandSetting& setting = {}) {
   return wait_for(start_reliefbench(arguments, folder, setting), folder, setting);
+}
+
+/// All commands, as `reliefbench --help` names them.
+inline std::vector<std::string> command_names(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  bool inside = false;
+  std::istringstream help(run_reliefbench({"--help"}, folder).out);
+  for (std::string line; std::getline(help, line) && !(inside && line.empty());) {
+    if (inside) names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    if (line == "Subcommands:") inside = true;
+  }
+  EXPECT_GE(names.size(), 18U);
+  return names;
 }
 
 }  // namespace reliefbench

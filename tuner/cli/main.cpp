@@ -36,10 +36,18 @@ void check_descriptors() {
 class FittedHelp : public CLI::Formatter {
  public:
   [[nodiscard]] std::string make_option(const CLI::Option* option, bool is_positional) const override {
-    return fitted(CLI::Formatter::make_option(option, is_positional), line_width(), "", get_column_width() - 2);
+    return fitted_entry(CLI::Formatter::make_option(option, is_positional));
   }
   [[nodiscard]] std::string make_subcommand(const CLI::App* command) const override {
-    return fitted(CLI::Formatter::make_subcommand(command), line_width(), "", get_column_width() - 2);
+    return fitted_entry(CLI::Formatter::make_subcommand(command));
+  }
+
+ private:
+  /// A name that reaches into the words' column has a line of its own.
+  [[nodiscard]] std::string fitted_entry(std::string_view entry) const {
+    const std::size_t words = entry.find('\n') + 1;
+    if (words == 0 || words == entry.size()) return fitted(entry, line_width(), "", get_column_width() - 2);
+    return fitted(entry.substr(0, words), line_width()) + fitted(entry.substr(words), line_width(), "", 0);
   }
 };
 
