@@ -1,10 +1,12 @@
-// The README's commands, run as they stand, but for what takes long: its quickstart is the smoke config, tune has a
+// The commands of README.md and of the folders' README.md, run as they stand, but for what takes long: its quickstart is the smoke config, tune has a
 // sixth of the time that it is given there, and one technique is put under stress.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <regex>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,9 +22,16 @@ namespace {
 
 const std::filesystem::path kRoot = RELIEFBENCH_SOURCE_DIR;
 
+/// All README.md as one text, in the order in which their commands run.
+std::string readme_text() {
+  std::string text;
+  for (const char* folder : {"", "configs", "tuner", "kernels"}) text += file_text(kRoot / folder / "README.md");
+  return text;
+}
+
 /// The lines of the ```sh blocks.
 std::vector<std::string> readme_commands() {
-  std::ifstream in(kRoot / "README.md");
+  std::istringstream in(readme_text());
   std::vector<std::string> commands;
   bool inside = false;
   for (std::string line; std::getline(in, line);) {
@@ -78,24 +87,38 @@ TEST(ReadmeAudit, its_commands_run) {
   }
 }
 
-TEST(ReadmeTest, names_every_command_and_exit_code) {
-  const std::string text = file_text(kRoot / "README.md");
-  for (const std::string command : {"sweep", "recommend", "report", "tune", "presets", "export", "view", "tuners",
-                                    "compare", "bake", "stress", "claims", "list", "devices", "require", "merge"})
-    EXPECT_NE(text.find("build/release/reliefbench " + command), std::string::npos) << command;
+TEST(ReadmeTest, has_every_command_in_its_table_and_under_a_heading) {
+  const std::string table = file_text(kRoot / "README.md");
+  const std::string headings = file_text(kRoot / "tuner/README.md");
+  const TempFolder folder;
+  for (const std::string& name : command_names(folder.path())) {
+    EXPECT_NE(table.find(fmt::format("| [`{0}`](tuner/README.md#{0}) |", name)), std::string::npos) << name;
+    EXPECT_NE(headings.find("\n## " + name + "\n"), std::string::npos) << name;
+  }
+}
+
+TEST(ReadmeTest, links_to_what_is_there) {
+  static const std::regex link("\\]\\(([^)#:]+)(#[^)]*)?\\)");
+  std::size_t links = 0;
+  for (const char* folder : {"", "configs", "tuner", "kernels"}) {
+    const std::string text = file_text(kRoot / folder / "README.md");
+    for (std::sregex_iterator at(text.begin(), text.end(), link), end; at != end; ++at, ++links)
+      EXPECT_TRUE(std::filesystem::exists(kRoot / folder / (*at)[1].str())) << folder << ": " << at->str();
+  }
+  EXPECT_GE(links, 20U);
 }
 
 TEST(ReadmeTest, counts_the_settings_that_tune_searches) {
   const std::vector<std::string> one{"vulkan"};
   const std::size_t settings = make_plan(load_config(kRoot / "configs/exhaustive.json"), one, "").cases.size();
-  const std::string counted =
-      fmt::format("{},{:03} settings\n(`configs/exhaustive.json`)", settings / 1000, settings % 1000);
-  EXPECT_NE(file_text(kRoot / "README.md").find(counted), std::string::npos) << counted;
+  const std::string counted = fmt::format("{},{:03} settings", settings / 1000, settings % 1000);
+  for (const char* folder : {"", "tuner"})
+    EXPECT_NE(file_text(kRoot / folder / "README.md").find(counted), std::string::npos) << counted;
 }
 
 TEST(ReadmeTest, lists_the_papers_that_the_sources_cite) {
   std::vector<std::string> listed;
-  std::ifstream in(kRoot / "README.md");
+  std::ifstream in(kRoot / "kernels/README.md");
   for (std::string line; std::getline(in, line);)
     if (line.starts_with("- [")) listed.push_back(line);
   std::vector<std::string> known;
