@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <span>
 
 #include "kernels/image/image.h"
@@ -268,6 +269,29 @@ TEST_F(ExportHosts, show_the_same_relief) {
   const Rgba8 of_page = in_page(map);
   leave(of_page, "export_webgpu.png");
   EXPECT_LT(difference(on_opengl, of_page), 0.05);  // SwiftShader's filter is not llvmpipe's
+}
+
+// The library in a host's own shader: bits of the heights that are hit, from uv that are whole multiples of 2^-7.
+TEST_F(ExportHosts, find_the_same_heights_a_thousand_tiles_away) {
+  const Ktx2File map = read_ktx2(folder_ / "out/relief.ktx2");
+  const auto heights = [&](double tiles) {
+    return RawOpenGl().draw(map, "#version 450\n" + file("relief.glsl") +
+                                     fmt::format(R"(
+layout(binding = 0) uniform sampler2D map;
+layout(location = 0) out vec4 bits;
+void main() {{
+  vec2 uv = gl_FragCoord.xy / 64.0;
+  ReliefSurface surface =
+      relief_trace(map, uv + {:#}, vec3(uv - 2.5, -1.0), 0.125, vec3(0.6, 0.0, 0.8), 0.0);
+  bits = unpackUnorm4x8(floatBitsToUint(surface.height + surface.shadow));
+}}
+)",
+                                                 tiles));
+  };
+  const Rgba8 near = heights(0);
+  EXPECT_GT(std::set<std::uint8_t>(near.begin(), near.end()).size(), 100U);
+  EXPECT_EQ(near, heights(1000));
+  EXPECT_EQ(near, heights(-1000));
 }
 
 }  // namespace

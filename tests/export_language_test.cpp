@@ -173,6 +173,30 @@ TEST_P(ShippedLanguagesOnVulkan, find_the_suites_hits) {
     EXPECT_LE(of_hlsl, traced / 2 / 10'000);
   });
 }
+
+TEST_P(ShippedLanguagesOnVulkan, find_the_same_hits_far_away) {
+  Compilers compilers;
+  on_every_device([&](const Rig& rig) {
+    for (const char* id : {"cone", "relief?shadow=linear"}) {
+      SCOPED_TRACE(id);
+      const ShippedCase shipped(id);
+      const std::vector<ScorePixel> rays = suite_frame(rig, shipped).pixels;
+      const auto es = [&](int tiles) {
+        const Spirv source = compile_whole_fragment({.name = id, .text = far_shader(shipped, tiles)}, Dialect::vulkan);
+        EXPECT_EQ(compilers.glslang("-V", cross_compile(source, TextLanguage::glsl_es_310)), "");
+        return frame_of_rays(rig, shipped, compilers.spirv(), rays);
+      };
+      const auto hlsl = [&](int tiles) {
+        const Spirv source = compile_whole_fragment({.name = id, .text = far_shader(shipped, tiles)}, Dialect::vulkan);
+        EXPECT_EQ(compilers.glslang("-D -V -e main", cross_compile(source, TextLanguage::hlsl)), "");
+        const Spirv back = compile_whole_fragment({.name = id, .text = compilers.as_glsl()}, Dialect::vulkan);
+        return frame_of_rays(rig, shipped, back, rays);
+      };
+      expect_same_surfaces(es(0), es(1024), rays);
+      expect_same_surfaces(hlsl(0), hlsl(1024), rays);
+    }
+  });
+}
 INSTANTIATE_TEST_SUITE_P(backends, ShippedLanguagesOnVulkan, ::testing::Values("vulkan"), backend_name);
 
 /// One engine's files for a setting, by their names.

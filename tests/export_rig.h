@@ -121,11 +121,55 @@ void main() {{
   return text + "  out_hit = vec4(hit.t, float(hit.status), float(hit.taps), float(hit.steps));\n}\n";
 }
 
+/// relief_trace() of rays that a texture holds, `tiles` tiles to the right and up, on uv that are whole there; what it
+/// finds, with uv from there, in place of rays and hits.
+inline std::string far_shader(const ShippedCase& shipped, int tiles) {
+  const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
+  const bool has_shadow = has_value_of(shipped.settings, Query::shadow);
+  return rays_head(source) + fmt::format(R"({0}
+void main() {{
+  vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+  vec2 tiles = vec2({1:#}, {2:#});
+  vec2 uv = floor(ray.xy * 1024.0) / 1024.0 + tiles;
+  ReliefSurface surface = relief_trace({3}uv, vec3(ray.zw, -1.0), 1.0{4}{5});
+  out_ray = vec4(surface.uv - tiles, surface.height, surface.depth_offset);
+  out_hit = vec4(surface.height, surface.hit ? 1.0 : 0.0, float(surface.taps), 0.0);
+{6}}}
+)",
+                                         has_shadow ? "layout(location = 2) out float out_shadow;\n" : "",
+                                         static_cast<double>(tiles), static_cast<double>(-tiles),
+                                         called_with(source, "relief_trace"),
+                                         takes_curvature(shipped.settings) ? ", vec3(0.125, 0.0, 0.0)" : "",
+                                         has_shadow ? ", vec3(0.6, 0.0, 0.8), 0.0625" : "",
+                                         has_shadow ? "  out_shadow = surface.shadow;\n" : "");
+}
+
 /// A score frame with what its features found.
 struct ScoreFrame {
   std::vector<ScorePixel> pixels;
   FeatureValues values;
 };
+
+/// That two frames of far_shader() are the same to the bit, but for uv, which are rounded where they are large.
+inline void expect_same_surfaces(const ScoreFrame& near, const ScoreFrame& far, const std::vector<ScorePixel>& rays) {
+  int traced = 0;
+  int differing = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (static_cast<PixelStatus>(rays[i].status) == PixelStatus::no_ray) continue;
+    ++traced;
+    const ScorePixel& a = near.pixels[i];
+    const ScorePixel& b = far.pixels[i];
+    differing += a.ray.slope_u == b.ray.slope_u && a.ray.slope_v == b.ray.slope_v && a.t == b.t &&
+                         a.status == b.status && a.taps == b.taps &&
+                         (near.values.empty() || near.values.front()[i] == far.values.front()[i])
+                     ? 0
+                     : 1;
+    EXPECT_NEAR(a.ray.u, b.ray.u, 0x1p-13);
+    EXPECT_NEAR(a.ray.v, b.ray.v, 0x1p-13);
+  }
+  EXPECT_GT(traced, 100);
+  EXPECT_EQ(differing, 0) << "of " << traced;
+}
 
 /// The scene of the export's tests: a light that throws shadows.
 inline Scene shipped_scene(Wrap wrap) {

@@ -138,6 +138,35 @@ TEST_P(ShippedShaderOnDevice, finds_the_techniques_hits_to_the_bit) {
   });
 }
 
+// uv that are whole multiples of 2^-10 are so 1024 tiles away, too: there is no other tile than the measured one.
+TEST_P(ShippedShaderOnDevice, finds_the_same_hits_far_away) {
+  on_every_device([&](const Rig& rig) {
+    for (const char* id :
+         {"relief", "cone", "cone?filter=manual", "qdm", "omni?lookup=published", "flat", "cone?lod=footprint",
+          "relief?shadow=linear", "interval?search=cone&shadow=soft_cone", "relief?silhouette=quadric_exact"}) {
+      SCOPED_TRACE(id);
+      const ShippedCase shipped(id);
+      const std::vector<ScorePixel> rays = suite_frame(rig, shipped).pixels;
+      const auto frame = [&](int tiles) {
+        return frame_of_rays(rig, shipped,
+                             compile_whole_fragment({.name = id, .text = far_shader(shipped, tiles)}, rig.row.dialect),
+                             rays);
+      };
+      expect_same_surfaces(frame(0), frame(1024), rays);
+      expect_same_surfaces(frame(0), frame(-3), rays);
+    }
+  });
+}
+
+TEST(ShippedShader, drops_whole_tiles_where_there_are_any) {
+  for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
+    for (const Language& language : languages()) {
+      if (language.library_file.empty()) continue;
+      const std::string text = language.write(ShippedCase("relief", wrap).shader()).library;
+      EXPECT_EQ(text.find("tiles = floor(") != std::string::npos, wrap == Wrap::repeat) << language.id << "\n" << text;
+    }
+}
+
 /// On a cylinder, whose tangents have the length of the unit square's sides and whose curvature is the same everywhere.
 Scene cylinder_scene(Wrap wrap) {
   Scene scene = shipped_scene(wrap);

@@ -82,6 +82,7 @@ std::string entry(const ShippedShader& shipped) {
   const bool is_lit = has_value_of(settings, Query::shadow);
   const bool has_depth = has_value_of(settings, Query::depth);
   const bool is_bent = takes_curvature(settings);
+  const bool has_tiles = shipped.wrap == Wrap::repeat;
   const std::string passes = passes_when(shipped);
   const std::string above = shipped.base == 1 ? "" : fmt::format("{:#}", 1 - shipped.base);
   const std::string eye_depth =
@@ -112,8 +113,8 @@ struct ReliefSurface {{
 // The surface that a fragment shows. The file's head says what the arguments are.
 ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief_depth{}{}{}) {{
   Ray ray = view_ray(uv, view_ts, relief_depth{});
-{}{}{}{}  ReliefSurface surface;
-  surface.uv = ray.uv + ray.slope * hit.t;
+{}{}{}{}{}  ReliefSurface surface;
+  surface.uv = {};
   surface.height = {};
   surface.hit = {}hit.status == STATUS_HIT;
   surface.depth_offset = {} * relief_depth / ray.cosine;
@@ -125,9 +126,14 @@ ReliefSurface relief_trace(const vec2 uv, const vec3 view_ts, const float relief
       is_lit ? ", const vec3 light_ts, const float light_radius" : "",
       has_depth ? ", const vec2 planes, const vec2 eye_depth" : "", is_bent ? ", curvature" : "",
       above.empty() ? "" : fmt::format("  ray.uv -= {} * ray.slope;  // up to the relief's top\n", above),
+      has_tiles ? "  vec2 tiles = floor(ray.uv);  // dropped: small uv keep their precision far away\n"
+                  "  ray.uv -= tiles;\n"
+                : "",
       way_lines(settings), passes.empty() ? "" : fmt::format("  bool passes = {};\n", passes),
-      is_bent ? "  unbend(ray, hit);\n" : "", is_bent ? "RAY_HEIGHT(ray, hit.t)" : "1.0 - hit.t",
-      passes.empty() ? "" : "!passes && ", above.empty() ? "hit.t" : fmt::format("(hit.t - {})", above), values);
+      is_bent ? "  unbend(ray, hit);\n" : "",
+      has_tiles ? "tiles + (ray.uv + ray.slope * hit.t)" : "ray.uv + ray.slope * hit.t",
+      is_bent ? "RAY_HEIGHT(ray, hit.t)" : "1.0 - hit.t", passes.empty() ? "" : "!passes && ",
+      above.empty() ? "hit.t" : fmt::format("(hit.t - {})", above), values);
 }
 
 /// What ships knows how many levels its textures have, which GLSL ES cannot ask for.
