@@ -123,34 +123,12 @@ class Folder {
   /// What all templates may say.
   void describe() {
     const ShippedShader& shader = source_.shader;
-    if (shader.settings.is("fade", "distance"))
-      fail_input(
-          "{}: fade=distance needs the eye's distance in tiles, which its materials do not tell; fade=footprint "
-          "needs nothing",
-          engine_.name);
     values_.words["setting"] = setting_id(shader.settings);
     values_.words["heightmap"] = on_one_line(shader.heightmap);
     values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
     values_.words["header"] = shipped_header(shader, engine_.name);
-    if (has_value_of(shader.settings, Query::depth) && engine_.id != kPlainEngine)
-      fail_input("no engine's recipe passes what depth={} needs; export it without --for",
-                 shader.settings.choice("depth"));
-    if (takes_curvature(shader.settings) && engine_.id != kPlainEngine)
-      fail_input("no engine's recipe passes the curvature that silhouette={} needs; export it without --for",
-                 shader.settings.choice("silhouette"));
-    if (is_dithered(shader.settings) && engine_.id != kPlainEngine)
-      fail_input("no engine's recipe passes the number of the frame that dither={} needs; export it without --for",
-                 shader.settings.choice("dither"));
-    if (is_by_compute(shader.settings) && engine_.id != kPlainEngine)
-      fail_input("no engine's recipe is a compute shader, which dispatch=compute measures; export it without --for");
-    if (is_by_compute(shader.settings) && takes_derivatives(shader.settings))
-      fail_input("{}: its relief_trace takes derivatives, which compute shaders have none of (dispatch=compute)",
-                 setting_id(shader.settings));
-    if (may_pass(shader) && engine_.id != kPlainEngine)
-      fail_input("no engine's recipe leaves out what {} lets pass; export it without --for",
-                 shader.settings.technique().is_of_solids() ? shader.settings.technique().id : "silhouette=clip");
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
       if (is_set) values_.flags.insert(flag);
@@ -161,6 +139,7 @@ class Folder {
     set(shader.wrap == Wrap::repeat, "repeat");
     set(has_value_of(shader.settings, Query::shadow), "shadow");
     set(takes_curvature(shader.settings), "curvature");
+    set(shader.settings.is("fade", "distance"), "distance");
     set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
   }
 

@@ -139,19 +139,24 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
                job.settings.technique().id);
   if (job.base != 1 && takes_curvature(job.settings))
     fail_input("a ray that bends starts on the surface: {} ships with base 1", setting_id(job.settings));
-  const Baked baked = bake_shipped(job, std::move(heightmaps));
+  if (is_by_compute(job.settings) && takes_derivatives(job.settings))
+    fail_input("{}: its relief_trace takes derivatives, which compute shaders have none of (dispatch=compute)",
+               setting_id(job.settings));
   ShippedShader shader{.settings = job.settings,
                        .heightmap = job.heightmap.source,
                        .wrap = job.wrap,
                        .relief_depth = job.relief_depth,
                        .base = job.base};
+  const std::vector<std::string> ids =
+      job.choice.engines.empty() ? std::vector{std::string(kPlainEngine)} : job.choice.engines;
+  for (const std::string& id : ids) check_recipe(find_engine(id), shader);
+  const Baked baked = bake_shipped(job, std::move(heightmaps));
   Export result;
   if (baked.textures) shader.textures = shipped_textures(job.settings, *baked.textures);
   EngineSource source{.shader = shader, .normals = baked.normals ? &*baked.normals : nullptr};
   if (baked.textures) source.metadata = map_metadata(bake_spec(job.settings, job.wrap));
   std::vector<EngineTexture> textures;
-  for (const std::string& id :
-       job.choice.engines.empty() ? std::vector{std::string(kPlainEngine)} : job.choice.engines) {
+  for (const std::string& id : ids) {
     EngineFiles made = engine_files(find_engine(id), source, job.choice, id == kPlainEngine ? "" : id + "/");
     std::ranges::move(made.textures, std::back_inserter(textures));
     std::ranges::move(made.files, std::back_inserter(result.files));

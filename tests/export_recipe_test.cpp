@@ -1,0 +1,77 @@
+// What engines are told of an export, and which files they get: all of it true of their importers.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <numbers>
+
+#include "kernels/base/error.h"
+#include "kernels/maps/map_texture.h"
+#include "reports/export/export.h"
+#include "tests/temp_folder.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::ThrowsMessage;
+
+class ExportRecipes : public ::testing::Test {
+ protected:
+  ExportRecipes() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
+
+  static ExportJob job(const std::string& id, const std::string& engine) {
+    return {.heightmap = {.source = "fbm", .width = 32, .height = 32},
+            .settings = parse_setting(id),
+            .choice = {.engines = {engine}}};
+  }
+  /// Files by their names in the engine's folder.
+  static std::map<std::string, std::string> files(const ExportJob& job) {
+    std::map<std::string, std::string> files;
+    const std::string folder = job.choice.engines.front() == kPlainEngine ? "" : job.choice.engines.front() + "/";
+    for (const ExportedFile& file : make_export(job).files)
+      if (file.name.starts_with(folder)) files.emplace(file.name.substr(folder.size()), file.bytes);
+    return files;
+  }
+  static std::string sheet(const ExportJob& job) { return files(job).at("README.md"); }
+  static std::string sheet(const std::string& id, const std::string& engine) { return sheet(job(id, engine)); }
+  static void expect_refused(const std::string& id, const std::string& engine, const std::string& words,
+                             const std::string& container = "") {
+    ExportJob refused = job(id, engine);
+    refused.choice.container = container;
+    EXPECT_THAT([&] { (void)make_export(refused); }, ThrowsMessage<Error>(HasSubstr(words))) << id << " " << engine;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(ExportRecipes, what_no_recipe_passes_is_said_in_one_line) {
+  const std::string end = "; export it without --for";
+  for (const auto& [id, words] :
+       {std::pair("relief?fade=distance", "passes the eye's distance in tiles that fade=distance needs"),
+        std::pair("relief?depth=rtm", "passes what depth=rtm needs"),
+        std::pair("relief?silhouette=quadric_exact", "passes the curvature that silhouette=quadric_exact needs"),
+        std::pair("relief?dither=pixel", "passes the number of the frame that dither=pixel needs"),
+        std::pair("relief?dispatch=compute", "is a compute shader, which dispatch=compute measures")}) {
+    expect_refused(id, "godot", fmt::format("no engine's recipe {}{}", words, end));
+    EXPECT_NO_THROW((void)make_export(job(id, "plain"))) << id;
+  }
+  ExportJob clipped = job("relief?silhouette=clip", "bevy");
+  clipped.wrap = Wrap::clamp;
+  EXPECT_THAT([&] { (void)make_export(clipped); },
+              ThrowsMessage<Error>(HasSubstr("no engine's recipe leaves out what silhouette=clip lets pass")));
+  ExportJob solid = job("double_relief", "bevy");
+  solid.heightmap.source = "ball";
+  EXPECT_THAT([&] { (void)make_export(solid); },
+              ThrowsMessage<Error>(HasSubstr("no engine's recipe leaves out what double_relief lets pass")));
+}
+
+}  // namespace
+}  // namespace reliefbench
