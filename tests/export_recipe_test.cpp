@@ -73,5 +73,32 @@ TEST_F(ExportRecipes, what_no_recipe_passes_is_said_in_one_line) {
               ThrowsMessage<Error>(HasSubstr("no engine's recipe leaves out what double_relief lets pass")));
 }
 
+bool is_texture(const std::string& name) {
+  return std::ranges::any_of(containers(), [&](const Container& container) { return name.ends_with(container.id); });
+}
+
+TEST_F(ExportRecipes, shadows_have_the_light_that_was_measured) {
+  const Light light{.angular_radius_deg = 3};
+  const std::string radius =
+      fmt::format("{}", static_cast<float>(std::tan(light.angular_radius_deg * std::numbers::pi / 180)));
+  for (const Engine& engine : engines())
+    for (const bool is_measured : {true, false}) {
+      SCOPED_TRACE(engine.id);
+      ExportJob soft = job("interval?search=cone&shadow=soft_cone", std::string(engine.id));
+      soft.choice.languages = {"glsl"};
+      const std::string expected = is_measured ? radius : "0.0";
+      if (is_measured)
+        soft.scene = SceneSpec{.id = "x", .heightmap = soft.heightmap, .scene = {.view = {}, .light = light}};
+      std::string code;
+      std::string text;
+      for (const auto& [name, bytes] : files(soft))
+        if (!is_texture(name)) (name == "README.md" ? text : code) += bytes;
+      EXPECT_THAT(text, HasSubstr(fmt::format("an angular radius whose tangent is {}", expected)));
+      EXPECT_THAT(code, HasSubstr(fmt::format("0: a point; measured with {}", expected)));
+      EXPECT_THAT(code, ::testing::ContainsRegex(fmt::format("relief_trace[(][^;]*, {}[)];", expected))) << code;
+    }
+  EXPECT_THAT(sheet("relief", "unreal"), Not(HasSubstr("radius")));
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -126,6 +126,7 @@ class Folder {
     values_.words["setting"] = setting_id(shader.settings);
     values_.words["heightmap"] = on_one_line(shader.heightmap);
     values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);
+    values_.words["light_radius"] = light_radius_text(shader);
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
     values_.words["header"] = shipped_header(shader, engine_.name);
@@ -185,7 +186,8 @@ class Folder {
           declared += fmt::format("{}: {}, ", map, map == kReliefSampler ? "sampler" : "texture_2d<f32>");
         }
       }
-      values.words["light_arg"] = values.flags.contains("shadow") ? fmt::format(", {}, 0.0", file.light) : "";
+      values.words["light_arg"] =
+          values.flags.contains("shadow") ? fmt::format(", {}, {}", file.light, light_radius_text(source_.shader)) : "";
       values.words["map_hints"] = map_hints(file);
     }
     files_.files.push_back({.name = fmt::format("{}{}", folder_, file.name),

@@ -15,6 +15,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
+#include "kernels/trace/view.h"
 #include "reports/export/shipped_shader.h"
 #include "tuner/measure/bake_job.h"
 #include "tuner/measure/map_library.h"
@@ -129,6 +130,11 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
   return json;
 }
 
+/// As the measured frame has it, else the plain scene's.
+float light_radius_of(const ExportJob& job) {
+  return frame_uniforms(job.scene ? job.scene->scene : Scene{.view = {}}, 1, 1).light[3];
+}
+
 }  // namespace
 
 Export make_export(const ExportJob& job, Heightmaps heightmaps) {
@@ -146,7 +152,8 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
                        .heightmap = job.heightmap.source,
                        .wrap = job.wrap,
                        .relief_depth = job.relief_depth,
-                       .base = job.base};
+                       .base = job.base,
+                       .light_radius = light_radius_of(job)};
   const std::vector<std::string> ids =
       job.choice.engines.empty() ? std::vector{std::string(kPlainEngine)} : job.choice.engines;
   for (const std::string& id : ids) check_recipe(find_engine(id), shader);

@@ -92,7 +92,8 @@ std::string use_lines(const ShippedShader& shipped) {
         "its neighbours by least squares, as [RTM] listing 5.8 does");
   if (has_value_of(shipped.settings, Query::shadow)) {
     add("light_ts", "towards the light's middle, in tangent space, of length 1");
-    add("light_radius", "tangent of the light's angular radius; 0: a point");
+    add("light_radius",
+        fmt::format("tangent of the light's angular radius; 0: a point; measured with {}", light_radius_text(shipped)));
   }
   if (has_value_of(shipped.settings, Query::depth)) {
     add("planes", "near and far plane, along the camera's axis");

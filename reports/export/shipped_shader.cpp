@@ -160,6 +160,8 @@ std::string maps_of(const Pieces& source, std::string_view function) {
 
 }  // namespace
 
+std::string light_radius_text(const ShippedShader& shipped) { return fmt::format("{:#}", shipped.light_radius); }
+
 bool takes_derivatives(const Settings& settings) {
   return std::ranges::any_of(frame_features(settings),
                              [](const PixelFeature& one) { return one.feature->hook == Hook::way; });
@@ -267,7 +269,8 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
                   {"depth", fmt::format("{:#}", shipped.relief_depth)}};
   if (has_value_of(settings, Query::shadow)) values.flags.insert("shadow");
   if (has_value_of(settings, Query::depth)) values.flags.insert("fragdepth");
-  values.words["lights"] = has_value_of(settings, Query::shadow) ? ", light, 0.0" : "";
+  values.words["lights"] =
+      has_value_of(settings, Query::shadow) ? fmt::format(", light, {}", light_radius_text(shipped)) : "";
   values.words["depths"] = has_value_of(settings, Query::depth) ? ", vec2(0.1, 100.0), eye_depths" : "";
   if (settings.technique().reads_map()) values.flags.insert("map");
   if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");

@@ -34,8 +34,12 @@ struct ShippedShader {
   Wrap wrap = Wrap::repeat;
   double relief_depth = 0.1;
   double base = 1;                         ///< Scene::base
+  float light_radius = 0;                  ///< tangent of the light's angular radius, as frames have it
   std::vector<ShippedTexture> textures{};  ///< empty where the technique reads no map
 };
+
+/// The light's radius as calls of relief_trace pass it.
+[[nodiscard]] std::string light_radius_text(const ShippedShader& shipped);
 
 /// Whether relief_trace looks at the size of a pixel on the plane.
 [[nodiscard]] bool takes_derivatives(const Settings& settings);
