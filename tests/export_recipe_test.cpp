@@ -100,5 +100,26 @@ TEST_F(ExportRecipes, shadows_have_the_light_that_was_measured) {
   EXPECT_THAT(sheet("relief", "unreal"), Not(HasSubstr("radius")));
 }
 
+TEST_F(ExportRecipes, sheets_say_where_the_mesh_lies) {
+  for (const Engine& engine : engines()) {
+    SCOPED_TRACE(engine.id);
+    ExportJob based = job("relief?format=r8", std::string(engine.id));
+    based.relief_depth = 0.5;
+    const std::string down = sheet(based);
+    EXPECT_THAT(down, HasSubstr("is the relief's top, and heights go down from it by 0.5 sides of a tile"));
+    EXPECT_EQ(down.find("Nothing stands out") != std::string::npos, engine.id == "unreal");
+    based.base = 0.25;
+    const std::string both = sheet(based);
+    for (const char* words : {"lies at the height 0.25 of the relief", "go down from it by 0.125",
+                              "stand out of it by 0.375 sides of a tile"})
+      EXPECT_THAT(both, HasSubstr(words));
+    based.base = 0;
+    const std::string up = sheet(based);
+    EXPECT_THAT(up, HasSubstr("is the relief's bottom, and heights stand out of it by 0.5 sides of a tile"));
+    for (const std::string& sheet : {both, up})
+      for (const char* absent : {"relief's top", "Nothing stands out"}) EXPECT_THAT(sheet, Not(HasSubstr(absent)));
+  }
+}
+
 }  // namespace
 }  // namespace reliefbench

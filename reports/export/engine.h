@@ -82,6 +82,9 @@ struct EngineSource {
 /// throws: Error(bad_input): an engine whose recipe has no place for something of the setting
 void check_recipe(const Engine& engine, const ShippedShader& shader);
 
+/// Where the mesh lies in the relief, after "the mesh's own surface".
+[[nodiscard]] std::string mesh_words(const ShippedShader& shader);
+
 /// Every file of an engine, named by paths under `folder` ("" or ending in `/`).
 /// throws: Error(bad_input): a texture that the container cannot hold; Error(environment): a language that cannot be
 /// had

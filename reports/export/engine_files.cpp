@@ -126,6 +126,7 @@ class Folder {
     values_.words["setting"] = setting_id(shader.settings);
     values_.words["heightmap"] = on_one_line(shader.heightmap);
     values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);
+    values_.words["mesh"] = mesh_words(shader);
     values_.words["light_radius"] = light_radius_text(shader);
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
@@ -141,6 +142,7 @@ class Folder {
     set(has_value_of(shader.settings, Query::shadow), "shadow");
     set(takes_curvature(shader.settings), "curvature");
     set(shader.settings.is("fade", "distance"), "distance");
+    set(shader.base == 1, "down");
     set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
   }
 

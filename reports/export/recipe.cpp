@@ -44,4 +44,16 @@ void check_recipe(const Engine& engine, const ShippedShader& shader) {
   }
 }
 
+std::string mesh_words(const ShippedShader& shader) {
+  const double depth = shader.relief_depth;
+  if (shader.base == 1)
+    return fmt::format("is the relief's top, and heights go down from it by {:#} sides of a tile.", depth);
+  const std::string out =
+      fmt::format("stand out of it by {:g} sides of a tile. What stands out is seen within the mesh's outline alone.",
+                  (1 - shader.base) * depth);
+  if (shader.base == 0) return fmt::format("is the relief's bottom, and heights {}", out);
+  return fmt::format("lies at the height {:g} of the relief: heights go down from it by {:g} and {}", shader.base,
+                     shader.base * depth, out);
+}
+
 }  // namespace reliefbench
