@@ -52,6 +52,21 @@ class ExportRecipes : public ::testing::Test {
   TempFolder folder_;
 };
 
+/// What a DDS holds.
+struct Dds {
+  std::uint32_t format = 0;
+  std::uint32_t levels = 0;
+  std::vector<float> texels{};  ///< of floats of 32 bits
+};
+Dds read_dds(const std::string& bytes) {
+  Dds dds;
+  std::memcpy(&dds.levels, &bytes.at(28), 4);
+  std::memcpy(&dds.format, &bytes.at(128), 4);
+  dds.texels.resize((bytes.size() - 148) / 4);
+  std::memcpy(dds.texels.data(), &bytes.at(148), dds.texels.size() * 4);
+  return dds;
+}
+
 TEST_F(ExportRecipes, what_no_recipe_passes_is_said_in_one_line) {
   const std::string end = "; export it without --for";
   for (const auto& [id, words] :
@@ -119,6 +134,31 @@ TEST_F(ExportRecipes, sheets_say_where_the_mesh_lies) {
     for (const std::string& sheet : {both, up})
       for (const char* absent : {"relief's top", "Nothing stands out"}) EXPECT_THAT(sheet, Not(HasSubstr(absent)));
   }
+}
+
+TEST_F(ExportRecipes, unreal_has_no_two_wide_channels_and_no_blocks) {
+  for (const auto& [format, dxgi] :
+       {std::pair("rg16", 11U), std::pair("rg16f", 10U), std::pair("rg32f", 2U), std::pair("rg8", 49U)}) {
+    const auto made = files(job(fmt::format("cone?lod=footprint&format={}", format), "unreal"));
+    const Dds dds = read_dds(made.at("relief.dds"));
+    EXPECT_EQ(dds.format, dxgi) << format;
+    EXPECT_EQ(dds.levels, 6U);
+  }
+  EXPECT_EQ(read_dds(files(job("qdm?format=r16", "unreal")).at("relief.extra.dds")).format, 56U);
+  const Dds four = read_dds(files(job("cone?lod=footprint&format=rg32f", "unreal")).at("relief.dds"));
+  const Dds two = read_dds(files(job("cone?lod=footprint&format=rg32f", "unity")).at("relief.dds"));
+  ASSERT_EQ(two.format, 16U);
+  ASSERT_EQ(four.texels.size(), 2 * two.texels.size());
+  for (std::size_t i = 0; i < two.texels.size(); ++i) {
+    ASSERT_EQ(four.texels[i / 2 * 4 + i % 2], two.texels[i]);
+    ASSERT_EQ(four.texels[i / 2 * 4 + 2 + i % 2], 0);
+  }
+  const Export exported = make_export(job("cone?lod=footprint&format=rg16", "unreal"));
+  EXPECT_EQ(exported.settings["textures"][0]["format"], "R16G16B16A16_UNORM");
+  for (const char* format : {"bc5", "bc7"})
+    expect_refused(fmt::format("cone?format={}", format), "unreal",
+                   "relief: Unreal Engine 5 reads no blocks (BC4, BC5, BC7) from DDS");
+  expect_refused("relief?format=bc4", "unreal", "reads no blocks");
 }
 
 }  // namespace

@@ -29,19 +29,9 @@ bool has_dxgi_format(const TextureImage& image) {
   return image.layout.type != TexelType::eac && image.layout.type != TexelType::astc;
 }
 
-/// Pictures have no two channels: a third one, of zeros, is added.
+/// Pictures have no two channels.
 TextureImage as_picture(const TextureImage& image) {
-  if (image.layout.channels != 2) return image;
-  TextureImage wider = image;
-  wider.layout.channels = 3;
-  const auto texel = static_cast<std::size_t>(image.layout.bytes());
-  wider.texels.clear();
-  for (std::size_t at = 0; at < image.texels.size(); at += texel) {
-    const auto begin = image.texels.begin() + static_cast<std::ptrdiff_t>(at);
-    wider.texels.insert(wider.texels.end(), begin, begin + static_cast<std::ptrdiff_t>(texel));
-    wider.texels.resize(wider.texels.size() + texel / 2);
-  }
-  return wider;
+  return image.layout.channels == 2 ? with_channels(image, 3) : image;
 }
 
 ImageSource source_of(const TextureImage& picture, const Metadata& metadata) {
@@ -106,6 +96,20 @@ TextureImage turned_over(const TextureImage& image) {
     begin += rows * row;
   }
   return turned;
+}
+
+TextureImage with_channels(const TextureImage& image, int channels) {
+  TextureImage wider = image;
+  wider.layout.channels = channels;
+  wider.texels.clear();
+  const auto texel = static_cast<std::size_t>(image.layout.bytes());
+  const auto added = static_cast<std::size_t>(wider.layout.bytes()) - texel;
+  for (std::size_t at = 0; at < image.texels.size(); at += texel) {
+    const auto begin = image.texels.begin() + static_cast<std::ptrdiff_t>(at);
+    wider.texels.insert(wider.texels.end(), begin, begin + static_cast<std::ptrdiff_t>(texel));
+    wider.texels.resize(wider.texels.size() + added);
+  }
+  return wider;
 }
 
 TextureImage as_floats(const TextureImage& image) {

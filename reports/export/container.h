@@ -21,6 +21,8 @@ struct Container {
 
 /// Rows from the bottom.
 [[nodiscard]] TextureImage turned_over(const TextureImage& image);
+/// The same values before more channels, of zeros. image: no blocks
+[[nodiscard]] TextureImage with_channels(const TextureImage& image, int channels);
 /// The same values as floats, exactly: unorms as code / greatest code, correctly rounded.
 [[nodiscard]] TextureImage as_floats(const TextureImage& image);
 

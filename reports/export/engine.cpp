@@ -34,6 +34,8 @@ std::string unreal_compression(const TexelLayout& layout) {
   return layout.type == TexelType::unorm8 ? "VectorDisplacementmap (RGBA8)" : "HDR High Precision (RGBA32F)";
 }
 
+bool has_blocks(const TextureImage& image) { return is_of_blocks(image.layout.type); }
+
 std::string unity_compression(const TexelLayout& layout) {
   const bool is_one = layout.channels == 1;
   switch (layout.type) {
@@ -79,6 +81,8 @@ const std::vector<Engine>& all_engines() {
        .containers = {"tga", "png", "exr", "dds"},
        .files = {{"README.md", "unreal.md"}, {"CustomNode.txt", "unreal_node.txt", in_unreal, "LightTS"}},
        .library_file = "Relief.usf",
+       .widens_pairs = {TexelType::unorm16, TexelType::float16, TexelType::float32},
+       .unreadable = {{"dds", has_blocks, "reads no blocks (BC4, BC5, BC7) from DDS"}},
        .compression = unreal_compression},
       {.id = "unity",
        .name = "Unity 2022.3, URP and Shader Graph",

@@ -19,6 +19,13 @@ struct EngineFile {
   std::string_view light = "light_ts";  ///< ... and for the light's direction
 };
 
+/// Textures that an engine cannot have in some kind of file.
+struct Unreadable {
+  std::string_view container;
+  bool (*is_so)(const TextureImage& image);
+  std::string_view why;  ///< after the engine's name
+};
+
 /// Whom an export is for: an engine, or whoever has none.
 struct Engine {
   std::string_view id;
@@ -26,12 +33,14 @@ struct Engine {
   std::string_view language;                 ///< of its files; "": those that are asked for
   std::vector<std::string_view> containers;  ///< of textures, the preferred first
   std::vector<EngineFile> files;
-  std::string_view asset_folder{};    ///< of its textures and shaders, with `/`
-  std::string_view library_file{};    ///< the shader library as a file of its own; "": none, or within another
-  std::string_view library_head{};    ///< a line before it
-  bool v_runs_up = false;             ///< pictures are stored from the bottom
-  bool green_runs_against_v = false;  ///< of its normal maps
-  bool widens_unorm16 = false;        ///< has no 16-bit integer textures
+  std::string_view asset_folder{};        ///< of its textures and shaders, with `/`
+  std::string_view library_file{};        ///< the shader library as a file of its own; "": none, or within another
+  std::string_view library_head{};        ///< a line before it
+  bool v_runs_up = false;                 ///< pictures are stored from the bottom
+  bool green_runs_against_v = false;      ///< of its normal maps
+  bool widens_unorm16 = false;            ///< has no 16-bit integer textures
+  std::vector<TexelType> widens_pairs{};  ///< it reads four channels from DDS, but not two
+  std::vector<Unreadable> unreadable{};
   std::string (*compression)(const TexelLayout& layout) = nullptr;  ///< in its dialogs' words
   std::string (*adapt)(const std::string& library) = nullptr;       ///< to what its language lacks
 };

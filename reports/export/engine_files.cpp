@@ -32,73 +32,81 @@ class Folder {
   }
 
  private:
-  [[nodiscard]] bool is_wide(const TextureImage& image) const { return image.layout.type != TexelType::unorm8; }
-
-  /// The first container that holds an image without loss.
-  [[nodiscard]] const Container& container_for(const TextureImage& image, std::string_view file) const {
-    if (image.layout.type == TexelType::astc && engine_.id != kPlainEngine)
-      fail_input("{}: {} has no view of {}", file, engine_.name, format_name(image.layout));
+  /// The kind of file that was asked for, or the engine's first that holds an image without loss.
+  [[nodiscard]] const Container& holding_container(const TextureImage& image, std::string_view file) const {
+    const std::string texels =
+        fmt::format("{} level{} of {}", image.levels, image.levels == 1 ? "" : "s", format_name(image.layout));
     if (!choice_.container.empty()) {
       const Container& chosen = find_container(choice_.container);
       if (!chosen.holds(image))
-        fail_input("{} cannot be {} without loss: it has {} level{} of {}, a {} file holds {}", file, chosen.id,
-                   image.levels, image.levels == 1 ? "" : "s", format_name(image.layout), chosen.id, chosen.holds_what);
+        fail_input("{} cannot be {} without loss: it has {}, a {} file holds {}", file, chosen.id, texels, chosen.id,
+                   chosen.holds_what);
       return chosen;
     }
     for (const std::string_view id : engine_.containers)
       if (const Container& container = find_container(id); container.holds(image)) return container;
-    fail_input("{}: {} has no kind of file for {} level{} of {}; --textures ktx2 writes what any loader of KTX2 takes",
-               file, engine_.name, image.levels, image.levels == 1 ? "" : "s", format_name(image.layout));
+    fail_input("{}: {} has no kind of file for {}; --textures ktx2 writes what any loader of KTX2 takes", file,
+               engine_.name, texels);
   }
 
-  /// Stores an image as the engine has it; returns the file's name in the engine's assets.
-  std::string store(const TextureImage& image, std::string_view file, const std::string& what) {
-    const Container& container = container_for(image, file);
-    std::string name = fmt::format("{}.{}", file, container.id);
+  /// That, if the engine reads it.
+  [[nodiscard]] const Container& container_for(const TextureImage& image, std::string_view file) const {
+    if (image.layout.type == TexelType::astc && engine_.id != kPlainEngine)
+      fail_input("{}: {} has no view of {}", file, engine_.name, format_name(image.layout));
+    const Container& container = holding_container(image, file);
+    for (const Unreadable& row : engine_.unreadable)
+      if (row.container == container.id && row.is_so(image)) fail_input("{}: {} {}", file, engine_.name, row.why);
+    return container;
+  }
+
+  void widen(ShippedTexture& texture, TextureImage image) {
+    texture.image = &images_.emplace_back(std::move(image));
+    texture.format = format_name(texture.image->layout);
+  }
+
+  void add_texture(ShippedTexture texture) {
+    if (engine_.widens_unorm16 && texture.image->layout.type == TexelType::unorm16) {
+      widen(texture, as_floats(*texture.image));
+      values_.flags.insert("widened");
+    }
+    const Container& container = container_for(*texture.image, texture.file);
+    const TexelLayout& layout = texture.image->layout;
+    if (container.id == "dds" && layout.channels == 2 &&
+        std::ranges::find(engine_.widens_pairs, layout.type) != engine_.widens_pairs.end())
+      widen(texture, with_channels(*texture.image, 4));
+    const TextureImage& image = *texture.image;
+    const std::string name = fmt::format("{}.{}", texture.file, container.id);
     const bool is_turned = engine_.v_runs_up && container.is_top_down;
-    files_.files.push_back({.name = fmt::format("{}{}{}", folder_, engine_.asset_folder, name),
-                            .what = what,
-                            .bytes = container.encode(is_turned ? turned_over(image) : image, source_.metadata)});
-    return name;
-  }
-
-  /// Lists the texture that was stored last.
-  void list(const ShippedTexture& texture) {
+    files_.files.push_back(
+        {.name = fmt::format("{}{}{}", folder_, engine_.asset_folder, name),
+         .what = fmt::format("{}: {}, {} x {}", texture.sampler, texture.format, image.width, image.height),
+         .bytes = container.encode(is_turned ? turned_over(image) : image, source_.metadata)});
     files_.textures.push_back({.file = files_.files.back().name,
                                .sampler = texture.sampler,
                                .binding = texture.binding,
                                .format = texture.format,
                                .channels = texture.channels,
-                               .width = texture.image->width,
-                               .height = texture.image->height,
-                               .levels = texture.image->levels,
-                               .bytes = texture.image->texels.size()});
+                               .width = image.width,
+                               .height = image.height,
+                               .levels = image.levels,
+                               .bytes = image.texels.size()});
+    describe_texture(texture, name);
   }
 
-  void add_texture(ShippedTexture texture) {
-    if (engine_.widens_unorm16 && texture.image->layout.type == TexelType::unorm16) {
-      const TextureImage& widened = images_.emplace_back(as_floats(*texture.image));
-      texture.image = &widened;
-      texture.format = format_name(texture.image->layout);
-      values_.flags.insert("widened");
-    }
-    const std::string what =
-        fmt::format("{}: {}, {} x {}", texture.sampler, texture.format, texture.image->width, texture.image->height);
-    const std::string name = store(*texture.image, texture.file, what);
+  /// What templates may say of a texture.
+  void describe_texture(const ShippedTexture& texture, const std::string& name) {
+    const TextureImage& image = *texture.image;
     const bool is_relief = texture.sampler == kReliefMap;
-    values_.words[is_relief ? "relief_file" : "extra_file"] = name;
-    if (is_wide(*texture.image)) values_.flags.insert("wide");
-    if (is_relief && engine_.compression != nullptr)
-      values_.words["compression"] = engine_.compression(texture.image->layout);
-    if (texture.image->levels > 1) {
+    values_.words[is_relief ? "relief_file" : texture.sampler == kExtraMap ? "extra_file" : "normal_file"] = name;
+    if (image.layout.type != TexelType::unorm8) values_.flags.insert("wide");
+    if (is_relief && engine_.compression != nullptr) values_.words["compression"] = engine_.compression(image.layout);
+    if (image.levels > 1) {
       values_.flags.insert("levels");
       values_.words["mipped"] += (values_.words["mipped"].empty() ? "" : "`, `") + name;
     }
     names_.push_back(fmt::format("`{}{}`", engine_.asset_folder, name));
-    lines_ += fmt::format("- `{}`: {}, {} x {}, {} level{}, {}: {}\n", name, texture.sampler, texture.image->width,
-                          texture.image->height, texture.image->levels, texture.image->levels == 1 ? "" : "s",
-                          texture.format, texture.channels);
-    list(texture);
+    lines_ += fmt::format("- `{}`: {}, {} x {}, {} level{}, {}: {}\n", name, texture.sampler, image.width, image.height,
+                          image.levels, image.levels == 1 ? "" : "s", texture.format, texture.channels);
   }
 
   void add_normals() {
@@ -107,17 +115,13 @@ class Folder {
       for (std::size_t i = 1; i < normals.texels.size(); i += 4)
         normals.texels[i] = std::byte{static_cast<unsigned char>(255 - std::to_integer<int>(normals.texels[i]))};
     images_.push_back(std::move(normals));
-    const ShippedTexture texture{.sampler = kNormalMap,
-                                 .binding = 3,
-                                 .file = "relief.normal",
-                                 .image = &images_.back(),
-                                 .format = format_name(images_.back().layout),
-                                 .channels = fmt::format("normal, times 0.5 + 0.5; green {} v",
-                                                         engine_.green_runs_against_v ? "against" : "along")};
-    const std::string name = store(*texture.image, texture.file, "normal map, linear");
-    names_.push_back(fmt::format("`{}{}`", engine_.asset_folder, name));
-    lines_ += fmt::format("- `{}`: normal map, RGBA of 8 bits, {}\n", name, texture.channels);
-    list(texture);
+    add_texture({.sampler = kNormalMap,
+                 .binding = 3,
+                 .file = "relief.normal",
+                 .image = &images_.back(),
+                 .format = format_name(images_.back().layout),
+                 .channels = fmt::format("normal, times 0.5 + 0.5; green {} v",
+                                         engine_.green_runs_against_v ? "against" : "along")});
   }
 
   /// What all templates may say.
