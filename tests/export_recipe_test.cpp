@@ -161,5 +161,22 @@ TEST_F(ExportRecipes, unreal_has_no_two_wide_channels_and_no_blocks) {
   expect_refused("relief?format=bc4", "unreal", "reads no blocks");
 }
 
+TEST_F(ExportRecipes, o3de_has_linear_presets_that_keep_all_channels) {
+  for (const auto& [id, preset] :
+       {std::pair("cone?format=rg8", "*Preset* **LUT_RGBA8**"), std::pair("relief?format=r8", "*Preset* **LUT_RGBA8**"),
+        std::pair("relief?format=r16", "*Preset* **LUT_R32F**"),
+        std::pair("relief?format=r16f", "*Preset* **LUT_R32F**"),
+        std::pair("cone?format=rg32f", "*Preset* **LUT_RG32F**"),
+        std::pair("quad_cone?format=r32f+rgba32f", "*Preset* **LUT_R32F** (of `relief.extra.exr`: **LUT_RGBA32F**)")})
+    EXPECT_THAT(sheet(id, "o3de"), AllOf(HasSubstr(preset), Not(HasSubstr("ReferenceImage")))) << id;
+  ExportJob with_normals = job("cone?format=rg32f", "o3de");
+  with_normals.choice.normal_map = true;
+  EXPECT_THAT(sheet(with_normals), HasSubstr("**LUT_RG32F** (of `relief.normal.tga`: **LUT_RGBA8**)"));
+  expect_refused("cone?lod=footprint", "o3de", "relief: O3DE keeps the first level of a DDS alone");
+  expect_refused("qdm", "o3de", "relief.extra: O3DE keeps the first level");
+  expect_refused("cone?format=bc5", "o3de", "relief: O3DE takes no DDS but of 8 bits a channel");
+  expect_refused("relief?format=r16", "o3de", "takes no DDS but of 8 bits a channel", "dds");
+}
+
 }  // namespace
 }  // namespace reliefbench

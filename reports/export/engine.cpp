@@ -36,6 +36,9 @@ std::string unreal_compression(const TexelLayout& layout) {
 
 bool has_blocks(const TextureImage& image) { return is_of_blocks(image.layout.type); }
 
+bool has_levels(const TextureImage& image) { return image.levels > 1; }
+bool is_wide(const TextureImage& image) { return image.layout.type != TexelType::unorm8; }
+
 std::string unity_compression(const TexelLayout& layout) {
   const bool is_one = layout.channels == 1;
   switch (layout.type) {
@@ -56,6 +59,12 @@ std::string unity_compression(const TexelLayout& layout) {
       break;
   }
   return is_one ? "R Float" : "RGBA Float";
+}
+
+/// A preset that takes values as they are: others, ReferenceImage too, take them for sRGB.
+std::string o3de_preset(const TexelLayout& layout) {
+  if (layout.type == TexelType::unorm8) return "LUT_RGBA8";
+  return layout.channels == 1 ? "LUT_R32F" : layout.channels == 2 ? "LUT_RG32F" : "LUT_RGBA32F";
 }
 
 /// Godot's language has one precision in all of a shader, and no word for it where structs are.
@@ -124,7 +133,10 @@ const std::vector<Engine>& all_engines() {
        .name = "O3DE",
        .language = "hlsl",
        .containers = {"tga", "exr", "dds"},
-       .files = {{"README.md", "o3de.md"}, {"Relief.azsli", "o3de.azsli", in_o3de}}},
+       .files = {{"README.md", "o3de.md"}, {"Relief.azsli", "o3de.azsli", in_o3de}},
+       .unreadable = {{"dds", has_levels, "keeps the first level of a DDS alone"},
+                      {"dds", is_wide, "takes no DDS but of 8 bits a channel"}},
+       .compression = o3de_preset},
   };
   return rows;
 }

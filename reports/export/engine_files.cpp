@@ -99,7 +99,7 @@ class Folder {
     const bool is_relief = texture.sampler == kReliefMap;
     values_.words[is_relief ? "relief_file" : texture.sampler == kExtraMap ? "extra_file" : "normal_file"] = name;
     if (image.layout.type != TexelType::unorm8) values_.flags.insert("wide");
-    if (is_relief && engine_.compression != nullptr) values_.words["compression"] = engine_.compression(image.layout);
+    if (engine_.compression != nullptr) add_compression(engine_.compression(image.layout), name);
     if (image.levels > 1) {
       values_.flags.insert("levels");
       values_.words["mipped"] += (values_.words["mipped"].empty() ? "" : "`, `") + name;
@@ -107,6 +107,17 @@ class Folder {
     names_.push_back(fmt::format("`{}{}`", engine_.asset_folder, name));
     lines_ += fmt::format("- `{}`: {}, {} x {}, {} level{}, {}: {}\n", name, texture.sampler, image.width, image.height,
                           image.levels, image.levels == 1 ? "" : "s", texture.format, texture.channels);
+  }
+
+  /// `**A** (of `relief.extra.png`: **B**)`: how the first texture is stored, and others that differ.
+  void add_compression(const std::string& words, const std::string& name) {
+    std::string& text = values_.words["compression"];
+    if (text.empty()) {
+      compression_ = words;
+      text = fmt::format("**{}**", words);
+    } else if (words != compression_) {
+      text += fmt::format(" (of `{}`: **{}**)", name, words);
+    }
   }
 
   void add_normals() {
@@ -222,6 +233,7 @@ class Folder {
   TemplateValues values_;
   std::vector<std::string> names_;
   std::string lines_;
+  std::string compression_;  ///< of the first texture
   Pieces source_text_;
   std::list<TextureImage> images_{};  // must stay where they are
 };
