@@ -155,6 +155,8 @@ TEST_F(ExportRecipes, unreal_has_no_two_wide_channels_and_no_blocks) {
   }
   const Export exported = make_export(job("cone?lod=footprint&format=rg16", "unreal"));
   EXPECT_EQ(exported.settings["textures"][0]["format"], "R16G16B16A16_UNORM");
+  EXPECT_THAT(files(job("cone?lod=footprint&format=rg16", "unreal")).at("Relief.usf"),
+              HasSubstr("6 levels, R16G16B16A16_UNORM: r = height"));
   for (const char* format : {"bc5", "bc7"})
     expect_refused(fmt::format("cone?format={}", format), "unreal",
                    "relief: Unreal Engine 5 reads no blocks (BC4, BC5, BC7) from DDS");
@@ -176,6 +178,45 @@ TEST_F(ExportRecipes, o3de_has_linear_presets_that_keep_all_channels) {
   expect_refused("qdm", "o3de", "relief.extra: O3DE keeps the first level");
   expect_refused("cone?format=bc5", "o3de", "relief: O3DE takes no DDS but of 8 bits a channel");
   expect_refused("relief?format=r16", "o3de", "takes no DDS but of 8 bits a channel", "dds");
+}
+
+TEST_F(ExportRecipes, godot_takes_dds_as_it_is) {
+  const auto levels = files(job("qdm?format=r16", "godot"));
+  EXPECT_EQ(read_dds(levels.at("relief.extra.dds")).format, 41U);  // R32_FLOAT: there is no R16_UNORM before Godot 4.5
+  EXPECT_THAT(levels.at("README.md"),
+              AllOf(HasSubstr("Select `relief.exr` in the"),
+                    HasSubstr("Of `relief.extra.dds` there is nothing to set: files of DDS have no import options")));
+  EXPECT_EQ(read_dds(files(job("cone?lod=footprint&format=rg16f", "godot")).at("relief.dds")).format, 34U);
+  const auto all = files(job("cone?lod=footprint&format=rg8", "godot"));
+  EXPECT_EQ(read_dds(all.at("relief.dds")).format, 28U);  // two channels of 8 bits would be grey and alpha
+  EXPECT_THAT(all.at("README.md"), AllOf(HasSubstr("Of `relief.dds` there is nothing to set"), Not(HasSubstr("Select")),
+                                         Not(HasSubstr("Reimport"))));
+  EXPECT_THAT(sheet("relief?format=r16", "godot"), AllOf(HasSubstr("Reimport"), Not(HasSubstr("DDS"))));
+  expect_refused("relief?format=r16", "godot", "relief cannot be png without loss: it has 1 level of R32_SFLOAT",
+                 "png");
+}
+
+TEST_F(ExportRecipes, unity_is_told_what_each_importer_has) {
+  const std::string dds = sheet("cone?lod=footprint&format=rg8", "unity");
+  EXPECT_THAT(dds, HasSubstr("\n2. Select `relief.dds`. In the *Inspector*: *sRGB (Color Texture)* off"));
+  for (const char* absent : {"Texture Type", "*Compression*", "*Format*", "Generate Mipmaps"})
+    EXPECT_THAT(dds, Not(HasSubstr(absent)));
+  const std::string both = sheet("qdm?format=r8", "unity");
+  EXPECT_THAT(both, AllOf(HasSubstr("of `relief.png` also: *Texture Type* **Default**"), HasSubstr("*Format* **R 8**"),
+                          HasSubstr("Select `relief.png` and `relief.extra.dds`")));
+  EXPECT_THAT(sheet("quad_cone?format=r8+rgba8", "unity"),
+              HasSubstr("**R 8** (of `relief.extra.png`: **RGBA 32 bit**)"));
+}
+
+TEST_F(ExportRecipes, without_maps_nothing_is_said_of_samplers) {
+  for (const Engine& engine : engines())
+    for (const Wrap wrap : {Wrap::repeat, Wrap::clamp}) {
+      ExportJob flat = job("flat", std::string(engine.id));
+      flat.wrap = wrap;
+      for (const auto& [name, bytes] : files(flat))
+        for (const char* word : {"Wrap Mode", "Tiling Method", "AddressU", "address_mode", "wrapS", "Sampler:"})
+          EXPECT_THAT(bytes, Not(HasSubstr(word))) << engine.id << " " << name;
+    }
 }
 
 }  // namespace

@@ -102,14 +102,19 @@ const std::vector<Engine>& all_engines() {
                  {"ReliefURP.shader", "unity.shader", in_urp}},
        .library_file = "ReliefTrace.hlsl",
        .v_runs_up = true,
+       .takes_dds_as_is = true,
        .compression = unity_compression},
-      // Its readers of PNG leave 8 bits.
+      // Its readers of PNG leave 8 bits. Textures of 16-bit integers it has from 4.5 on; DDS of two channels of 8 bits
+      // are grey and alpha to it.
       {.id = "godot",
        .name = "Godot 4",
        .language = "glsl_es",
        .containers = {"tga", "exr", "dds"},
        .files = {{"README.md", "godot.md"}, {"relief.gdshader", "godot.gdshader", in_godot}},
        .green_runs_against_v = true,
+       .widens_unorm16 = true,
+       .takes_dds_as_is = true,
+       .widens_pairs = {TexelType::unorm8},
        .adapt = without_precision},
       {.id = "three",
        .name = "three.js with WebGPU",

@@ -39,6 +39,7 @@ struct Engine {
   bool v_runs_up = false;                 ///< pictures are stored from the bottom
   bool green_runs_against_v = false;      ///< of its normal maps
   bool widens_unorm16 = false;            ///< has no 16-bit integer textures
+  bool takes_dds_as_is = false;           ///< has nothing to choose of how it is stored
   std::vector<TexelType> widens_pairs{};  ///< it reads four channels from DDS, but not two
   std::vector<Unreadable> unreadable{};
   std::string (*compression)(const TexelLayout& layout) = nullptr;  ///< in its dialogs' words

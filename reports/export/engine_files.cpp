@@ -17,10 +17,10 @@ namespace {
 class Folder {
  public:
   Folder(const Engine& engine, const EngineSource& source, const ExportChoice& choice, std::string folder)
-      : engine_(engine), source_(source), choice_(choice), folder_(std::move(folder)) {}
+      : engine_(engine), source_(source), choice_(choice), folder_(std::move(folder)), shader_(source.shader) {}
 
   EngineFiles make() {
-    for (const ShippedTexture& texture : source_.shader.textures) add_texture(texture);
+    for (ShippedTexture& texture : shader_.textures) texture = add_texture(texture);
     if (source_.normals != nullptr) add_normals();
     describe();
     if (engine_.language.empty())
@@ -64,7 +64,8 @@ class Folder {
     texture.format = format_name(texture.image->layout);
   }
 
-  void add_texture(ShippedTexture texture) {
+  /// Returns it as it is stored.
+  ShippedTexture add_texture(ShippedTexture texture) {
     if (engine_.widens_unorm16 && texture.image->layout.type == TexelType::unorm16) {
       widen(texture, as_floats(*texture.image));
       values_.flags.insert("widened");
@@ -91,6 +92,7 @@ class Folder {
                                .levels = image.levels,
                                .bytes = image.texels.size()});
     describe_texture(texture, name);
+    return texture;
   }
 
   /// What templates may say of a texture.
@@ -99,12 +101,14 @@ class Folder {
     const bool is_relief = texture.sampler == kReliefMap;
     values_.words[is_relief ? "relief_file" : texture.sampler == kExtraMap ? "extra_file" : "normal_file"] = name;
     if (image.layout.type != TexelType::unorm8) values_.flags.insert("wide");
-    if (engine_.compression != nullptr) add_compression(engine_.compression(image.layout), name);
+    const bool is_as_is = engine_.takes_dds_as_is && name.ends_with(".dds");
+    if (engine_.compression != nullptr && !is_as_is) add_compression(engine_.compression(image.layout), name);
     if (image.levels > 1) {
       values_.flags.insert("levels");
       values_.words["mipped"] += (values_.words["mipped"].empty() ? "" : "`, `") + name;
     }
     names_.push_back(fmt::format("`{}{}`", engine_.asset_folder, name));
+    (is_as_is ? as_is_ : asked_).push_back(names_.back());
     lines_ += fmt::format("- `{}`: {}, {} x {}, {} level{}, {}: {}\n", name, texture.sampler, image.width, image.height,
                           image.levels, image.levels == 1 ? "" : "s", texture.format, texture.channels);
   }
@@ -126,18 +130,18 @@ class Folder {
       for (std::size_t i = 1; i < normals.texels.size(); i += 4)
         normals.texels[i] = std::byte{static_cast<unsigned char>(255 - std::to_integer<int>(normals.texels[i]))};
     images_.push_back(std::move(normals));
-    add_texture({.sampler = kNormalMap,
-                 .binding = 3,
-                 .file = "relief.normal",
-                 .image = &images_.back(),
-                 .format = format_name(images_.back().layout),
-                 .channels = fmt::format("normal, times 0.5 + 0.5; green {} v",
-                                         engine_.green_runs_against_v ? "against" : "along")});
+    (void)add_texture({.sampler = kNormalMap,
+                       .binding = 3,
+                       .file = "relief.normal",
+                       .image = &images_.back(),
+                       .format = format_name(images_.back().layout),
+                       .channels = fmt::format("normal, times 0.5 + 0.5; green {} v",
+                                               engine_.green_runs_against_v ? "against" : "along")});
   }
 
   /// What all templates may say.
   void describe() {
-    const ShippedShader& shader = source_.shader;
+    const ShippedShader& shader = shader_;
     values_.words["setting"] = setting_id(shader.settings);
     values_.words["heightmap"] = on_one_line(shader.heightmap);
     values_.words["depth"] = fmt::format("{:#}", shader.relief_depth);
@@ -145,6 +149,8 @@ class Folder {
     values_.words["light_radius"] = light_radius_text(shader);
     values_.words["textures"] = lines_;
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
+    values_.words["asked_names"] = fmt::format("{}", fmt::join(asked_, " and "));
+    values_.words["as_is_names"] = fmt::format("{}", fmt::join(as_is_, " and "));
     values_.words["header"] = shipped_header(shader, engine_.name);
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
@@ -153,16 +159,19 @@ class Folder {
     set(!shader.textures.empty(), "map");
     set(shader.textures.size() > 1, "extra");
     set(shader.wrap == Wrap::clamp, "clamp");
-    set(shader.wrap == Wrap::repeat, "repeat");
+    set(!shader.textures.empty() && shader.wrap == Wrap::repeat, "repeat");
+    set(!shader.textures.empty() && shader.wrap == Wrap::clamp, "edge");
     set(has_value_of(shader.settings, Query::shadow), "shadow");
     set(takes_curvature(shader.settings), "curvature");
     set(shader.settings.is("fade", "distance"), "distance");
     set(shader.base == 1, "down");
+    set(!shader.textures.empty() && !asked_.empty(), "asked");
+    set(!as_is_.empty(), "as_is");
     set(!shader.textures.empty() && !values_.flags.contains("levels"), "nolevels");
   }
 
   void add_language(const Language& language) {
-    const ShippedText text = language.write(source_.shader);
+    const ShippedText text = language.write(shader_);
     std::string files;
     for (const auto& [name, bytes] :
          {std::pair(language.library_file, text.library), std::pair(language.example_file, text.example)}) {
@@ -178,15 +187,14 @@ class Folder {
   }
 
   void add_library(const Language& language) {
-    std::string library = language.write(source_.shader).library;
+    std::string library = language.write(shader_).library;
     if (engine_.adapt != nullptr) library = engine_.adapt(library);
     if (!engine_.library_file.empty())
       files_.files.push_back({.name = fmt::format("{}{}", folder_, engine_.library_file),
                               .what = fmt::format("relief_trace, {}", language.name),
                               .bytes = std::string(engine_.library_head) + library});
     values_.words["library"] = std::move(library);
-    source_text_ =
-        shipped_source(source_.shader, language.id == "wgsl" ? MapArguments::separate : MapArguments::combined);
+    source_text_ = shipped_source(shader_, language.id == "wgsl" ? MapArguments::separate : MapArguments::combined);
     const std::vector<std::string> traced = map_arguments(source_text_, "relief_trace");
     if (std::ranges::find(traced, kReliefSampler) != traced.end()) values_.flags.emplace("sampler");
   }
@@ -204,7 +212,7 @@ class Folder {
         }
       }
       values.words["light_arg"] =
-          values.flags.contains("shadow") ? fmt::format(", {}, {}", file.light, light_radius_text(source_.shader)) : "";
+          values.flags.contains("shadow") ? fmt::format(", {}, {}", file.light, light_radius_text(shader_)) : "";
       values.words["map_hints"] = map_hints(file);
     }
     files_.files.push_back({.name = fmt::format("{}{}", folder_, file.name),
@@ -219,7 +227,7 @@ class Folder {
       if (texture.sampler == kNormalMap) continue;
       text += fmt::format("uniform sampler2D {} : filter_{}, {};  // {}\n", file.argument(texture.sampler),
                           texture.levels > 1 ? "linear_mipmap" : "linear",
-                          source_.shader.wrap == Wrap::clamp ? "repeat_disable" : "repeat_enable",
+                          shader_.wrap == Wrap::clamp ? "repeat_disable" : "repeat_enable",
                           texture.file.substr(texture.file.rfind('/') + 1));
     }
     return text;
@@ -229,9 +237,12 @@ class Folder {
   const EngineSource& source_;
   const ExportChoice& choice_;
   std::string folder_;
+  ShippedShader shader_;  ///< with the textures as they are stored
   EngineFiles files_;
   TemplateValues values_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_;  ///< of textures
+  std::vector<std::string> asked_;  ///< those that a dialog asks how to store
+  std::vector<std::string> as_is_;  ///< the others
   std::string lines_;
   std::string compression_;  ///< of the first texture
   Pieces source_text_;

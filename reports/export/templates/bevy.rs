@@ -31,8 +31,8 @@ impl ReliefMaterial {
 ?map                 settings.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
 ?repeat                     address_mode_u: ImageAddressMode::Repeat,
 ?repeat                     address_mode_v: ImageAddressMode::Repeat,
-?clamp                     address_mode_u: ImageAddressMode::ClampToEdge,
-?clamp                     address_mode_v: ImageAddressMode::ClampToEdge,
+?edge                     address_mode_u: ImageAddressMode::ClampToEdge,
+?edge                     address_mode_v: ImageAddressMode::ClampToEdge,
 ?map                     mag_filter: ImageFilterMode::Linear,
 ?map                     min_filter: ImageFilterMode::Linear,
 ?map                     mipmap_filter: ImageFilterMode::Nearest,
