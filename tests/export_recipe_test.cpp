@@ -219,5 +219,16 @@ TEST_F(ExportRecipes, without_maps_nothing_is_said_of_samplers) {
     }
 }
 
+TEST_F(ExportRecipes, bevy_is_told_the_feature_that_a_format_needs) {
+  for (const auto& [id, feature] :
+       {std::pair("cone?format=bc5", "TEXTURE_COMPRESSION_BC"), std::pair("cone?format=bc7", "TEXTURE_COMPRESSION_BC"),
+        std::pair("cone?format=eac_rg11", "TEXTURE_COMPRESSION_ETC2"),
+        std::pair("relief?format=r16", "TEXTURE_FORMAT_16BIT_NORM"),
+        std::pair("cone?format=rg32f", "FLOAT32_FILTERABLE")})
+    EXPECT_THAT(sheet(id, "bevy"), HasSubstr(fmt::format("They need the feature `{}` of wgpu", feature))) << id;
+  for (const char* id : {"cone?format=rg8", "cone?format=rg16f"})
+    EXPECT_THAT(sheet(id, "bevy"), Not(HasSubstr("of wgpu"))) << id;
+}
+
 }  // namespace
 }  // namespace reliefbench

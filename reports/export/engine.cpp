@@ -61,6 +61,25 @@ std::string unity_compression(const TexelLayout& layout) {
   return is_one ? "R Float" : "RGBA Float";
 }
 
+std::string_view wgpu_feature(TexelType type) {
+  switch (type) {
+    case TexelType::unorm16:
+      return "TEXTURE_FORMAT_16BIT_NORM";
+    case TexelType::float32:
+      return "FLOAT32_FILTERABLE";
+    case TexelType::rgtc:
+    case TexelType::bc7:
+      return "TEXTURE_COMPRESSION_BC";
+    case TexelType::eac:
+      return "TEXTURE_COMPRESSION_ETC2";
+    case TexelType::unorm8:
+    case TexelType::float16:
+    case TexelType::astc:
+      break;
+  }
+  return "";
+}
+
 /// A preset that takes values as they are: others, ReferenceImage too, take them for sRGB.
 std::string o3de_preset(const TexelLayout& layout) {
   if (layout.type == TexelType::unorm8) return "LUT_RGBA8";
@@ -133,7 +152,8 @@ const std::vector<Engine>& all_engines() {
        .asset_folder = "assets/relief/",
        .library_file = "assets/relief/relief.wgsl",
        .library_head = "#define_import_path relief::trace\n",
-       .green_runs_against_v = true},
+       .green_runs_against_v = true,
+       .feature = wgpu_feature},
       {.id = "o3de",
        .name = "O3DE",
        .language = "hlsl",

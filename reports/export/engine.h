@@ -43,7 +43,8 @@ struct Engine {
   std::vector<TexelType> widens_pairs{};  ///< it reads four channels from DDS, but not two
   std::vector<Unreadable> unreadable{};
   std::string (*compression)(const TexelLayout& layout) = nullptr;  ///< in its dialogs' words
-  std::string (*adapt)(const std::string& library) = nullptr;       ///< to what its language lacks
+  std::string_view (*feature)(TexelType type) = nullptr;       ///< of devices, without which they have no such texture
+  std::string (*adapt)(const std::string& library) = nullptr;  ///< to what its language lacks
 };
 [[nodiscard]] std::span<const Engine> engines();
 [[nodiscard]] const Engine& find_engine(std::string_view id);  ///< throws: Error(bad_input) listing the choices

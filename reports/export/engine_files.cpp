@@ -100,7 +100,10 @@ class Folder {
     const TextureImage& image = *texture.image;
     const bool is_relief = texture.sampler == kReliefMap;
     values_.words[is_relief ? "relief_file" : texture.sampler == kExtraMap ? "extra_file" : "normal_file"] = name;
-    if (image.layout.type != TexelType::unorm8) values_.flags.insert("wide");
+    if (engine_.feature != nullptr && texture.sampler == kReliefMap) {  // another map is of the same type
+      values_.words["feature"] = engine_.feature(image.layout.type);
+      if (!values_.words["feature"].empty()) values_.flags.insert("feature");
+    }
     const bool is_as_is = engine_.takes_dds_as_is && name.ends_with(".dds");
     if (engine_.compression != nullptr && !is_as_is) add_compression(engine_.compression(image.layout), name);
     if (image.levels > 1) {
