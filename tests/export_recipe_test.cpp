@@ -230,5 +230,20 @@ TEST_F(ExportRecipes, bevy_is_told_the_feature_that_a_format_needs) {
     EXPECT_THAT(sheet(id, "bevy"), Not(HasSubstr("of wgpu"))) << id;
 }
 
+TEST_F(ExportRecipes, fragments_beside_the_relief_go_after_the_derivatives) {
+  for (const auto& [engine, file, word] :
+       {std::tuple("godot", "relief.gdshader", "discard;"), std::tuple("unity", "ReliefURP.shader", "clip("),
+        std::tuple("bevy", "assets/relief/relief_material.wgsl", "discard;"),
+        std::tuple("plain", "example.frag", " discard;")}) {
+    ExportJob clamped = job("cone?lod=footprint&format=rg8", engine);
+    clamped.wrap = Wrap::clamp;
+    const std::string text = files(clamped).at(file);
+    const std::size_t traced = text.rfind("= relief_trace(");
+    ASSERT_NE(traced, std::string::npos) << engine;
+    EXPECT_GT(text.rfind(word), traced) << engine;
+    EXPECT_EQ(text.find(word), text.rfind(word)) << engine;
+  }
+}
+
 }  // namespace
 }  // namespace reliefbench

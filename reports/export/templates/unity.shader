@@ -57,7 +57,6 @@ Shader "Relief/URP" {
       }
 
       float4 fragment(Varyings input) : SV_Target {
-?clamp         clip(float4(input.uv, 1.0 - input.uv));
         float3 bitangent = cross(input.normal, input.tangent.xyz) * input.tangent.w;
         float3x3 frame = float3x3(normalize(input.tangent.xyz), normalize(bitangent), normalize(input.normal));
         float3 view_ts = mul(frame, input.world - GetCameraPositionWS());
@@ -69,6 +68,7 @@ Shader "Relief/URP" {
         float diffuse = saturate(dot(normal_ts, light_ts));
 ?shadow         diffuse *= surface.shadow;
         float3 colour = SAMPLE_TEXTURE2D_GRAD(_BaseMap, sampler_BaseMap, surface.uv, ddx(input.uv), ddy(input.uv)).rgb;
+?clamp         clip(float4(input.uv, 1.0 - input.uv));
         return float4(colour * (0.2 + diffuse * light.color), 1.0);
       }
       ENDHLSL
