@@ -116,15 +116,11 @@ class Folder {
                           image.levels, image.levels == 1 ? "" : "s", texture.format, texture.channels);
   }
 
-  /// `**A** (of `relief.extra.png`: **B**)`: how the first texture is stored, and others that differ.
+  /// How the first texture is stored, and others that differ.
   void add_compression(const std::string& words, const std::string& name) {
-    std::string& text = values_.words["compression"];
-    if (text.empty()) {
-      compression_ = words;
-      text = fmt::format("**{}**", words);
-    } else if (words != compression_) {
-      text += fmt::format(" (of `{}`: **{}**)", name, words);
-    }
+    if (compression_.empty()) compression_ = words;
+    if (words != compression_)
+      other_compressions_ += fmt::format("{}of `{}`: **{}**", other_compressions_.empty() ? "" : ", ", name, words);
   }
 
   void add_normals() {
@@ -154,6 +150,8 @@ class Folder {
     values_.words["texture_names"] = fmt::format("{}", fmt::join(names_, " and "));
     values_.words["asked_names"] = fmt::format("{}", fmt::join(asked_, " and "));
     values_.words["as_is_names"] = fmt::format("{}", fmt::join(as_is_, " and "));
+    values_.words["compression"] = fmt::format(
+        "**{}**{}", compression_, other_compressions_.empty() ? "" : fmt::format(" ({})", other_compressions_));
     values_.words["header"] = shipped_header(shader, engine_.name);
     values_.words["extra_binding"] = shader.textures.size() > 1 ? ", `extra_map` 1" : "";
     const auto set = [&](bool is_set, const char* flag) {
@@ -248,6 +246,7 @@ class Folder {
   std::vector<std::string> as_is_;  ///< the others
   std::string lines_;
   std::string compression_;  ///< of the first texture
+  std::string other_compressions_;
   Pieces source_text_;
   std::list<TextureImage> images_{};  // must stay where they are
 };
