@@ -42,6 +42,8 @@ void print_space(const TuneResult& result) {
         "the budgets as more steps do\n",
         counts.scored, counts.assumed, counts.hopeless);
   if (counts.failed > 0) put("  {} could not be drawn\n", counts.failed);
+  if (const auto valued = std::ssize(result.space.candidates); counts.scored > valued)
+    put("  {} have no value of {}: left out\n", counts.scored - valued, result.error_metric);
 }
 
 void print_certificate(const TuneResult& result, const Paint& paint) {
@@ -100,7 +102,9 @@ void print_scenes(const TuneResult& result, const Paint& paint, const Names& nam
     const std::string verdict = !answer.failure.empty() ? paint.bad(answer.failure)
                                 : answer.miss.empty()   ? paint.good("meets the budgets")
                                                         : paint.bad(answer.miss);
-    put("  {}: {}{}\n", answer.scene, verdict, answer.failure.empty() ? ", " + format_time_ns(answer.time_ns) : "");
+    const std::string unmeasured = answer.error ? "" : fmt::format(", {} not measured", result.error_metric);
+    const std::string drawn = fmt::format("{}, {}", unmeasured, format_time_ns(answer.time_ns));
+    put("  {}: {}{}\n", answer.scene, verdict, answer.failure.empty() ? drawn : "");
   }
 }
 

@@ -92,8 +92,8 @@ struct SceneAnswer {
 struct HoldoutAnswer {
   std::string scene{};
   SceneKey scene_key{};
-  std::string failure{};  ///< why the pick could not be drawn there; "" if it was
-  double error = 0;
+  std::string failure{};          ///< why the pick could not be drawn there; "" if it was
+  std::optional<double> error{};  ///< the front's metric; none: it was not measured
   double time_ns = 0;
   std::string miss{};  ///< "e_xy.p99 is 0.61 where 0.5 is asked"; "" where the budgets hold
 };

@@ -2,6 +2,7 @@
 #include <exception>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <set>
 
 #include "kernels/base/append_file.h"
@@ -33,7 +34,14 @@ bool compares_pictures(const std::vector<Budget>& budgets, std::string_view erro
 class DeviceSource final : public TuneSource {
  public:
   DeviceSource(const Config& config, const TuneOptions& options, TuneClock& clock)
-      : options_(options), clock_(clock), run_(config, options), config_(run_.config()), settings_(run_.settings()) {}
+      : options_(options),
+        clock_(clock),
+        run_(config, options),
+        config_(run_.config()),
+        settings_(run_.settings()),
+        all_scenes_(config_.scenes.size()) {
+    std::iota(all_scenes_.begin(), all_scenes_.end(), std::size_t{0});
+  }
 
   /// The error pass.
   void score_settings() {
@@ -114,16 +122,16 @@ class DeviceSource final : public TuneSource {
 
   SearchSpace space(std::span<const std::size_t> scenes) override {
     SearchSpace space = empty_setting_space();
-    const MetricRow& metric = find_metric(config_.front_error);
     const std::vector<const MetricRow*> work = work_metrics();
     candidates_.clear();
     for (std::size_t setting = 0; setting < settings_.size(); ++setting) {
-      if (scores_[setting].scored != Scored::yes) continue;
+      const std::optional<double> error = worst_error(setting, scenes);
+      if (!error) continue;
       candidates_.push_back(setting);
       Candidate candidate = candidate_of(settings_[setting], setting_id(settings_[setting]));
+      candidate.error = *error;
       for (const std::size_t scene : scenes) {
         const FrameScore& score = scores_[setting].scores[scene];
-        candidate.error = std::max(candidate.error, metric.value(score).value_or(0));
         candidate.is_feasible &= meets_asked(score);
         for (std::size_t i = 0; i < work.size(); ++i)
           candidate.work[i] = combined(options_.combine, candidate.work[i], weight_of(scene, scenes),
@@ -167,7 +175,7 @@ class DeviceSource final : public TuneSource {
     double least = std::numeric_limits<double>::infinity();
     std::pair<std::string, std::string> nearest;
     for (std::size_t i = 0; i < settings_.size(); ++i) {
-      if (scores_[i].scored != Scored::yes) continue;
+      if (!worst_error(i, all_scenes_)) continue;
       Miss worst;
       for (const FrameScore& score : scores_[i].scores) {
         Miss here = miss_of(asked(), score);
@@ -238,7 +246,7 @@ class DeviceSource final : public TuneSource {
         const Record& record = run_.whole_record(c, scene);
         answer.failure = record.reason;
         if (record.error) {
-          answer.error = find_metric(config_.front_error).value(*record.error).value_or(0);
+          answer.error = find_metric(config_.front_error).value(*record.error);
           answer.miss = miss_of(budgets, *record.error).text;
           answer.time_ns = median(run_.book().times(id));
         }
@@ -278,6 +286,20 @@ class DeviceSource final : public TuneSource {
     return std::ranges::all_of(asked(), [&](const Budget& budget) { return meets(score, budget); });
   }
 
+  /// Of the front's metric, in the worst of these scenes; none where the setting was not scored, or has no value in
+  /// one.
+  [[nodiscard]] std::optional<double> worst_error(std::size_t setting, std::span<const std::size_t> scenes) const {
+    if (scores_[setting].scored != Scored::yes) return std::nullopt;
+    const MetricRow& metric = find_metric(config_.front_error);
+    double worst = 0;
+    for (const std::size_t scene : scenes) {
+      const std::optional<double> error = metric.value(scores_[setting].scores[scene]);
+      if (!error) return std::nullopt;
+      worst = std::max(worst, *error);
+    }
+    return worst;
+  }
+
   [[nodiscard]] std::size_t setting_of(const std::string& id) const {
     return static_cast<std::size_t>(std::ranges::find(settings_, id, [](const Settings& s) { return setting_id(s); }) -
                                     settings_.begin());
@@ -305,6 +327,7 @@ class DeviceSource final : public TuneSource {
   TuneRun run_;
   const Config& config_;
   const std::vector<Settings>& settings_;
+  std::vector<std::size_t> all_scenes_;
   std::vector<SettingScore> scores_;     // one a setting
   std::vector<std::size_t> candidates_;  // settings, in the order of the space
   TuneCounts counts_;

@@ -105,7 +105,7 @@ json holdout_json(const TuneResult& result) {
                     {"failure", answer.failure},
                     {"meets", answer.failure.empty() && answer.miss.empty()},
                     {"miss", answer.miss},
-                    {"error", answer.error},
+                    {"error", or_null(answer.error)},
                     {"time_ns", answer.time_ns}});
   return list;
 }
