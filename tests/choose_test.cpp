@@ -124,6 +124,16 @@ TEST(TunePick, a_tie_never_costs_the_certificate) {
   EXPECT_EQ(two.pick().tie, "");
 }
 
+TEST(TunePick, a_tie_never_leaves_the_bound_on_time) {
+  TwoSettings two;
+  two.question.max_error.clear();
+  two.question.max_time_ms = 102.5e-6;  // the plain one may take 103 ns
+  EXPECT_EQ(two.pick().setting, two.space.candidates[1].id);
+  EXPECT_EQ(two.pick().tie, "");
+  two.question.max_time_ms = 103e-6;
+  EXPECT_EQ(two.pick().setting, two.space.candidates[0].id);
+}
+
 TEST(TunePick, settings_that_time_tells_apart_do_not_tie) {
   TwoSettings two;
   two.search.states[0] = {

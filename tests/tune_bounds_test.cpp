@@ -85,6 +85,50 @@ class TuneBounds : public ::testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(TuneBounds, with_bounds_on_error_and_time_the_pick_is_the_most_accurate_within_both) {
+  const TuneResult result = replay(table("table.csv", kMadeSettings), {"e_xy.p99<=0.5"}, 3.5);
+  ASSERT_TRUE(result.pick);
+  EXPECT_EQ(result.pick->error, 0.2);
+  EXPECT_TRUE(result.is_certified());
+  for (const TuneRung& rung : result.rungs) EXPECT_LE(rung.high_ns, 3.5e6) << rung.setting;
+  EXPECT_EQ(replay(table("table.csv", kMadeSettings), {"e_xy.p99<=0.5"}, {}).pick->error, 0.4);
+}
+
+TEST_F(TuneBounds, the_ladder_of_a_bound_on_time_keeps_to_it_and_ends_at_the_pick) {
+  const TuneResult result = replay(table("table.csv", kMadeSettings), {}, 3.5);
+  ASSERT_TRUE(result.pick);
+  EXPECT_EQ(result.pick->error, 0.2);
+  ASSERT_FALSE(result.rungs.empty());
+  for (const TuneRung& rung : result.rungs) EXPECT_LE(rung.high_ns, 3.5e6) << rung.setting;
+  EXPECT_EQ(result.rungs.back().setting, result.pick->setting);
+}
+
+TEST_F(TuneBounds, where_nothing_is_as_fast_the_fastest_is_named) {
+  const std::string made = table("table.csv", kMadeSettings);
+  const TuneResult result = replay(made, {}, 0.5);
+  EXPECT_FALSE(result.pick);
+  EXPECT_THAT(result.nearest, HasSubstr("linear_steps=4&"));
+  EXPECT_THAT(result.miss, AllOf(HasSubstr("the fastest takes up to 1.0"), HasSubstr(" ms where 0.5 ms is asked")));
+  const CommandResult told = tune({"--replay", made, "--max-time-ms", "0.5"});
+  EXPECT_EQ(told.exit_code, 1);
+  EXPECT_THAT(told.out, AllOf(HasSubstr("no pick: the fastest takes"), HasSubstr("nearest: relief linear_steps=4")));
+}
+
+TEST_F(TuneBounds, where_nothing_meets_the_budget_the_most_accurate_is_named) {
+  const TuneResult result = replay(table("table.csv", {{"relief", 4, 1, 8}, {"relief", 8, 2, 0.75}}), {}, {});
+  EXPECT_FALSE(result.pick);
+  EXPECT_THAT(result.nearest, HasSubstr("linear_steps=8&"));
+  EXPECT_EQ(result.miss, "e_xy.p99 is 0.75 where 0.5 is asked");
+}
+
+TEST_F(TuneBounds, a_fleet_that_no_setting_does_for_is_a_no) {
+  const std::string here = table("here.csv", {{"relief", 4, 1, 0.1}, {"relief", 8, 2, 0.1}});
+  const std::string there = table("there.csv", {{"cone", 4, 1, 0.1}, {"cone", 8, 2, 0.1}}, "another GPU");
+  const CommandResult told = tune({"--replay", here, "--fleet", there});
+  EXPECT_THAT(told.out, HasSubstr("no setting for all devices: "));
+  EXPECT_EQ(told.exit_code, 1);
+}
+
 TEST_F(TuneBounds, a_setting_without_a_value_of_the_error_is_no_answer) {
   std::ofstream(folder_ / "config.json") << fmt::format(kShadowConfig, R"("none", "linear")");
   const CommandResult result = tune({"config.json", "--backend", "null", "-o", "tuned", "--json"});
@@ -95,6 +139,14 @@ TEST_F(TuneBounds, a_setting_without_a_value_of_the_error_is_no_answer) {
   EXPECT_EQ(told.at("space").at("settings"), 7);
   EXPECT_THAT(tune({"config.json", "--backend", "null", "-o", "tuned"}).out,
               HasSubstr("4 have no value of false_lit_rate"));
+}
+
+TEST_F(TuneBounds, where_no_setting_has_a_value_there_is_no_pick) {
+  std::ofstream(folder_ / "config.json") << fmt::format(kShadowConfig, R"("none")");
+  const CommandResult result = tune({"config.json", "--backend", "null", "-o", "tuned"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("no pick: no setting has a value of false_lit_rate"), Not(HasSubstr("flat"))));
 }
 
 TEST_F(TuneBounds, what_a_held_out_scene_did_not_measure_is_no_number) {

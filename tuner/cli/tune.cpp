@@ -192,8 +192,8 @@ TuneOptions options_of(const TuneArguments& arguments) {
 }
 
 Exit exit_of(const TuneResult& result) {
-  if (!result.pick && result.search.measured == 0 && !result.is_stopped) return Exit::answer_is_no;
-  if (!result.pick) return result.is_stopped ? Exit::inconclusive : Exit::answer_is_no;
+  const bool is_no = !result.pick || !result.fleet_refusal.empty();
+  if (is_no) return result.is_stopped ? Exit::inconclusive : Exit::answer_is_no;
   return result.is_certified() ? Exit::done : Exit::inconclusive;
 }
 
@@ -314,8 +314,9 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "tune.json on standard output");
   command->footer(
-      "Exit code 1 where nothing meets the bounds, 4 where the precision was not reached. Ctrl-C and SIGTERM end the\n"
-      "search with the answer so far.\n"
+      "Exit code 1 where nothing meets the bounds, with --fleet on all devices; 4 where the precision was not "
+      "reached.\n"
+      "Ctrl-C and SIGTERM end the search with the answer so far.\n"
       "With --fleet the search ends with what `choose` says of these runs and this one. It times where that is "
       "decided:\n"
       "this device's best setting, and those that lose little on the others.\n"

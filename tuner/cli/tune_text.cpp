@@ -32,6 +32,12 @@ std::string interval(double time_ns, double high_ns) {
   return fmt::format("{} (at most {})", format_time_ns(time_ns), format_time_ns(high_ns));
 }
 
+/// Why there is no pick, and what comes nearest to one.
+void print_miss(const TuneResult& result, std::string_view what, const Names& names) {
+  put("\n{}{}{}\n", what, result.miss.empty() ? "" : ": ", result.miss);
+  if (!result.nearest.empty()) put("  nearest: {}\n", name_of(result, names, result.nearest));
+}
+
 void print_space(const TuneResult& result) {
   const TuneCounts& counts = result.counts;
   put("{} settings", counts.settings);
@@ -132,11 +138,10 @@ void print_tune_result(const TuneResult& result, const Names& names) {
     if (!result.pick->tie.empty())
       put("  tie with {}:\n  the pick is the simpler or smaller of settings that time does not tell apart\n",
           name_of(result, names, result.pick->tie));
-  } else if (!result.search.is_feasible && !result.is_stopped) {
-    put("\n{}{}{}\n", paint.bad("nothing meets the budgets"), result.miss.empty() ? "" : ": ", result.miss);
-    if (!result.nearest.empty()) put("  nearest: {}\n", name_of(result, names, result.nearest));
+  } else if (result.is_stopped) {
+    put("\n{}\n", paint.bad("no pick yet: stopped too early"));
   } else {
-    put("\n{}\n", paint.bad(result.is_stopped ? "no pick yet: stopped too early" : "no pick"));
+    print_miss(result, paint.bad(result.search.is_feasible ? "no pick" : "nothing meets the budgets"), names);
   }
   print_certificate(result, paint);
   print_rungs(result, names);

@@ -21,8 +21,8 @@ namespace reliefbench {
 
 /// What is asked of a search.
 struct TuneQuestion {
-  std::vector<Budget> max_error{};      ///< all must hold: then there is one answer, the cheapest that meets them
-  std::optional<double> max_time_ms{};  ///< then the pick is the most accurate within it
+  std::vector<Budget> max_error{};      ///< all must hold: alone they have one answer, the cheapest that meets them
+  std::optional<double> max_time_ms{};  ///< then the pick is the most accurate within it, of those within max_error
   double epsilon = 0.02;                ///< the pick may be so much slower than the best, as a ratio - 1
   double confidence = 0.95;
   std::uint64_t seed = 1;
@@ -130,7 +130,7 @@ struct TuneResult {
   std::vector<HoldoutAnswer> holdout{};
   std::unique_ptr<FleetAnswer> fleet{};  ///< where a fleet was given, and some setting will do for all
   std::string fleet_refusal{};           ///< where none does: why
-  std::string nearest{};                 ///< where nothing does: the setting that misses least
+  std::string nearest{};                 ///< where there is no pick: the setting that misses least, if one is known
   std::string miss{};                    ///< and by how much
   bool is_stopped = false;               ///< by the time limit or the user
   double wall_s = 0;

@@ -76,7 +76,7 @@ class DeviceSource final : public TuneSource {
     const double whole_s = pass.score_coarse();
     if (run_.is_bisected()) {
       counts_.is_bisected = *run_.is_bisected();  // or the settings to search would be others than they were
-    } else if (!options_.question.max_error.empty() && options_.time_limit_s) {
+    } else if (has_one_answer(options_.question) && options_.time_limit_s) {
       counts_.is_bisected = whole_s > kMuchOfErrorPass * clock_.limit_s();
       if (counts_.is_bisected)
         progress.note(fmt::format("all errors would take {:.0f} s of {:.0f} s: bisecting along the step counts",

@@ -15,6 +15,7 @@
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_folder.h"
 #include "tuner/tune/holdout.h"
+#include "tuner/tune/tune_search.h"
 
 namespace reliefbench {
 namespace {
@@ -37,6 +38,8 @@ nlohmann::json identity_of(const Config& config, const TuneOptions& options, con
                                {"combine", options.combine == Combine::worst ? "worst" : "weighted"},
                                {"weights", options.weights}}},
                              {"devices", nlohmann::json::array({device_identity(session.device())})}};
+  // Then all errors count, none is taken for granted by bisection.
+  if (!question.max_error.empty() && !has_one_answer(question)) identity["tune"]["whole_front"] = true;
   if (options.fleet) identity["tune"]["fleet"] = fleet_sha256(*options.fleet);
   return identity;
 }

@@ -27,13 +27,19 @@ std::vector<std::string> without(const std::vector<std::string>& more, const std
   return rest;
 }
 
-/// Rungs from the measured settings that are as accurate as the pick is asked to be.
+/// Whether a time is within the question's bound on it.
+bool is_in_time(double high_ns, const TuneQuestion& question) {
+  return !question.max_time_ms || high_ns <= *question.max_time_ms * kNsPerMs;
+}
+
+/// Rungs from the measured settings that are as accurate as the pick is asked to be, and as fast.
 std::vector<TuneRung> rungs_of(const TuneResult& result, double max_error) {
   std::vector<RungCandidate> candidates;
   for (std::size_t i = 0; i < result.space.candidates.size(); ++i) {
     const Candidate& candidate = result.space.candidates[i];
     const CandidateState& state = result.search.states[i];
     if (!candidate.is_feasible || candidate.error > max_error || !state.high_ns) continue;
+    if (!is_in_time(*state.high_ns, result.question)) continue;
     const Settings settings = parse_setting(candidate.id);
     candidates.push_back({.index = i,
                           .features = features(settings),
@@ -82,9 +88,11 @@ double combined(Combine combine, double so_far, double weight, double value) {
   return combine == Combine::worst ? std::max(so_far, value) : so_far + weight * value;
 }
 
+bool has_one_answer(const TuneQuestion& question) { return !question.max_error.empty() && !question.max_time_ms; }
+
 SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question, const FleetLosses* fleet) {
   SearchSpace asked = space;
-  if (!question.max_error.empty())
+  if (has_one_answer(question))
     for (Candidate& candidate : asked.candidates) candidate.error = fleet != nullptr ? fleet->loss(candidate.id) : 0;
   return asked;
 }
@@ -119,7 +127,7 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
   const BudgetAnswer* answer = nullptr;
   if (question.max_time_ms) {
     for (const BudgetAnswer& one : search.answers)  // by falling error, so rising time
-      if (one.high_ns <= *question.max_time_ms * kNsPerMs) answer = &one;
+      if (is_in_time(one.high_ns, question)) answer = &one;
   } else if (!search.answers.empty()) {
     answer = question.max_error.empty() && budget ? answer_for(search.answers, *budget) : &search.answers.back();
   }
@@ -133,7 +141,7 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
   if (answer->gap > question.epsilon) return pick;
 
   double max_error = pick.error;
-  if (!question.max_error.empty()) max_error = std::numeric_limits<double>::infinity();
+  if (has_one_answer(question)) max_error = std::numeric_limits<double>::infinity();
   if (!question.max_time_ms && budget) max_error = std::max(max_error, *budget);
   const double best_low_ns = std::min(*search.states[answer->pick].low_ns, answer->rival_low_ns);
   std::vector<std::size_t> settings;
@@ -143,6 +151,7 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
     const bool does = space.candidates[i].is_feasible && space.candidates[i].error <= max_error;
     if (!does || state.evidence != Evidence::measured || !state.low_ns || !state.high_ns) continue;
     if (i != answer->pick && *state.high_ns > (1 + question.epsilon) * best_low_ns) continue;
+    if (!is_in_time(*state.high_ns, question)) continue;
     settings.push_back(i);
     contenders.push_back({.simplicity = simplicity(parse_setting(space.candidates[i].id)),
                           .memory_bytes = memory_of(i),
@@ -161,6 +170,20 @@ std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& s
   pick.rival_low_ns = best_low_ns;
   pick.gap = std::max(0.0, pick.high_ns / best_low_ns - 1);
   return pick;
+}
+
+std::pair<std::string, std::string> nearest_answer(const TuneResult& result, std::optional<double> budget) {
+  const std::vector<BudgetAnswer>& answers = result.search.answers;
+  if (answers.empty()) return {};
+  const auto named = [&](const BudgetAnswer& answer, std::string miss) {
+    return std::pair(result.space.candidates[answer.pick].id, std::move(miss));
+  };
+  if (const std::optional<double>& max_time_ms = result.question.max_time_ms)
+    return named(answers.front(), fmt::format("the fastest takes up to {:.4g} ms where {:.4g} ms is asked",
+                                              answers.front().high_ns / kNsPerMs, *max_time_ms));
+  if (!budget) return {};
+  return named(answers.back(), fmt::format("{} is {:.4g} where {:.4g} is asked", result.error_metric,
+                                           answers.back().max_error, *budget));
 }
 
 void show(Progress& progress, const SearchProgress& now, const TuneQuestion& question, double time) {
@@ -186,8 +209,10 @@ void search_into(TuneResult& result, TimeSource& times, const std::function<bool
                           .on_progress = on_progress});
   result.pick = pick_of(result.search, result.space, question, budget, memory_of);
   if (!result.pick) return;
-  const double any = std::numeric_limits<double>::infinity();
-  result.rungs = rungs_of(result, question.max_error.empty() ? budget.value_or(result.pick->error) : any);
+  double max_error = result.pick->error;
+  if (has_one_answer(question)) max_error = std::numeric_limits<double>::infinity();
+  if (!question.max_time_ms && question.max_error.empty()) max_error = budget.value_or(max_error);
+  result.rungs = rungs_of(result, max_error);
 }
 
 }  // namespace reliefbench

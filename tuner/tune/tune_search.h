@@ -3,6 +3,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tuner/measure/progress.h"
@@ -42,8 +43,12 @@ class BookSource final : public TimeSource {
 /// What the scenes so far and one more of this weight add up to: times, or the work that foretells them.
 [[nodiscard]] double combined(Combine combine, double so_far, double weight, double value);
 
-/// With fixed budgets every setting that meets them is as good as another: errors become 0, so that the search has one
-/// budget to answer. Where a fleet asks, the error is what its other devices lose.
+/// With fixed budgets alone every setting that meets them is as good as another. With a bound on time, too, the most
+/// accurate of them is asked for.
+[[nodiscard]] bool has_one_answer(const TuneQuestion& question);
+
+/// Where there is one answer errors become 0, so that the search has one budget to answer. Where a fleet asks, the
+/// error is what its other devices lose.
 [[nodiscard]] SearchSpace asked_space(const SearchSpace& space, const TuneQuestion& question,
                                       const FleetLosses* fleet = nullptr);
 
@@ -60,12 +65,18 @@ void search_into(TuneResult& result, TimeSource& times, const std::function<bool
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
                  const MemoryOf& memory_of, const FleetLosses* fleet = nullptr);
 
+/// Of a search whose answers are all too slow, or all less accurate than the budget, the one that is nearest, and by
+/// how much it misses. Both "" where there is no answer.
+[[nodiscard]] std::pair<std::string, std::string> nearest_answer(const TuneResult& result,
+                                                                 std::optional<double> budget);
+
 /// How far a search is: by its gap, or by its time if that is further.
 /// time: share of the time limit that is over
 void show(Progress& progress, const SearchProgress& now, const TuneQuestion& question, double time);
 
-/// The pick: the search's answer, or what choose() prefers to it among the settings that are as accurate, whose
-/// interval overlaps the answer's and that are certified within epsilon as well. Nothing where no answer will do.
+/// The pick: the search's answer, or what choose() prefers to it among the settings that are as accurate and within the
+/// bound on time, whose interval overlaps the answer's and that are certified within epsilon as well. Nothing where no
+/// answer will do.
 [[nodiscard]] std::optional<TunePick> pick_of(const SearchResult& search, const SearchSpace& space,
                                               const TuneQuestion& question, std::optional<double> budget,
                                               const MemoryOf& memory_of);

@@ -1,5 +1,7 @@
 #include "tuner/tune/tuner.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 #include <limits>
@@ -33,8 +35,8 @@ class Tuner {
     race(has_scenes ? 0.5 : 1.0);
     if (has_scenes && result_.pick) answer_scenes();
     if (fleet_ && result_.pick) answer_fleet();
-    if (!result_.search.is_feasible) std::tie(result_.nearest, result_.miss) = source_.nearest();
     result_.is_stopped = clock_.is_stopped();
+    if (!result_.pick) say_why();
     return std::move(result_);
   }
 
@@ -71,6 +73,17 @@ class Tuner {
         --result_.counts.scored;
         ++result_.counts.failed;
       }
+    }
+  }
+
+  /// Why there is no pick, and what comes nearest to one. What was not searched to its end may yet have one.
+  void say_why() {
+    if (!result_.search.is_feasible) {
+      std::tie(result_.nearest, result_.miss) = source_.nearest();
+    } else if (result_.space.candidates.empty()) {
+      if (result_.counts.scored > 0) result_.miss = fmt::format("no setting has a value of {}", result_.error_metric);
+    } else if (!result_.is_stopped) {
+      std::tie(result_.nearest, result_.miss) = nearest_answer(result_, source_.asked_error());
     }
   }
 
