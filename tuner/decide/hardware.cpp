@@ -66,7 +66,7 @@ struct SharedShift {
   void add(const PlaceTimes& times, double& side) {
     if (!times.shared_variance) return;
     side = std::max(side, *times.shared_variance);
-    df = std::min(df, static_cast<double>(times.runs - 1));
+    df = std::min(df, times.shared_df);
   }
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <string_view>
 
 #include "kernels/base/error.h"
 #include "tuner/decide/log_ratio.h"
@@ -12,6 +14,8 @@ namespace reliefbench {
 namespace {
 
 constexpr double kMedianEfficiency = 0.37;  // of the median of squares, beside the mean of squares
+constexpr int kFitRounds = 10'000;          // of backfitting; two runs need one
+constexpr double kFitRest = 1e-12;          // of a log: what a round may still move
 
 /// A setting in one run.
 struct RunTime {
@@ -64,50 +68,133 @@ void moderate(std::vector<SettingTimes>& runs) {
 
 /// The differences of two runs of a place, setting by setting.
 struct RunStep {
+  std::size_t first = 0;
+  std::size_t second = 0;
   double centre = 0;  ///< what the second run has more
-  std::vector<Residual> residuals;
+  double weight = 0;  ///< settings that both have
 };
-RunStep step_between(const SettingTimes& first, const SettingTimes& second) {
-  std::vector<double> differences;
-  std::vector<double> variances;
-  for (const auto& [id, time] : first) {
-    const auto other = second.find(id);
-    if (other == second.end()) continue;
-    differences.push_back(other->second.log_time - time.log_time);
-    variances.push_back(other->second.variance + time.variance);
-  }
-  if (differences.empty()) return {};
-  RunStep step{.centre = median(differences), .residuals = {}};
-  const auto n = static_cast<double>(differences.size());
-  for (std::size_t i = 0; n > 1 && i < differences.size(); ++i) {
-    const double distance = differences[i] - step.centre;
-    step.residuals.push_back({.square = distance * distance * n / (n - 1), .variance = variances[i]});
-  }
-  return step;
+
+/// How far a setting's difference is from its step's centre, and which share of an independent one that is: of the
+/// pairs of n runs n - 1 are.
+struct Departure {
+  Residual residual;
+  double share = 1;
+};
+
+/// How many runs have each setting.
+std::map<std::string_view, std::size_t> run_counts(std::span<const SettingTimes> runs) {
+  std::map<std::string_view, std::size_t> counts;
+  for (const SettingTimes& run : runs)
+    for (const auto& [id, time] : run) ++counts[id];
+  return counts;
 }
 
 /// What shifts the cases of the runs, together and each by itself.
 struct RunShifts {
-  std::vector<double> shared;      ///< of each run, about their mean
+  std::vector<double> shared;      ///< of each run, about the mean of those that it can be held to
+  double shared_df = 0;            ///< of their variance
   std::optional<double> variance;  ///< of a case by itself
   double df = 0;
 };
-RunShifts shifts_of(std::span<const SettingTimes> runs) {
-  RunShifts shifts{.shared = {0}, .variance = std::nullopt};
-  std::vector<Residual> residuals;
-  double mean = 0;
-  for (std::size_t k = 1; k < runs.size(); ++k) {
-    RunStep step = step_between(runs[k - 1], runs[k]);
-    shifts.shared.push_back(shifts.shared.back() + step.centre);
-    mean += shifts.shared.back() / static_cast<double>(runs.size());
-    residuals.insert(residuals.end(), step.residuals.begin(), step.residuals.end());
+
+class ShiftFit {
+ public:
+  explicit ShiftFit(std::span<const SettingTimes> runs) : runs_(runs), counts_(run_counts(runs)) {
+    for (std::size_t second = 0; second < runs.size(); ++second)
+      for (std::size_t first = 0; first < second; ++first) add_step(first, second);
   }
-  for (double& shift : shifts.shared) shift -= mean;
-  if (residuals.empty()) return shifts;
-  shifts.variance = excess_variance(residuals) / 2;  // a difference has that of two runs
-  shifts.df = std::max(1.0, kMedianEfficiency * static_cast<double>(residuals.size()));
-  return shifts;
-}
+
+  [[nodiscard]] RunShifts fit() const {
+    RunShifts shifts{.shared = fitted(), .variance = std::nullopt};
+    shifts.shared_df = static_cast<double>(runs_.size() - take_means(shifts.shared));
+    if (departures_.empty()) return shifts;
+    std::vector<Residual> residuals;
+    double independent = 0;
+    for (const Departure& departure : departures_) {
+      residuals.push_back(departure.residual);
+      independent += departure.share;
+    }
+    shifts.variance = excess_variance(residuals) / 2;  // a difference has that of two runs
+    shifts.df = std::max(1.0, kMedianEfficiency * independent);
+    return shifts;
+  }
+
+ private:
+  void add_step(std::size_t first, std::size_t second) {
+    std::vector<double> differences;
+    std::vector<double> variances;
+    std::vector<double> shares;
+    for (const auto& [id, time] : runs_[first]) {
+      const auto other = runs_[second].find(id);
+      if (other == runs_[second].end()) continue;
+      differences.push_back(other->second.log_time - time.log_time);
+      variances.push_back(other->second.variance + time.variance);
+      shares.push_back(2 / static_cast<double>(counts_.at(id)));
+    }
+    if (differences.empty()) return;
+    const double centre = median(differences);
+    const auto n = static_cast<double>(differences.size());
+    steps_.push_back({.first = first, .second = second, .centre = centre, .weight = n});
+    for (std::size_t i = 0; n > 1 && i < differences.size(); ++i) {
+      const double distance = differences[i] - centre;
+      departures_.push_back(
+          {.residual = {.square = distance * distance * n / (n - 1), .variance = variances[i]}, .share = shares[i]});
+    }
+  }
+
+  /// Of each run the first that it can be held to, through others where the two share no setting.
+  [[nodiscard]] std::vector<std::size_t> groups() const {
+    std::vector<std::size_t> group_of(runs_.size());
+    std::iota(group_of.begin(), group_of.end(), std::size_t{0});
+    for (const RunStep& step : steps_) {
+      const std::size_t kept = std::min(group_of[step.first], group_of[step.second]);
+      const std::size_t joining = std::max(group_of[step.first], group_of[step.second]);
+      std::ranges::replace(group_of, joining, kept);
+    }
+    return group_of;
+  }
+
+  /// Fitted to all steps by least squares, each with the weight of its settings: by backfitting, half the way a round,
+  /// so that two runs do not change sides for ever.
+  [[nodiscard]] std::vector<double> fitted() const {
+    std::vector<double> shifts(runs_.size());
+    double moved = 1;
+    for (int round = 0; round < kFitRounds && moved > kFitRest; ++round) {
+      std::vector<double> sums(runs_.size());
+      std::vector<double> weights(runs_.size());
+      for (const RunStep& step : steps_) {
+        sums[step.first] += step.weight * (shifts[step.second] - step.centre - shifts[step.first]);
+        sums[step.second] += step.weight * (shifts[step.first] + step.centre - shifts[step.second]);
+        weights[step.first] += step.weight;
+        weights[step.second] += step.weight;
+      }
+      moved = 0;
+      for (std::size_t run = 0; run < runs_.size(); ++run) {
+        const double way = weights[run] > 0 ? sums[run] / weights[run] / 2 : 0;
+        shifts[run] += way;
+        moved = std::max(moved, std::abs(way));
+      }
+    }
+    return shifts;
+  }
+
+  /// Takes the mean of each group from its shifts. returns: how many groups there are
+  std::size_t take_means(std::vector<double>& shifts) const {
+    const std::vector<std::size_t> group_of = groups();
+    std::map<std::size_t, std::vector<double>> members;
+    for (std::size_t run = 0; run < shifts.size(); ++run) members[group_of[run]].push_back(shifts[run]);
+    for (std::size_t run = 0; run < shifts.size(); ++run) {
+      const std::vector<double>& own = members.at(group_of[run]);
+      shifts[run] -= std::accumulate(own.begin(), own.end(), 0.0) / static_cast<double>(own.size());
+    }
+    return members.size();
+  }
+
+  std::span<const SettingTimes> runs_;
+  std::map<std::string_view, std::size_t> counts_;
+  std::vector<RunStep> steps_;
+  std::vector<Departure> departures_;
+};
 
 /// Degrees of freedom of a sum of two estimated variances. source: Satterthwaite, "An approximate distribution of
 /// estimates of variance components", 1946
@@ -153,17 +240,17 @@ PlaceTimes place_times(const MeasuredPlace& place, std::span<const FleetRun> run
     if (times.back().empty()) times.pop_back();
   }
   moderate(times);
-  const RunShifts shifts = shifts_of(times);
-  PlaceTimes result{.settings = {}, .runs = times.size(), .between_runs = {}, .shared_variance = {}};
+  const RunShifts shifts = ShiftFit(times).fit();
+  PlaceTimes result{.settings = {}, .between_runs = {}, .shared_variance = {}};
   for (const SettingTimes& run : times)
     for (const auto& [id, time] : run)
       if (!result.settings.contains(id)) result.settings.emplace(id, mean_time(id, times, shifts));
   if (!shifts.variance) return result;
   result.between_runs = std::sqrt(*shifts.variance);
-  const auto n = static_cast<double>(times.size());
   double squares = 0;
   for (const double shift : shifts.shared) squares += shift * shift;
-  result.shared_variance = squares / (n * (n - 1));
+  result.shared_variance = squares / (shifts.shared_df * static_cast<double>(times.size()));
+  result.shared_df = shifts.shared_df;
   return result;
 }
 

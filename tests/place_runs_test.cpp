@@ -1,0 +1,115 @@
+// Several runs of one place: bounds hold in each of them, what they share is found whatever their order, and no sample
+// counts twice.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "kernels/base/error.h"
+#include "tests/command.h"
+#include "tests/finished_run.h"
+#include "tests/written_run.h"
+#include "tuner/decide/fleet.h"
+#include "tuner/decide/hardware.h"
+#include "tuner/decide/place_times.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// A run of some settings of cone and relief, by their step counts.
+struct MadePlaceRun {
+  std::string name = "run";
+  std::vector<int> cones{};
+  std::vector<int> reliefs{};
+  double slowness = 1;
+  unsigned seed = 1;
+  double noise = 0.001;
+};
+
+FleetRun made_place_run(const MadePlaceRun& made) {
+  std::mt19937 random(made.seed);
+  std::normal_distribution<double> normal;
+  FleetRun run{.name = made.name, .rows = {}};
+  const auto add = [&](const char* technique, const char* param, int steps) {
+    Settings one(find_technique(technique));
+    one.set(param, steps);
+    const double time_ns = 1e5 * steps * made.slowness;
+    TableRow row{.case_id = fmt::format("{}{}", technique, steps),
+                 .settings = one,
+                 .map = std::string(map_of(one).id),
+                 .backend = "vulkan",
+                 .device = "GPU",
+                 .scene = "rocks/oblique",
+                 .reason = {},
+                 .errors = std::vector<std::optional<double>>(metrics().size(), 1.0 / steps),
+                 .frame_time = Summary{.median = time_ns, .ci_low = time_ns, .ci_high = time_ns, .n = 8},
+                 .samples_ns = {}};
+    for (int i = 0; i < 8; ++i) row.samples_ns.push_back(time_ns * std::exp(made.noise * normal(random)));
+    run.rows.push_back(std::move(row));
+  };
+  for (const int steps : made.cones) add("cone", "cone_steps", steps);
+  for (const int steps : made.reliefs) add("relief", "linear_steps", steps);
+  return run;
+}
+
+/// By setting.
+std::map<std::string, SettingTime> times_of(const std::vector<FleetRun>& runs) {
+  const std::vector<MeasuredPlace> places = places_of(runs);
+  EXPECT_EQ(places.size(), 1U);
+  return place_times(places.front(), runs, [](const TableRow&) { return true; }).settings;
+}
+
+TEST(PlaceRuns, what_runs_share_does_not_depend_on_their_order) {
+  const std::vector<FleetRun> runs = {
+      made_place_run({.reliefs = {8, 16, 32}}), made_place_run({.name = "cone", .cones = {8, 16, 32}, .seed = 2}),
+      made_place_run({.name = "again", .reliefs = {8, 16, 32}, .slowness = 1.2, .seed = 3}),
+      made_place_run({.name = "both", .cones = {16, 64}, .reliefs = {16}, .slowness = 1.1, .seed = 4})};
+  for (const std::size_t count : {3U, 4U}) {  // the fourth joins what the others have
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < count; ++i) order.push_back(i);
+    std::map<std::string, SettingTime> first;
+    do {
+      std::vector<FleetRun> ordered;
+      for (const std::size_t i : order) ordered.push_back(runs[i]);
+      const std::map<std::string, SettingTime> times = times_of(ordered);
+      if (first.empty()) first = times;
+      for (const auto& [id, time] : times) {
+        EXPECT_NEAR(time.log_time, first.at(id).log_time, 1e-9) << id;
+        EXPECT_NEAR(time.variance, first.at(id).variance, 1e-9 * first.at(id).variance) << id;
+        EXPECT_NEAR(time.df, first.at(id).df, 1e-9) << id;
+      }
+    } while (std::ranges::next_permutation(order).found);
+    // Of the cones alone nothing is known that could shift them.
+    const std::string cone = setting_id(runs[1].rows[0].settings);
+    if (count == 3) {
+      EXPECT_NEAR(std::exp(first.at(cone).log_time), 8e5, 2e3);
+    }
+  }
+}
+
+TEST(PlaceRuns, a_shift_of_a_run_is_found_through_another) {
+  // The first two share no setting; both share some with the last.
+  const std::vector<FleetRun> runs = {
+      made_place_run({.cones = {8, 16, 24}, .noise = 1e-6}),
+      made_place_run({.name = "c", .cones = {32, 40}, .slowness = 1.1 * 1.2, .seed = 3, .noise = 1e-6}),
+      made_place_run({.name = "b", .cones = {16, 24, 32}, .slowness = 1.1, .seed = 2, .noise = 1e-6})};
+  const std::map<std::string, SettingTime> times = times_of(runs);
+  const double mean = std::cbrt(1.1 * 1.1 * 1.2);
+  for (const FleetRun& run : runs)
+    for (const TableRow& row : run.rows) {
+      const std::string id = setting_id(row.settings);
+      const double own_ns = 1e5 * row.settings.get("cone_steps");
+      EXPECT_NEAR(std::exp(times.at(id).log_time) / own_ns, mean, 1e-4) << id;
+    }
+}
+
+}  // namespace
+}  // namespace reliefbench
