@@ -67,6 +67,19 @@ std::map<std::string, SettingTime> times_of(const std::vector<FleetRun>& runs) {
   return place_times(places.front(), runs, [](const TableRow&) { return true; }).settings;
 }
 
+TEST(PlaceRuns, a_bound_on_time_holds_in_every_run) {
+  const std::vector<FleetRun> runs = {
+      made_place_run({.cones = {8, 16, 32}}),
+      made_place_run({.name = "slow", .cones = {8, 16, 32}, .slowness = 3, .seed = 2})};  // 2.4, 4.8 and 9.6 ms
+  const Fleet fleet = choose_for_fleet(runs, {.budgets = {}, .max_time_ms = 4});
+  ASSERT_EQ(fleet.settings.size(), 1U);
+  EXPECT_EQ(fleet.settings.front().settings, runs[0].rows[0].settings);
+  // What a run could not measure says nothing against the others.
+  std::vector<FleetRun> failed = runs;
+  failed[1].rows[1].status = Status::timeout;
+  EXPECT_EQ(choose_for_fleet(failed, {.budgets = {}, .max_time_ms = 4}).settings.size(), 2U);
+}
+
 TEST(PlaceRuns, what_runs_share_does_not_depend_on_their_order) {
   const std::vector<FleetRun> runs = {
       made_place_run({.reliefs = {8, 16, 32}}), made_place_run({.name = "cone", .cones = {8, 16, 32}, .seed = 2}),
@@ -109,6 +122,18 @@ TEST(PlaceRuns, a_shift_of_a_run_is_found_through_another) {
       const double own_ns = 1e5 * row.settings.get("cone_steps");
       EXPECT_NEAR(std::exp(times.at(id).log_time) / own_ns, mean, 1e-4) << id;
     }
+}
+
+TEST(PlaceRuns, where_nothing_was_measured_that_is_the_answer) {
+  FleetRun run = made_place_run({.cones = {8, 16}});
+  for (TableRow& row : run.rows) row.status = Status::throttled;
+  try {
+    (void)choose_for_fleet({&run, 1}, {.budgets = {}});
+    FAIL() << "chose of nothing";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), Exit::nothing_measured);
+    EXPECT_THAT(error.what(), HasSubstr("nothing was measured on vulkan GPU in rocks/oblique"));
+  }
 }
 
 }  // namespace

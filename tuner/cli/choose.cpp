@@ -103,8 +103,8 @@ void add_choose_command(CLI::App& app, int& exit_code) {
   command->footer(
       "A loss is the time against the fastest that was measured there within the bounds; with a bound on time, the "
       "error\nbeyond the least there. Several runs of a device count as one place, and what shifts a case between them "
-      "is in\nthe intervals.\n"
-      "Exit code 1 where no setting is within the bounds everywhere.\n"
+      "is in\nthe intervals; bounds hold in each of them.\n"
+      "Exit code 1 where no setting is within the bounds everywhere, 5 where nothing was measured in a place.\n"
       "Examples:\n  reliefbench choose out/laptop out/h200 out/phone --max-error 'e_xy.p99<=0.5'\n"
       "  reliefbench choose out/laptop out/laptop_again out/phone --max-time-ms 2 --error flip");
   command->callback([=, &exit_code] {

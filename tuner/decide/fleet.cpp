@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <tuple>
 
 #include "kernels/base/clock.h"
@@ -30,12 +31,42 @@ struct PlaceLosses {
   std::string best;
 };
 
+std::optional<double> error_in(const TableRow& row, const std::string& metric) {
+  return row.errors[find_metric(metric).place];
+}
+
 bool is_within(const TableRow& row, const FleetOptions& options) {
-  const auto value_of = [&](const Budget& budget) { return row.errors[find_metric(budget.metric).place]; };
+  const auto value_of = [&](const Budget& budget) { return error_in(row, budget.metric); };
   if (row.status != Status::ok || !miss_of(options.budgets, value_of).text.empty()) return false;
   if (!options.max_time_ms) return true;
   return row.frame_time && row.frame_time->ci_high <= *options.max_time_ms * kNsPerMs &&
-         row.errors[find_metric(options.error_metric).place].has_value();
+         error_in(row, options.error_metric).has_value();
+}
+
+/// Whether a value that was measured is beyond its bound.
+bool is_beyond(const TableRow& row, const FleetOptions& options) {
+  if (row.status != Status::ok) return false;
+  const auto misses = [&](const Budget& budget) {
+    const std::optional<double> value = error_in(row, budget.metric);
+    return value && !within(value, budget);
+  };
+  if (std::ranges::any_of(options.budgets, misses)) return true;
+  return options.max_time_ms && row.frame_time && row.frame_time->ci_high > *options.max_time_ms * kNsPerMs;
+}
+
+bool is_measured(const MeasuredPlace& place) {
+  return std::ranges::any_of(place.cases, [](const std::vector<const TableRow*>& run) {
+    return std::ranges::any_of(run, [](const TableRow* row) { return row->status == Status::ok; });
+  });
+}
+
+/// Settings that are beyond a bound in some run of a place.
+std::set<std::string> settings_beyond(const MeasuredPlace& place, const FleetOptions& options) {
+  std::set<std::string> beyond;
+  for (const std::vector<const TableRow*>& run : place.cases)
+    for (const TableRow* row : run)
+      if (is_beyond(*row, options)) beyond.insert(setting_id(row->settings));
+  return beyond;
 }
 
 Loss loss_of(const SettingTime& time, const LossInterval& interval) {
@@ -93,7 +124,11 @@ class FleetTimes {
   FleetTimes(std::span<const FleetRun> runs, const FleetOptions& options) {
     std::vector<PlaceTimes> times;
     for (const MeasuredPlace& place : places_of(runs)) {
-      times.push_back(place_times(place, runs, [&](const TableRow& row) { return is_within(row, options); }));
+      const std::set<std::string> beyond = settings_beyond(place, options);
+      const auto counts = [&](const TableRow& row) {
+        return is_within(row, options) && !beyond.contains(setting_id(row.settings));
+      };
+      times.push_back(place_times(place, runs, counts));
       double weight = 0;
       for (const std::size_t run : place.runs) weight += runs[run].weight / static_cast<double>(place.runs.size());
       places_.push_back({.device = place.device,
@@ -102,6 +137,7 @@ class FleetTimes {
                          .runs = place.runs,
                          .weight = weight,
                          .settings = times.back().settings.size(),
+                         .is_measured = is_measured(place),
                          .between_runs = times.back().between_runs});
     }
     if (!options.max_time_ms)
@@ -128,6 +164,8 @@ class FleetTimes {
   const auto& places = times.places();
   const auto fewest = std::ranges::min_element(places, {}, &FleetPlace::settings);
   const std::string within = bounds_text(options);
+  if (const auto none = std::ranges::find(places, false, &FleetPlace::is_measured); none != places.end())
+    throw Error(Exit::nothing_measured, fmt::format("nothing was measured on {}", place_text(*none, places)));
   if (fewest->settings == 0)
     throw Error(Exit::answer_is_no, fmt::format("nothing meets {} on {}", within, place_text(*fewest, places)));
   throw Error(Exit::answer_is_no,

@@ -20,6 +20,7 @@ struct FleetPlace {
   std::vector<std::size_t> runs;         ///< that measured it
   double weight = 1;                     ///< mean of theirs
   std::size_t settings = 0;              ///< measured there and within the bounds
+  bool is_measured = true;               ///< whether anything was
   std::optional<double> between_runs{};  ///< PlaceTimes::between_runs
 };
 
@@ -75,10 +76,12 @@ struct Fleet {
 /// Times are those of place_times(): several runs of a place count together, and what shifts a case from one of them to
 /// the next is in the intervals; of one run it is not known. Losses of time are those of losses_to_best(): their
 /// intervals hold together, and what the choice of the best among many does to them is in there. A setting is within a
-/// bound on time where the upper end of its own interval is, in every run.
+/// bound on time where the upper end of its own interval is. What is beyond a bound in one run of a place is no choice
+/// there.
 /// runs: of any devices and scenes; settings match by their ids
 /// throws: Error(bad_input): an error metric where higher is better; Error(answer_is_no): no setting is measured and
-///         within the bounds everywhere, saying which place leaves the fewest
+///         within the bounds everywhere, saying which place leaves the fewest; Error(nothing_measured): nothing was
+///         measured in a place
 [[nodiscard]] Fleet choose_for_fleet(std::span<const FleetRun> runs, const FleetOptions& options);
 
 /// The loss that a combined one is: worst, or weighted mean.
