@@ -124,6 +124,36 @@ TEST(PlaceRuns, a_shift_of_a_run_is_found_through_another) {
     }
 }
 
+TEST(PlaceRuns, a_measurement_that_is_given_twice_counts_once) {
+  const std::vector<FleetRun> once = {made_place_run({.cones = {8, 16, 32}, .noise = 0.05})};
+  std::vector<FleetRun> twice = once;
+  twice.push_back(once.front());
+  twice.back().name = "copy";
+  twice.back().rows.pop_back();  // as of a shard that the first, a merged run, holds at another speed
+  for (TableRow& row : twice.back().rows)
+    for (double& sample : row.samples_ns) sample *= 1.25;
+  const Fleet alone = choose_for_fleet(once, {.budgets = {}});
+  const Fleet fleet = choose_for_fleet(twice, {.budgets = {}});
+  EXPECT_EQ(fleet.places.front().runs, (std::vector<std::size_t>{0}));
+  EXPECT_FALSE(fleet.places.front().between_runs);
+  for (std::size_t i = 0; i < alone.settings.size(); ++i)
+    EXPECT_EQ(fleet.settings[i].losses[0].high, alone.settings[i].losses[0].high);
+}
+
+TEST(PlaceRuns, the_commands_say_what_is_given_twice) {
+  const TempFolder folder;
+  for (const char* name : {"a", "b"})
+    write_run(sampled_run({.folder = folder / name, .backends = {"vulkan"}, .scenes = {"s"}, .with_failed = false}));
+  const auto choose = [&](const std::string& second) {
+    const CommandResult result =
+        run_reliefbench({"choose", "a", second, "--max-error", "missed_rate<=1"}, folder.path());
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  };
+  EXPECT_EQ(choose("b"), "reliefbench: b: 60 of its cases are the same measurement as in a and count once\n");
+  EXPECT_THAT(choose("a"), HasSubstr("the same measurement as in a"));
+}
+
 TEST(PlaceRuns, where_nothing_was_measured_that_is_the_answer) {
   FleetRun run = made_place_run({.cones = {8, 16}});
   for (TableRow& row : run.rows) row.status = Status::throttled;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/fleet_text.h"
@@ -66,6 +67,7 @@ void choose_command(const ChooseArguments& arguments) {
   const std::vector<FleetRun> runs = runs_of(arguments);
   const FleetOptions options = options_of(arguments, runs);
   const Fleet fleet = choose_for_fleet(runs, options);
+  for (const std::string& text : fleet.repeated) print_error(text);
   if (arguments.json)
     fmt::print("{}\n", fleet_json(fleet, runs, options).dump(2));
   else
@@ -103,7 +105,7 @@ void add_choose_command(CLI::App& app, int& exit_code) {
   command->footer(
       "A loss is the time against the fastest that was measured there within the bounds; with a bound on time, the "
       "error\nbeyond the least there. Several runs of a device count as one place, and what shifts a case between them "
-      "is in\nthe intervals; bounds hold in each of them.\n"
+      "is in\nthe intervals; bounds hold in each of them, and a measurement that two of them hold counts once.\n"
       "Exit code 1 where no setting is within the bounds everywhere, 5 where nothing was measured in a place.\n"
       "Examples:\n  reliefbench choose out/laptop out/h200 out/phone --max-error 'e_xy.p99<=0.5'\n"
       "  reliefbench choose out/laptop out/laptop_again out/phone --max-time-ms 2 --error flip");

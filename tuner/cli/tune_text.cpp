@@ -119,6 +119,7 @@ void print_common(const TuneResult& result, const Paint& paint, const Names& nam
   if (!result.fleet) return;
   put("\n");
   print_fleet(result.fleet->fleet, result.fleet->options, names);
+  for (const std::string& text : result.fleet->fleet.repeated) put("{}\n", paint.dim(text));
   put("{}\n",
       paint.dim(fmt::format("Of all that were scored, timed or not: none loses less than {}, this one at most {}.",
                             percent(result.fleet->low), percent(result.fleet->high))));

@@ -123,7 +123,9 @@ class FleetTimes {
  public:
   FleetTimes(std::span<const FleetRun> runs, const FleetOptions& options) {
     std::vector<PlaceTimes> times;
-    for (const MeasuredPlace& place : places_of(runs)) {
+    const std::vector<MeasuredPlace> measured = places_of(runs);
+    repeated_ = repeated_texts(measured, runs);
+    for (const MeasuredPlace& place : measured) {
       const std::set<std::string> beyond = settings_beyond(place, options);
       const auto counts = [&](const TableRow& row) {
         return is_within(row, options) && !beyond.contains(setting_id(row.settings));
@@ -148,6 +150,7 @@ class FleetTimes {
   }
 
   [[nodiscard]] const std::vector<FleetPlace>& places() const { return places_; }
+  [[nodiscard]] const std::vector<std::string>& repeated() const { return repeated_; }
   [[nodiscard]] std::optional<Loss> loss(const std::string& setting, std::size_t place) const {
     const auto found = losses_[place].losses.find(setting);
     return found == losses_[place].losses.end() ? std::nullopt : std::optional(found->second);
@@ -156,6 +159,7 @@ class FleetTimes {
 
  private:
   std::vector<FleetPlace> places_;
+  std::vector<std::string> repeated_;
   std::vector<PlaceLosses> losses_;
 };
 
@@ -251,7 +255,7 @@ Fleet choose_for_fleet(std::span<const FleetRun> runs, const FleetOptions& optio
     fail_input("'{}' is no error: higher is better", options.error_metric);
   const FleetTimes times(runs, options);
   if (times.places().empty()) fail_input("the runs hold no case");
-  Fleet fleet{.places = times.places(), .settings = {}, .ties = 0, .own = {}};
+  Fleet fleet{.places = times.places(), .settings = {}, .ties = 0, .own = {}, .repeated = times.repeated()};
   for (const FleetPlace& place : fleet.places)
     if (place.settings == 0) fail_without_setting(times, options);
   fleet.settings = common_settings(times, options);

@@ -69,6 +69,7 @@ struct Fleet {
   std::vector<FleetSetting> settings;  ///< least combined loss first; the first is the pick
   std::size_t ties = 0;                ///< of the others: those whose combined interval overlaps the pick's
   std::vector<OwnBest> own;            ///< parallel to the places
+  std::vector<std::string> repeated;   ///< repeated_texts() of the runs
 };
 
 /// The setting with the least loss against each place's own best: the least worst one, or the least mean by weight.

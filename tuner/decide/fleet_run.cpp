@@ -3,13 +3,62 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
 #include <system_error>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/decide/environment.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
+namespace {
+
+constexpr double kRounding = 1e-9;  // of a sample
+
+/// Whether two cases have the very same samples, but for the speed to which a merged run's parts are brought. Samples
+/// that are all equal, as of a coarse timer, say nothing.
+bool is_repeated(const TableRow& a, const TableRow& b) {
+  const std::vector<double>& samples = a.samples_ns;
+  if (std::ranges::adjacent_find(samples, std::not_equal_to{}) == samples.end() || b.samples_ns.empty()) return false;
+  const double speed = b.samples_ns.front() / samples.front();
+  return std::ranges::equal(samples, b.samples_ns,
+                            [&](double x, double y) { return std::abs(y - speed * x) <= kRounding * y; });
+}
+
+/// Takes from later runs of a place what an earlier one holds.
+void drop_repeated(MeasuredPlace& place) {
+  std::map<std::string, std::vector<std::pair<std::size_t, const TableRow*>>> seen;  // by setting; with the run
+  MeasuredPlace kept = place;
+  kept.runs.clear();
+  kept.cases.clear();
+  for (std::size_t k = 0; k < place.runs.size(); ++k) {
+    std::map<std::size_t, std::size_t> repeated;  // by the earlier run
+    std::vector<const TableRow*> cases;
+    for (const TableRow* row : place.cases[k]) {
+      auto& earlier = seen[setting_id(row->settings)];
+      const auto same = std::ranges::find_if(earlier, [&](const auto& one) { return is_repeated(*one.second, *row); });
+      if (same != earlier.end() && same->first != place.runs[k]) {
+        ++repeated[same->first];
+        continue;
+      }
+      earlier.emplace_back(place.runs[k], row);
+      cases.push_back(row);
+    }
+    for (const auto& [run, count] : repeated)
+      kept.repeated.push_back({.run = place.runs[k], .earlier = run, .cases = count});
+    const bool adds = std::ranges::any_of(cases, [](const TableRow* row) { return row->status == Status::ok; });
+    if (!repeated.empty() && !adds) continue;
+    kept.runs.push_back(place.runs[k]);
+    kept.cases.push_back(std::move(cases));
+  }
+  place = std::move(kept);
+}
+
+}  // namespace
 
 FleetRun fleet_run(const Run& run) { return {.name = run.folder.string(), .rows = case_table(run), .info = run.info}; }
 
@@ -82,7 +131,21 @@ std::vector<MeasuredPlace> places_of(std::span<const FleetRun> runs) {
       place.cases.back().push_back(&row);
     }
   }
+  for (MeasuredPlace& place : places)
+    if (place.runs.size() > 1) drop_repeated(place);
   return places;
+}
+
+std::vector<std::string> repeated_texts(std::span<const MeasuredPlace> places, std::span<const FleetRun> runs) {
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> counts;
+  for (const MeasuredPlace& place : places)
+    for (const RepeatedCases& one : place.repeated) counts[{one.run, one.earlier}] += one.cases;
+  std::vector<std::string> texts;
+  texts.reserve(counts.size());
+  for (const auto& [pair, count] : counts)
+    texts.push_back(fmt::format("{}: {} of its cases are the same measurement as in {} and count once",
+                                runs[pair.first].name, count, runs[pair.second].name));
+  return texts;
 }
 
 }  // namespace reliefbench

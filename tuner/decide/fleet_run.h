@@ -41,6 +41,13 @@ struct MeasuredDevice {
 /// "vulkan NVIDIA H200"; with the driver and the machine where another of `all` has the same name.
 [[nodiscard]] std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all);
 
+/// Cases of a run whose samples are the very same in an earlier run: a copy, or a shard of a merged run.
+struct RepeatedCases {
+  std::size_t run = 0;      ///< index
+  std::size_t earlier = 0;  ///< index; of several the first
+  std::size_t cases = 0;
+};
+
 /// A device with a scene, and the runs that measured it.
 struct MeasuredPlace {
   MeasuredDevice device;
@@ -48,8 +55,13 @@ struct MeasuredPlace {
   SceneKey scene_key{};
   std::vector<std::size_t> runs;                    ///< indices
   std::vector<std::vector<const TableRow*>> cases;  ///< of each of these runs; they point into its rows
+  std::vector<RepeatedCases> repeated{};            ///< are not among the cases
 };
-/// Every place of the runs, in the order of their rows. Runs of one place share it.
+/// Every place of the runs, in the order of their rows. Runs of one place share it, and a measurement that two of them
+/// hold is the earlier one's alone.
 [[nodiscard]] std::vector<MeasuredPlace> places_of(std::span<const FleetRun> runs);
+/// For people, a line for each two runs: "b: 60 of its cases are the same measurement as in a and count once"
+[[nodiscard]] std::vector<std::string> repeated_texts(std::span<const MeasuredPlace> places,
+                                                      std::span<const FleetRun> runs);
 
 }  // namespace reliefbench

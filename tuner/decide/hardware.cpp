@@ -129,6 +129,10 @@ class HardwareTable {
     return lone;
   }
 
+  [[nodiscard]] std::vector<std::string> repeated(std::span<const FleetRun> runs) const {
+    return repeated_texts(places_, runs);
+  }
+
  private:
   [[nodiscard]] std::string scene_of(std::size_t place) const {
     return by_name_ ? places_[place].scene : places_[place].scene_key.hex;
@@ -246,6 +250,7 @@ HardwareComparison compare_hardware(std::span<const FleetRun> runs, const Hardwa
     environments.back().emplace(environments.back().begin(), "backend", column.device.backend);
   }
   comparison.environment = environment_differences(environments);
+  comparison.warnings = table.repeated(runs);
   if (const std::vector<std::string> lone = table.lone_scenes(); !lone.empty())
     comparison.warnings.push_back(
         fmt::format("only one device has the scene{} {}: not compared (another heightmap, depth, view or frame size is "

@@ -111,6 +111,7 @@ Presets make_common_presets(std::span<const Run> runs, std::span<const FleetRun>
                             Regret regret) {
   Presets presets = asked_presets(runs, query);
   const Fleet all = choose_for_fleet(fleet, {.budgets = presets.constraints, .regret = regret});
+  presets.warnings = all.repeated;
   for (const FleetPlace& a : all.places)
     for (const FleetPlace& b : all.places)
       if (a.device.backend == b.device.backend && a.device.device == b.device.device && !(a.device == b.device))
