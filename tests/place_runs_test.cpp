@@ -166,5 +166,26 @@ TEST(PlaceRuns, where_nothing_was_measured_that_is_the_answer) {
   }
 }
 
+// A table without scene keys matches by name, which must not make two scenes of one name match each other.
+TEST(PlaceRuns, only_a_table_without_keys_matches_by_name) {
+  const auto on = [](const char* device, const std::string& key, double slowness, unsigned seed) {
+    FleetRun run = made_place_run({.name = device, .cones = {8, 16, 32, 64}, .slowness = slowness, .seed = seed});
+    for (TableRow& row : run.rows) {
+      row.device = device;
+      row.scene_key = SceneKey{key};
+    }
+    return run;
+  };
+  const std::vector<FleetRun> runs = {on("small", std::string(64, 'a'), 1, 1), on("large", std::string(64, 'b'), 6, 2),
+                                      on("old", "", 1.5, 3)};
+  const HardwareComparison comparison = compare_hardware(runs, {});
+  ASSERT_EQ(comparison.pairs.size(), 2U);
+  for (const DevicePair& pair : comparison.pairs) EXPECT_EQ(pair.now, 2U);
+  ASSERT_EQ(comparison.fronts.size(), 2U);
+  EXPECT_EQ(comparison.fronts[0].columns, (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(comparison.fronts[1].columns, (std::vector<std::size_t>{1, 2}));
+  EXPECT_TRUE(comparison.warnings.empty());
+}
+
 }  // namespace
 }  // namespace reliefbench

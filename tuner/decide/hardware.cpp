@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "tuner/decide/case_groups.h"
 #include "tuner/decide/hardware_fronts.h"
@@ -74,10 +73,8 @@ class HardwareTable {
  public:
   HardwareTable(std::span<const FleetRun> runs, const HardwareOptions& options) : options_(options) {
     places_ = places_of(runs);
-    for (const MeasuredPlace& place : places_) {
+    for (const MeasuredPlace& place : places_)
       times_.push_back(place_times(place, runs, [](const TableRow& row) { return row.status == Status::ok; }));
-      by_name_ = by_name_ || !place.scene_key.is_known();
-    }
     for (std::size_t p = 0; p < places_.size(); ++p) add_to_column(p);
   }
 
@@ -89,7 +86,7 @@ class HardwareTable {
     SharedShift shared;
     for (const std::size_t a : column_places_[base])
       for (const std::size_t b : column_places_[now]) {
-        if (scene_of(a) != scene_of(b)) continue;
+        if (!is_same_scene(a, b)) continue;
         const std::size_t first = all.size();
         for (const auto& [id, time] : times_[a].settings)
           if (const auto other = times_[b].settings.find(id); other != times_[b].settings.end())
@@ -104,28 +101,17 @@ class HardwareTable {
   }
 
   [[nodiscard]] std::vector<SceneFronts> fronts() const {
-    std::map<std::string, std::vector<FrontColumn>> scenes;
-    for (std::size_t c = 0; c < columns_.size(); ++c)
-      for (const std::size_t p : column_places_[c])
-        scenes[scene_of(p)].push_back({.column = c, .scene = places_[p].scene, .times = &times_[p]});
     std::vector<SceneFronts> result;
-    for (const auto& [scene, columns] : scenes)
+    for (const std::vector<FrontColumn>& columns : scenes())
       if (columns.size() > 1) result.push_back(scene_fronts(columns, options_));
     return result;
   }
 
   /// Scenes that only one column has.
   [[nodiscard]] std::vector<std::string> lone_scenes() const {
-    std::map<std::string, std::set<std::string>> scenes;
-    std::map<std::string, std::size_t> columns;
-    for (std::size_t c = 0; c < columns_.size(); ++c)
-      for (const std::size_t p : column_places_[c]) {
-        scenes[scene_of(p)].insert(places_[p].scene);
-        ++columns[scene_of(p)];
-      }
     std::vector<std::string> lone;
-    for (const auto& [scene, names] : scenes)
-      if (columns[scene] == 1) lone.push_back(*names.begin());
+    for (const std::vector<FrontColumn>& columns : scenes())
+      if (columns.size() == 1) lone.push_back(columns.front().scene);
     return lone;
   }
 
@@ -134,8 +120,34 @@ class HardwareTable {
   }
 
  private:
-  [[nodiscard]] std::string scene_of(std::size_t place) const {
-    return by_name_ ? places_[place].scene : places_[place].scene_key.hex;
+  /// By key; by name where one of them has none.
+  [[nodiscard]] bool is_same_scene(std::size_t a, std::size_t b) const {
+    const MeasuredPlace& first = places_[a];
+    const MeasuredPlace& second = places_[b];
+    const bool has_keys = first.scene_key.is_known() && second.scene_key.is_known();
+    return has_keys ? first.scene_key == second.scene_key : first.scene == second.scene;
+  }
+
+  /// Of each scene the columns that have it. One without a key is among all scenes of its name, or by itself.
+  [[nodiscard]] std::vector<std::vector<FrontColumn>> scenes() const {
+    std::map<std::string, std::size_t> of_scene;  // by key, or else name: a place of it
+    for (std::size_t p = 0; p < places_.size(); ++p) {
+      const bool is_known = places_[p].scene_key.is_known();
+      const auto has_name = [&](const MeasuredPlace& other) {
+        return other.scene_key.is_known() && other.scene == places_[p].scene;
+      };
+      if (!is_known && std::ranges::any_of(places_, has_name)) continue;
+      of_scene.emplace(is_known ? places_[p].scene_key.hex : places_[p].scene, p);
+    }
+    std::vector<std::vector<FrontColumn>> scenes;
+    for (const auto& [scene, place] : of_scene) {
+      scenes.emplace_back();
+      for (std::size_t c = 0; c < columns_.size(); ++c)
+        for (const std::size_t p : column_places_[c])
+          if (is_same_scene(place, p))
+            scenes.back().push_back({.column = c, .scene = places_[p].scene, .times = &times_[p]});
+    }
+    return scenes;
   }
 
   void add_to_column(std::size_t p) {
@@ -210,7 +222,6 @@ class HardwareTable {
   const HardwareOptions& options_;
   std::vector<MeasuredPlace> places_;
   std::vector<PlaceTimes> times_;
-  bool by_name_ = false;
   std::vector<DeviceColumn> columns_;
   std::vector<std::vector<std::size_t>> column_places_;
 };

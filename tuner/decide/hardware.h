@@ -89,8 +89,8 @@ struct HardwareOptions {
   double confidence = 0.95;      ///< of each interval by itself
 };
 
-/// Devices, drivers or backends beside each other: cases match by setting and scene key (by the scene's name where a
-/// table does not know its key).
+/// Devices, drivers or backends beside each other: cases match by setting and scene key; where one of two
+/// tables does not know its key, by the scene's name.
 /// throws: Error(bad_input): all runs are of one device; a metric where higher is better
 [[nodiscard]] HardwareComparison compare_hardware(std::span<const FleetRun> runs, const HardwareOptions& options);
 
