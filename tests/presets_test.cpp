@@ -216,6 +216,9 @@ TEST(Presets, what_makes_no_table_is_refused) {
   other.info["devices"][0]["driver"] = "synthetic 2.0";
   fails({good, other}, HasSubstr("its driver is 'synthetic 1.0'"));
   other = good;
+  other.info["host"]["cpu"] = "Another CPU";  // which is what draws
+  fails({good, other}, HasSubstr("it draws on 'Synthetic CPU' in"));
+  other = good;
   other.info["front"]["error"] = "flip";
   fails({good, other}, HasSubstr("its front's error is flip"));
   EXPECT_NO_THROW((void)make_presets(std::vector<reliefbench::Run>{good, other}, {.error_metric = "e_xy.p99"}));

@@ -26,8 +26,8 @@ constexpr std::size_t kFewLevels = 3;
 /// The newest measurement of each setting, by scene.
 using SceneCases = std::map<std::string, PresetEvidence, std::less<>>;  ///< by settings
 struct DeviceCases {
-  std::string driver;
-  const Run* driver_run = nullptr;
+  MeasuredDevice device;
+  const Run* run = nullptr;               ///< the first that measured on it
   std::map<SceneKey, std::string> names;  ///< of scenes: the first that each was met under
   std::map<std::string, SceneCases, std::less<>> scenes;
 };
@@ -70,10 +70,15 @@ bool has_seen_errors(std::span<const Run> runs) {
   });
 }
 
-std::string driver_of(const Run& run, const std::string& backend) {
-  for (const json& device : run.info.value("devices", json::array()))
-    if (device.value("backend", "") == backend) return device.value("driver", "");
-  return "";
+/// Two drivers, or two machines whose processors draw, must not share a table.
+void check_same_device(const DeviceCases& before, const MeasuredDevice& now, const Run& run) {
+  const auto check = [&](std::string_view what, const std::string& firsts, const std::string& own) {
+    if (firsts != own)
+      fail_input("{}, {}: {} '{}' in {}, '{}' in {}; their times make no one table", now.backend, now.device, what,
+                 firsts, before.run->folder.string(), own, run.folder.string());
+  };
+  check("its driver is", before.device.driver, now.driver);
+  check("it draws on", before.device.machine, now.machine);
 }
 
 /// What cannot be compared must not share a table.
@@ -86,18 +91,20 @@ void check_same(const PresetEvidence& before, const PresetEvidence& now) {
 std::map<DeviceKey, DeviceCases> gather(std::span<const Run> runs) {
   std::map<DeviceKey, DeviceCases> devices;
   std::map<std::string, PresetEvidence> first_of_scene;
-  for (const Run& run : runs)
+  for (const Run& run : runs) {
+    std::set<DeviceKey> checked;
     for (const Record& record : run.records) {
       if (record.status != Status::ok) continue;
-      DeviceCases& device = devices[{record.backend, record.device}];
-      const std::string driver = driver_of(run, record.backend);
-      if (device.driver_run == nullptr) {
-        device.driver = driver;
-        device.driver_run = &run;
+      const DeviceKey key(record.backend, record.device);
+      DeviceCases& device = devices[key];
+      if (checked.insert(key).second) {
+        const MeasuredDevice own = measured_device(run.info, record.backend, record.device);
+        if (device.run == nullptr) {
+          device.device = own;
+          device.run = &run;
+        }
+        check_same_device(device, own, run);
       }
-      if (device.driver != driver)
-        fail_input("{}, {}: its driver is '{}' in {}, '{}' in {}; their times make no one table", record.backend,
-                   record.device, device.driver, device.driver_run->folder.string(), driver, run.folder.string());
       const PresetEvidence evidence{.run = &run, .record = &record, .error = 0};
       check_same(first_of_scene.try_emplace(record.scene, evidence).first->second, evidence);
       // A scene under another name is the same scene.
@@ -106,6 +113,7 @@ std::map<DeviceKey, DeviceCases> gather(std::span<const Run> runs) {
                                     : record.scene;
       device.scenes[name][settings_text(record)] = evidence;
     }
+  }
   return devices;
 }
 
@@ -207,7 +215,8 @@ std::vector<PresetLevel> levels_of(const std::vector<LevelCandidate>& candidates
 }
 
 DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Presets& presets) {
-  DevicePresets result{.backend = key.first, .device = key.second, .driver = device.driver, .scenes = {}, .levels = {}};
+  DevicePresets result{
+      .backend = key.first, .device = key.second, .driver = device.device.driver, .scenes = {}, .levels = {}};
   std::set<std::string> measured;
   std::vector<std::string> counts;
   for (const auto& [scene, cases] : device.scenes) {

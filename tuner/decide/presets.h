@@ -91,10 +91,9 @@ struct Presets {
 };
 
 /// Of two measurements of one setting in one scene, that of the later run in `runs` counts.
-/// throws: Error(bad_input): runs that differ in metric, constraints, budgets, a device's driver or what a scene is; no
-/// setting
-///         that all scenes of a device share; Error(answer_is_no): none meets the constraints in all of them;
-///         Error(nothing_measured)
+/// throws: Error(bad_input): runs that differ in metric, constraints, budgets, a device's driver or, where it is
+///         software, processor, or what a scene is; no setting that all scenes of a device share;
+///         Error(answer_is_no): none meets the constraints in all of them; Error(nothing_measured)
 [[nodiscard]] Presets make_presets(std::span<const Run> runs, const PresetQuery& query);
 
 /// One table of levels for all devices of the runs: a level's setting is choose_for_fleet()'s among those whose error
