@@ -80,6 +80,34 @@ TEST_F(PresetsCommonTest, each_level_is_the_fleets_choice_and_levels_keep_their_
   EXPECT_EQ(levels.back().losses[0].row->settings, best.settings.front().settings);
 }
 
+TEST_F(PresetsCommonTest, what_has_no_value_of_the_error_is_no_level) {
+  fleet_.clear();
+  for (auto& run : runs_) {
+    const auto fastest = std::ranges::min_element(
+        run.records, {}, [](const Record& record) { return record.frame_time->summary.median; });
+    for (Record& record : run.records) (*record.error)["flip"] = std::min(1.0, record.error->at("e_xy.p99") / 100);
+    (*fastest->error)["flip"] = std::nullopt;
+    fleet_.push_back({.name = run.folder.string(), .rows = case_table(run), .info = run.info});
+  }
+  const Presets presets = make_common_presets(runs_, fleet_, {}, Regret::minimax);
+  EXPECT_EQ(presets.level_metric, "flip");
+  EXPECT_GE(presets.common->levels.size(), 3U);
+  EXPECT_TRUE(presets.warnings.empty());
+  for (const CommonLevel& level : presets.common->levels) EXPECT_LE(level.level_error, 1);
+  EXPECT_EQ(schema_errors(presets_json(presets), "presets"), "");
+}
+
+TEST_F(PresetsCommonTest, few_levels_are_warned_of) {
+  fleet_.clear();
+  for (auto& run : runs_) {
+    run.records.resize(1);
+    fleet_.push_back({.name = run.folder.string(), .rows = case_table(run), .info = run.info});
+  }
+  const Presets presets = make_common_presets(runs_, fleet_, {.error_metric = "e_xy.p99"}, Regret::minimax);
+  ASSERT_EQ(presets.warnings.size(), 1U);
+  EXPECT_THAT(presets.warnings.front(), HasSubstr("2 places: 1 distinct level of 1 settings within "));
+}
+
 TEST_F(PresetsCommonTest, every_device_has_the_same_settings_in_the_file) {
   const Presets presets = make_common_presets(runs_, fleet_, {.error_metric = "e_xy.p99"}, Regret::minimax);
   const nlohmann::json json = presets_json(presets);

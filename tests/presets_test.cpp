@@ -145,6 +145,13 @@ TEST(Presets, levels_are_equal_steps_of_flip_where_pictures_were_compared) {
   EXPECT_EQ(make_presets({&run, 1}, {.error_metric = "e_xy.p99"}).level_metric, "e_xy.p99");
 }
 
+TEST(Presets, what_has_no_value_of_what_is_seen_is_no_level) {
+  reliefbench::Run run = run_of({{"s", {{1, 1, 1}, {2, 2, 0.9}, {3, 4, 0.8}, {4, 8, 0.7}}}});
+  const std::vector<std::optional<double>> flips = {std::nullopt, 0.06, 0.05, 0.0};
+  for (std::size_t i = 0; i < flips.size(); ++i) (*run.records[i].error)["flip"] = flips[i];
+  EXPECT_EQ(steps_of(make_presets({&run, 1}, {}).devices[0]), (std::vector<std::string>{"2", "3", "4"}));
+}
+
 TEST(Presets, levels_keep_to_the_budget_of_the_run) {
   reliefbench::Run run = run_of({{"s", {{1, 1, 495}, {2, 2, 0.4}, {3, 4, 0.1}, {4, 8, 0.01}}}});
   run.info["budgets"] = {"e_xy.p99<=0.5"};

@@ -245,7 +245,10 @@ std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all)
 }
 
 std::string bounds_text(const FleetOptions& options) {
-  std::vector<std::string> texts = budget_texts(options.budgets);
+  std::vector<std::string> texts;
+  texts.reserve(options.budgets.size() + 1);
+  for (const Budget& budget : options.budgets)
+    texts.push_back(std::isinf(budget.limit) ? fmt::format("any value of {}", budget.metric) : budget.text());
   if (options.max_time_ms) texts.push_back(fmt::format("at most {:.4g} ms", *options.max_time_ms));
   return texts.empty() ? "no bound" : fmt::format("{}", fmt::join(texts, " and "));
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -12,6 +13,7 @@
 #include "kernels/base/error.h"
 #include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/decide/preset_levels.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
@@ -184,34 +186,37 @@ std::vector<LevelCandidate> front_of(const std::vector<LevelCandidate>& candidat
 }
 
 /// candidates, front: not empty
-std::vector<PresetLevel> levels_of(const std::vector<LevelCandidate>& candidates,
-                                   const std::vector<LevelCandidate>& front, const Presets& presets) {
-  std::vector<PresetLevel> levels;  // from the best down
-  const LevelCandidate* above = nullptr;
-  for (int quality = kBestPreset; quality >= 0; quality -= kPresetStep) {
-    const double limit = level_limit(front.front().level_error, front.back().level_error, quality, presets);
-    std::vector<std::size_t> as_good;
+std::vector<PresetLevel> device_levels(const std::vector<LevelCandidate>& candidates,
+                                       const std::vector<LevelCandidate>& front, const Presets& presets) {
+  using Picked = const LevelCandidate*;
+  const auto pick = [&](double limit, const Picked* above) {
+    std::vector<Picked> as_good;
     std::vector<Contender> contenders;
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      const LevelCandidate& candidate = candidates[i];
+    for (const LevelCandidate& candidate : candidates) {
       const bool keeps_order =
-          above == nullptr || &candidate == above ||
-          (candidate.relative_time <= above->relative_time && candidate.level_error >= above->level_error);
+          above == nullptr || &candidate == *above ||
+          (candidate.relative_time <= (*above)->relative_time && candidate.level_error >= (*above)->level_error);
       if (candidate.level_error > limit || !keeps_order) continue;
-      as_good.push_back(i);
+      as_good.push_back(&candidate);
       contenders.push_back(candidate.contender);
     }
-    const LevelCandidate& picked = candidates[as_good[choose(contenders).pick]];
-    if (above == &picked) levels.pop_back();  // the lower of two equal levels stays
-    above = &picked;
+    return as_good[choose(contenders).pick];
+  };
+  const LevelRange range{.loosest = front.front().level_error, .least = front.back().level_error};
+  std::vector<PresetLevel> levels;
+  for (const auto& [quality, picked] : levels_of<Picked>(range, presets, pick, std::equal_to{}))
     levels.push_back({.quality = quality,
-                      .relative_time = picked.relative_time,
-                      .error = picked.error,
-                      .level_error = picked.level_error,
-                      .evidence = picked.evidence});
-  }
-  std::ranges::reverse(levels);
+                      .relative_time = picked->relative_time,
+                      .error = picked->error,
+                      .level_error = picked->level_error,
+                      .evidence = picked->evidence});
   return levels;
+}
+
+/// What every level must have a value of.
+std::string metrics_text(const Presets& presets) {
+  if (presets.error_metric == presets.level_metric) return presets.error_metric;
+  return fmt::format("{} and {}", presets.error_metric, presets.level_metric);
 }
 
 DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Presets& presets) {
@@ -230,7 +235,7 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
     fail_input("{}, {}: no setting was measured in all of its {} scenes ({}); sweep them with the same settings",
                key.first, key.second, device.scenes.size(), fmt::join(counts, ", "));
   const auto is_feasible = [&](const LevelCandidate& candidate) {
-    return std::isfinite(candidate.error) &&
+    return std::isfinite(candidate.error) && std::isfinite(candidate.level_error) &&
            std::ranges::all_of(candidate.evidence, [&](const PresetEvidence& evidence) {
              return std::ranges::all_of(presets.constraints,
                                         [&](const Budget& budget) { return meets(*evidence.record, budget); });
@@ -243,24 +248,28 @@ DevicePresets device_presets(const DeviceKey& key, const DeviceCases& device, Pr
         Exit::answer_is_no,
         fmt::format("{}, {}: of the {} settings that its {} scenes share none has a value of {} and meets {} in all; "
                     "other bounds by --constraint",
-                    key.first, key.second, result.shared, device.scenes.size(), presets.error_metric,
+                    key.first, key.second, result.shared, device.scenes.size(), metrics_text(presets),
                     fmt::join(budget_texts(presets.constraints), ", ")));
   }
   result.scenes = set_relative_times(candidates);
   const std::vector<LevelCandidate> front = front_of(candidates);
   result.on_front = static_cast<int>(front.size());
-  result.levels = levels_of(candidates, front, presets);
-  if (result.levels.size() < kFewLevels)
-    presets.warnings.push_back(fmt::format(
-        "{}, {}: {} distinct level{} of {} settings within {}{}", key.first, key.second, result.levels.size(),
-        result.levels.size() == 1 ? "" : "s", result.feasible, fmt::join(budget_texts(presets.constraints), ", "),
-        std::ranges::any_of(presets.runs, [](const Run* run) { return is_of_tune(*run); })
-            ? "; a tune's folder holds only the settings that it answers with: sweep for more"
-            : "; sweep more settings, or allow more error by --constraint"));
+  result.levels = device_levels(candidates, front, presets);
+  warn_of_few_levels(presets, fmt::format("{}, {}", key.first, key.second), result.levels.size(), candidates.size());
   return result;
 }
 
 }  // namespace
+
+void warn_of_few_levels(Presets& presets, std::string_view what, std::size_t levels, std::size_t settings) {
+  if (levels >= kFewLevels) return;
+  const bool is_tuned = std::ranges::any_of(presets.runs, [](const Run* run) { return is_of_tune(*run); });
+  presets.warnings.push_back(
+      fmt::format("{}: {} distinct level{} of {} settings within {}; {}", what, levels, levels == 1 ? "" : "s",
+                  settings, fmt::join(budget_texts(presets.constraints), ", "),
+                  is_tuned ? "a tune's folder holds only the settings that it answers with: sweep for more"
+                           : "sweep more settings, or allow more error by --constraint"));
+}
 
 double level_limit(double loosest, double least, int quality, const Presets& presets) {
   const double share = static_cast<double>(quality) / kBestPreset;

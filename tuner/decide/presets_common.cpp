@@ -1,10 +1,14 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/decide/preset_levels.h"
 #include "tuner/decide/presets.h"
 #include "tuner/plan/setting_space.h"
 
@@ -38,29 +42,30 @@ bool keeps_order(const FleetSetting& setting, const FleetSetting& above, const s
   return worst_error(setting, level_metric) >= worst_error(above, level_metric);
 }
 
-/// The levels from the best down to the cheapest, each with its setting.
-std::vector<std::pair<CommonLevel, FleetSetting>> common_levels(const Fleet& all, std::span<const FleetRun> fleet,
-                                                                const Presets& presets, Regret regret) {
-  const double loosest = worst_error(all.settings.front(), presets.level_metric);
-  double least = loosest;
-  for (const FleetSetting& one : all.settings) least = std::min(least, worst_error(one, presets.level_metric));
-  std::vector<std::pair<CommonLevel, FleetSetting>> levels;
-  for (int quality = kBestPreset; quality >= 0; quality -= kPresetStep) {
-    std::vector<Budget> budgets = presets.constraints;
-    budgets.push_back({presets.level_metric, level_limit(loosest, least, quality, presets)});
+/// The constraints, with a value of every metric that levels are told by.
+std::vector<Budget> budgets_of(const Presets& presets) {
+  std::vector<Budget> budgets = presets.constraints;
+  for (const std::string& metric : {presets.error_metric, presets.level_metric})
+    budgets.push_back({metric, std::numeric_limits<double>::infinity()});
+  return budgets;
+}
+
+std::vector<LevelSetting<FleetSetting>> common_levels(const Fleet& all, std::span<const FleetRun> fleet,
+                                                      const Presets& presets, Regret regret) {
+  LevelRange range{.loosest = worst_error(all.settings.front(), presets.level_metric)};
+  range.least = range.loosest;
+  for (const FleetSetting& one : all.settings)
+    range.least = std::min(range.least, worst_error(one, presets.level_metric));
+  const auto pick = [&](double limit, const FleetSetting* above) {
+    std::vector<Budget> budgets = budgets_of(presets);
+    budgets.push_back({presets.level_metric, limit});
     const Fleet asked = choose_for_fleet(fleet, {.budgets = budgets, .regret = regret});
-    const auto pick = std::ranges::find_if(asked.settings, [&](const FleetSetting& one) {
-      return levels.empty() || one.settings == levels.back().second.settings ||
-             keeps_order(one, levels.back().second, presets.level_metric);
+    return *std::ranges::find_if(asked.settings, [&](const FleetSetting& one) {
+      return above == nullptr || one.settings == above->settings || keeps_order(one, *above, presets.level_metric);
     });
-    if (!levels.empty() && pick->settings == levels.back().second.settings) levels.pop_back();  // the lower one stays
-    levels.emplace_back(CommonLevel{.quality = quality,
-                                    .level_error = worst_error(*pick, presets.level_metric),
-                                    .losses = pick->losses,
-                                    .combined = pick->combined},
-                        *pick);
-  }
-  return levels;
+  };
+  const auto is_same = [](const FleetSetting& a, const FleetSetting& b) { return a.settings == b.settings; };
+  return levels_of<FleetSetting>(range, presets, pick, is_same);
 }
 
 /// The levels as one device has them, so that whoever reads presets finds them as usual.
@@ -110,7 +115,7 @@ DevicePresets device_of_fleet(const MeasuredDevice& device, const Fleet& all, co
 Presets make_common_presets(std::span<const Run> runs, std::span<const FleetRun> fleet, const PresetQuery& query,
                             Regret regret) {
   Presets presets = asked_presets(runs, query);
-  const Fleet all = choose_for_fleet(fleet, {.budgets = presets.constraints, .regret = regret});
+  const Fleet all = choose_for_fleet(fleet, {.budgets = budgets_of(presets), .regret = regret});
   presets.warnings = all.repeated;
   for (const FleetPlace& a : all.places)
     for (const FleetPlace& b : all.places)
@@ -118,8 +123,13 @@ Presets make_common_presets(std::span<const Run> runs, std::span<const FleetRun>
         fail_input("{} was measured with two drivers or on two machines ('{}', '{}'); their times make no one table",
                    a.device.device, a.device.driver, b.device.driver);
   presets.common = CommonPresets{.regret = regret, .places = all.places, .levels = {}};
-  for (auto& [level, setting] : common_levels(all, fleet, presets, regret)) presets.common->levels.push_back(level);
-  std::ranges::reverse(presets.common->levels);
+  for (auto& [quality, setting] : common_levels(all, fleet, presets, regret))
+    presets.common->levels.push_back({.quality = quality,
+                                      .level_error = worst_error(setting, presets.level_metric),
+                                      .losses = std::move(setting.losses),
+                                      .combined = setting.combined});
+  warn_of_few_levels(presets, fmt::format("{} places", all.places.size()), presets.common->levels.size(),
+                     all.settings.size());
   std::vector<MeasuredDevice> devices;
   for (const FleetPlace& place : all.places)
     if (std::ranges::find(devices, place.device) == devices.end()) devices.push_back(place.device);
