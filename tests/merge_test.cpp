@@ -6,11 +6,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <map>
+#include <random>
 
 #include "kernels/base/error.h"
 #include "kernels/base/pending_folder.h"
@@ -196,6 +198,21 @@ TEST_F(MergeTest, a_merged_run_is_merged_again) {
   EXPECT_EQ(again.run.info.at("parts").size(), 3U);
   EXPECT_EQ(again.held_twice, load_run(shard(2)).records.size());
   EXPECT_EQ(load_run(folder_ / "again").samples.size(), load_run(folder_ / "merged").samples.size());
+}
+
+TEST_F(MergeTest, in_another_order_or_from_another_place_it_is_the_same_run) {
+  (void)merge(shards(), "one");
+  std::vector<fs::path> moved;
+  for (const int index : {3, 1, 2})
+    fs::copy(shard(index), moved.emplace_back(folder_ / ("moved_" + std::to_string(index))),
+             fs::copy_options::recursive);
+  (void)merge(moved, "other");
+  EXPECT_THAT(run({"track", "ingest", "one", "other", "--db", "nights.sqlite"}).out,
+              HasSubstr("other: is there already"));
+  EXPECT_EQ(load_run(folder_ / "one").info.at("identity"), load_run(folder_ / "other").info.at("identity"));
+  (void)merge({moved[0], moved[1]}, "two");
+  (void)merge({folder_ / "two", shard(2)}, "again");
+  EXPECT_EQ(load_run(folder_ / "one").info.at("identity"), load_run(folder_ / "again").info.at("identity"));
 }
 
 TEST_F(MergeTest, shards_of_two_divisions_overlap) {

@@ -202,6 +202,18 @@ json shared_value(const std::vector<Run>& runs, const char* key) {
   return std::ranges::all_of(runs, has_it) ? value : json();
 }
 
+/// The parts as text, wherever they lay and in whatever order they were joined.
+std::vector<std::string> part_texts(const std::vector<json>& parts) {
+  std::vector<std::string> texts;
+  texts.reserve(parts.size());
+  for (json part : parts) {
+    part.erase("folder");
+    texts.push_back(part.dump(-1, ' ', false, json::error_handler_t::replace));
+  }
+  std::ranges::sort(texts);
+  return texts;
+}
+
 json merged_identity(const std::vector<Run>& runs, const std::vector<json>& parts) {
   json identity = runs.front().info["identity"];
   for (const char* key : {"filter", "case"}) {
@@ -210,9 +222,7 @@ json merged_identity(const std::vector<Run>& runs, const std::vector<json>& part
   }
   identity.erase("shard");
   identity["devices"] = united_devices(runs, json::json_pointer("/identity/devices"));
-  std::string text;
-  for (const json& part : parts) text += fmt::format("{}\n", part.dump(-1, ' ', false, json::error_handler_t::replace));
-  identity["merged"] = sha256(text);
+  identity["merged"] = sha256(fmt::format("{}", fmt::join(part_texts(parts), "\n")));
   return identity;
 }
 
@@ -287,7 +297,11 @@ JoinedRuns join(std::vector<Run> runs) {
     for (std::size_t before = 0; before < r; ++before) check_joinable(runs[before], runs[r]);
 
   JoinedRuns joined;
-  const std::vector<Owner> owners = owners_of(runs, joined.held_twice);
+  std::vector<Owner> owners = owners_of(runs, joined.held_twice);
+  if (joined.held_twice == 0) {  // then no order was asked for, and all orders make one run
+    std::ranges::stable_sort(runs, {}, start_of);
+    owners = owners_of(runs, joined.held_twice);
+  }
   if (owners.empty()) fail_input("{}: nothing was measured", folder_text(runs.front()));
   std::vector<std::unordered_set<std::string>> owned(runs.size());
   for (const Owner& owner : owners) owned[owner.run].insert(runs[owner.run].records[owner.record].case_id);

@@ -25,8 +25,9 @@ struct JoinedRuns {
 ///
 /// Of a case that two folders hold, what is deterministic (errors, map, keys, memory) must be equal to the bit, and the
 /// times of the earlier folder count, or those of the one in which it did not fail. A case's times are relative to its
-/// own machine's control case, and are brought to the speed of the first part's.
-/// runs: in the order in which they count
+/// own machine's control case, and are brought to the speed of the first part's, which is the earliest where no case is
+/// held twice.
+/// runs: in the order in which they count where they hold a case twice; else the order makes no other run
 /// throws: Error(bad_input): two that are not to be joined, in one line that names both; a run of tune; one that has
 /// not
 ///         begun; nothing measured
