@@ -344,6 +344,15 @@ TEST(RelativeTimes, divide_by_the_median_of_two_before_and_one_after) {
   EXPECT_EQ(relative_times({&samples[2], 1}, so_far), relative_times({&samples[2], 1}, control));  // final
 }
 
+// Another part's control samples are of another machine's course: they count alike, whenever they were drawn.
+TEST(RelativeTimes, of_a_part_without_control_samples_go_by_those_of_all_parts) {
+  std::vector<Sample> control = {sample_at(10, 1), sample_at(5, 4), sample_at(30, 4)};
+  control[1].part = control[2].part = 1;
+  Sample alone = sample_at(3, 8);
+  alone.part = 2;
+  EXPECT_THAT(relative_times({&alone, 1}, control), ElementsAre(2));
+}
+
 TEST(RelativeTimes, make_do_with_fewer_control_samples) {
   EXPECT_THAT(relative_times(std::vector{sample_at(5, 8)}, std::vector{sample_at(0, 2)}), ElementsAre(4));
 }

@@ -215,6 +215,26 @@ TEST_F(MergeTest, in_another_order_or_from_another_place_it_is_the_same_run) {
   EXPECT_EQ(load_run(folder_ / "one").info.at("identity"), load_run(folder_ / "again").info.at("identity"));
 }
 
+// A merged run's samples are those of its parts, by another clock and beside others' control samples.
+TEST_F(MergeTest, what_it_holds_is_compared_as_the_same_measurement) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 0.02);
+  std::vector<fs::path> noisy;
+  for (int index = 1; index <= 3; ++index)
+    noisy.push_back(changed(shard_name(index), "noisy_" + std::to_string(index), [&](reliefbench::Run& run) {
+      for (Sample& sample : run.samples) sample.frame_time_ns *= std::exp(noise(random));
+    }));
+  (void)merge({noisy[1], noisy[2]}, "two");
+  (void)merge({folder_ / "two", noisy[0]}, "merged");
+  (void)merge(noisy, "other");
+  for (const fs::path& other : {noisy[0], noisy[2], folder_ / "two", folder_ / "other"}) {
+    const CommandResult result = run({"compare", other, "merged", "--json"});
+    EXPECT_EQ(result.exit_code, 0) << other << result.out.substr(0, 2000) << result.err;
+    for (const json& one : json::parse(result.out).at("cases"))
+      EXPECT_EQ(one.at("reason"), "same_measurement") << one.dump();
+  }
+}
+
 TEST_F(MergeTest, shards_of_two_divisions_overlap) {
   sweep(folder_ / "half", Shard{.index = 1, .of = 2});
   const JoinedRuns joined = merge({folder_ / "half", shard(1), shard(2), shard(3)});

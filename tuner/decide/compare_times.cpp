@@ -15,6 +15,8 @@
 namespace reliefbench {
 namespace {
 
+constexpr double kClockRest_ns = 1e3;  // what the sum of two clocks may be off by
+
 /// Where in the run's course a sample was drawn.
 struct Place {
   int round = 0;
@@ -81,10 +83,24 @@ class RunTimes {
   std::map<std::string, std::vector<Place>, std::less<>> places_;
 };
 
-bool are_same(std::span<const Sample> a, std::span<const Sample> b) {
-  return std::ranges::equal(a, b, [](const Sample& x, const Sample& y) {
-    return x.frame_time_ns == y.frame_time_ns && x.at_ns == y.at_ns && x.round == y.round && x.frames == y.frames;
+/// later_ns: by how much the clock of b is ahead
+bool are_same(std::span<const Sample> a, std::span<const Sample> b, double later_ns) {
+  return std::ranges::equal(a, b, [&](const Sample& x, const Sample& y) {
+    return x.frame_time_ns == y.frame_time_ns && x.round == y.round && x.frames == y.frames &&
+           std::abs(y.at_ns - x.at_ns - later_ns) <= kClockRest_ns;
   });
+}
+
+/// Whether a case's samples are the very same in two runs, and those of the control case beside them. A merged run has
+/// the clock of its earliest part, and control samples of the others.
+bool holds_same_samples(const RunTimes& base, std::span<const Sample> base_samples, const RunTimes& now,
+                        std::span<const Sample> now_samples) {
+  if (base_samples.empty() || now_samples.empty()) return false;
+  const Sample& first = base_samples.front();
+  const Sample& other = now_samples.front();
+  const double later_ns = other.at_ns - first.at_ns;
+  return are_same(base_samples, now_samples, later_ns) &&
+         are_same(control_of_part(base.control(), first.part), control_of_part(now.control(), other.part), later_ns);
 }
 
 Change judge(const TimeChange& change, const CompareOptions& options) {
@@ -166,8 +182,8 @@ class TimeComparison {
       cases.push_back({.base = before.of(*match.base, relative),
                        .now = after.of(*match.now, relative),
                        .family = match.now->technique,
-                       .is_same_measurement = are_same(before.samples(*match.base), after.samples(*match.now)) &&
-                                              are_same(before.control(), after.control())});
+                       .is_same_measurement =
+                           holds_same_samples(before, before.samples(*match.base), after, after.samples(*match.now))});
     const LogRatios ratios(cases);
     comparison_.between_runs.emplace_back(backend, ratios.between_runs());
     for (std::size_t i = 0; i < matches.size(); ++i) {

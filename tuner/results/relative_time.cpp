@@ -10,16 +10,10 @@ namespace {
 
 constexpr std::ptrdiff_t kBefore = 2;
 
-/// The control samples of a part, or all of them where it has none.
-std::span<const Sample> of_part(std::span<const Sample> control, int part) {
-  const auto begin = std::ranges::lower_bound(control, part, {}, &Sample::part);
-  const auto end = std::ranges::upper_bound(control, part, {}, &Sample::part);
-  return begin == end ? control : std::span<const Sample>(begin, end);
-}
-
 /// The control samples round a sample in time.
 std::span<const Sample> control_round(std::span<const Sample> all, const Sample& sample) {
-  const std::span<const Sample> control = of_part(all, sample.part);
+  const std::span<const Sample> control = control_of_part(all, sample.part);
+  if (control.empty()) return all;
   const auto after = std::ranges::lower_bound(control, sample.at_ns, {}, &Sample::at_ns);
   const auto before = std::min(kBefore, after - control.begin());
   return {after - before, after == control.end() ? after : after + 1};
@@ -36,6 +30,12 @@ SamplesByCase group_samples(std::span<const Sample> samples) {
   for (const Sample& sample : samples) result[sample.case_id].push_back(sample);
   for (auto& [id, list] : result) std::ranges::stable_sort(list, is_drawn_before);
   return result;
+}
+
+std::span<const Sample> control_of_part(std::span<const Sample> control, int part) {
+  const auto begin = std::ranges::lower_bound(control, part, {}, &Sample::part);
+  const auto end = std::ranges::upper_bound(control, part, {}, &Sample::part);
+  return {begin, end};
 }
 
 std::vector<double> raw_times(std::span<const Sample> samples) {

@@ -19,13 +19,17 @@ namespace reliefbench {
 using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 [[nodiscard]] SamplesByCase group_samples(std::span<const Sample> samples);
 
+/// The control samples of a part of a merged run; none where it has none.
+/// control: in the order of is_drawn_before()
+[[nodiscard]] std::span<const Sample> control_of_part(std::span<const Sample> control, int part);
+
 /// Frame times as measured, ns.
 [[nodiscard]] std::vector<double> raw_times(std::span<const Sample> samples);
 
 /// Each sample's frame time divided by the median of the control samples round it in time, two before and one after, so
 /// that what slows both (clock rates, other tenants of the machine) cancels. It looks ahead no further than the next
 /// control sample, so that a search may use a sample once that is drawn: nothing later changes it.
-/// In a merged run only control samples of a sample's own part count.
+/// In a merged run only control samples of a sample's own part count; where that has none, those of all parts alike.
 /// samples, control: in the order of is_drawn_before(); control not empty
 [[nodiscard]] std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control);
 
