@@ -309,6 +309,27 @@ TEST(Events, WorstIsFirst) {
   EXPECT_FALSE(findings.events[2].is_sure);  // 5 nights
 }
 
+// A series by itself that was slower for a while and is so again: three events, of as many series and groups as one.
+TEST(Events, OfOneSeriesMayBeMany) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::vector<CheckedSeries> alone = synthetic_fleet({.seed = seed,
+                                                        .techniques = 1,
+                                                        .maps = 1,
+                                                        .formats = 1,
+                                                        .nights = 60,
+                                                        .least_sigma = 0.004,
+                                                        .most_sigma = 0.005});
+    ASSERT_EQ(alone.size(), 1U);
+    alone =
+        moved(std::move(alone), {{"", everything, 13, 1.2}, {"", everything, 27, 1 / 1.2}, {"", everything, 42, 1.08}});
+    const Findings findings = find_events(alone, {});
+    EXPECT_EQ(findings.events.size(), 3U) << seed << '\n' << events_text(findings);
+    EXPECT_TRUE(std::ranges::any_of(findings.events, [](const ChangeEvent& event) {
+      return event.good < 42 && 42 <= event.bad && event.log_ratio > 0;
+    })) << seed;
+  }
+}
+
 TEST(Events, NothingIsNothing) {
   EXPECT_TRUE(find_events({}, {}).events.empty());
   const std::vector<CheckedSeries> empty(3);

@@ -7,7 +7,7 @@
 namespace reliefbench {
 
 /// Raised when the same history may give other changes than before.
-inline constexpr int kChangesVersion = 1;
+inline constexpr int kChangesVersion = 2;
 
 struct ChangeOptions {
   std::size_t least_nights = 4;  ///< of a level

@@ -98,6 +98,7 @@ class EventSearch {
   [[nodiscard]] Track pool_of(std::span<const std::size_t> members) const;
   void measure_members(Suspect& suspect) const;
   void take_out(const Suspect& suspect);
+  [[nodiscard]] std::size_t most_events() const;
 
   const EventOptions& options_;
   std::vector<Unit> units_;  // the series first
@@ -323,9 +324,16 @@ bool is_rest_of(const ChangeEvent& event, const ChangeEvent& earlier) {
   return 2 * static_cast<std::size_t>(shared) > event.series.size();
 }
 
+/// More than there are causes, so that the search ends in any case.
+std::size_t EventSearch::most_events() const {
+  std::size_t most = units_.size();
+  for (const Unit& unit : units_) most += unit.changes.shifts.size() + (unit.changes.drift ? 1 : 0);
+  return most;
+}
+
 Findings EventSearch::run() {
   Findings findings{.series = of_series_, .events = {}};
-  for (std::size_t i = 0; i < units_.size(); ++i) {
+  for (std::size_t most = most_events(); most > 0; --most) {
     std::optional<Suspect> suspect = best();
     if (!suspect) break;
     measure_members(*suspect);
