@@ -207,6 +207,64 @@ TEST_P(HistoryTest, keeps_events_and_appends_what_is_new_of_them) {
   EXPECT_THROW(history.annotate({.run = 3, .by = "me", .text = "x"}), Error);
 }
 
+TEST_P(HistoryTest, keeps_many_events_of_one_check) {
+  History history(database_, kWrite);
+  history.add(make_night({.content = "a", .unix_s = 1}));
+  history.add(make_night({.content = "b", .unix_s = 2, .machine = "other"}));
+  std::vector<EventRow> events;
+  for (int i = 0; i < 200; ++i)
+    events.push_back({.key = fmt::format("k{}", i % 199),  // one twice
+                      .machine = i % 2 == 0 ? "farm" : "other",
+                      .kind = "slower",
+                      .what = fmt::format("case {}", i),
+                      .good_run = 1,
+                      .bad_run = 2,
+                      .effect = i == 199 ? 2.0 : 1.0,
+                      .series = {1, 2},
+                      .states = {{.unix_s = i, .state = EventState::suspect, .by = "check", .text = "seen"}}});
+  events.back().machine = "farm";
+  const std::vector<std::int64_t> ids = history.add_events(events);
+  ASSERT_EQ(ids.size(), 200U);
+  for (std::size_t i = 0; i < 199; ++i) EXPECT_EQ(ids[i], static_cast<std::int64_t>(i + 1));
+  EXPECT_EQ(ids.back(), 1);
+  const std::vector<EventRow> stored = history.load({}).events;
+  ASSERT_EQ(stored.size(), 199U);
+  EXPECT_EQ(stored.front().effect, 2);
+  EXPECT_EQ(stored.front().states.size(), 2U);
+  EXPECT_EQ(stored.back().what, "case 198");
+  EXPECT_EQ(stored.back().series, events.front().series);
+  const std::string before = content_of(database_);
+  EXPECT_EQ(history.add_events(std::span(events).first(150).subspan(1)).front(), 2);
+  EXPECT_EQ(content_of(database_), before) << "all of it is known";
+}
+
+TEST_P(HistoryTest, a_history_of_the_first_schema_goes_on) {
+  {
+    Database database(database_, /*may_write=*/true);
+    database.guarded([&] {
+      migrate(database, migrations().first(1));
+      soci::session& sql = database.sql();
+      insert_row(sql, "machine (id, name)", 1, std::string("farm"));
+      insert_row(sql, "event (id, key, machine, kind, what)", 1, std::string("farm|slower|cone|2"), 1,
+                 std::string("slower"), std::string("cone"));
+      insert_row(sql, "change_point (id, event, good_run, bad_run, effect, low, high, q, algorithm)", 1, 1, 1, 2, 0.1,
+                 0.05, 0.15, 0.5, 1);
+      insert_row(sql, "event_state (id, event, unix_s, state, author, said)", 1, 1, 10, std::string("suspect"),
+                 std::string("check"), std::string("seen"));
+    });
+  }
+  EXPECT_THAT(history_error(database_, kRead, Exit::bad_input), HasSubstr("has schema 1"));
+  History history = History::existing(database_);  // as a check opens it
+  std::vector<EventRow> events = history.load({}).events;
+  ASSERT_EQ(events.size(), 1U);
+  events.front().states.push_back({.unix_s = 11, .state = EventState::accepted, .by = "me", .text = ""});
+  EXPECT_EQ(history.add_events(events), std::vector<std::int64_t>{1});
+  events = History(database_, kRead).load({}).events;
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events.front().key, "farm|slower|cone|2");
+  EXPECT_EQ(events.front().states.size(), 2U);
+}
+
 TEST_P(HistoryTest, writers_wait_for_each_other) {
   std::vector<std::thread> writers;
   for (int writer = 0; writer < 4; ++writer)

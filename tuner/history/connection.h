@@ -13,8 +13,8 @@ struct History::Connection {
 [[nodiscard]] HistoryView read_history(soci::session& sql, const History::Query& query);
 /// All events of a machine, or of all ("").
 [[nodiscard]] std::vector<EventRow> read_events(soci::session& sql, const std::string& machine);
-/// Writes what is new of an event; called within the writer's transaction. returns: its id
-std::int64_t write_event(soci::session& sql, EventRow event);
+/// Writes what is new of events; called within the writer's transaction. returns: their ids
+std::vector<std::int64_t> write_events(soci::session& sql, std::span<const EventRow> events);
 
 /// Text that both databases keep: bytes that are no UTF-8, and NUL, become U+FFFD.
 [[nodiscard]] std::string storable(const std::string& text);

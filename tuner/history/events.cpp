@@ -19,14 +19,86 @@ bool is_known_so(const EventRow& stored, const EventRow& now) {
   return known(stored) == known(now);
 }
 
-void write_change_point(soci::session& sql, std::int64_t event_id, const EventRow& event) {
-  const std::int64_t id = next_id(sql, "change_point");
-  insert_row(sql, "change_point (id, event, good_run, bad_run, effect, low, high, q, algorithm)", id, event_id,
-             event.good_run, event.bad_run, event.effect, event.low, event.high, event.q, event.algorithm);
-  Insert<std::int64_t, std::int64_t> member(sql, "change_point_series (change_point, series)");
-  for (const std::int64_t series : event.series) member(id, series);
-  member.write();
+/// As the database gives it back.
+EventRow storable_event(EventRow event) {
+  event.key = storable(event.key);
+  event.machine = storable(event.machine);
+  std::ranges::sort(event.series);
+  event.series.erase(std::unique(event.series.begin(), event.series.end()), event.series.end());
+  for (EventStateRow& state : event.states) {
+    state.by = storable(state.by);
+    state.text = storable(state.text);
+  }
+  return event;
 }
+
+/// The events of some machines, read once, to which others are added.
+class EventTable {
+ public:
+  EventTable(soci::session& sql, std::span<const EventRow> added)
+      : next_event_(next_id(sql, "event")),
+        next_point_(next_id(sql, "change_point")),
+        next_state_(next_id(sql, "event_state")),
+        events_(sql, "event (id, key, machine, kind, what)"),
+        points_(sql, "change_point (id, event, good_run, bad_run, effect, low, high, q, algorithm)"),
+        members_(sql, "change_point_series (change_point, series)"),
+        states_(sql, "event_state (id, event, unix_s, state, author, said)") {
+    for (const EventRow& event : added) {
+      const std::string machine = storable(event.machine);
+      if (machines_.contains(machine)) continue;
+      machines_.emplace(machine, machine_id(sql, machine));
+      for (EventRow& stored : read_events(sql, machine)) {
+        const std::string key = stored.key;
+        known_.emplace(key, std::move(stored));
+      }
+    }
+  }
+
+  /// returns: its id
+  std::int64_t add(const EventRow& given) {
+    EventRow event = storable_event(given);
+    const auto [place, is_new] = known_.try_emplace(event.key);
+    EventRow& stored = place->second;
+    event.id = is_new ? next_event_++ : stored.id;
+    if (is_new) events_(event.id, event.key, machines_.at(event.machine), storable(event.kind), storable(event.what));
+    if (is_new || !is_known_so(stored, event)) add_point(event);
+    std::vector<EventStateRow> states = std::move(stored.states);
+    for (const EventStateRow& state : event.states) {
+      if (std::ranges::find(states, state) != states.end()) continue;
+      states_(next_state_++, event.id, state.unix_s, std::string(event_state_id(state.state)), state.by, state.text);
+      states.push_back(state);
+    }
+    event.states = std::move(states);
+    stored = std::move(event);
+    return stored.id;
+  }
+  void write() {
+    events_.write();
+    points_.write();  // refers to those
+    members_.write();
+    states_.write();
+  }
+
+ private:
+  using Id = std::int64_t;
+  using Text = std::string;
+
+  void add_point(const EventRow& event) {
+    const Id id = next_point_++;
+    points_(id, event.id, event.good_run, event.bad_run, event.effect, event.low, event.high, event.q, event.algorithm);
+    for (const Id series : event.series) members_(id, series);
+  }
+
+  Id next_event_;
+  Id next_point_;
+  Id next_state_;
+  Insert<Id, Text, Id, Text, Text> events_;
+  Insert<Id, Id, Id, Id, double, double, double, double, int> points_;
+  Insert<Id, Id> members_;
+  Insert<Id, Id, Id, Text, Text, Text> states_;
+  std::unordered_map<Text, Id> machines_{};
+  std::unordered_map<Text, EventRow> known_{};  // by key
+};
 
 /// Events with what is known of them last; without their series and states.
 std::vector<EventRow> read_change_points(soci::session& sql, const std::string& machine) {
@@ -94,30 +166,13 @@ std::vector<EventRow> read_events(soci::session& sql, const std::string& machine
   return events;
 }
 
-std::int64_t write_event(soci::session& sql, EventRow event) {
-  event.key = storable(event.key);
-  std::ranges::sort(event.series);
-  event.series.erase(std::unique(event.series.begin(), event.series.end()), event.series.end());
-  for (EventStateRow& state : event.states) {
-    state.by = storable(state.by);
-    state.text = storable(state.text);
-  }
-  std::vector<EventRow> all = read_events(sql, event.machine);
-  const auto stored = std::ranges::find(all, event.key, &EventRow::key);
-  const bool is_new = stored == all.end();
-  const std::int64_t id = is_new ? next_id(sql, "event") : stored->id;
-  if (is_new)
-    insert_row(sql, "event (id, key, machine, kind, what)", id, event.key, machine_id(sql, event.machine),
-               storable(event.kind), storable(event.what));
-  if (is_new || !is_known_so(*stored, event)) write_change_point(sql, id, event);
-  Insert<std::int64_t, std::int64_t, std::int64_t, std::string, std::string, std::string> insert(
-      sql, "event_state (id, event, unix_s, state, author, said)");
-  std::int64_t next = next_id(sql, "event_state");
-  for (const EventStateRow& state : event.states)
-    if (is_new || std::ranges::find(stored->states, state) == stored->states.end())
-      insert(next++, id, state.unix_s, std::string(event_state_id(state.state)), state.by, state.text);
-  insert.write();
-  return id;
+std::vector<std::int64_t> write_events(soci::session& sql, std::span<const EventRow> events) {
+  EventTable table(sql, events);
+  std::vector<std::int64_t> ids;
+  ids.reserve(events.size());
+  for (const EventRow& event : events) ids.push_back(table.add(event));
+  table.write();
+  return ids;
 }
 
 }  // namespace reliefbench

@@ -228,7 +228,10 @@ History::History(const std::string& database, Access access)
 }
 
 History History::existing(const std::string& database) {
-  { const History looked(database, Access::read); }
+  {
+    Database looked(database, /*may_write=*/false);
+    looked.guarded([&] { check_is_history(looked); });
+  }
   return History(database, Access::write);
 }
 
@@ -283,8 +286,7 @@ std::vector<std::int64_t> History::add_events(std::span<const EventRow> events) 
   Database& database = connection_->database;
   return database.guarded([&] {
     Transaction transaction(database, Transaction::Kind::write);
-    std::vector<std::int64_t> ids;
-    for (const EventRow& event : events) ids.push_back(write_event(database.sql(), event));
+    const std::vector<std::int64_t> ids = write_events(database.sql(), events);
     transaction.commit();
     return ids;
   });

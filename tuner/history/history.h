@@ -37,7 +37,7 @@ class History {
   ///         Error(bad_input): not a history, a newer schema;
   ///         Error(environment): read-only, full, or a server that does not answer
   History(const std::string& database, Access access);
-  /// To write to one that is there: what is not is not made. throws: as the constructor
+  /// To write to one that is there, of whatever schema: what is not is not made. throws: as the constructor
   [[nodiscard]] static History existing(const std::string& database);
   ~History();
   /// For people: without a password.

@@ -19,7 +19,11 @@ struct Migration {
 /// throws: Error(bad_input): a newer schema, a database of something else
 void migrate(Database& database, std::span<const Migration> steps = migrations());
 
-/// throws: Error(bad_input): another schema than the last version
+/// returns: its schema's version
+/// throws: Error(bad_input): a newer schema, a database of something else; Error(nothing_measured): an empty one
+int check_is_history(Database& database, std::span<const Migration> steps = migrations());
+
+/// throws: as above, and Error(bad_input): another schema than the last version
 void check_schema(Database& database, std::span<const Migration> steps = migrations());
 
 }  // namespace reliefbench
