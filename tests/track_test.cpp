@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/looks.h"
 #include "tests/made_history.h"
 #include "tuner/decide/track_text.h"
 
@@ -14,27 +15,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-constexpr std::int64_t kNow = 1'770'000'000;
-
-TrackCheck checked(const HistoryView& view) { return check_history(view, {}, kNow); }
-
-/// What the store would do: the events with their ids.
-void keep(HistoryView& view, const TrackCheck& check) {
-  view.events = check.events;
-  for (std::size_t i = 0; i < view.events.size(); ++i)
-    if (view.events[i].id == 0) view.events[i].id = static_cast<std::int64_t>(i + 1);
-}
-
-/// The first nights of a history: what an earlier check saw.
-HistoryView first_nights(const HistoryView& view, std::size_t count) {
-  HistoryView early = view;
-  early.runs.resize(count);
-  for (auto& nights : early.nights) nights.resize(std::min(nights.size(), count));
-  return early;
-}
-
-EventState state_of(const EventRow& event) { return event.states.back().state; }
 
 TEST(TrackTest, says_nothing_where_nothing_moved) {
   for (const unsigned seed : {1U, 2U, 3U, 4U, 5U}) {

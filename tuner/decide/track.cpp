@@ -110,11 +110,11 @@ class Judgement {
 /// A regression that a later improvement of the same cases took back, by half of it at least.
 bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const Calendar& calendar) {
   if (event.kind != event_kind::slower || !calendar.has(event)) return false;
+  const double size = std::log1p(event.effect);
   return std::ranges::any_of(seen, [&](const SeenEvent& other) {
     const EventRow& later = other.row;
     return later.kind == event_kind::faster && later.machine == event.machine && overlap(event, later) >= 0.5 &&
-           calendar.of(later.good_run) >= calendar.of(event.bad_run) &&
-           -std::log1p(later.effect) >= 0.5 * std::log1p(event.effect);
+           calendar.of(later.good_run) >= calendar.of(event.bad_run) && -std::log1p(later.effect) / size >= 0.5;
   });
 }
 

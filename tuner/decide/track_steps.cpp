@@ -259,9 +259,10 @@ std::string changed_metrics(const nlohmann::json& before, const nlohmann::json& 
   return count > 1 ? fmt::format("{}, and {} more metrics", most, count - 1) : most;
 }
 
-/// Whether a failure says something of the case, and not of the machine's night.
-bool is_of_the_case(Status status) {
-  return status == Status::crashed || status == Status::compile_error || status == Status::unsupported;
+/// Whether a failure says something of the case, and not of the machine's night. "error": of a benchmark
+bool is_of_the_case(std::string_view status) {
+  return status == "error" || status == status_id(Status::crashed) || status == status_id(Status::compile_error) ||
+         status == status_id(Status::unsupported);
 }
 
 /// Series that changed alike between the same two nights.
@@ -356,7 +357,7 @@ std::vector<SeenEvent> lost_cases(const HistoryView& view) {
     if (last_ok == nights.rbegin() || last_ok == nights.rend()) continue;
     const auto first_bad = last_ok.base();
     const bool is_twice = nights.end() - first_bad >= 2;
-    if (!is_twice && !is_of_the_case(parse_status(first_bad->status))) continue;
+    if (!is_twice && !is_of_the_case(first_bad->status)) continue;
     lost[{view.series[s].machine, last_ok->run, first_bad->run, first_bad->status, is_twice}].push_back(s);
   }
   std::vector<SeenEvent> seen;

@@ -1,0 +1,32 @@
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "tuner/decide/track.h"
+
+// Looks at a history in memory, one after the other.
+namespace reliefbench {
+
+inline constexpr std::int64_t kNow = 1'770'000'000;
+
+inline TrackCheck checked(const HistoryView& view) { return check_history(view, {}, kNow); }
+
+/// What the store would do: the events with their ids.
+inline void keep(HistoryView& view, const TrackCheck& check) {
+  view.events = check.events;
+  for (std::size_t i = 0; i < view.events.size(); ++i)
+    if (view.events[i].id == 0) view.events[i].id = static_cast<std::int64_t>(i + 1);
+}
+
+/// The first nights of a history: what an earlier check saw.
+inline HistoryView first_nights(const HistoryView& view, std::size_t count) {
+  HistoryView early = view;
+  early.runs.resize(count);
+  for (auto& nights : early.nights) nights.resize(std::min(nights.size(), count));
+  return early;
+}
+
+inline EventState state_of(const EventRow& event) { return event.states.back().state; }
+
+}  // namespace reliefbench

@@ -1,0 +1,50 @@
+// What a check makes of an event that it knows where it looks at fewer nights or otherwise, of two events that look
+// alike, and of Google Benchmark's nights.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/looks.h"
+#include "tests/made_history.h"
+#include "tuner/decide/track.h"
+
+namespace reliefbench {
+namespace {
+
+using testing::SizeIs;
+
+TEST(TrackLooksTest, a_mended_regression_of_a_throughput_is_over) {
+  MadeHistory made(50);
+  for (SeriesRow& series : made.view.series) series.lower_is_better = false;
+  made.slow_down("cone", 20, 1 / 1.2);
+  made.slow_down("cone", 35, 1.2);
+  const TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(2));
+  const auto slower = std::ranges::find(check.events, std::string(event_kind::slower), &EventRow::kind);
+  ASSERT_NE(slower, check.events.end());
+  EXPECT_LT(slower->effect, 0);
+  EXPECT_EQ(state_of(*slower), EventState::recovered);
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+}
+
+// Google Benchmark's words, and those of a later version.
+TEST(TrackLooksTest, a_benchmark_that_fails_is_lost) {
+  struct Row {
+    const char* status;
+    std::size_t told_after;
+  };
+  for (const Row& row : {Row{"error", 1}, Row{"skipped", 2}, Row{"not_finite", 2}, Row{"of a later version", 2}})
+    for (const std::size_t nights : {1U, 2U}) {
+      MadeHistory made(11 + nights);
+      made.change("relief", 11, [&](RepetitionRow& night) {
+        night.status = row.status;
+        night.is_valid = false;
+        night.score = 0;
+      });
+      const TrackCheck check = checked(made.view);
+      EXPECT_EQ(check.events.size(), nights >= row.told_after ? 1U : 0U) << row.status;
+      for (const EventRow& event : check.events) EXPECT_EQ(event.kind, event_kind::lost);
+    }
+}
+
+}  // namespace
+}  // namespace reliefbench
