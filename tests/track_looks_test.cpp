@@ -26,6 +26,23 @@ TEST(TrackLooksTest, a_mended_regression_of_a_throughput_is_over) {
   EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
 }
 
+TEST(TrackLooksTest, a_clock_that_is_rounded_up_once_and_down_once_is_no_new_environment) {
+  struct Row {
+    nlohmann::json content;
+    std::size_t epoch;
+  };
+  for (const Row& row :
+       {Row{{{"num_cpus", 2}, {"mhz_per_cpu", 2500}}, 0}, Row{{{"num_cpus", 2}, {"mhz_per_cpu", 2300}}, 0},
+        Row{{{"num_cpus", 2}, {"mhz_per_cpu", 2600}}, 1}, Row{{{"num_cpus", 4}, {"mhz_per_cpu", 2400}}, 1},
+        Row{{{"num_cpus", 2}}, 1}}) {
+    MadeHistory made(10);
+    made.view.environments.front().content = {{"num_cpus", 2}, {"mhz_per_cpu", 2400}};
+    made.view.environments.push_back({.id = 2, .hash = "bbbbbbbb", .content = row.content});
+    for (std::size_t night = 5; night < 10; ++night) made.view.runs[night].environment = 2;
+    EXPECT_EQ(epochs_of(made.view).back(), row.epoch) << row.content;
+  }
+}
+
 // Google Benchmark's words, and those of a later version.
 TEST(TrackLooksTest, a_benchmark_that_fails_is_lost) {
   struct Row {

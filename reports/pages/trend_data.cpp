@@ -68,14 +68,19 @@ class TrendPage {
 
   [[nodiscard]] json runs() const {
     json rows = json::array();
-    for (const RunRow& run : view_.runs)
+    std::map<std::pair<std::string, std::size_t>, std::int64_t> environments;  // of machines' epochs
+    for (std::size_t i = 0; i < view_.runs.size(); ++i) {
+      const RunRow& run = view_.runs[i];
+      const std::int64_t environment =
+          environments.emplace(std::pair(run.machine, epochs_[i]), run.environment).first->second;
       rows.push_back({{"time", moment_text(run.unix_s)},
                       {"commit", run.build.commit},
                       {"parent", run.build.parent},
                       {"dirty", run.build.is_dirty},
                       {"machine", place_of(run.machine)},
-                      {"environment", environments_.of(run.environment)},
+                      {"environment", environments_.of(environment)},
                       {"source", run.source}});
+    }
     return rows;
   }
 

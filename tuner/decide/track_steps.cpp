@@ -273,23 +273,6 @@ struct Together {
 
 }  // namespace
 
-std::vector<std::size_t> epochs_of(const HistoryView& view) {
-  struct Last {
-    std::int64_t environment = 0;
-    std::size_t epoch = 0;
-  };
-  std::map<std::string, Last> machines;
-  std::vector<std::size_t> epochs;
-  for (const RunRow& run : view.runs) {
-    const auto [found, is_new] = machines.try_emplace(run.machine, Last{.environment = run.environment});
-    Last& last = found->second;
-    if (!is_new && last.environment != run.environment)
-      last = {.environment = run.environment, .epoch = last.epoch + 1};
-    epochs.push_back(last.epoch);
-  }
-  return epochs;
-}
-
 StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
   const std::vector<std::size_t> epochs = epochs_of(view);
   CheckedPieces checked;
