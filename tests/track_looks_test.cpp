@@ -10,6 +10,7 @@
 namespace reliefbench {
 namespace {
 
+using testing::IsEmpty;
 using testing::SizeIs;
 
 TEST(TrackLooksTest, a_mended_regression_of_a_throughput_is_over) {
@@ -61,6 +62,60 @@ TEST(TrackLooksTest, a_benchmark_that_fails_is_lost) {
       EXPECT_EQ(check.events.size(), nights >= row.told_after ? 1U : 0U) << row.status;
       for (const EventRow& event : check.events) EXPECT_EQ(event.kind, event_kind::lost);
     }
+}
+
+/// One benchmark of eight, of which two numbers are measured, is slower by both.
+MadeHistory two_metrics() {
+  MadeHistory made(40);
+  for (const std::size_t s : {0U, 1U}) {
+    SeriesRow& series = made.view.series[s];
+    series.case_id = series.setting = "BM_a/0";
+    series.scene_key = series.device = "";
+    series.metric = s == 0 ? "real_time" : "cpu_time";
+    for (std::size_t night = 20; night < 40; ++night) made.view.nights[s][night].value *= 1.15;
+  }
+  return made;
+}
+
+TEST(TrackLooksTest, of_two_metrics_of_a_benchmark_each_is_an_event_of_its_own_name) {
+  const MadeHistory made = two_metrics();
+  const TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(2));
+  EXPECT_NE(check.events[0].key, check.events[1].key);
+  EXPECT_THAT((std::vector{check.events[0].what, check.events[1].what}),
+              testing::UnorderedElementsAre("BM_a/0, real_time", "BM_a/0, cpu_time"));
+}
+
+TEST(TrackLooksTest, an_event_that_two_were_stored_as_goes_on_as_one_of_them) {
+  MadeHistory made = two_metrics();
+  const TrackCheck first = checked(made.view);
+  made.view.events = {first.events.at(1)};  // what was written last
+  made.view.events.front().id = 1;
+  made.view.events.front().key = "ci-7|slower|BM_a/0|120";
+  TrackCheck check = checked(made.view);
+  ASSERT_THAT(news_of(check), SizeIs(1));
+  EXPECT_EQ(news_of(check).front().series, first.events[0].series);
+  EXPECT_EQ(news_of(check).front().key, first.events[0].key);
+  const auto old = std::ranges::find(check.events, 1, &EventRow::id);
+  EXPECT_EQ(old->key, "ci-7|slower|BM_a/0|120");
+  EXPECT_EQ(old->series, first.events[1].series);
+  keep(made.view, check);
+  EXPECT_THAT(news_of(checked(made.view)), IsEmpty());
+}
+
+TEST(TrackLooksTest, cases_that_are_lost_in_two_ways_are_two_events) {
+  MadeHistory made(13);
+  for (std::size_t s = 0; s < 4; ++s)
+    for (std::size_t night = 11; night < 13; ++night) {
+      made.view.nights[s][night].status = s < 2 ? "crashed" : "compile_error";
+      made.view.nights[s][night].is_valid = false;
+      made.view.nights[s][night].score = 0;
+    }
+  const TrackCheck check = checked(made.view);
+  ASSERT_THAT(check.events, SizeIs(2));
+  EXPECT_EQ(check.events[0].what, check.events[1].what);
+  EXPECT_NE(check.events[0].key, check.events[1].key);
+  for (const EventRow& event : check.events) EXPECT_EQ(event.key.size(), 64U) << "however long the names";
 }
 
 }  // namespace

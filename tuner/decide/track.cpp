@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "kernels/base/sha256.h"
 #include "tuner/decide/track_steps.h"
 #include "tuner/results/statistics.h"
 
@@ -47,8 +48,13 @@ bool is_same_event(const EventRow& known, const EventRow& found, const Calendar&
          is_same_time(known, found, calendar) && overlap(known, found) >= 0.5;
 }
 
-std::string key_of(const EventRow& event) {
-  return fmt::format("{}|{}|{}|{}", event.machine, event.kind, event.what, event.bad_run);
+/// Of what tells it from all others of one look: names may be equal, and of cases that are lost the ways as well.
+std::string key_of(const SeenEvent& seen) {
+  const EventRow& event = seen.row;
+  std::vector<std::int64_t> series = event.series;
+  std::ranges::sort(series);
+  return sha256(fmt::format("{}|{}|{}|{}|{}|{}|{}", event.machine, event.kind, event.what, event.good_run,
+                            event.bad_run, fmt::join(series, ","), has_size(event) ? "" : seen.reason));
 }
 
 EventState last_state(const EventRow& event) { return event.states.back().state; }
@@ -177,7 +183,7 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
   for (std::size_t i = 0; i < seen.size(); ++i) {
     if (is_seen[i]) continue;
     judged.emplace_back(seen[i].row, now_unix_s);
-    judged.back().event().key = key_of(seen[i].row);
+    judged.back().event().key = key_of(seen[i]);
     judged.back().see(seen[i]);
   }
   for (Judgement& one : judged)

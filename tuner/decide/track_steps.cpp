@@ -179,6 +179,32 @@ bool matters(const ChangeEvent& event, const EventOptions& options) {
   return event.is_drift || event.low > least || event.high < -least;
 }
 
+/// A series' name, and what its case has others of: metrics, devices.
+std::string name_among(const HistoryView& view, std::size_t place) {
+  const SeriesRow& row = view.series[place];
+  bool has_metrics = false;
+  bool has_devices = false;
+  for (const SeriesRow& other : view.series) {
+    if (other.case_id != row.case_id || other.machine != row.machine) continue;
+    has_metrics |= other.metric != row.metric;
+    has_devices |= other.device != row.device;
+  }
+  return series_name(row) + (has_metrics ? ", " + row.metric : "") + (has_devices ? " on " + row.device : "");
+}
+
+/// What an event's series have in common, for people.
+std::string common_name(const HistoryView& view, std::span<const std::size_t> series) {
+  if (series.size() == 1) return name_among(view, series.front());
+  const SeriesRow& first = view.series[series.front()];
+  const auto all = [&](auto member) {
+    return std::ranges::all_of(series, [&](std::size_t s) { return view.series[s].*member == first.*member; });
+  };
+  std::string name = fmt::format("{} cases", series.size());
+  if (all(&SeriesRow::backend)) name += " on " + first.backend;
+  if (all(&SeriesRow::technique)) name += ", technique=" + first.technique;
+  return name;
+}
+
 SeenEvent seen_step(const HistoryView& view, const ChangeEvent& event, std::span<const ChangeEvent> all,
                     const CheckedPieces& checked) {
   const CheckedPiece& first = checked.pieces[event.series.front()];
@@ -201,7 +227,7 @@ SeenEvent seen_step(const HistoryView& view, const ChangeEvent& event, std::span
   for (const std::size_t s : series) row.series.push_back(view.series[s].id);
   const bool is_worse = (event.log_ratio > 0) == view.series[series.front()].lower_is_better;
   row.kind = !is_worse ? event_kind::faster : (event.is_drift ? event_kind::drift : event_kind::slower);
-  row.what = event.what.empty() ? series_name(view.series[series.front()]) : event.what;
+  row.what = event.what.empty() ? name_among(view, series.front()) : event.what;
   switch (code_change(view, series, row.good_run, row.bad_run)) {
     case CodeChange::some:
       seen.reason = "what is drawn changed as well: shaders, driver or stages";
@@ -216,19 +242,6 @@ SeenEvent seen_step(const HistoryView& view, const ChangeEvent& event, std::span
       break;
   }
   return seen;
-}
-
-/// What an event's series have in common, for people.
-std::string common_name(const HistoryView& view, std::span<const std::size_t> series) {
-  const SeriesRow& first = view.series[series.front()];
-  if (series.size() == 1) return series_name(first);
-  const auto all = [&](auto member) {
-    return std::ranges::all_of(series, [&](std::size_t s) { return view.series[s].*member == first.*member; });
-  };
-  std::string name = fmt::format("{} cases", series.size());
-  if (all(&SeriesRow::backend)) name += " on " + first.backend;
-  if (all(&SeriesRow::technique)) name += ", technique=" + first.technique;
-  return name;
 }
 
 /// What no test is needed for: cases that changed for certain.

@@ -129,7 +129,7 @@ inline constexpr const char* lost = "lost";      ///< a case that was ok is not 
 /// A change that several series may share: an alert group. Its key does not change from one night's check to the next.
 struct EventRow {
   std::int64_t id = 0;
-  std::string key;  ///< of machine, what moved, direction and the first run of the new level as first seen
+  std::string key;  ///< SHA-256 of machine, direction, series and nights as first seen; of old ones their text
   std::string machine;
   std::string kind;           ///< event_kind
   std::string what;           ///< "vulkan technique=relaxed_cone"
