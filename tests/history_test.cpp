@@ -265,6 +265,16 @@ TEST_P(HistoryTest, a_history_of_the_first_schema_goes_on) {
   EXPECT_EQ(events.front().states.size(), 2U);
 }
 
+TEST_P(HistoryTest, tells_whether_earlier_nights_are_left_out) {
+  History history(database_, kWrite);
+  history.add(make_night({.content = "b", .unix_s = 2000}));
+  history.add(make_night({.content = "c", .unix_s = 1000, .machine = "other"}));
+  EXPECT_TRUE(history.load({}).is_whole);
+  EXPECT_TRUE(history.load({.since_unix_s = 1000}).is_whole);
+  EXPECT_FALSE(history.load({.since_unix_s = 1500}).is_whole);
+  EXPECT_TRUE(history.load({.since_unix_s = 1500, .machine = "farm"}).is_whole);
+}
+
 TEST_P(HistoryTest, writers_wait_for_each_other) {
   std::vector<std::thread> writers;
   for (int writer = 0; writer < 4; ++writer)

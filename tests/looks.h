@@ -27,6 +27,16 @@ inline HistoryView first_nights(const HistoryView& view, std::size_t count) {
   return early;
 }
 
+/// What `--since` leaves of a history.
+inline HistoryView without_first_nights(const HistoryView& view, std::size_t count) {
+  HistoryView late = view;
+  const auto many = static_cast<std::ptrdiff_t>(count);
+  late.is_whole = false;
+  late.runs.erase(late.runs.begin(), late.runs.begin() + many);
+  for (auto& nights : late.nights) nights.erase(nights.begin(), nights.begin() + many);
+  return late;
+}
+
 inline EventState state_of(const EventRow& event) { return event.states.back().state; }
 
 }  // namespace reliefbench

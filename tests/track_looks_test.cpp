@@ -6,6 +6,7 @@
 #include "tests/looks.h"
 #include "tests/made_history.h"
 #include "tuner/decide/track.h"
+#include "tuner/decide/track_text.h"
 
 namespace reliefbench {
 namespace {
@@ -25,6 +26,104 @@ TEST(TrackLooksTest, a_mended_regression_of_a_throughput_is_over) {
   EXPECT_LT(slower->effect, 0);
   EXPECT_EQ(state_of(*slower), EventState::recovered);
   EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+}
+
+TEST(TrackLooksTest, what_further_nights_took_back_is_cleared) {
+  MadeHistory made(34);
+  made.slow_down("cone", 30, 1.08);
+  keep(made.view, checked(made.view));
+  ASSERT_THAT(made.view.events, SizeIs(1));
+  ASSERT_EQ(state_of(made.view.events.front()), EventState::suspect);
+  for (const bool is_whole : {true, false}) {
+    MadeHistory later(50);  // in which none of those nights is slow
+    later.view.events = made.view.events;
+    const HistoryView view = is_whole ? later.view : without_first_nights(later.view, 10);
+    const TrackCheck check = checked(view);
+    EXPECT_EQ(state_of(check.events.front()), EventState::cleared) << is_whole;
+    EXPECT_EQ(check.events.front().states.back().text, "further nights took it back");
+    EXPECT_EQ(exit_of(check, view, false), Exit::done);
+  }
+}
+
+// A window that slides past a step sees ever fewer nights before it.
+TEST(TrackLooksTest, a_look_at_fewer_nights_clears_nothing) {
+  for (const double factor : {1.02, 1.06}) {
+    MadeHistory made(60);
+    made.slow_down("cone", 25, factor);
+    keep(made.view, checked(made.view));
+    ASSERT_THAT(made.view.events, SizeIs(1));
+    ASSERT_EQ(state_of(made.view.events.front()), EventState::confirmed);
+    for (std::size_t since = 10; since < 40; ++since) {
+      const HistoryView late = without_first_nights(made.view, since);
+      const TrackCheck check = checked(late);
+      EXPECT_THAT(check.events, SizeIs(1)) << since << track_markdown(late, check);
+      EXPECT_EQ(state_of(check.events.front()), EventState::confirmed) << since;
+      EXPECT_EQ(exit_of(check, late, false), Exit::answer_is_no) << since;
+      EXPECT_THAT(news_of(check), IsEmpty()) << since;
+    }
+  }
+}
+
+TEST(TrackLooksTest, a_regression_from_before_the_nights_looked_at_may_be_over) {
+  MadeHistory made(60);
+  made.slow_down("cone", 15, 1.08);
+  HistoryView early = first_nights(made.view, 30);
+  keep(early, checked(early));
+  ASSERT_THAT(early.events, SizeIs(1));
+  made.view.events = early.events;
+  EXPECT_EQ(exit_of(checked(without_first_nights(made.view, 20)), made.view, false), Exit::answer_is_no);
+  made.slow_down("cone", 45, 1 / 1.08);
+  const TrackCheck check = checked(without_first_nights(made.view, 20));
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::done);
+  EXPECT_THAT(check.events, SizeIs(2));
+}
+
+TEST(TrackLooksTest, other_options_clear_nothing) {
+  MadeHistory made(40);
+  made.slow_down("cone", 25, 1.2);
+  keep(made.view, checked(made.view));
+  ASSERT_THAT(made.view.events, SizeIs(1));
+  for (const EventOptions& options :
+       {EventOptions{.change = {.least_effect = 0.5}}, EventOptions{.change = {.least_nights = 16}}}) {
+    const TrackCheck check = check_history(made.view, options, kNow);
+    EXPECT_THAT(news_of(check), IsEmpty());
+    EXPECT_EQ(state_of(check.events.front()), EventState::confirmed);
+  }
+}
+
+// A drift begins where the look does, so that the same one begins later the next night.
+TEST(TrackLooksTest, a_drift_that_began_before_the_nights_looked_at_is_the_same) {
+  MadeHistory made(80);
+  for (std::size_t s = 0; s < made.view.series.size(); ++s)
+    for (std::size_t night = 0; night < 80; ++night)
+      made.view.nights[s][night].value *= std::exp(0.002 * static_cast<double>(night));
+  HistoryView view = first_nights(made.view, 78);
+  keep(view, checked(view));
+  ASSERT_THAT(view.events, SizeIs(1));
+  EXPECT_EQ(view.events.front().kind, event_kind::drift);
+  HistoryView late = without_first_nights(made.view, 10);
+  late.events = view.events;
+  const TrackCheck check = checked(late);
+  EXPECT_THAT(check.events, SizeIs(1));
+  EXPECT_THAT(news_of(check), IsEmpty());
+}
+
+TEST(TrackLooksTest, a_lost_case_is_found_again_by_a_look_at_fewer_nights_only_if_it_is_ok) {
+  MadeHistory made(30);
+  const auto fail = [](RepetitionRow& night) {
+    night.status = "crashed";
+    night.is_valid = false;
+    night.score = 0;
+  };
+  made.change("relief", 11, fail);
+  keep(made.view, checked(made.view));
+  ASSERT_THAT(made.view.events, SizeIs(1));
+  HistoryView late = without_first_nights(made.view, 15);
+  EXPECT_EQ(state_of(checked(late).events.front()), EventState::confirmed);
+  MadeHistory mended(40);
+  mended.view.events = made.view.events;
+  late = without_first_nights(mended.view, 32);
+  EXPECT_EQ(state_of(checked(late).events.front()), EventState::recovered);
 }
 
 TEST(TrackLooksTest, a_clock_that_is_rounded_up_once_and_down_once_is_no_new_environment) {

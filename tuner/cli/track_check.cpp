@@ -121,7 +121,9 @@ void add_track_check(CLI::App& track, int& exit_code) {
   command->footer(
       "A step is suspect when it is new, and confirmed by further nights or by `track confirm`. Cases that move "
       "together\n"
-      "are one event. Exit code 1 where a regression is open, 5 where there is no night.\n"
+      "are one event. Exit code 1 where a regression is open, 5 where there is no night. A check of fewer nights "
+      "(--since)\n"
+      "or for larger steps leaves open what it could not see.\n"
       "Example:\n  reliefbench track check --db history.db --markdown");
   command->callback([=, &exit_code] {
     const CheckArguments arguments = options.arguments(database, nights.query());

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "kernels/base/sha256.h"
+#include "tuner/decide/absence.h"
 #include "tuner/decide/track_steps.h"
 #include "tuner/results/statistics.h"
 
@@ -22,15 +23,14 @@ double overlap(const EventRow& a, const EventRow& b) {
   return static_cast<double>(both) / static_cast<double>(std::min(a.series.size(), b.series.size()));
 }
 
-/// Runs by their place in time.
+/// Runs by their place in time; -1 is before the nights looked at.
 class Calendar {
  public:
   explicit Calendar(std::span<const RunRow> runs) {
     for (std::size_t i = 0; i < runs.size(); ++i) places_[runs[i].id] = static_cast<std::ptrdiff_t>(i);
   }
   [[nodiscard]] bool has(std::int64_t run) const { return places_.contains(run); }
-  [[nodiscard]] std::ptrdiff_t of(std::int64_t run) const { return places_.at(run); }
-  [[nodiscard]] bool has(const EventRow& event) const { return has(event.good_run) && has(event.bad_run); }
+  [[nodiscard]] std::ptrdiff_t of(std::int64_t run) const { return has(run) ? places_.at(run) : -1; }
 
  private:
   std::map<std::int64_t, std::ptrdiff_t> places_;
@@ -44,8 +44,18 @@ bool is_same_time(const EventRow& a, const EventRow& b, const Calendar& calendar
 }
 
 bool is_same_event(const EventRow& known, const EventRow& found, const Calendar& calendar) {
-  return known.machine == found.machine && known.kind == found.kind && calendar.has(known) &&
+  if (known.key == found.key) return true;
+  return known.machine == found.machine && known.kind == found.kind && calendar.has(known.bad_run) &&
          is_same_time(known, found, calendar) && overlap(known, found) >= 0.5;
+}
+
+/// Whether a step of some series of a known event lies in its nights: few nights show a group's step in pieces.
+bool is_part_of(const EventRow& known, const EventRow& found, const Calendar& calendar) {
+  return has_size(found) && known.machine == found.machine && known.kind == found.kind && calendar.has(known.bad_run) &&
+         calendar.of(known.good_run) < calendar.of(found.bad_run) &&
+         calendar.of(found.good_run) < calendar.of(known.bad_run) && !found.series.empty() &&
+         std::ranges::all_of(
+             found.series, [&](std::int64_t id) { return std::ranges::find(known.series, id) != known.series.end(); });
 }
 
 /// Of what tells it from all others of one look: names may be equal, and of cases that are lost the ways as well.
@@ -88,12 +98,15 @@ class Judgement {
         return see_again(seen);
     }
   }
-  /// What is not seen any more.
-  void miss(bool is_part_of_another) {
-    if (event_.kind == event_kind::lost && is_open(event_))
-      return become(EventState::recovered, "the cases are ok again");
+  /// What is gone.
+  void miss() {
     if (!is_open(event_)) return;
-    become(EventState::cleared, is_part_of_another ? "is part of what is seen now" : "further nights took it back");
+    if (event_.kind == event_kind::lost) return become(EventState::recovered, "the cases are ok again");
+    become(EventState::cleared, "further nights took it back");
+  }
+  /// What is seen as part of another one.
+  void join() {
+    if (is_open(event_)) become(EventState::cleared, "is part of what is seen now");
   }
 
   EventRow& event() { return event_; }
@@ -115,7 +128,7 @@ class Judgement {
 
 /// A regression that a later improvement of the same cases took back, by half of it at least.
 bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const Calendar& calendar) {
-  if (event.kind != event_kind::slower || !calendar.has(event)) return false;
+  if (event.kind != event_kind::slower) return false;
   const double size = std::log1p(event.effect);
   return std::ranges::any_of(seen, [&](const SeenEvent& other) {
     const EventRow& later = other.row;
@@ -152,21 +165,22 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
   std::vector<SeenEvent> seen = std::move(steps.events);
   std::ranges::move(changed_errors(view), std::back_inserter(seen));
   std::ranges::move(lost_cases(view), std::back_inserter(seen));
+  for (SeenEvent& one : seen) one.row.key = key_of(one);
 
+  const Absence absence(view, options);
   std::vector<Judgement> judged;
   std::vector<bool> is_seen(seen.size(), false);
   for (const EventRow& known : view.events) {
     judged.emplace_back(known, now_unix_s);
-    if (!calendar.has(known)) continue;  // older than what is looked at
     const auto is_it = [&](const SeenEvent& s) { return is_same_event(known, s.row, calendar); };
     const auto same = std::ranges::find_if(seen, is_it);
     if (same == seen.end()) {
-      judged.back().miss(false);
+      if (absence.is_gone(known)) judged.back().miss();
       continue;
     }
     const auto index = static_cast<std::size_t>(same - seen.begin());
     if (is_seen[index]) {
-      judged.back().miss(true);
+      judged.back().join();
       continue;
     }
     is_seen[index] = true;
@@ -181,9 +195,9 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
     judged.back().see(*same);
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (is_seen[i]) continue;
+    const auto is_whole = [&](const EventRow& known) { return is_part_of(known, seen[i].row, calendar); };
+    if (is_seen[i] || std::ranges::any_of(view.events, is_whole)) continue;
     judged.emplace_back(seen[i].row, now_unix_s);
-    judged.back().event().key = key_of(seen[i]);
     judged.back().see(seen[i]);
   }
   for (Judgement& one : judged)

@@ -33,10 +33,10 @@ struct TrackCheck {
 };
 
 /// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed
-/// when enough further nights have it; cleared when they take it back; environment when shaders, driver and stages are
-/// the same on both sides while the control case moved along, or when a re-run of both builds did not show it;
-/// recovered when a later change undid it. What a person accepted stays accepted. An event is the same as one that is
-/// known where machine and direction agree, the nights overlap and most of the series do.
+/// when enough further nights have it; cleared when they take it back (absence.h); environment when shaders, driver and
+/// stages are the same on both sides while the control case moved along, or when a re-run of both builds did not show
+/// it; recovered when a later change undid it. What a person accepted stays accepted. An event is the same as one that
+/// is known where machine and direction agree, the nights overlap and most of the series do.
 /// Errors are deterministic: any other value is an event, unless what is drawn (RepetitionRow::code) changed as well;
 /// such a one is accepted from the start.
 [[nodiscard]] TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s);

@@ -45,6 +45,10 @@ class ViewReader {
   }
 
   void read_runs() {
+    view_.is_whole = number_of(sql_,
+                               "SELECT COUNT(*) FROM run r JOIN machine m ON m.id = r.machine WHERE r.unix_s < :since"
+                               " AND (:any = '' OR m.name = :machine)",
+                               since_, query_.machine, query_.machine) == 0;
     each_asked<Id, Text, Text, Text, Id, Id, Text, Text, int, Text, Text>(
         "SELECT r.id, r.content, r.kind, m.name, r.environment, r.unix_s, b.sha, b.parent, b.is_dirty, r.source, "
         "r.health FROM run r JOIN build b ON b.id = r.build" +

@@ -151,6 +151,7 @@ struct EventRow {
 
 /// Everything that a check looks at, in memory.
 struct HistoryView {
+  bool is_whole = true;  ///< no night is left out for being too early
   std::vector<EnvironmentRow> environments;
   std::vector<RunRow> runs;  ///< by time
   std::vector<SeriesRow> series;
