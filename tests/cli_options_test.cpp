@@ -1,0 +1,62 @@
+// Options that were misread: what is given twice, in lists, in other bytes, or where it means nothing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/cli_rig.h"
+#include "tests/finished_run.h"
+#include "tests/written_run.h"
+#include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
+
+namespace reliefbench {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+/// A line of output from `begin` on, as a shell takes it, without what joins its parts.
+std::string command_in(const std::string& text, const std::string& begin) {
+  const std::size_t at = text.find(begin);
+  EXPECT_NE(at, std::string::npos) << text;
+  std::string command = text.substr(at);
+  for (std::size_t joint = 0; (joint = command.find(" \\\n")) != std::string::npos;) command.erase(joint, 3);
+  return command.substr(0, command.find('\n'));
+}
+
+// Google Benchmark's own, of its programs.
+TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
+  write("mine.json", "mine");
+  const std::map<std::string, std::string> told{{"BENCHMARK_REPETITIONS", "2"},
+                                                {"BENCHMARK_OUT", "mine.json"},
+                                                {"BENCHMARK_MIN_WARMUP_TIME", "0.001"},
+                                                {"BENCHMARK_ENABLE_RANDOM_INTERLEAVING", "true"},
+                                                {"BENCHMARK_REPORT_AGGREGATES_ONLY", "true"},
+                                                {"BENCHMARK_FILTER", "nothing"},
+                                                {"BENCHMARK_CONTEXT", "who=me"}};
+  const auto sweep = [&](const std::string& output, const std::map<std::string, std::string>& environment) {
+    return run_reliefbench({"sweep", kSmoke, "-o", output, "--backend", "null", "--quiet"}, folder_.path(),
+                           {.environment = environment, .before_start = [] { alarm(60); }});
+  };
+  EXPECT_EQ(sweep("told", told).exit_code, 0);
+  EXPECT_EQ(sweep("listed", {{"BENCHMARK_LIST_TESTS", "true"}}).exit_code, 0);
+  EXPECT_EQ(sweep("plain", {}).exit_code, 0);
+  EXPECT_EQ(file_text(folder_ / "mine.json"), "mine");
+  const auto cases = [&](const std::string& folder) {
+    std::vector<std::string> ids;
+    for (const Sample& sample : load_run(folder_ / folder).samples) ids.push_back(sample.case_id.text());
+    return ids;
+  };
+  EXPECT_EQ(cases("told"), cases("plain"));
+  EXPECT_EQ(cases("listed"), cases("plain"));
+  const json context = json::parse(file_text(folder_ / "told/benchmark.json")).at("context");
+  for (const char* key : {"executable", "who"}) EXPECT_FALSE(context.contains(key)) << key;
+}
+
+}  // namespace
+}  // namespace reliefbench
