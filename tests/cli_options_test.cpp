@@ -29,6 +29,32 @@ std::string command_in(const std::string& text, const std::string& begin) {
   return command.substr(0, command.find('\n'));
 }
 
+TEST_F(CliTest, a_flag_may_be_denied_and_given_twice) {
+  EXPECT_THAT(run({"list", "views", "--json"}).out, StartsWith("["));
+  EXPECT_THAT(run({"list", "views", "--json", "--json"}).out, StartsWith("["));
+  EXPECT_THAT(run({"list", "views", "--json=false"}).out, Not(StartsWith("[")));
+  EXPECT_THAT(run({"list", "views", "--json=true"}).out, StartsWith("["));
+}
+
+TEST_F(CliTest, numbers_are_refused_in_words) {
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"bake", "fbm", "--map", "conservative", "--repeat", "0"},
+        {"view", "fbm", "--tiling", "0"},
+        {"view", "fbm", "--frames", "-1"},
+        {"tune", "fbm", "--tiling", "inf"},
+        {"compare", "a", "b", "--rerun", "--rerun-cases", "0"}}) {
+    expect_refused(command, 2, "expected a number above 0");
+    EXPECT_LT(file_text(folder_ / "stderr.txt").size(), 120U);
+  }
+  expect_refused({"tune", "fbm", "--relief-depth", "nan"}, 2, "expected a number of at least 0");
+  expect_refused({"tune", "fbm", "--epsilon", "inf", "-o", "run"}, 2, "--epsilon");
+  expect_refused({"tune", "fbm", "--weights", "inf,1", "-o", "run"}, 2, "--weights 'inf': expected a number above 0");
+  expect_refused({"tune", "fbm", "--max-time-ms", "inf", "-o", "run"}, 2, "--max-time-ms 'inf'");
+  expect_refused({"sweep", kSmoke, "--inject-slowdown", "cone:inf"}, 2, "--inject-slowdown cone:inf");
+  for (const char* duration : {"inf", "5x", "s", "-1m", "1mm"})
+    expect_refused({"tune", "fbm", "--time-limit", duration, "-o", "run"}, 2, "--time-limit");
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

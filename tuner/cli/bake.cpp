@@ -234,7 +234,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
   command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();
   command->add_option("--repeat", arguments->repeat, "bake so many times, for the median of their times")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->capture_default_str();
   command->add_option("-o,--output", arguments->output, ".ktx2 (as stored), .exr (decoded) or .png");
   command->add_flag("--verify", arguments->verify, "prove the stored map: exit 1 if it breaks its kind's guarantee");

@@ -150,7 +150,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
   const CLI::Option* binary_b =
       command->add_option("--binary-b", "with --rerun: the build of NEW; this one")->type_name("FILE")->needs(rerun);
   const CLI::Option* rounds = command->add_option("--rounds", rounds_text)->type_name("N");
-  const CLI::Option* cases = command->add_option("--rerun-cases", cases_text)->type_name("N");
+  const CLI::Option* cases = command->add_option("--rerun-cases", cases_text)->type_name("N")->check(above_zero());
   const CLI::Option* output =
       command->add_option("-o,--output", "folder of the re-runs; those that are there count")->type_name("DIR");
   const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");

@@ -14,6 +14,30 @@
 
 namespace reliefbench {
 
+std::optional<double> finite_number(std::string_view text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [parsed, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || parsed != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+CLI::Validator above_zero() {
+  return {[](const std::string& text) {
+            const std::optional<double> value = finite_number(text);
+            return value && *value > 0 ? std::string() : fmt::format("'{}': expected a number above 0", text);
+          },
+          "POSITIVE"};
+}
+
+CLI::Validator not_below_zero() {
+  return {[](const std::string& text) {
+            const std::optional<double> value = finite_number(text);
+            return value && *value >= 0 ? std::string() : fmt::format("'{}': expected a number of at least 0", text);
+          },
+          "NONNEGATIVE"};
+}
+
 void add_channel_options(CLI::App& command, ReadingArguments& arguments) {
   const std::vector<std::string> channels(heightmap_channels().begin(), heightmap_channels().end());
   command
@@ -98,21 +122,22 @@ std::pair<int, int> parse_frame_px(const std::string& text) {
 
 CLI::Option* add_slowdown_option(CLI::App& command) {
   return command
-      .add_option("--inject-slowdown", "multiply a technique's times, to see that it is found; the run says so")
-      ->type_name("TECHNIQUE:FACTOR");
+      .add_option("--inject-slowdown",
+                  "multiply a technique's times, to see that it is found; the run says so; may be repeated")
+      ->type_name("TECHNIQUE:FACTOR")
+      ->expected(1)
+      ->take_all();
 }
 
 Slowdowns slowdowns_of(const CLI::Option* option) {
   Slowdowns slowdowns;
   for (const std::string& text : option->results()) {
     const std::size_t colon = text.find(':');
-    double factor = 0;
-    const char* const end = text.data() + text.size();
-    const bool has_factor =
-        colon != std::string::npos && std::from_chars(text.data() + colon + 1, end, factor).ptr == end;
-    if (!has_factor || !std::isfinite(factor) || factor <= 0)
+    const std::optional<double> factor =
+        colon == std::string::npos ? std::nullopt : finite_number(std::string_view(text).substr(colon + 1));
+    if (!factor || *factor <= 0)
       fail_input("--inject-slowdown {}: expected TECHNIQUE:FACTOR, as in relaxed_cone:1.1", text);
-    slowdowns[std::string(find_technique(text.substr(0, colon)).id)] = factor;
+    slowdowns[std::string(find_technique(text.substr(0, colon)).id)] = *factor;
   }
   return slowdowns;
 }

@@ -20,12 +20,19 @@ template <typename T>
   return option->empty() ? fallback : option->as<T>();
 }
 
-/// A flag. As std::string, since CLI11's overloads for bound variables compete for a literal description.
+/// A flag, for is_set(). As std::string, since CLI11's overloads for bound variables compete for a literal description.
 inline CLI::Option* add_switch(CLI::App& command, const std::string& name, const std::string& description) {
-  return command.add_flag(name, description);
+  return command.add_flag(name, description)->take_last();
 }
 
-[[nodiscard]] inline bool is_set(const CLI::Option* flag) { return flag->count() > 0; }
+/// Whether a flag was given, and not as --flag=false.
+[[nodiscard]] inline bool is_set(const CLI::Option* flag) { return !flag->empty() && flag->as<bool>(); }
+
+/// A finite number, and nothing beside it; none: it is no such thing.
+[[nodiscard]] std::optional<double> finite_number(std::string_view text);
+/// Checks of an option's number.
+[[nodiscard]] CLI::Validator above_zero();
+[[nodiscard]] CLI::Validator not_below_zero();
 
 /// How a heightmap is read, as every command that takes one asks. What is not said stays as it is.
 struct ReadingArguments {

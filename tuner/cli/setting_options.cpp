@@ -131,7 +131,7 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
   command.add_option("--wrap", arguments.wrap, "repeat | clamp; default: as measured, else repeat")
       ->check(CLI::IsMember({"repeat", "clamp"}));
   command.add_option("--relief-depth", arguments.relief_depth, "in sides of one tile; default: as measured, else 0.1")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_below_zero());
   add_base_option(command, arguments.base, "as measured, else 1");
   add_reading_options(command, arguments.reading);
   return presets;

@@ -59,30 +59,19 @@ struct TuneArguments {
 
 /// "90s", "10m", "1.5h", or seconds.
 double parse_duration_s(const std::string& text) {
-  std::size_t used = 0;
-  double value = -1;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  const std::string unit = text.substr(std::min(used, text.size()));
+  const std::size_t end = std::min(text.find_last_not_of("smh") + 1, text.size());
+  const std::string unit = text.substr(end);
   const double scale = unit.empty() || unit == "s" ? 1 : unit == "m" ? 60 : unit == "h" ? 3600 : 0;
-  if (used == 0 || !(value > 0) || scale == 0)
+  const std::optional<double> value = finite_number(std::string_view(text).substr(0, end));
+  if (!value || *value <= 0 || scale == 0)
     fail_input("--time-limit '{}': expected a duration such as 90s, 10m or 1.5h", text);
-  return value * scale;
+  return *value * scale;
 }
 
 double parse_positive(const std::string& option, const std::string& text) {
-  std::size_t used = 0;
-  double value = 0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used != text.size() || !(value > 0)) fail_input("{} '{}': expected a number above 0", option, text);
-  return value;
+  const std::optional<double> value = finite_number(text);
+  if (!value || *value <= 0) fail_input("{} '{}': expected a number above 0", option, text);
+  return *value;
 }
 
 std::vector<double> parse_weights(const std::string& text) {
@@ -175,7 +164,8 @@ TuneOptions options_of(const TuneArguments& arguments) {
   question.epsilon = arguments.epsilon;
   question.confidence = arguments.confidence;
   question.seed = arguments.seed;
-  if (!(question.epsilon > 0)) fail_input("--epsilon {}: expected a number above 0", question.epsilon);
+  if (!std::isfinite(question.epsilon) || question.epsilon <= 0)
+    fail_input("--epsilon {}: expected a number above 0", question.epsilon);
   if (!(question.confidence > 0.5 && question.confidence < 1))
     fail_input("--confidence {}: expected a number between 0.5 and 1", question.confidence);
   if (!arguments.time_limit.empty()) options.time_limit_s = parse_duration_s(arguments.time_limit);
@@ -305,11 +295,11 @@ void add_tune_command(CLI::App& app, int& exit_code) {
                     "draw again what failed in an earlier start, also what failed twice");
   const CLI::Option* features = add_features_option(*command);
   command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_below_zero());
   add_base_option(*command, arguments->base, "1, or the config's");
   const CLI::Option* frame = add_frame_option(*command);
   command->add_option("--wrap", arguments->wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
-  command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(CLI::PositiveNumber);
+  command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(above_zero());
   add_names_option(*command, arguments->names);
   command->add_flag("--quiet", arguments->quiet, "no progress");
   command->add_flag("--json", arguments->json, "tune.json on standard output");

@@ -131,7 +131,7 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--tiling", arguments->setting.tiling,
                    "tiles along a side of the plane; default: as measured, else 1")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command->add_option("--size-px", arguments->setting.size_px, "of the frame; default: as measured, else 512,512")
       ->type_name("W,H")
       ->delimiter(',')
@@ -144,13 +144,14 @@ void add_view_command(CLI::App& app, int& exit_code) {
       command->add_option("--script", arguments->script, "do what the file says, then close")->type_name("FILE");
   script->excludes(png);
   command->add_option("--frames", arguments->frames, "turn the relief for so many frames, say how fast, and close")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->excludes(png)
       ->excludes(script);
-  add_switch(*command, "--debug", "with Vulkan's validation layer or OpenGL's debug output; what they say is an error")
-      ->each([arguments](const std::string&) { arguments->debug = true; });
+  const CLI::Option* debug = add_switch(
+      *command, "--debug", "with Vulkan's validation layer or OpenGL's debug output; what they say is an error");
   command->footer(footer());
   command->callback([=, &exit_code] {
+    arguments->debug = is_set(debug);
     ViewCommand(*arguments).run();
     exit_code = static_cast<int>(Exit::done);
   });
