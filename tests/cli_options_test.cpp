@@ -36,6 +36,27 @@ TEST_F(CliTest, a_flag_may_be_denied_and_given_twice) {
   EXPECT_THAT(run({"list", "views", "--json=true"}).out, StartsWith("["));
 }
 
+TEST_F(CliTest, lists_leave_the_word_after_them_alone) {
+  static_cast<void>(null_sweep(folder_));
+  for (const std::vector<std::string>& question :
+       {std::vector<std::string>{"choose", "--max-error", "e_xy.p99<=100", "run", "run"},
+        {"choose", "--max-error", "e_xy.p99<=100", "--max-error", "missed_rate<=1", "run"},
+        {"choose", "--max-error", "e_xy.p99<=100", "--regret", "mean", "--weights", "2,1", "run", "run"},
+        {"export", "--for", "unreal", "fbm", "--case", "relief?linear_steps=8", "-o", "shipped"},
+        {"export", "--language", "glsl,hlsl", "fbm", "--case", "relief?linear_steps=8", "-o", "shipped"},
+        {"sweep", "--dry-run", "--inject-slowdown", "cone:1.1", kSmoke, "--inject-slowdown", "relief:1.2", "--backend",
+         "null"}}) {
+    const CommandResult result = run(question);
+    EXPECT_EQ(result.exit_code, 0) << question[1] << ": " << result.err;
+  }
+}
+
+TEST_F(CliTest, tune_takes_one_word_an_option) {
+  for (const std::string option : {"--scene", "--max-error", "--holdout"})
+    expect_refused({"tune", option, option == "--max-error" ? "flip<=1" : "grazing", "typo.png", "-o", "run"}, 2,
+                   "HEIGHTMAP: 'typo.png' is unknown");
+}
+
 TEST_F(CliTest, numbers_are_refused_in_words) {
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"bake", "fbm", "--map", "conservative", "--repeat", "0"},

@@ -84,7 +84,10 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("--max-error", arguments->max_error, "bound that must hold everywhere; default: the runs' budgets")
-      ->type_name("METRIC<=X");
+      ->type_name("METRIC<=X")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->take_all();
   const CLI::Option* max_time =
       command
           ->add_option("--max-time-ms,--max-time",
@@ -94,6 +97,7 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->type_name("METRIC");
   command->add_option("--weights", arguments->weights, "of the runs, with --regret mean, e.g. 2,1,1")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("W,...");
   command->add_option("--regret", arguments->regret, "minimax: the least worst loss | mean: the least weighted mean")
       ->check(CLI::IsMember(regret_ids()))

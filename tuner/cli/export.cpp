@@ -121,11 +121,13 @@ void add_export_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--for", arguments->choice.engines,
                    "engines of `reliefbench list engines`, a folder each, or all; default: plain, no engine")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command
       ->add_option("--language", arguments->choice.languages,
                    "of plain: glsl | glsl_es | hlsl | msl | wgsl | spirv | all; default: glsl")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->allow_extra_args(false);
   command->add_option("--textures", arguments->choice.container,
                       "ktx2 | dds | png | tga | exr; default: what the engine takes without loss");
   command->add_flag("--normal-map", arguments->choice.normal_map, "a normal map, too");

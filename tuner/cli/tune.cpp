@@ -252,12 +252,14 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       "folder, where an interrupted search is continued; default: one of its own for each question, under out/");
   command->add_option("--scene", arguments->scenes, "view of the heightmap, or scene of the config; may be repeated")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   command
       ->add_option("--max-error", arguments->max_error,
                    "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated. Without: the whole front")
       ->type_name("BOUND")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   command->add_option("--max-time-ms", arguments->max_time_ms, "then the most accurate within it")->type_name("MS");
   command->add_option("--epsilon", arguments->epsilon, "how much slower than the best the pick may be")
@@ -268,6 +270,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       ->add_option("--holdout", arguments->holdout,
                    "heightmap on which the pick is only tried, read as SUBJECT is; may be repeated")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   command->add_option("--combine", arguments->combine, "several scenes: weighted sum of their times, or the worst")
       ->check(CLI::IsMember({"weighted", "worst"}))
