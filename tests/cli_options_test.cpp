@@ -76,6 +76,32 @@ TEST_F(CliTest, numbers_are_refused_in_words) {
     expect_refused({"tune", "fbm", "--time-limit", duration, "-o", "run"}, 2, "--time-limit");
 }
 
+TEST_F(CliTest, tune_refuses_what_means_nothing_to_it) {
+  std::filesystem::rename(null_sweep(folder_), folder_ / "recorded");
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"fbm"},
+                                               {"--holdout", "fbm"},
+                                               {"--frame-px", "8x8"},
+                                               {"--weights", "1"},
+                                               {"--combine", "worst"},
+                                               {"--relief-depth", "0.2"},
+                                               {"--base", "0"},
+                                               {"--wrap", "clamp"},
+                                               {"--tiling", "2"},
+                                               {"--invert"},
+                                               {"--normalise"},
+                                               {"--floor", "g"},
+                                               {"--channel", "r"},
+                                               {"--device", "0"},
+                                               {"--retry-failed"}}) {
+    std::vector<std::string> words{"tune", "--replay", "recorded", "--quiet", "-o", "run"};
+    words.insert(words.end(), more.begin(), more.end());
+    expect_refused(words, 2, (more.front() == "fbm" ? "SUBJECT" : more.front()) + ": has no meaning with --replay");
+  }
+  expect_refused({"tune", "--replay", "recorded", "--scene", "nope", "-o", "run"}, 2, "scene 'nope'");
+  for (const std::string option : {"--channel", "--floor"})
+    expect_refused({"tune", "config.json", option, "g", "-o", "run"}, 2, "a config says itself how");
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

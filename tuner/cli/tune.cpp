@@ -107,7 +107,8 @@ Config subject_config(const TuneArguments& arguments) {
     set_reading(heightmap, arguments.reading);
     return default_tune_config(heightmap, options);
   }
-  if (arguments.reading.channel || arguments.reading.invert || arguments.reading.normalise)
+  const ReadingArguments& reading = arguments.reading;
+  if (reading.channel || reading.floor || reading.invert || reading.normalise)
     fail_input("{}: a config says itself how its heightmaps are read; the command's options are for a heightmap",
                arguments.subject);
   return is_scene(arguments.subject) ? scene_tune_config(arguments.subject, options)
@@ -198,6 +199,15 @@ std::filesystem::path default_folder(const TuneArguments& arguments, const Confi
   std::string scene = config.scenes.front().id;
   std::ranges::replace(scene, '/', '_');
   return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, sha256(question).substr(0, 8));
+}
+
+/// Of what is drawn; in a recorded run it is what it is.
+void refuse_with_replay(const CLI::App& command) {
+  for (const char* name :
+       {"SUBJECT", "--device", "--channel", "--floor", "--invert", "--normalise", "--relief-depth", "--base",
+        "--frame-px", "--wrap", "--tiling", "--holdout", "--combine", "--weights", "--retry-failed"})
+    if (!command.get_option(name)->empty())
+      fail_input("{}: has no meaning with --replay, where nothing is drawn and one scene is searched", name);
 }
 
 std::string chosen_backend(const std::string& name) {
@@ -321,6 +331,7 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->callback([=, &exit_code] {
     arguments->features = value_or(features, std::string());
     arguments->frame_px = value_or(frame, std::string());
+    if (!arguments->replay.empty()) refuse_with_replay(*command);
     tune_command(*arguments, exit_code);
   });
 }
