@@ -102,6 +102,38 @@ TEST_F(CliTest, tune_refuses_what_means_nothing_to_it) {
     expect_refused({"tune", "config.json", option, "g", "-o", "run"}, 2, "a config says itself how");
 }
 
+// As a folder's name may be on Linux.
+TEST_F(CliTest, paths_that_are_no_utf8_come_to_no_harm) {
+  const std::string odd =
+      "b\xe9"
+      "d";
+  std::filesystem::rename(null_sweep(folder_), folder_ / odd);
+  std::filesystem::copy_file(folder_ / "config.json", folder_ / (odd + ".json"));
+  write("scene.json", R"({"scenes": {"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "top",
+        "frame_px": [8, 8]}, "features": {"shadow": "linear", "fade": [], "lod": []}, "measure": {"samples": 1}})");
+  std::filesystem::rename(folder_ / "scene.json", folder_ / ("scene" + odd + ".json"));
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"bake", "fbm", "--size", "16x16", "--map", "height", "-o", odd + ".png"},
+        {"recommend", odd, "--max-error", "e_xy.p99<=100"},
+        {"choose", odd, odd, "--max-error", "e_xy.p99<=100"},
+        {"compare", odd, odd},
+        {"compare", odd, odd + "/table.csv"},
+        {"presets", odd, "-o", "presets.json"},
+        {"sweep", odd + ".json", "--dry-run", "--backend", "null"},
+        {"sweep", odd + ".json", "-o", odd, "--backend", "null", "--quiet"},
+        {"tune", "--replay", odd, "-o", "t" + odd, "--quiet", "--max-error", "e_xy.p99<=100"},
+        {"tune", odd + ".json", "-o", "d" + odd, "--backend", "null", "--quiet", "--max-error", "e_xy.p99<=100"},
+        {"require", "scene" + odd + ".json", "-o", "r" + odd, "--backend", "null", "--quiet"}}) {
+    std::vector<std::string> words = command;
+    words.emplace_back("--json");
+    const CommandResult result = run(words);
+    EXPECT_NE(result.exit_code, 3) << words[0] << ": " << result.err;
+    EXPECT_FALSE(json::parse(result.out, nullptr, false).is_discarded()) << words[0] << ": " << result.err;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder_ / ("t" + odd) / "tune.json"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / ("d" + odd) / "tune.json"));
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

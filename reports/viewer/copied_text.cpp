@@ -82,7 +82,7 @@ std::string viewed_scene_id(const SceneSpec& spec) {
 std::string copied_text(std::string_view kind, const CopiedView& view) {
   if (kind == "case") return case_of(view).id() + "\n";
   const json document = kind == "config" ? config_json(*view.choice) : preset_json(view);
-  return document.dump(1) + "\n";
+  return document.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace reliefbench

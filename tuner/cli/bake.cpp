@@ -112,7 +112,7 @@ Json json_of(const MapRow& map, const MapVerdict& verdict) {
   return out;
 }
 
-void print_json(const BakeJob& job, const BakeResult& result) {
+void print_figures(const BakeJob& job, const BakeResult& result) {
   const MapStorage& storage = job.spec.storage;
   Json out = {{"heightmap", job.heightmap.source},
               {"map", storage.map.id},
@@ -133,7 +133,7 @@ void print_json(const BakeJob& job, const BakeResult& result) {
   if (result.verdict) out["verify"] = json_of(storage.map, *result.verdict);
   out["files"] = Json::array();
   for (const auto& file : result.files) out["files"].push_back(file.string());
-  fmt::print("{}\n", out.dump(2));
+  print_json(out, 2);
 }
 
 std::string times_too_wide(const WorstCone& worst) {
@@ -196,7 +196,7 @@ void bake_command(const BakeArguments& arguments, int& exit_code) {
   job.open = open_isolated;
   const BakeResult result = run_bake(job);
   print_reading(result.reading);
-  arguments.json ? print_json(job, result) : print_text(job, result);
+  arguments.json ? print_figures(job, result) : print_text(job, result);
   if (!result.verdict) return;
   if (result.verdict->broken) exit_code = static_cast<int>(Exit::answer_is_no);
   if (result.verdict->undecided) exit_code = static_cast<int>(Exit::inconclusive);

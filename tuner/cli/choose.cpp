@@ -69,7 +69,7 @@ void choose_command(const ChooseArguments& arguments) {
   const Fleet fleet = choose_for_fleet(runs, options);
   for (const std::string& text : fleet.repeated) print_error(text);
   if (arguments.json)
-    fmt::print("{}\n", fleet_json(fleet, runs, options).dump(2));
+    print_json(fleet_json(fleet, runs, options), 2);
   else
     print_fleet(fleet, options, arguments.names);
 }

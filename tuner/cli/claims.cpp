@@ -102,7 +102,7 @@ void claims_command(const ClaimsArguments& arguments, int& exit_code) {
   const std::vector<ClaimResult> results = run_claims(
       claims, {.backends = backend_ids, .device = arguments.device, .quiet = arguments.quiet, .open = open_isolated});
   if (arguments.json) {
-    fmt::print("{}\n", claims_json(results).dump(1));
+    print_json(claims_json(results), 1);
   } else {
     const Paint paint = paint_for_stdout();
     bool has_software = false;

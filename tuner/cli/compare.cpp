@@ -14,6 +14,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/compare_print.h"
 #include "tuner/cli/compare_rerun.h"
+#include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
 #include "tuner/decide/compare_text.h"
 #include "tuner/decide/hardware.h"
@@ -68,7 +69,7 @@ Exit compare_one_device(const Run& base, const Run& now, const CompareArguments&
     nlohmann::json json = comparison_json(comparison);
     json["settle"] = settle.empty() ? nlohmann::json() : nlohmann::json(settle);
     json["rerun"] = rerun;
-    fmt::print("{}\n", json.dump(2));
+    print_json(json, 2);
   } else if (arguments.markdown) {
     fmt::print("{}", compare_markdown(comparison, arguments.runs.front(), arguments.runs.back()));
   } else {
@@ -96,7 +97,7 @@ Exit compare_devices(std::span<const FleetRun> runs, const CompareArguments& arg
   const HardwareComparison comparison = compare_hardware(runs, options);
   print_warnings(comparison.warnings);
   if (arguments.json)
-    fmt::print("{}\n", hardware_json(comparison, runs).dump(2));
+    print_json(hardware_json(comparison, runs), 2);
   else if (arguments.markdown)
     fmt::print("{}", hardware_markdown(comparison, runs));
   else

@@ -159,7 +159,7 @@ Exit devices_command(const DevicesArguments& arguments) {
     }
   }
   if (arguments.json) {
-    fmt::print("{}\n", devices_json(devices, arguments.audit).dump(2));
+    print_json(devices_json(devices, arguments.audit), 2);
   } else {
     const Paint paint = paint_for_stdout();
     print_devices(devices, paint);

@@ -2,6 +2,8 @@
 #include <fmt/core.h>
 
 #include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -50,6 +52,12 @@ class Paint {
 template <typename... T>
 void put(fmt::format_string<T...> format, T&&... arguments) {
   fmt::print("{}", fitted(fmt::format(format, std::forward<T>(arguments)...), line_width()));
+}
+
+/// Prints a document; what is no UTF-8, as a path's bytes may be, comes as U+FFFD.
+template <typename Json>
+void print_json(const Json& document, int indent) {
+  fmt::print("{}\n", document.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace));
 }
 
 /// Prints a line that is to be copied into a shell.

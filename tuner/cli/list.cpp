@@ -258,7 +258,7 @@ void list_command(const std::string& what, bool json) {
   const Json rows = list->rows();
   const Paint paint = paint_for_stdout();
   if (json) {
-    fmt::print("{}\n", rows.dump(2));
+    print_json(rows, 2);
   } else if (list->rows == technique_rows) {
     print_techniques(rows, paint);
   } else if (list->rows == feature_rows) {

@@ -29,7 +29,7 @@ void print_merged_json(const JoinedRuns& joined) {
       {"left_out", joined.left_out},
       {"control_case", {{"least", joined.least_control}, {"greatest", joined.greatest_control}}},
       {"missing", joined.missing}};
-  fmt::print("{}\n", out.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+  print_json(out, 1);
 }
 
 void print_merged(const JoinedRuns& joined) {

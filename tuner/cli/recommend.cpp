@@ -210,7 +210,7 @@ Exit recommend_command(const RecommendArguments& arguments) {
       json["answers"][i]["ns_per_px"] = per_px ? nlohmann::json(*per_px) : nlohmann::json();
     }
     json["frame_notes"] = small_frame_notes(stored.info);
-    fmt::print("{}\n", json.dump(2));
+    print_json(json, 2);
     return exit_of(answers);
   }
   const Paint paint = paint_for_stdout();

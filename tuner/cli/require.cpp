@@ -158,7 +158,7 @@ Exit require_command(const RequireArguments& arguments) {
                                                   .open = open_isolated});
   if (!arguments.output.empty()) write_require(report, arguments.output);
   if (arguments.json) {
-    fmt::print("{}\n", require_json(report).dump(1));
+    print_json(require_json(report), 1);
   } else {
     print_report(report, paint_for_stdout());
     if (!arguments.output.empty()) put("page: {}/{}\n", arguments.output, kRequirePage);

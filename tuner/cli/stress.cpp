@@ -161,7 +161,7 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
   const auto skipped =
       std::ranges::count_if(report.results, [](const auto& r) { return !r.skipped.empty() && !r.is_lost; });
   if (arguments.json) {
-    fmt::print("{}\n", stress_json(report).dump(1));
+    print_json(stress_json(report), 1);
   } else {
     const Paint paint = paint_for_stdout();
     print_matrix(report, paint);

@@ -171,7 +171,7 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
                                                   .quiet = arguments.quiet,
                                                   .open = open_isolated});
   if (arguments.json) {
-    fmt::print("{}\n", load_run(summary.folder).info.dump(1));
+    print_json(load_run(summary.folder).info, 1);
   } else {
     print_summary(summary);
   }

@@ -99,7 +99,7 @@ CheckedHistory checked_history(const CheckArguments& arguments) {
 Exit print_check(const CheckedHistory& checked, const CheckArguments& arguments) {
   if (!arguments.junit.empty()) write_output(arguments.junit, track_junit(checked.view, checked.check));
   if (arguments.json)
-    fmt::print("{}\n", track_json(checked.view, checked.check).dump(2));
+    print_json(track_json(checked.view, checked.check), 2);
   else if (arguments.markdown)
     fmt::print("{}", track_markdown(checked.view, checked.check));
   else

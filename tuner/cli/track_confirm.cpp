@@ -87,7 +87,7 @@ Exit confirm_command(ConfirmArguments arguments) {
     history.add_events({&event, 1});
   }
   if (arguments.json)
-    fmt::print("{}\n", answer_json(answer, event).dump(2));
+    print_json(answer_json(answer, event), 2);
   else
     put("{} {}: {}\n", answer.state ? event_state_id(*answer.state) : "inconclusive", event.what, text);
   return exit_of(answer, event);

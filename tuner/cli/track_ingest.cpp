@@ -89,7 +89,7 @@ Exit ingest_command(const IngestArguments& arguments) {
     if (import.state == "refused") print_error(import.error);
     if (!arguments.json && import.state != "refused") print_import(import);
   }
-  if (arguments.json) fmt::print("{}\n", list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  if (arguments.json) print_json(list, 2);
   return result;
 }
 

@@ -240,7 +240,7 @@ void add_track_list(CLI::App& track, int& exit_code) {
     const History history(database->as<std::string>(), History::Access::read);
     const json rows = listing.rows(history.load(nights.query()));
     if (is_set(json_flag))
-      fmt::print("{}\n", rows.dump(2, ' ', false, json::error_handler_t::replace));
+      print_json(rows, 2);
     else
       print_listing(listing, rows);
     exit_code = static_cast<int>(Exit::done);

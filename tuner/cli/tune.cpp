@@ -240,7 +240,7 @@ void tune_command(const TuneArguments& arguments, int& exit_code) {
   }
   if (!options.output.empty()) write_tune_page(result, options.output);
   if (arguments.json) {
-    fmt::print("{}\n", tune_json(result).dump(1));
+    print_json(tune_json(result), 1);
   } else {
     print_tune_result(result, arguments.names);
     if (!options.output.empty()) put("\nreport: {}\n", (options.output / kTunePage).string());

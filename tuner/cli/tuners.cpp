@@ -89,7 +89,7 @@ void tuners_command(const TunersArguments& arguments) {
   progress.finish();
   if (!arguments.output.empty()) write_tuners_page(comparison, arguments.output);
   if (arguments.json) {
-    fmt::print("{}\n", tuners_json(comparison).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    print_json(tuners_json(comparison), 2);
     return;
   }
   print_comparison(comparison);

@@ -270,7 +270,8 @@ class DeviceSource final : public TuneSource {
     run_.write_pictures(run);
     run_.progress().finish();
     write_results(config_, run);
-    write_atomically(options_.output / kTuneFile, tune_json(result).dump(1) + "\n");
+    write_atomically(options_.output / kTuneFile,
+                     tune_json(result).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     run_.write_info(true);
   }
 

@@ -138,7 +138,9 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
   RecordedSource source(recorded, scene, options);
   TuneResult result = tune(source, options, clock, match_fleet(source, options));
   result.wall_s = clock.elapsed_s();
-  if (!options.output.empty()) write_atomically(options.output / kTuneFile, tune_json(result).dump(1) + "\n");
+  if (!options.output.empty())
+    write_atomically(options.output / kTuneFile,
+                     tune_json(result).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   return result;
 }
 
