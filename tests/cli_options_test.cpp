@@ -134,6 +134,18 @@ TEST_F(CliTest, paths_that_are_no_utf8_come_to_no_harm) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / ("d" + odd) / "tune.json"));
 }
 
+TEST_F(CliTest, a_run_is_named_so_that_a_shell_finds_it) {
+  EXPECT_THAT(run({"sweep", kSmoke, "-o", "a run", "--backend", "null"}).out,
+              HasSubstr("\n  reliefbench recommend 'a run'\n"));
+  EXPECT_THAT(run({"merge", "a run", "-o", "the whole"}).out, HasSubstr("\n  reliefbench recommend 'the whole'\n"));
+  write("hasty.json", R"({"scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "top",
+        "frame_px": [16, 16]}], "measure": {"samples": 1, "timeout_s": 1e-12}, "sweeps": [{"technique": "flat"}]})");
+  const CommandResult failed = run({"sweep", "hasty.json", "-o", "two\nlines", "--backend", "null", "--quiet"});
+  EXPECT_EQ(failed.exit_code, 5);
+  EXPECT_EQ(std::ranges::count(failed.err, '\n'), 1) << failed.err;
+  EXPECT_THAT(failed.err, StartsWith("reliefbench: 1 of 1 cases failed: 1 timeout; the reasons are in two\\nlines/"));
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

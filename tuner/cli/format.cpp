@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "kernels/base/console.h"
+
 namespace reliefbench {
 namespace {
 
@@ -92,6 +94,11 @@ std::string fitted(std::string_view text, std::size_t width, std::string_view ma
 }
 
 void put_command(std::string_view line) { fmt::print("{}\n", fitted(line, line_width(), " \\")); }
+
+void print_next_recommend(const std::filesystem::path& run) {
+  put("results in {}; next:\n", one_line(run.string()));
+  put_command("  reliefbench recommend " + shell_quoted(run.string()));
+}
 
 std::string Paint::painted(std::string_view text, std::string_view code) const {
   return on_ ? fmt::format("\x1b[{}m{}\x1b[0m", code, text) : std::string(text);

@@ -63,6 +63,9 @@ void print_json(const Json& document, int indent) {
 /// Prints a line that is to be copied into a shell.
 void put_command(std::string_view line);
 
+/// Where a run's results are, and the command that asks of them.
+void print_next_recommend(const std::filesystem::path& run);
+
 /// Text as one word of a shell.
 [[nodiscard]] std::string shell_quoted(std::string_view text);
 

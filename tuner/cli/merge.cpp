@@ -42,7 +42,7 @@ void print_merged(const JoinedRuns& joined) {
   if (info.at("parts").size() > 1)
     put("the control case took {:.2f} to {:.2f} times as long as in the first part; times are relative to it\n",
         joined.least_control, joined.greatest_control);
-  put("results in {}; next: reliefbench recommend {}\n", joined.run.folder.string(), joined.run.folder.string());
+  print_next_recommend(joined.run.folder);
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ void print_summary(const SweepSummary& summary) {
     put("blocks during which the device was held back, and which do not count: {} ({})\n", summary.held_back,
         (summary.folder / kBlocksFile).string());
   for (const std::string& note : summary.notes) put("{}\n", note);
-  put("results in {}; next: reliefbench recommend {}\n", summary.folder.string(), summary.folder.string());
+  print_next_recommend(summary.folder);
 }
 
 /// On stderr, where it is seen beside --json too: how many cases have no time, and why.
@@ -126,12 +126,12 @@ void print_failures(const SweepSummary& summary) {
     count += cases;
   }
   if (failed.empty()) return;
-  fmt::print(
-      stderr, "reliefbench: {} of {} cases failed: {}; the reasons are in {}{}\n", count, summary.cases,
-      fmt::join(failed, ", "), (summary.folder / kResultsFile).string(),
+  print_error(fmt::format(
+      "{} of {} cases failed: {}; the reasons are in {}{}", count, summary.cases, fmt::join(failed, ", "),
+      (summary.folder / kResultsFile).string(),
       summary.open > 0
           ? "; the same command tries once more what timed out, was throttled, lost the device or ran out of memory"
-          : "");
+          : ""));
 }
 
 Pictured pictured_of(std::string_view text) {
