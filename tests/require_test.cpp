@@ -254,6 +254,34 @@ TEST(RequireCommand, answers_people_and_machines) {
   EXPECT_THAT(none.out, testing::StartsWith("No set of features draws scene unseen"));
 }
 
+TEST(RequireCommand, names_the_command_that_ships_what_it_judged) {
+  const TempFolder folder;
+  std::filesystem::create_directories(folder / "my maps");
+  std::vector<std::uint8_t> texels(16 * 16 * 4);
+  for (std::size_t i = 0; i < texels.size(); ++i) texels[i] = static_cast<std::uint8_t>(i * i % 251);
+  write_png(folder / "my maps/rocks.png", 16, 16, texels);
+  for (const std::string heightmap :
+       {R"({"source": "my maps/rocks.png", "channel": "g", "invert": true, "normalise": true})",
+        R"({"source": "fbm", "width": 16, "height": 24, "seed": 7})"}) {
+    std::ofstream(folder / "scene.json") << R"({"scenes": {"heightmap": )" << heightmap << R"(, "views": "oblique",
+        "frame_px": [16, 16], "relief_depth": 0.25, "base": 0.75, "wrap": "clamp"},
+        "features": {"shadow": [], "lod": [], "fade": [], "normals": []}, "measure": {"samples": 1}})";
+    const CommandResult judged =
+        run_reliefbench({"require", "scene.json", "--backend", "null", "--quiet"}, folder.path());
+    ASSERT_EQ(judged.exit_code, 0) << judged.err;
+    const std::string command = judged.out.substr(judged.out.find("reliefbench export"));
+    static_cast<void>(output_of(
+        fmt::format("cd {} && {}{}", folder.path().string(), RELIEFBENCH_BINARY, command.substr(command.find(' ')))));
+    ASSERT_TRUE(std::filesystem::exists(folder / "out/shipped/settings.json")) << judged.out;
+    const json shipped = json::parse(file_text(folder / "out/shipped/settings.json"));
+    EXPECT_EQ(shipped["wrap"], "clamp");
+    EXPECT_EQ(shipped["relief_depth"], 0.25);
+    EXPECT_EQ(shipped["base"], 0.75);
+    const SceneFile file = load_scene_file(folder / "scene.json");
+    EXPECT_EQ(shipped["heightmap"]["sha256"], Heightmaps().read(file.scenes.front().heightmap).sha256);
+  }
+}
+
 TEST(RequireCommand, refuses_what_it_cannot_answer) {
   const TempFolder folder;
   std::ofstream(folder / "scene.json") << kScene;

@@ -12,6 +12,7 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/cli/setting_options.h"
 #include "tuner/measure/frame_size.h"
 #include "tuner/measure/require_run.h"
 #include "tuner/measure/sweep.h"
@@ -131,8 +132,7 @@ void print_report(const RequireReport& report, const Paint& paint) {
   if (const std::vector<std::string> needed = report.names(report.answer); report.is_met && !needed.empty())
     put_command(fmt::format("reliefbench tune {} --features {}", shell_quoted(report.file.path.string()),
                             fmt::join(needed, ",")));
-  put_command(fmt::format("reliefbench export {} --case {} -o out/shipped",
-                          shell_quoted(report.file.scenes.front().heightmap.source),
+  put_command(fmt::format("reliefbench export {} --case {} -o out/shipped", scene_words(report.file.scenes.front()),
                           shell_quoted(setting_id(answer.settings))));
 }
 

@@ -4,6 +4,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "tuner/cli/format.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_names.h"
@@ -135,6 +136,24 @@ CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments)
   add_base_option(command, arguments.base, "as measured, else 1");
   add_reading_options(command, arguments.reading);
   return presets;
+}
+
+std::string scene_words(const SceneSpec& spec) {
+  const HeightmapSpec& heightmap = spec.heightmap;
+  const HeightmapSpec usual;
+  const Scene& scene = spec.scene;
+  std::string words = shell_quoted(heightmap.source);
+  if (heightmap.channel != usual.channel) words += " --channel " + heightmap.channel;
+  if (heightmap.floor != usual.floor) words += " --floor " + heightmap.floor;
+  if (heightmap.invert) words += " --invert";
+  if (heightmap.normalise) words += " --normalise";
+  if (heightmap.width != usual.width || heightmap.height != usual.height)
+    words += fmt::format(" --size {}x{}", heightmap.width, heightmap.height);
+  if (heightmap.seed != usual.seed) words += fmt::format(" --seed {}", heightmap.seed);
+  if (scene.wrap != Scene{}.wrap) words += " --wrap clamp";
+  if (scene.relief_depth != Scene{}.relief_depth) words += fmt::format(" --relief-depth {}", scene.relief_depth);
+  if (scene.base != Scene{}.base) words += fmt::format(" --base {}", scene.base);
+  return words;
 }
 
 ChosenSetting choose_setting(const SettingArguments& arguments, std::string_view command) {

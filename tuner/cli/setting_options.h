@@ -33,6 +33,9 @@ struct SettingArguments {
 /// returns: --presets
 CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments);
 
+/// HEIGHTMAP and the options of add_setting_options() that say such a scene, as words of a shell.
+[[nodiscard]] std::string scene_words(const SceneSpec& spec);
+
 /// What was asked for.
 struct ChosenSetting {
   Settings settings;
