@@ -27,6 +27,7 @@ class FaultyDevices {
   void tell(std::function<DeviceState(int)> state_of) { state_of_ = std::move(state_of); }
   void be_hardware() { is_hardware_ = true; }
   [[nodiscard]] int states_told() const { return states_told_; }
+  [[nodiscard]] bool had_compute_audit() const { return had_compute_audit_; }
   [[nodiscard]] int calls(Call call) const { return calls_.at(call); }
   [[nodiscard]] OpenDevice opener() {
     return [this](const BackendRow& row, int index) -> std::unique_ptr<Backend> {
@@ -53,6 +54,7 @@ class FaultyDevices {
     }
     std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
       enter(FaultyDevices::compile);
+      if (desc.label == "load" && desc.target.by_compute) devices_.had_compute_audit_ = true;
       return inner_->compile(desc);
     }
     BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
@@ -106,6 +108,7 @@ class FaultyDevices {
   bool is_hardware_ = false;
   std::function<DeviceState(int)> state_of_;
   int states_told_ = 0;
+  bool had_compute_audit_ = false;
 };
 
 }  // namespace reliefbench

@@ -2,9 +2,11 @@
 // command.
 #include "tuner/decide/require.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -13,6 +15,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
 #include "tests/command.h"
+#include "tests/faulty_device.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/require_space.h"
@@ -133,6 +136,31 @@ TEST(RequireSpace, has_the_rows_that_the_scene_allows) {
   EXPECT_THAT(made.space.features, ElementsAre("displacement", "shadow"));  // a height map has no cones
   EXPECT_THAT(made.choices, ElementsAre("relief", "shadow=linear"));
   EXPECT_THAT(made.space.sets, ElementsAre(0U, 1U, 3U));
+}
+
+// Else the displacement's price would hold what compute shaders cost.
+TEST(RequireSpace, displaces_nothing_by_the_settings_own_dispatch) {
+  std::vector<TriedRow> tried;
+  for (const std::string dispatch : {"fragment", "compute"}) {
+    const SceneFile file = file_of(fmt::format(R"(, "setting": "relief?dispatch={}")", dispatch));
+    const SettingSpace made = setting_space(
+        file, [](const Settings&) { return 0.0; }, tried);
+    for (const auto& [set, settings] : made.settings) EXPECT_EQ(settings.choice("dispatch"), dispatch);
+  }
+}
+
+TEST(Require, audits_timers_by_compute_where_the_setting_is) {
+  const TempFolder folder;
+  setenv("RELIEFBENCH_CACHE", (folder / "cache").c_str(), 1);
+  for (const std::string dispatch : {"fragment", "compute"}) {
+    FaultyDevices devices;
+    const SceneFile file =
+        file_of(fmt::format(R"(, "setting": "relief?dispatch={}", "features": {{"shadow": [], "lod": [], "fade": [],
+                            "normals": []}}, "measure": {{"samples": 1}})",
+                            dispatch));
+    static_cast<void>(run_require(file, {.backend = "null", .quiet = true, .open = devices.opener()}));
+    EXPECT_EQ(devices.had_compute_audit(), dispatch == "compute");
+  }
 }
 
 std::string refusal(const std::string& more) {

@@ -44,6 +44,7 @@ class SceneStudy {
       if (is_solid(scene.heightmap))
         fail_input("{}: light and depth of a solid, a heightmap of two heights a texel, are not traced", scene.id);
     session_.set_timeout(file_.measure.timeout_s);
+    if (is_by_compute(file_.setting)) session_.audit_compute();
     session_.calibrate(file_.measure.batch_ms, nullptr);
     if (!has_default_frames(file_.scenes)) return;
     const DefaultFrame frame = default_frame({&session_.device(), 1});

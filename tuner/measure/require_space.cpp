@@ -44,7 +44,7 @@ class SpaceMaker {
     add_name(std::string(kDisplacement), std::string(file_.setting.technique().id));
     for (const Feature& feature : all_features())
       if (feature.is_of_scene && !shows_in_objects(feature)) add_axis(feature);
-    add_sets(Settings(find_technique("flat")), 0, 0);
+    add_sets(flat(), 0, 0);
     add_sets(file_.setting, 1, 0);
     return std::move(made_);
   }
@@ -56,6 +56,13 @@ class SpaceMaker {
     made_.space.features.push_back(std::move(name));
     made_.choices.push_back(std::move(choice));
     return FeatureSet{1} << (made_.space.features.size() - 1);
+  }
+
+  /// No displacement, dispatched as the setting is: what that costs is no price of displacement.
+  [[nodiscard]] Settings flat() const {
+    Settings settings(find_technique("flat"));
+    settings.set("dispatch", file_.setting.get("dispatch"));
+    return settings;
   }
 
   /// The feature itself by its best row without anything else, and by its best rows with each thing else.
