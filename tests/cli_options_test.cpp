@@ -175,5 +175,49 @@ TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   for (const char* key : {"executable", "who"}) EXPECT_FALSE(context.contains(key)) << key;
 }
 
+class TunedTest : public CliTest {
+ protected:
+  TunedTest() {
+    std::filesystem::rename(null_sweep(folder_), folder_ / "out");
+    tuned_ = run({"tune", "config.json", "--backend", "null", "--max-error", "e_xy.p95<=2", "-o", "t", "--quiet"});
+  }
+  CommandResult tuned_;
+};
+
+TEST_F(TunedTest, a_scene_that_a_run_has_not_is_named_with_those_that_it_has) {
+  expect_refused({"export", "--tune", "t", "--scene", "nope", "-o", "run"}, 2,
+                 "--scene nope: t has no such scene (it has fbm_32x32/oblique)");
+}
+
+// A case that failed on one backend once hid that it was measured on another.
+TEST_F(CliTest, of_a_cases_records_those_that_were_measured_count) {
+  std::filesystem::rename(null_sweep(folder_), folder_ / "mixed");
+  reliefbench::Run run = load_run(folder_ / "mixed");
+  const Record measured = run.records.at(5);
+  const auto copy_on = [&](const std::string& backend, Status status) {
+    Record record = measured;
+    record.case_id.replace(record.case_id.find("backend=null"), 12, "backend=" + backend);
+    record.backend = backend;
+    record.status = status;
+    if (status == Status::ok) return record;
+    record.reason = "made up";
+    record.frame_time.reset();
+    record.error.reset();
+    return record;
+  };
+  run.samples.clear();
+  run.records.insert(run.records.begin(), copy_on("opengl", Status::unsupported));
+  run.records.push_back(copy_on("vulkan", Status::ok));
+  write_run(run);
+  const std::string key = setting_key(settings_of(measured.technique, measured.params));
+  const CommandResult shipped = this->run({"export", "--run", "mixed", "--case", key, "-o", "out", "--json"});
+  ASSERT_EQ(shipped.exit_code, 0) << shipped.err;
+  EXPECT_EQ(json::parse(shipped.out).at("evidence").at("backend"), "null");
+
+  std::erase_if(run.records, [](const Record& record) { return record.status == Status::ok; });
+  write_run(run);
+  expect_refused({"export", "--run", "mixed", "--case", key, "-o", "run2"}, 2, "was not measured: unsupported made up");
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -1,6 +1,8 @@
 #include "tuner/cli/setting_options.h"
 
 #include <algorithm>
+#include <functional>
+#include <set>
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
@@ -44,16 +46,39 @@ json measurement_of(const Record& record, const std::string& error_metric) {
   return measurement;
 }
 
+/// Of what a case may mean that which was measured, and of this that of the backend that is asked for, where there is
+/// any.
+std::vector<const Record*> preferred(std::vector<const Record*> records, const std::string& backend) {
+  const auto prefer = [&](const std::function<bool(const Record*)>& is_better) {
+    if (std::ranges::any_of(records, is_better)) std::erase_if(records, std::not_fn(is_better));
+  };
+  prefer([](const Record* one) { return one->status == Status::ok; });
+  prefer([&](const Record* one) { return one->backend == backend; });
+  return records;
+}
+
+void check_scene(const Run& run, const std::string& scene) {
+  std::set<std::string> known;
+  for (const Record& record : run.records) known.insert(record.scene);
+  if (!known.contains(scene))
+    fail_input("--scene {}: {} has no such scene (it has {})", scene, run.folder.string(), fmt::join(known, ", "));
+}
+
 ChosenSetting of_run(const SettingArguments& arguments) {
   const Run run = load_run(arguments.run);
+  if (!arguments.scene.empty()) check_scene(run, arguments.scene);
   const auto is_it = [&](const Record& candidate) {
     if (!is_setting_key(arguments.case_id)) return candidate.case_id == arguments.case_id;
     return (arguments.scene.empty() || candidate.scene == arguments.scene) &&
            setting_key(settings_of(candidate.technique, candidate.params)) == arguments.case_id;
   };
-  const auto record = std::ranges::find_if(run.records, is_it);
-  if (record == run.records.end()) fail_input("--run {}: has no case '{}'", arguments.run, arguments.case_id);
-  for (auto other = record; (other = std::find_if(other + 1, run.records.end(), is_it)) != run.records.end();)
+  std::vector<const Record*> meant;
+  for (const Record& candidate : run.records)
+    if (is_it(candidate)) meant.push_back(&candidate);
+  if (meant.empty()) fail_input("--run {}: has no case '{}'", arguments.run, arguments.case_id);
+  meant = preferred(std::move(meant), arguments.choice.backend);
+  const Record* const record = meant.front();
+  for (const Record* other : meant)
     if (other->scene != record->scene)
       fail_input("--run {}: has '{}' in {} and in {}: choose by --scene", arguments.run, arguments.case_id,
                  record->scene, other->scene);
