@@ -184,6 +184,18 @@ class TunedTest : public CliTest {
   CommandResult tuned_;
 };
 
+TEST_F(TunedTest, view_draws_the_pick_of_a_tune) {
+  ASSERT_EQ(tuned_.exit_code, 0) << tuned_.err;
+  const std::string pick = json::parse(file_text(folder_ / "t/tune.json")).at("pick").at("setting");
+  const CommandResult drawn = run({"view", "--tune", "t", "--backend", "null", "--png", "view.png"});
+  EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+  EXPECT_THAT(drawn.out, StartsWith(named(parse_setting(pick))));
+  expect_refused({"view", "--tune", "nowhere"}, 2, "nowhere");
+  expect_refused({"view", "bricks", "--tune", "t"}, 2, "the setting was measured on fbm");
+  expect_refused({"view", "config.json", "--tune", "t", "--scene", "nope"}, 2, "nope");
+  expect_refused({"view", "t", "--tune", "run2"}, 2, "there are two runs: t and --tune run2");
+}
+
 TEST_F(TunedTest, a_scene_that_a_run_has_not_is_named_with_those_that_it_has) {
   expect_refused({"export", "--tune", "t", "--scene", "nope", "-o", "run"}, 2,
                  "--scene nope: t has no such scene (it has fbm_32x32/oblique)");

@@ -67,11 +67,12 @@ std::size_t first_choice(const Front& front, std::span<const Budget> budgets) {
   return found == front.points.end() ? front.points.size() - 1 : static_cast<std::size_t>(found - front.points.begin());
 }
 
+/// Of --run or --tune.
 ViewStart start_of_run(const SettingArguments& arguments) {
-  const Run run = load_run(arguments.run);
+  const Run run = load_run(arguments.tune.empty() ? arguments.run : arguments.tune);
   const RunQuestion question = question_of(run);
   std::optional<ChosenSetting> asked;
-  if (!arguments.case_id.empty()) asked = choose_setting(arguments, "view");
+  if (!arguments.case_id.empty() || !arguments.tune.empty()) asked = choose_setting(arguments, "view");
   const Front front = chosen_front(run, question, arguments, asked ? asked->scene_id : "");
   ViewPicks picks = picks_of(front);
   if (asked) return {.chosen = std::move(*asked), .picks = std::move(picks)};
@@ -87,8 +88,9 @@ ViewStart start_of_run(const SettingArguments& arguments) {
 ViewStart view_start(SettingArguments& arguments, bool is_still) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(std::filesystem::path(arguments.heightmap) / kRunFile, ignored)) {
-    if (!arguments.run.empty() && arguments.run != arguments.heightmap)
-      fail_input("there are two runs: {} and --run {}", arguments.heightmap, arguments.run);
+    for (const auto& [option, folder] : {std::pair("--run", &arguments.run), std::pair("--tune", &arguments.tune)})
+      if (!folder->empty() && *folder != arguments.heightmap)
+        fail_input("there are two runs: {} and {} {}", arguments.heightmap, option, *folder);
     if (!arguments.presets.empty())
       fail_input("{} is a run's folder, and --presets has settings, too", arguments.heightmap);
     arguments.run = std::exchange(arguments.heightmap, "");
@@ -96,10 +98,10 @@ ViewStart view_start(SettingArguments& arguments, bool is_still) {
   }
   if (std::filesystem::is_directory(arguments.heightmap, ignored))
     fail_input("{}: is a folder, but no run's or tune's: it has no {}", arguments.heightmap, kRunFile);
-  if (!arguments.run.empty()) return start_of_run(arguments);
+  if (!arguments.run.empty() || !arguments.tune.empty()) return start_of_run(arguments);
   const bool says_nothing = arguments.presets.empty() && arguments.case_id.empty();
   if (says_nothing && arguments.heightmap.empty())
-    fail_input("view needs a HEIGHTMAP, the folder of a run, --presets with --quality, or --case");
+    fail_input("view needs a HEIGHTMAP, the folder of a run, --presets with --quality, --tune, or --case");
   if (says_nothing && !is_still) {
     const bool sees_solid = is_solid(told_heightmap(arguments));
     return {.chosen = {.settings = Settings(find_technique(sees_solid ? kSolidTechnique : kPlainTechnique))}};
