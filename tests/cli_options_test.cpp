@@ -146,6 +146,17 @@ TEST_F(CliTest, a_run_is_named_so_that_a_shell_finds_it) {
   EXPECT_THAT(failed.err, StartsWith("reliefbench: 1 of 1 cases failed: 1 timeout; the reasons are in two\\nlines/"));
 }
 
+TEST_F(CliTest, a_run_in_other_frames_can_be_measured_again) {
+  write("config.json", file_text(kSmoke));
+  ASSERT_EQ(run({"sweep", "config.json", "-o", "out", "--backend", "null", "--frame-px", "48x32"}).exit_code, 0);
+  const CommandResult answer = run({"recommend", "out", "--max-error", "e_xy.p99<=100"});
+  const std::string again = command_in(answer.out, "reliefbench sweep config.json");
+  EXPECT_THAT(again, HasSubstr(" --frame-px 48x32 "));
+  EXPECT_THAT(
+      output_of("cd " + folder_.path().string() + " && " + RELIEFBENCH_BINARY + again.substr(11) + " --dry-run --json"),
+      HasSubstr("\"cases\""));
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "kernels/base/console.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/features_option.h"
 #include "tuner/cli/format.h"
@@ -16,6 +17,9 @@
 #include "tuner/cli/options.h"
 #include "tuner/decide/choose.h"
 #include "tuner/decide/pareto.h"
+#include "tuner/measure/frame_size.h"
+#include "tuner/plan/config.h"
+#include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
@@ -106,21 +110,44 @@ std::string floor_text(const Record& flat, const Record& pick) {
                      pick_ns / flat_ns, format_time_ns(pick_ns - flat_ns));
 }
 
+/// What makes a run's config, with a record's scene, of that in a file: "", or --frame-px; none: nothing does.
+std::optional<std::string> frame_words(const std::string& path, const Record& record, const Run& run) {
+  const nlohmann::json before = run.info.value("config", nlohmann::json());
+  const auto is_it = [&](const std::string& text) {
+    return nlohmann::json::parse(text, nullptr, false, /*ignore_comments=*/true) == before;
+  };
+  try {
+    const Config config = load_config(path);
+    if (is_it(config.text)) return "";
+    const MeasuredScene* const scene = find_scene(run.scenes, record.scene_key);
+    if (scene == nullptr) return std::nullopt;
+    const std::pair<int, int> size{scene->spec.scene.width_px, scene->spec.scene.height_px};
+    Config asked = config;
+    set_frames(asked, size);
+    if (is_it(asked.text)) return fmt::format(" --frame-px {}x{}", size.first, size.second);
+    Config by_device = config;
+    set_default_frames(by_device, {.size_px = size, .why = {}});
+    return is_it(by_device.text) ? std::optional(std::string()) : std::nullopt;
+  } catch (const Error&) {  // it is no config any more
+    return std::nullopt;
+  }
+}
+
 /// The sweep that measures just this case again; nothing where its config is no file, or not as it was.
 std::string again(const Record& record, const Run& run) {
   const std::string path = run.info.value("config_path", "");
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return "";
-  const nlohmann::json now = nlohmann::json::parse(read_file(path), nullptr, false, /*ignore_comments=*/true);
-  if (now != run.info.value("config", nlohmann::json())) return "";
+  const std::optional<std::string> frames = frame_words(path, record, run);
+  if (!frames) return "";
   int index = 0;
   for (const nlohmann::json& device : run.info.value("devices", nlohmann::json::array())) {
     if (device.value("backend", "") == record.backend) index = device.value("index", 0);
   }
   const std::string key = setting_key(parse_setting(record.case_id));
-  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} --case {} -o out/again_{}",
+  return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} --case {}{} -o out/again_{}",
                      shell_quoted(path), record.backend, index, shell_quoted(fmt::format("*@{}?*", record.scene)), key,
-                     key);
+                     *frames, key);
 }
 
 /// Where there is no simpler setting to show: why not.
