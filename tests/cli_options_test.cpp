@@ -157,6 +157,12 @@ TEST_F(CliTest, a_run_in_other_frames_can_be_measured_again) {
       HasSubstr("\"cases\""));
 }
 
+TEST_F(CliTest, a_stress_that_cannot_begin_leaves_no_folder) {
+  expect_refused({"stress", "--simulate-filter", "0", "-o", "run"}, 2, "--simulate-filter");
+  expect_refused({"stress", "--filter", "nope", "--backend", "null", "-o", "run", "--quiet"}, 2, "'nope'");
+  expect_refused({"stress", "--device", "99", "--backend", "null", "-o", "run", "--quiet"}, 3, "99");
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

@@ -142,7 +142,6 @@ Exit exit_of(const StressReport& report) {
 
 void stress_command(const StressArguments& arguments, int& exit_code) {
   const Extremes extremes = extremes_of(arguments);
-  if (!arguments.output.empty()) prepare_stress_folder(arguments.output);  // before the work, not after it
   std::optional<SimulatedFilter> simulated;
   if (!arguments.simulate_filter.empty()) simulated = parse_simulated(arguments.simulate_filter);
   heed_interrupts();
@@ -156,6 +155,11 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
                                                     .open = open_isolated,
                                                     .draws_at_once = true,
                                                     .words = words,
+                                                    .before_drawing =
+                                                        [&] {
+                                                          if (!arguments.output.empty())
+                                                            prepare_stress_folder(arguments.output);
+                                                        },
                                                     .is_interrupted = is_interrupted});
   if (!arguments.output.empty()) write_stress(report, arguments.output);
   const auto skipped =

@@ -34,6 +34,7 @@ class StressRun {
 
   StressReport all() {
     plan();
+    options_.before_drawing();
     const auto total = static_cast<double>(planned_.size());
     for (std::size_t i = 0; i < planned_.size(); ++i) {
       if (options_.is_interrupted()) {

@@ -70,6 +70,7 @@ struct StressOptions {
   bool draws_at_once = false;  ///< each device from a thread of its own, as workers may; a GL context is of one thread
   /// A line for people on a result that does not hold, told as it comes.
   std::function<std::string(const StressResult&)> words = [](const StressResult&) { return std::string(); };
+  std::function<void()> before_drawing = [] {};                 ///< called once devices and filter are found to do
   std::function<bool()> is_interrupted = [] { return false; };  ///< asked before each setting
 };
 
