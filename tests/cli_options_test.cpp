@@ -163,6 +163,11 @@ TEST_F(CliTest, a_stress_that_cannot_begin_leaves_no_folder) {
   expect_refused({"stress", "--device", "99", "--backend", "null", "-o", "run", "--quiet"}, 3, "99");
 }
 
+TEST_F(CliTest, compare_of_one_device_has_no_fronts) {
+  std::filesystem::rename(null_sweep(folder_), folder_ / "out");
+  expect_refused({"compare", "out", "out", "--error", "flip"}, 2, "--error is of several devices");
+}
+
 // Google Benchmark's own, of its programs.
 TEST_F(CliTest, variables_of_google_benchmark_are_not_heeded) {
   write("mine.json", "mine");

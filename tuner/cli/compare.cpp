@@ -11,6 +11,7 @@
 
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/console.h"
+#include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/compare_print.h"
 #include "tuner/cli/compare_rerun.h"
@@ -59,6 +60,8 @@ void print_warnings(std::span<const std::string> warnings) {
 }
 
 Exit compare_one_device(const Run& base, const Run& now, const CompareArguments& arguments) {
+  if (!arguments.error.empty())
+    fail_input("--error is of several devices' fronts; --metric says what is compared of two runs of one device");
   Comparison comparison = compare_runs(base, now, arguments.options);
   nlohmann::json rerun;
   if (arguments.rerun) rerun = rerun_doubtful(base, now, arguments.options, arguments.again, comparison);
