@@ -157,6 +157,13 @@ TEST_F(CliTest, a_run_in_other_frames_can_be_measured_again) {
       HasSubstr("\"cases\""));
 }
 
+TEST_F(CliTest, a_dry_run_says_how_large_frames_are_in_json_too) {
+  write("config.json", R"({"scenes": [{"heightmap": "fbm", "views": "top"}], "sweeps": [{"technique": "flat"}]})");
+  const std::vector<std::string> words{"sweep", "config.json", "--dry-run", "--backend", "null", "--json"};
+  EXPECT_THAT(json::parse(run(words).out).at("frames").get<std::string>(), StartsWith("frames are 256x256"));
+  EXPECT_FALSE(json::parse(run({"sweep", kSmoke, "--dry-run", "--backend", "null", "--json"}).out).contains("frames"));
+}
+
 TEST_F(CliTest, a_stress_that_cannot_begin_leaves_no_folder) {
   expect_refused({"stress", "--simulate-filter", "0", "-o", "run"}, 2, "--simulate-filter");
   expect_refused({"stress", "--filter", "nope", "--backend", "null", "-o", "run", "--quiet"}, 2, "'nope'");

@@ -74,15 +74,18 @@ Share share_of(const Config& config, Plan whole, const std::optional<Shard>& sha
                               whole.cases.size(), bakes, whole.bakes.size())};
 }
 
-void print_plan_json(const Config& config, const Plan& plan, const nlohmann::json& shard) {
+/// frames: in words, how large they are that no scene has a size for; "": every scene has
+void print_plan_json(const Config& config, const Share& share, const std::string& frames) {
+  const Plan& plan = share.plan;
   std::vector<std::string> ids;
   for (const Case& c : plan.cases) ids.push_back(c.id());
   nlohmann::json out = {{"cases", ids},
                         {"bakes", plan.bakes},
                         {"conflicts", plan.conflicts},
                         {"estimated_software_s", estimated_s(config, plan)}};
-  if (!shard.is_null()) out["shard"] = shard;
-  fmt::print("{}\n", out.dump(1));
+  if (!share.json.is_null()) out["shard"] = share.json;
+  if (!frames.empty()) out["frames"] = frames;
+  print_json(out, 1);
 }
 
 void print_plan(const Config& config, const Plan& plan, const Names& names) {
@@ -152,10 +155,12 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
   if (arguments.dry_run) {
     const Share share =
         share_of(config, make_plan(config, backend_ids, arguments.filter, arguments.key), arguments.shard);
-    if (arguments.json) return print_plan_json(config, share.plan, share.json);
+    const std::string frames =
+        has_default_frames(config.scenes) ? frame_choice(config, arguments, backend_ids) : std::string();
+    if (arguments.json) return print_plan_json(config, share, frames);
     print_plan(config, share.plan, arguments.names);
     if (!share.text.empty()) put("{}\n", share.text);
-    if (has_default_frames(config.scenes)) put("{}\n", frame_choice(config, arguments, backend_ids));
+    if (!frames.empty()) put("{}\n", frames);
     return;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
@@ -221,7 +226,7 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
   command->callback([=, &exit_code] {
     arguments->frame_px = value_or(frame, std::string());
     arguments->slowdowns = slowdowns_of(slowdowns);
-    if (is_set(shard)) arguments->shard = parse_shard(shard->as<std::string>());
+    if (!shard->empty()) arguments->shard = parse_shard(shard->as<std::string>());
     sweep_command(*arguments, exit_code);
   });
 }
