@@ -24,7 +24,6 @@ constexpr int kControlSteps = 256;
 constexpr int kControlBatches = 15;
 constexpr std::string_view kFull = "1080p";  // in a frame of that size every device has enough to do
 constexpr int kFillBatches = 7;
-constexpr double kLeastRenderLimit_s = 1;
 constexpr double kLeastRenderPatience_s = 60;  // with a device that was lost in a frame, or that nothing is known of
 constexpr double kRenderPatience = 10;         // times the limit
 
@@ -61,6 +60,11 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
   if (is_timed) audit_now();
   simulate_filter({});
   backend_->set_render_limit(render_limit_s_);
+}
+
+int batch_frames(double batch_ms, double frame_ns) {
+  constexpr double kMost = 1e9;
+  return static_cast<int>(std::clamp(std::ceil(batch_ms * 1e6 / std::max(frame_ns, 1.0)), 1.0, kMost));
 }
 
 void Session::audit_now() {
@@ -365,8 +369,7 @@ void Session::calibrate(double batch_ms, const Calibration* known) {
       known != nullptr ? *known : Calibration{.timer = choose_timer(audit_), .load_steps = kControlSteps, .frames = 1};
   make_control();
   if (known != nullptr) return;
-  const double frame_ms = draw_control_ns() * 1e-6;
-  calibration_.frames = std::max(1, static_cast<int>(std::ceil(batch_ms / frame_ms)));
+  calibration_.frames = batch_frames(batch_ms, draw_control_ns());
   std::vector<double> frame_ns(kControlBatches);
   for (double& value : frame_ns) value = draw_control_ns() / calibration_.frames;
   calibration_.state = state();

@@ -34,6 +34,9 @@ using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int
 /// In this process.
 [[nodiscard]] std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index);
 
+/// How many frames of a length make a batch of that length at least.
+[[nodiscard]] int batch_frames(double batch_ms, double frame_ns);
+
 /// Pipelines that are kept of a software rasteriser, which takes two to three megabytes for each.
 inline constexpr std::size_t kMostSoftwarePipelines = 1024;
 

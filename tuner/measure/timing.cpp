@@ -24,18 +24,14 @@ auto drawn(const Timing& timing, const Record& record, const Work& work) {
   }
 }
 
-int frames_for(double frame_ns, const MeasureSpec& measure) {
-  return std::max(1, static_cast<int>(std::ceil(measure.batch_ms * 1e6 / std::max(frame_ns, 1.0))));
-}
-
 int warm_batch(Session& session, std::span<const Draw> draws, const MeasureSpec& measure) {
   double previous_ns = session.draw_ns(draws, 1);
-  int frames = frames_for(previous_ns, measure);
+  int frames = batch_frames(measure.batch_ms, previous_ns);
   for (int batch = 0; batch < measure.warmup_batches_max; ++batch) {
     const double frame_ns = session.draw_ns(draws, frames) / frames;
     const bool settled = std::abs(frame_ns - previous_ns) <= 0.05 * frame_ns;
     previous_ns = frame_ns;
-    frames = frames_for(frame_ns, measure);
+    frames = batch_frames(measure.batch_ms, frame_ns);
     if (settled) break;
   }
   return frames;

@@ -75,16 +75,22 @@ MeasureSpec read_measure(const ConfigReader& reader, const JsonNode& node) {
   const auto count = [&](std::string_view key, int& value, int low, int high) {
     if (const JsonNode* child = node.find(key)) value = static_cast<int>(reader.integer(*child, low, high));
   };
-  const auto positive = [&](std::string_view key, double& value) {
-    if (const JsonNode* child = node.find(key)) value = reader.number(*child, {.low = 0, .above_low = true});
+  const auto positive = [&](std::string_view key, double& value, double high) {
+    if (const JsonNode* child = node.find(key))
+      value = reader.number(*child, {.low = 0, .high = high, .above_low = true});
   };
   count("samples", spec.samples, 1, 10000);
-  positive("batch_ms", spec.batch_ms);
+  positive("batch_ms", spec.batch_ms, kLongestBatch_ms);
   count("warmup_batches_max", spec.warmup_batches_max, 0, 10000);
   count("control_every", spec.control_every, 1, 10000);
   count("block_cases", spec.block_cases, 1, 100000);
   count("flicker_frames", spec.flicker_frames, 0, 64);
-  positive("timeout_s", spec.timeout_s);
+  positive("timeout_s", spec.timeout_s, std::numeric_limits<double>::infinity());
+  if (const JsonNode* batch = node.find("batch_ms");
+      batch != nullptr && spec.batch_ms * 1e-3 >= std::max(spec.timeout_s, kLeastRenderLimit_s))
+    reader.fail(*batch,
+                fmt::format("a batch of {} ms is not done within timeout_s, which is {}: no case would be timed",
+                            spec.batch_ms, spec.timeout_s));
   return spec;
 }
 

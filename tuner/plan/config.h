@@ -11,10 +11,14 @@
 
 namespace reliefbench {
 
+/// What a batch may take at least, whatever `timeout_s` says: a busy machine takes that long for anything.
+inline constexpr double kLeastRenderLimit_s = 1;
+inline constexpr double kLongestBatch_ms = 60'000;
+
 /// How frame times are taken.
 struct MeasureSpec {
   int samples = 7;             ///< batches a case
-  double batch_ms = 5;         ///< least length of a batch
+  double batch_ms = 5;         ///< least length of a batch, shorter than it may take
   int warmup_batches_max = 6;  ///< warm-up ends when two batches in a row agree within 5 %, or here
   int control_every = 4;       ///< samples between two samples of the control case
   int block_cases = 32;        ///< cases that are interleaved with each other
