@@ -11,6 +11,7 @@
 #include "tests/faulty_device.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
+#include "tests/written_run.h"
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/merge.h"
 #include "tuner/measure/sweep.h"
@@ -177,6 +178,21 @@ TEST_F(HeldBackTest, what_stays_held_back_is_throttled_and_the_next_start_measur
   EXPECT_EQ(after.info["devices"][0]["control_state"]["clock_mhz"], 1950);
   for (const Record& record : after.records)
     EXPECT_EQ(record.frame_time->summary.n, whole.records.front().frame_time->summary.n);
+}
+
+// Killed between its samples and its record, a case has them still.
+TEST_F(HeldBackTest, what_an_earlier_start_has_drawn_all_of_is_not_throttled) {
+  reliefbench::Run run = healthy("run");
+  const std::string drawn = run.records[0].case_id;
+  const std::string undrawn = run.records[1].case_id;
+  run.records.erase(run.records.begin(), run.records.begin() + 2);
+  std::erase_if(run.samples, [&](const Sample& sample) { return sample.case_id == undrawn; });
+  write_run(run);
+  FaultyDevices devices;
+  devices.tell([](int nth) { return nth % 2 == 0 ? fast() : hot(); });
+  EXPECT_EQ(sweep("run", devices), (Counts{{"ok", 8}, {"throttled", 1}}));
+  for (const Record& record : load_run(folder_ / "run").records)
+    EXPECT_EQ(record.status == Status::ok, record.case_id != undrawn) << record.case_id;
 }
 
 TEST_F(HeldBackTest, a_slow_control_case_is_measured_again_before_it_is_believed) {

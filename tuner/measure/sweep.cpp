@@ -51,10 +51,11 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
   return identity;
 }
 
-/// Fills in the record's time from its samples, which are none where the device was held back.
-void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration,
+/// Fills in the record's time from its samples. Where the device was held back, those of the block are forgotten, and
+/// only a case that an earlier start had drawn all of has them.
+void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration, int samples,
                     const std::string& held_back) {
-  if (!held_back.empty()) {
+  if (!held_back.empty() && book.samples(record.case_id).size() < static_cast<std::size_t>(samples)) {
     record.status = Status::throttled;
     record.reason = held_back;
     return;
@@ -173,7 +174,8 @@ class DeviceSweep {
     });
     for (PreparedCase& one : prepared) {
       Record& record = one.record;
-      if (record.status == Status::ok) set_frame_time(record, samples_, session_.calibration(), held_back);
+      if (record.status == Status::ok)
+        set_frame_time(record, samples_, session_.calibration(), config_.measure.samples, held_back);
       book_.append(record);
     }
   }
