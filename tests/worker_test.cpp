@@ -1,10 +1,13 @@
 // Devices in processes of their own: messages, what crosses, how a worker ends and with whom.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <random>
@@ -152,6 +155,34 @@ TEST(Wire, what_is_no_message_is_told) {
       [&] { static_cast<void>(worker.call({}, "a test", 10)); },
       ::testing::ThrowsMessage<WorkerCrashed>(HasSubstr("a test: the driver's process wrote what is no reply")));
   EXPECT_TRUE(worker.is_dead());
+}
+
+// As where a driver crashes while shaders compile on several threads: one thread reads what the worker says, and
+// another finds that it takes no more.
+TEST(Wire, one_thread_alone_buries_a_worker) {
+  auto [ours, theirs] = socket_ends();
+  Worker worker(std::move(ours), Descriptor(dup(SharedMemory().descriptor())));
+  constexpr double kLong_s = 20;
+  std::string said;
+  std::thread reader([&] {
+    try {
+      static_cast<void>(worker.call({}, "the first", kLong_s));
+    } catch (const WorkerCrashed& error) {
+      said = error.what();
+    } catch (const Error& error) {
+      said = fmt::format("no crash: {}", error.what());
+    }
+  });
+  std::array<char, 64> request{};
+  ASSERT_GT(read(theirs.get(), request.data(), request.size()), 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until it waits
+  ASSERT_EQ(shutdown(theirs.get(), SHUT_RD), 0);
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_THAT([&] { static_cast<void>(worker.call({}, "the second", kLong_s)); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("the second: the driver's process has ended before")));
+  reader.join();
+  EXPECT_THAT(said, HasSubstr("the first: the driver ended its process"));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::duration<double>(kLong_s / 2));
 }
 
 /// The frames of a technique in color and score, with a map, read back.

@@ -146,7 +146,13 @@ std::vector<std::byte> Worker::call(std::span<const std::byte> request, const st
   };
   check_alive();
   const std::uint64_t number = ++last_number_;
-  if (!channel_.send(number, request)) bury(Event::over, what, limit_s);
+  if (!channel_.send(number, request)) {
+    // Another thread may be reading what the worker says: it is to meet the end, too, and buries the worker.
+    ::shutdown(channel_.descriptor(), SHUT_RDWR);
+    changed_.wait(lock, [&] { return !is_read_; });
+    check_alive();
+    bury(Event::over, what, limit_s);
+  }
   for (;;) {
     if (auto found = replies_.extract(number); !found.empty()) return std::move(found.mapped());
     check_alive();
