@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "backends/backend.h"
+#include "backends/window/screen.h"
 #include "kernels/image/image.h"
 #include "tests/command.h"
 #include "tests/finished_run.h"
@@ -46,6 +47,22 @@ Difference difference(const Image& a, const Image& b) {
   result.mean /= static_cast<double>(a.pixels.size());
   result.far_share = static_cast<double>(far * channels) / static_cast<double>(a.pixels.size());
   return result;
+}
+
+DeviceInfo called(const std::string& name, int index = 0) {
+  DeviceInfo device;
+  device.name = name;
+  device.index = index;
+  return device;
+}
+
+TEST(WindowsDevice, is_known_by_its_name_where_no_other_has_it) {
+  const std::vector<DeviceInfo> devices{called("GPU", 0), called("GPU", 1), called("llvmpipe", 2)};
+  EXPECT_TRUE(is_windows_own(devices, 2, called("llvmpipe")));
+  EXPECT_FALSE(is_windows_own(devices, 2, called("GPU")));
+  EXPECT_FALSE(is_windows_own(devices, 1, called("GPU")));  // the window may be the other's
+  EXPECT_FALSE(is_windows_own(devices, 0, called("GPU")));
+  EXPECT_FALSE(is_windows_own(devices, 3, called("llvmpipe")));
 }
 
 class ViewWindow : public ::testing::Test {

@@ -50,6 +50,9 @@ class Screen {
 [[nodiscard]] std::unique_ptr<Backend> open_in(const Window& window, const BackendRow& row, int device_index,
                                                const BackendOptions& options);
 
+/// Whether a window draws on the device of that index, as far as their names tell: not where two have one name.
+[[nodiscard]] bool is_windows_own(std::span<const DeviceInfo> devices, int device_index, const DeviceInfo& windows);
+
 /// backend: of open_in()
 [[nodiscard]] std::unique_ptr<Screen> make_screen(const Window& window, Backend& backend);
 
