@@ -8,15 +8,14 @@
 #include <numeric>
 #include <utility>
 
-#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/attempt.h"
-#include "tuner/measure/frame.h"
+#include "tuner/measure/judged.h"
 #include "tuner/measure/progress.h"
-#include "tuner/measure/timing.h"
+#include "tuner/measure/timed_in_turns.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -63,31 +62,24 @@ struct Bench {
 std::string measure_times(const Bench& bench, const std::vector<std::vector<Draw>>& draws, int rounds,
                           std::vector<ClaimFigures>& measured) {
   const MeasureSpec measure{.samples = rounds, .batch_ms = kBatch_ms};
-  SampleBook book(SampleBook::Control{.id = control_case_id(bench.session.device().backend),
-                                      .reference_ns = bench.session.calibration().reference_ns});
-  const Timing timing{.session = bench.session,
-                      .book = book,
-                      .measure = measure,
-                      .split = bench.split,
-                      .started_ns = unix_ns(),
-                      .cooling_pause_s = bench.cooling_pause_s,
-                      .progress = &bench.progress};
   std::vector<Record> records(draws.size());
   std::vector<TimedCase> cases;
   cases.reserve(draws.size());
   for (std::size_t i = 0; i < draws.size(); ++i) {
     records[i].case_id = fmt::format("row {}", i);
-    cases.push_back(warm_up(timing, records[i], draws[i]));
+    cases.push_back({.record = &records[i], .draws = draws[i]});
   }
-  std::string held_back = draw_block(timing, [&] {
-    for (int round = 0; round < measure.samples; ++round) time(timing, cases);
-  });
-  if (!held_back.empty()) return held_back;
-  for (std::size_t i = 0; i < draws.size(); ++i) {
-    measured[i].times_ns = book.times(records[i].case_id);
+  TimesInTurns timed = timed_in_turns({.session = bench.session,
+                                       .measure = measure,
+                                       .split = bench.split,
+                                       .progress = bench.progress,
+                                       .cooling_pause_s = bench.cooling_pause_s},
+                                      cases);
+  for (std::size_t i = 0; i < timed.times_ns.size(); ++i) {
+    measured[i].times_ns = std::move(timed.times_ns[i]);
     measured[i].values["frame_time"] = median(measured[i].times_ns) / kNsPerMs;
   }
-  return "";
+  return timed.held_back;
 }
 
 /// The maps of a claim's rows, each baked once.
@@ -143,14 +135,7 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
     const BakedMap& map = maps.map_of(row.settings);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
     draws.push_back(session.shaded(row.settings, scene, frame.draw));
-    const std::vector<ScorePixel> pixels = trace_frame(backend, session.scored(row.settings, scene, frame.draw));
-    const std::vector<ReferenceHit> exact =
-        exact_hits(tracer, frame.draw.frame, scene.wrap, pixels, uploaded.mesh.get());
-    JudgedFrame judged = judge(frame.draw.frame, scene.wrap, heights.is_solid(), pixels, exact);
-    const std::vector<PixelFeature> features = pixel_features(row.settings);
-    judge_features(features, backend.read_values(features),
-                   exact_values(features, tracer, frame.draw.frame, rays_of(pixels), exact), judged.pixels,
-                   judged.score);
+    const JudgedFrame judged = judged_by_exact(session, row.settings, scene, frame.draw, uploaded, tracer);
     Values& figures = result.rows.emplace_back().values;
     if (!is_contest(claim)) measure_map(bake_spec(row.settings, scene.wrap), map, heights, figures);
     for (const MetricRow& metric : metrics())

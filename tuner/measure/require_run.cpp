@@ -5,17 +5,15 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <random>
 #include <utility>
 
-#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "tuner/measure/attempt.h"
 #include "tuner/measure/frame_size.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/require_space.h"
-#include "tuner/measure/timing.h"
+#include "tuner/measure/timed_in_turns.h"
 
 namespace reliefbench {
 namespace {
@@ -195,30 +193,20 @@ class SceneStudy {
       prepared.push_back(preparer_.prepare_to_time(cases[i], file_.scenes[i % file_.scenes.size()]));
       check(prepared.back());
     }
-    SampleBook book(SampleBook::Control{.id = control_case_id(session_.device().backend),
-                                        .reference_ns = session_.calibration().reference_ns});
-    const Timing timing{.session = session_,
-                        .book = book,
-                        .measure = file_.measure,
-                        .split = split_,
-                        .started_ns = unix_ns(),
-                        .cooling_pause_s = options_.cooling_pause_s,
-                        .progress = &progress_};
-    std::vector<TimedCase> order;
-    order.reserve(prepared.size());
-    for (const PreparedCase& one : prepared) order.push_back(warm_up(timing, one.record, one.draws));
-    std::mt19937_64 random(1);
-    held_back = draw_block(timing, [&] {
-      for (int round = 0; round < file_.measure.samples; ++round) {
-        std::shuffle(order.begin(), order.end(), random);
-        time(timing, order);
-        progress_.update(0.8 + 0.2 * (round + 1.0) / file_.measure.samples, "frame times");
-      }
-    });
-    if (!held_back.empty()) return {};
+    std::vector<TimedCase> timed;
+    timed.reserve(prepared.size());
+    for (const PreparedCase& one : prepared) timed.push_back({.record = &one.record, .draws = one.draws});
+    const TimesInTurns drawn = timed_in_turns(
+        {.session = session_,
+         .measure = file_.measure,
+         .split = split_,
+         .progress = progress_,
+         .cooling_pause_s = options_.cooling_pause_s},
+        timed, [&](int round) { progress_.update(0.8 + 0.2 * round / file_.measure.samples, "frame times"); });
+    held_back = drawn.held_back;
     Times times;
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      const std::vector<double>& own = book.times(prepared[i].record.case_id);
+    for (std::size_t i = 0; i < drawn.times_ns.size(); ++i) {
+      const std::vector<double>& own = drawn.times_ns[i];
       std::vector<double>& all = times[sets[i / file_.scenes.size()]];
       all.resize(own.size());
       for (std::size_t round = 0; round < own.size(); ++round)

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
-#include "kernels/trace/surface_tracer.h"
+#include "tuner/measure/judged.h"
 
 namespace reliefbench {
 
@@ -30,18 +30,10 @@ ViewedFrame Viewer::draw(const View& view) {
   frame_.draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
   Backend& backend = session_.backend();
   const std::vector<Draw> shade = session_.shaded(*settings_, scene_.scene, frame_.draw);
-  const std::vector<Draw> score = session_.scored(*settings_, scene_.scene, frame_.draw);
   ViewedFrame frame;
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
   session_.read_picture(*settings_, scene_.scene, frame_.draw, frame.rgba8);
-  const std::vector<ScorePixel> pixels = trace_frame(backend, score);
-  const std::vector<ReferenceHit> exact =
-      exact_hits(tracer_, frame_.draw.frame, scene_.scene.wrap, pixels, uploaded_.mesh.get());
-  frame.judged = judge(frame_.draw.frame, scene_.scene.wrap, heights_.is_solid(), pixels, exact);
-  const std::vector<PixelFeature> features = pixel_features(*settings_);
-  judge_features(features, backend.read_values(features),
-                 exact_values(features, tracer_, frame_.draw.frame, rays_of(pixels), exact), frame.judged.pixels,
-                 frame.judged.score);
+  frame.judged = judged_by_exact(session_, *settings_, scene_.scene, frame_.draw, uploaded_, tracer_);
   return frame;
 }
 

@@ -9,6 +9,7 @@
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
 #include "tuner/plan/plan.h"
+#include "tuner/plan/setting_space.h"
 
 namespace reliefbench {
 namespace {
@@ -25,15 +26,7 @@ std::string read_metric(const ConfigReader& reader, const JsonNode& node) {
 Settings read_settings(const ConfigReader& reader, const JsonNode& node) {
   const std::string text = reader.text(node);
   return reader.at(node, [&] {
-    const std::size_t question = text.find('?');
-    Settings settings(find_technique(std::string_view(text).substr(0, question)));
-    std::string_view rest = question == std::string::npos ? "" : std::string_view(text).substr(question + 1);
-    while (!rest.empty()) {
-      const std::string_view term = rest.substr(0, rest.find('&'));
-      rest.remove_prefix(std::min(rest.size(), term.size() + 1));
-      const std::size_t equals = std::min(term.find('='), term.size() - 1);
-      settings.set(term.substr(0, equals), term.substr(equals + 1));
-    }
+    Settings settings = parse_setting(text);
     if (const std::string reason = conflict(settings); !reason.empty()) fail_input("{}", reason);
     return settings;
   });
