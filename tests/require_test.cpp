@@ -244,13 +244,13 @@ TEST_P(RequireOnDevice, three_scenes_require_three_different_things) {
 
 INSTANTIATE_TEST_SUITE_P(Devices, RequireOnDevice, ::testing::Values("opengl"));
 
-constexpr const char* kScene = R"({"about": "a test",
+constexpr const char* kTestSceneFile = R"({"about": "a test",
   "scenes": {"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": ["top", "oblique"], "frame_px": [24, 24]},
   "features": {"shadow": ["linear", "soft_cone"], "fade": "footprint"}, "measure": {"samples": 3}})";
 
 TEST(RequireCommand, answers_people_and_machines) {
   const TempFolder folder;
-  std::ofstream(folder / "scene.json") << kScene;
+  std::ofstream(folder / "scene.json") << kTestSceneFile;
   const auto run = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words = {"require", "scene.json", "--backend", "null", "--quiet"};
     words.insert(words.end(), more.begin(), more.end());
@@ -274,7 +274,7 @@ TEST(RequireCommand, answers_people_and_machines) {
   EXPECT_THAT(text.out, testing::StartsWith("scene requires nothing but plain normal mapping; nobody would miss"));
   EXPECT_THAT(text.out, HasSubstr("shadow=soft_cone"));
 
-  std::string few_steps = kScene;
+  std::string few_steps = kTestSceneFile;
   few_steps.insert(1, R"("setting": "relief?linear_steps=2", )");
   std::ofstream(folder / "scene.json") << few_steps;
   const CommandResult none = run({"--visible", "flip<=0"});
@@ -312,7 +312,7 @@ TEST(RequireCommand, names_the_command_that_ships_what_it_judged) {
 
 TEST(RequireCommand, refuses_what_it_cannot_answer) {
   const TempFolder folder;
-  std::ofstream(folder / "scene.json") << kScene;
+  std::ofstream(folder / "scene.json") << kTestSceneFile;
   const auto fails = [&](const std::vector<std::string>& words, int exit_code, const std::string& says) {
     const CommandResult result = run_reliefbench(words, folder.path());
     EXPECT_EQ(result.exit_code, exit_code) << says;
