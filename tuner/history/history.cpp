@@ -286,7 +286,7 @@ std::vector<std::int64_t> History::add_events(std::span<const EventRow> events) 
   Database& database = connection_->database;
   return database.guarded([&] {
     Transaction transaction(database, Transaction::Kind::write);
-    const std::vector<std::int64_t> ids = write_events(database.sql(), events);
+    std::vector<std::int64_t> ids = write_events(database.sql(), events);
     transaction.commit();
     return ids;
   });
