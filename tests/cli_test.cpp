@@ -44,8 +44,7 @@ TEST_F(CliTest, no_line_is_wider_than_120_characters) {
                                                  {"--help"}};
   for (const std::string what : {"techniques", "maps", "metrics", "heightmaps", "formats"})
     commands.push_back({"list", what});
-  for (const std::string& command : command_names(folder_.path()))
-    commands.push_back({command, "--help"});
+  for (const std::string& command : command_names(folder_.path())) commands.push_back({command, "--help"});
   for (const std::vector<std::string>& command : commands) {
     std::istringstream lines(run(command).out);
     int count = 0;

@@ -1,5 +1,5 @@
-// The commands of README.md and of the folders' README.md, run as they stand, but for what takes long: its quickstart is the smoke config, tune has a
-// sixth of the time that it is given there, and one technique is put under stress.
+// The commands of README.md and of the folders' README.md, run as they stand, but for what takes long: its quickstart
+// is the smoke config, tune has a sixth of the time that it is given there, and one technique is put under stress.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

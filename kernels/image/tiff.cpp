@@ -232,9 +232,9 @@ Image decode_tiff(FileBytes bytes, const std::string& name) {
       std::ranges::find_if(kSamples, [&](const SampleRow& row) { return row.format == format && row.bits == bits; });
   const int orientation = field<std::uint16_t>(file, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
   if (sample == kSamples.end() || (!is_grey && photometric != PHOTOMETRIC_RGB))
-    return oriented(read_converted(file, static_cast<int>(width), static_cast<int>(height), orientation, is_grey,
-                                   stream, name),
-                    orientation);
+    return oriented(
+        read_converted(file, static_cast<int>(width), static_cast<int>(height), orientation, is_grey, stream, name),
+        orientation);
 
   const int colours = is_grey ? 1 : 3;
   Image image = blank_image(static_cast<int>(width), static_cast<int>(height), channels,

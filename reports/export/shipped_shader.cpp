@@ -224,7 +224,8 @@ Pieces shipped_source(const ShippedShader& shipped, MapArguments arguments) {
   const Technique& technique = shipped.settings.technique();
   GlslCut cut{.files = {"common.glsl", "parameters.glsl", fmt::format("{}.glsl", technique.id)},
               .roots = shipped_entries(shipped),
-              .generated = {{"contract.glsl", shared_contract() + polygon(shipped.base)}, {"parameters.glsl", parameters_contract(technique)}},
+              .generated = {{"contract.glsl", shared_contract() + polygon(shipped.base)},
+                            {"parameters.glsl", parameters_contract(technique)}},
               .defines = ray_defines(shipped.settings)};
   cut.generated.merge(stand_ins(technique));
   cut.files.emplace_back("feature_parameters.glsl");
