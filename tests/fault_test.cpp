@@ -315,8 +315,8 @@ TEST_F(FaultTest, sigterm_ends_tune_with_the_answer_so_far) {
 TEST_F(FaultTest, sigterm_ends_stress_with_what_was_drawn) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const std::string output = "stress" + std::to_string(signal);
-    const CommandResult result =
-        interrupted({"stress", "--random", "2000", "--filter", "relief/*"}, folder_.path(), output, signal);
+    const CommandResult result = interrupted({"stress", "--random", "2000", "--filter", "flat/*"}, folder_.path(),
+                                             output, signal);  // none fails
     EXPECT_EQ(result.exit_code, static_cast<int>(Exit::inconclusive)) << "signal " << result.signal << result.err;
     EXPECT_GT(nlohmann::json::parse(result.out).at("undone"), 0);
     EXPECT_TRUE(std::filesystem::exists(folder_ / output / "stress.html"));

@@ -258,7 +258,7 @@ Image decode_tiff(FileBytes bytes, const std::string& name) {
     if (!read_rows(file, static_cast<std::uint16_t>(plane), image.width, image.height, in_plane * sample_bytes, take))
       fail_input("{}: the TIFF is truncated or corrupt: {}", name, stream.message);
   }
-  return image;
+  return oriented(std::move(image), orientation);
 }
 
 }  // namespace reliefbench
