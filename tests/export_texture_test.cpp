@@ -145,6 +145,19 @@ TEST_F(ExportForEngines, all_engines_have_their_folders) {
   for (const char* name : {"unreal", "bevy", "relief.metal", "unity/relief.png"}) EXPECT_FALSE(has(name)) << name;
 }
 
+TEST_F(ExportForEngines, all_leaves_out_who_cannot_have_it) {
+  const CommandResult result = ship({"--case", "cone?lod=footprint", "--for", "all", "-o", "out"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("left out: o3de: relief: O3DE keeps the first level of a DDS alone\n"));
+  EXPECT_FALSE(has("o3de"));
+  for (const char* name : {"relief.glsl", "unreal/relief.dds", "godot/relief.dds", "three/relief.ktx2"})
+    EXPECT_TRUE(has(name)) << name;
+  // Of a recipe that no engine has, the plain files are left.
+  const CommandResult dithered = ship({"--case", "relief?dither=temporal", "--for", "all", "-o", "dithered"});
+  EXPECT_EQ(dithered.exit_code, 0) << dithered.err;
+  EXPECT_THAT(dithered.err, HasSubstr("left out: bevy: no engine's recipe passes"));
+}
+
 TEST_F(ExportForEngines, unity_gets_its_pictures_from_the_bottom) {
   ASSERT_EQ(ship({"--case", "relief?format=r8", "--for", "unity,unreal", "-o", "out"}).exit_code, 0);
   const auto read = [&](const std::string& name, const char* kind) {

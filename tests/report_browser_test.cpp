@@ -108,7 +108,7 @@ TEST_F(ReportInBrowser, DecidesAsTheCommandsDo) {
 
 TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
   reliefbench::Run run = synthetic_run({});
-  run.info["argv"] = {"reliefbench", "sweep", "my config.json", "-o", "out", "--pictures", "none"};
+  run.info["argv"] = {"reliefbench", "sweep", "my config.json", "-o", "out", "--pictures", "none", "--frame-px=720p"};
   const std::string probe = R"(
     const press = (target, key) => target.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
     const set = (element, value, type) => { element.value = value; element.dispatchEvent(new Event(type, {bubbles: true})); };
@@ -190,7 +190,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
   EXPECT_THAT(body, has("probed", "yes"));
   EXPECT_THAT(body, has("points", 360));
   EXPECT_THAT(body, has("cards", 3));
-  EXPECT_THAT(body, has("missing", "reliefbench sweep 'my config.json' -o out"));
+  EXPECT_THAT(body, has("missing", "reliefbench sweep 'my config.json' -o out --frame-px=720p"));
   for (const char* name :
        {"sentences", "moved", "limit", "within", "back", "filtered", "answersfiltered", "searched", "hidden",
         "restored", "hovered", "unhovered", "active", "falling", "exact", "effects", "looks", "pairs"})
@@ -200,7 +200,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
   EXPECT_THAT(body, has("pins", 2));
   // A folder of its own: another point's command is not refused.
   EXPECT_THAT(body, ContainsRegex("data-command=\"reliefbench sweep 'configs/quick start.json' -o out/[0-9a-f]{8} "));
-  EXPECT_THAT(body, HasSubstr("--filter '*@rocks/oblique?*' --backend"));
+  EXPECT_THAT(body, ContainsRegex("--filter '\\*@rocks/oblique\\?\\*' --backend [a-z]+ --frame-px 720p"));
   EXPECT_THAT(body, has("rows", 40));
   // Every column that a metric says it is, by its own id.
   const auto columns = told(body, "columns").get<std::vector<std::string>>();

@@ -123,7 +123,7 @@ TEST_P(ShaderCompiler, targets_and_techniques_differ) {
 }
 
 TEST_P(ShaderCompiler, a_given_source_equals_the_embedded_one) {
-  const std::string_view text = "Hit trace(Ray ray) { return Hit(0.0, STATUS_HIT, 0, 0); }\n";
+  const std::string_view text = "Hit trace(Ray ray) { return Hit(polygon_t(), STATUS_HIT, 0, 0); }\n";
   EXPECT_EQ(compile_fragment({.name = "other.glsl", .text = std::string(text)}, Target::color, GetParam()),
             compile_fragment("flat", Target::color, GetParam()));
 }

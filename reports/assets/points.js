@@ -70,9 +70,18 @@ export function settingElement(point, {hasTechnique = true} = {}) {
       key ? make('span', {class: 'muted'}, `[${key}]`) : null, point.mark ? ` ${point.mark}` : null);
 }
 
+/** What a run's command line gave an option; undefined: nothing. */
+function optionOf(run, name) {
+  const words = run.info.argv || [];
+  const at = words.findIndex((word) => word === name || word.startsWith(`${name}=`));
+  if (at < 0) return undefined;
+  return words[at] === name ? words[at + 1] : words[at].slice(name.length + 1);
+}
+
 /** The command line that measures a point again, into a folder of its own. */
 export function commandOf(point) {
-  const config = runOf(point).info.config_path || 'CONFIG';
+  const run = runOf(point);
+  const config = run.info.config_path || 'CONFIG';
   const {key} = settingOf(point);
   const scene = point.id.slice(point.id.indexOf('@') + 1).split('?')[0];
   const words = ['reliefbench', 'sweep', config, '-o', `out/${key || 'one'}`];
@@ -80,6 +89,8 @@ export function commandOf(point) {
     words.push('--case', key, '--filter', `*@${scene}?*`, '--backend', data.groups[point.group].backend);
   else
     words.push('--filter', point.id);
+  const framePx = optionOf(run, '--frame-px');
+  if (framePx) words.push('--frame-px', framePx);
   return words.map(shellQuote).join(' ');
 }
 

@@ -56,6 +56,7 @@ struct ExportChoice {
   std::vector<std::string> languages = {"glsl"};  ///< of plain
   std::string container{};                        ///< of textures; "": the engine's own choice
   bool normal_map = false;
+  bool leaves_out = false;  ///< engines that cannot have it; else those are an error
 };
 
 struct ExportedFile {

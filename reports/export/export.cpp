@@ -154,20 +154,34 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
                        .relief_depth = job.relief_depth,
                        .base = job.base,
                        .light_radius = light_radius_of(job)};
-  const std::vector<std::string> ids =
-      job.choice.engines.empty() ? std::vector{std::string(kPlainEngine)} : job.choice.engines;
-  for (const std::string& id : ids) check_recipe(find_engine(id), shader);
-  const Baked baked = bake_shipped(job, std::move(heightmaps));
   Export result;
+  std::vector<std::string> ids = job.choice.engines;
+  if (ids.empty()) ids.emplace_back(kPlainEngine);
+  const auto can_have_it = [&](const std::string& id, const auto& make) {
+    try {
+      make(find_engine(id));
+      return true;
+    } catch (const Error& error) {
+      if (!job.choice.leaves_out || error.code() != Exit::bad_input) throw;
+      result.left_out.push_back(fmt::format("{}: {}", id, error.what()));
+      return false;
+    }
+  };
+  std::erase_if(ids, [&](const std::string& id) {
+    return !can_have_it(id, [&](const Engine& engine) { check_recipe(engine, shader); });
+  });
+  const Baked baked = bake_shipped(job, std::move(heightmaps));
   if (baked.textures) shader.textures = shipped_textures(job.settings, *baked.textures);
   EngineSource source{.shader = shader, .normals = baked.normals ? &*baked.normals : nullptr};
   if (baked.textures) source.metadata = map_metadata(bake_spec(job.settings, job.wrap));
   std::vector<EngineTexture> textures;
-  for (const std::string& id : ids) {
-    EngineFiles made = engine_files(find_engine(id), source, job.choice, id == kPlainEngine ? "" : id + "/");
-    std::ranges::move(made.textures, std::back_inserter(textures));
-    std::ranges::move(made.files, std::back_inserter(result.files));
-  }
+  for (const std::string& id : ids)
+    static_cast<void>(can_have_it(id, [&](const Engine& engine) {
+      EngineFiles made = engine_files(engine, source, job.choice, id == kPlainEngine ? "" : id + "/");
+      std::ranges::move(made.textures, std::back_inserter(textures));
+      std::ranges::move(made.files, std::back_inserter(result.files));
+    }));
+  if (result.files.empty()) fail_input("{}", fmt::join(result.left_out, "; "));
   result.settings = settings_json(job, baked, textures);
   result.settings["files"] = ordered_json::array();
   for (const ExportedFile& file : result.files)

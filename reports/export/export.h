@@ -30,6 +30,7 @@ struct Export {                     // NOLINT(bugprone-exception-escape): moving
   nlohmann::ordered_json settings;  ///< settings.json
   /// those of each engine in a folder of its id, of the plain one beside settings.json, which comes last
   std::vector<ExportedFile> files;
+  std::vector<std::string> left_out{};  ///< of each engine that cannot have it, why
 };
 
 /// Loads the heightmap, bakes its map (or has it from the cache) and makes the files.

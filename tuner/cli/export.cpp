@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
@@ -55,6 +56,7 @@ std::vector<std::string> spelt_out(const std::vector<std::string>& ids, const Ro
 
 /// What was asked for, by rows that there are.
 ExportChoice checked(ExportChoice choice) {
+  choice.leaves_out = std::ranges::find(choice.engines, "all") != choice.engines.end();
   choice.engines = spelt_out(choice.engines, engines());
   choice.languages = spelt_out(choice.languages, languages());
   for (const std::string& id : choice.engines) (void)find_engine(id);
@@ -104,6 +106,7 @@ void export_command(const ExportArguments& arguments) {
   ExportJob job{.heightmap = {}, .settings = Settings(techniques().front()), .choice = checked(arguments.choice)};
   const Export exported = export_of(arguments.setting, job);
   write_export(exported, arguments.output);
+  for (const std::string& why : exported.left_out) print_error("left out: " + why);
   if (arguments.json)
     fmt::print("{}", exported.files.back().bytes);
   else
@@ -120,7 +123,8 @@ void add_export_command(CLI::App& app, int& exit_code) {
   command->add_option("--backend", arguments->setting.choice.backend, "whose presets: opengl | vulkan")->needs(presets);
   command
       ->add_option("--for", arguments->choice.engines,
-                   "engines of `reliefbench list engines`, a folder each, or all; default: plain, no engine")
+                   "engines of `reliefbench list engines`, a folder each, or all that can have it; default: "
+                   "plain, no engine")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
