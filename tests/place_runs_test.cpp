@@ -129,15 +129,22 @@ TEST(PlaceRuns, a_measurement_that_is_given_twice_counts_once) {
   std::vector<FleetRun> twice = once;
   twice.push_back(once.front());
   twice.back().name = "copy";
-  twice.back().rows.pop_back();  // as of a shard that the first, a merged run, holds at another speed
-  for (TableRow& row : twice.back().rows)
-    for (double& sample : row.samples_ns) sample *= 1.25;
+  twice.back().rows.pop_back();  // as of a shard that the first, a merged run, holds
   const Fleet alone = choose_for_fleet(once, {.budgets = {}});
   const Fleet fleet = choose_for_fleet(twice, {.budgets = {}});
   EXPECT_EQ(fleet.places.front().runs, (std::vector<std::size_t>{0}));
   EXPECT_FALSE(fleet.places.front().between_runs);
   for (std::size_t i = 0; i < alone.settings.size(); ++i)
     EXPECT_EQ(fleet.settings[i].losses[0].high, alone.settings[i].losses[0].high);
+}
+
+TEST(PlaceRuns, a_run_that_is_slower_throughout_is_no_copy) {
+  std::vector<FleetRun> runs(2, made_place_run({.cones = {8, 16, 32}, .noise = 0.05}));
+  for (TableRow& row : runs.back().rows)
+    for (double& sample : row.samples_ns) sample *= 3;
+  const Fleet fleet = choose_for_fleet(runs, {.budgets = {}});
+  EXPECT_EQ(fleet.places.front().runs, (std::vector<std::size_t>{0, 1}));
+  EXPECT_TRUE(fleet.repeated.empty());
 }
 
 TEST(PlaceRuns, the_commands_say_what_is_given_twice) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <system_error>
@@ -17,16 +16,11 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kRounding = 1e-9;  // of a sample
-
-/// Whether two cases have the very same samples, but for the speed to which a merged run's parts are brought. Samples
-/// that are all equal, as of a coarse timer, say nothing.
+/// Whether two cases have the very same samples. Samples that are all equal, as of a coarse timer, say nothing.
 bool is_repeated(const TableRow& a, const TableRow& b) {
   const std::vector<double>& samples = a.samples_ns;
-  if (std::ranges::adjacent_find(samples, std::not_equal_to{}) == samples.end() || b.samples_ns.empty()) return false;
-  const double speed = b.samples_ns.front() / samples.front();
-  return std::ranges::equal(samples, b.samples_ns,
-                            [&](double x, double y) { return std::abs(y - speed * x) <= kRounding * y; });
+  const bool is_told = std::ranges::adjacent_find(samples, std::not_equal_to{}) != samples.end();
+  return is_told && samples == b.samples_ns;
 }
 
 /// Takes from later runs of a place what an earlier one holds.
