@@ -15,21 +15,15 @@ bool is_looked_for(const EventRow& event, double least_effect) {
 
 }  // namespace
 
-Absence::Absence(const HistoryView& view, const EventOptions& options) : view_(view), options_(options) {
-  for (std::size_t i = 0; i < view.runs.size(); ++i) places_[view.runs[i].id] = static_cast<std::ptrdiff_t>(i);
+Absence::Absence(const HistoryView& view, const EventOptions& options)
+    : view_(view), options_(options), calendar_(view.runs) {
   for (std::size_t i = 0; i < view.series.size(); ++i) series_[view.series[i].id] = i;
-}
-
-/// -1: before the nights looked at
-std::ptrdiff_t Absence::place_of(std::int64_t run) const {
-  const auto found = places_.find(run);
-  return found == places_.end() ? -1 : found->second;
 }
 
 bool Absence::is_gone(const EventRow& event) const {
   if (!std::ranges::all_of(event.series, [&](std::int64_t id) { return series_.contains(id); })) return false;
   if (event.kind == event_kind::lost) return are_ok_again(event);
-  if (place_of(event.good_run) < 0 || place_of(event.bad_run) < 0) return false;
+  if (!calendar_.has(event.good_run) || !calendar_.has(event.bad_run)) return false;
   if (event.kind == event_kind::errors) return true;
   if (!is_looked_for(event, options_.change.least_effect)) return false;
   return event.kind == event_kind::drift || is_taken_back(event);
@@ -38,7 +32,7 @@ bool Absence::is_gone(const EventRow& event) const {
 bool Absence::are_ok_again(const EventRow& event) const {
   return std::ranges::all_of(event.series, [&](std::int64_t id) {
     return std::ranges::any_of(view_.nights[series_.at(id)], [&](const RepetitionRow& night) {
-      return night.status == "ok" && place_of(night.run) > place_of(event.bad_run);
+      return night.status == "ok" && calendar_.of(night.run) > calendar_.of(event.bad_run);
     });
   });
 }
@@ -50,8 +44,8 @@ bool Absence::is_taken_back(const EventRow& event) const {
     std::vector<double> after;
     for (const RepetitionRow& night : view_.nights[series_.at(id)]) {
       if (!night.is_valid) continue;
-      if (place_of(night.run) <= place_of(event.good_run)) before.push_back(std::log(night.value));
-      if (place_of(night.run) >= place_of(event.bad_run)) after.push_back(std::log(night.value));
+      if (calendar_.of(night.run) <= calendar_.of(event.good_run)) before.push_back(std::log(night.value));
+      if (calendar_.of(night.run) >= calendar_.of(event.bad_run)) after.push_back(std::log(night.value));
     }
     if (std::min(before.size(), after.size()) < options_.change.least_nights) return false;
     left += (median(after) - median(before)) / static_cast<double>(event.series.size());

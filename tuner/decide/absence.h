@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tuner/decide/events.h"
+#include "tuner/decide/run_calendar.h"
 #include "tuner/history/rows.h"
 
 namespace reliefbench {
@@ -21,14 +22,13 @@ class Absence {
   [[nodiscard]] bool is_gone(const EventRow& event) const;
 
  private:
-  [[nodiscard]] std::ptrdiff_t place_of(std::int64_t run) const;
   [[nodiscard]] bool is_taken_back(const EventRow& event) const;
   [[nodiscard]] bool are_ok_again(const EventRow& event) const;
 
   const HistoryView& view_;
   const EventOptions& options_;
-  std::map<std::int64_t, std::ptrdiff_t> places_;  ///< of runs, by time
-  std::map<std::int64_t, std::size_t> series_;     ///< by id
+  RunCalendar calendar_;
+  std::map<std::int64_t, std::size_t> series_;  ///< by id
 };
 
 }  // namespace reliefbench

@@ -9,6 +9,7 @@
 
 #include "kernels/base/sha256.h"
 #include "tuner/decide/absence.h"
+#include "tuner/decide/run_calendar.h"
 #include "tuner/decide/track_steps.h"
 #include "tuner/results/statistics.h"
 
@@ -23,34 +24,21 @@ double overlap(const EventRow& a, const EventRow& b) {
   return static_cast<double>(both) / static_cast<double>(std::min(a.series.size(), b.series.size()));
 }
 
-/// Runs by their place in time; -1 is before the nights looked at.
-class Calendar {
- public:
-  explicit Calendar(std::span<const RunRow> runs) {
-    for (std::size_t i = 0; i < runs.size(); ++i) places_[runs[i].id] = static_cast<std::ptrdiff_t>(i);
-  }
-  [[nodiscard]] bool has(std::int64_t run) const { return places_.contains(run); }
-  [[nodiscard]] std::ptrdiff_t of(std::int64_t run) const { return has(run) ? places_.at(run) : -1; }
-
- private:
-  std::map<std::int64_t, std::ptrdiff_t> places_;
-};
-
 /// Whether the nights of two events overlap. With more nights a step may be seen a little earlier or later.
-bool is_same_time(const EventRow& a, const EventRow& b, const Calendar& calendar) {
+bool is_same_time(const EventRow& a, const EventRow& b, const RunCalendar& calendar) {
   constexpr std::ptrdiff_t kSlack = 2;
   return calendar.of(a.good_run) < calendar.of(b.bad_run) + kSlack &&
          calendar.of(b.good_run) < calendar.of(a.bad_run) + kSlack;
 }
 
-bool is_same_event(const EventRow& known, const EventRow& found, const Calendar& calendar) {
+bool is_same_event(const EventRow& known, const EventRow& found, const RunCalendar& calendar) {
   if (known.key == found.key) return true;
   return known.machine == found.machine && known.kind == found.kind && calendar.has(known.bad_run) &&
          is_same_time(known, found, calendar) && overlap(known, found) >= 0.5;
 }
 
 /// Whether a step of some series of a known event lies in its nights: few nights show a group's step in pieces.
-bool is_part_of(const EventRow& known, const EventRow& found, const Calendar& calendar) {
+bool is_part_of(const EventRow& known, const EventRow& found, const RunCalendar& calendar) {
   return has_size(found) && known.machine == found.machine && known.kind == found.kind && calendar.has(known.bad_run) &&
          calendar.of(known.good_run) < calendar.of(found.bad_run) &&
          calendar.of(found.good_run) < calendar.of(known.bad_run) && !found.series.empty() &&
@@ -127,7 +115,7 @@ class Judgement {
 };
 
 /// A regression that a later improvement of the same cases took back, by half of it at least.
-bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const Calendar& calendar) {
+bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const RunCalendar& calendar) {
   if (event.kind != event_kind::slower) return false;
   const double size = std::log1p(event.effect);
   return std::ranges::any_of(seen, [&](const SeenEvent& other) {
@@ -160,7 +148,7 @@ bool is_open(const EventRow& event) {
 }
 
 TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s) {
-  const Calendar calendar(view.runs);
+  const RunCalendar calendar(view.runs);
   StepCheck steps = check_steps(view, options);
   std::vector<SeenEvent> seen = std::move(steps.events);
   std::ranges::move(changed_errors(view), std::back_inserter(seen));
