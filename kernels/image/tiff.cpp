@@ -236,9 +236,8 @@ Image decode_tiff(FileBytes bytes, const std::string& name) {
         read_converted(file, static_cast<int>(width), static_cast<int>(height), orientation, is_grey, stream, name),
         orientation);
 
-  const int colours = is_grey ? 1 : 3;
   Image image = blank_image(static_cast<int>(width), static_cast<int>(height), channels,
-                            alpha_of(file, colours, channels), sample->text);
+                            alpha_of(file, is_grey ? 1 : 3, channels), sample->text);
   const bool is_separate =
       field<std::uint16_t>(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) == PLANARCONFIG_SEPARATE;
   const std::size_t inverted = photometric == PHOTOMETRIC_MINISWHITE ? 1 : 0;  // of a texel's samples, the first ones

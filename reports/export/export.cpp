@@ -22,6 +22,7 @@
 #include "tuner/plan/scene_json.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/host.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -189,7 +190,7 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
         {{"file", file.name}, {"bytes", file.bytes.size()}, {"sha256", sha256(file.bytes)}});
   result.files.push_back({.name = std::string(kSettingsFile),
                           .what = "the setting, its map, what the choice rests on",
-                          .bytes = result.settings.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n"});
+                          .bytes = json_text(result.settings, 1) + "\n"});
   return result;
 }
 

@@ -13,6 +13,7 @@
 #include "kernels/image/image.h"
 #include "reports/pages/data_uri.h"
 #include "reports/pages/template.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_folder.h"
 
@@ -69,7 +70,7 @@ void write_sheet(const std::filesystem::path& file, const RequireReport& report)
 void write_require(const RequireReport& report, const std::filesystem::path& folder) {
   make_images_folder(folder);
   nlohmann::json data = require_json(report);
-  write_output(folder / kRequireFile, data.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_output(folder / kRequireFile, json_text(data, 1) + "\n");
   for (std::size_t i = 0; i < report.worth.size(); ++i) {
     const FeatureWorth& worth = report.worth[i];
     const Scene& scene = report.file.scenes[report.at(worth.without).view].scene;

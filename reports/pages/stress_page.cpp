@@ -10,6 +10,7 @@
 #include "reports/pages/data_uri.h"
 #include "reports/pages/report_data.h"
 #include "reports/pages/template.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_folder.h"
 
@@ -51,8 +52,7 @@ void prepare_stress_folder(const fs::path& folder) {
 }
 
 void write_stress(const StressReport& report, const fs::path& folder) {
-  write_atomically(folder / kStressFile,
-                   stress_json(report).dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+  write_atomically(folder / kStressFile, json_text(stress_json(report), 1) + "\n");
   for (const StressPicture& picture : report.pictures)
     write_png(folder / picture_path(picture.technique), picture.width, picture.height, picture.rgba8);
   write_stress_page(folder, folder / kStressPage);

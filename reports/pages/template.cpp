@@ -7,6 +7,7 @@
 
 #include "kernels/base/error.h"
 #include "reports/pages/assets.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -74,7 +75,7 @@ std::string fill_template(std::string_view page, const PageTexts& texts) {
 std::string script_safe_json(const nlohmann::json& data) {
   std::string text;
   // File names, and so case ids, need not be UTF-8.
-  for (const char c : data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) {
+  for (const char c : json_text(data, -1)) {
     if (c == '<')
       text += "\\u003c";
     else

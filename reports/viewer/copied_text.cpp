@@ -9,6 +9,7 @@
 #include "tuner/plan/preset_file.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -82,7 +83,7 @@ std::string viewed_scene_id(const SceneSpec& spec) {
 std::string copied_text(std::string_view kind, const CopiedView& view) {
   if (kind == "case") return case_of(view).id() + "\n";
   const json document = kind == "config" ? config_json(*view.choice) : preset_json(view);
-  return document.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  return json_text(document, 1) + "\n";
 }
 
 }  // namespace reliefbench

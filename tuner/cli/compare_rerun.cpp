@@ -14,6 +14,7 @@
 #include "tuner/plan/config_json.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/host.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
@@ -169,7 +170,7 @@ json rerun_doubtful(const Run& base, const Run& now, const CompareOptions& optio
   const std::string binary_a = arguments.binary_a.empty() ? own_binary() : arguments.binary_a;
   const std::string binary_b = arguments.binary_b.empty() ? own_binary() : arguments.binary_b;
   rerun["same_build"] = binary_a == binary_b;
-  const std::string config = config_of(base, records).dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+  const std::string config = json_text(config_of(base, records), 1) + "\n";
   const fs::path output = fs::absolute(
       arguments.output.empty() ? fs::path("out/rerun") / sha256(binary_a + '\n' + binary_b + '\n' + config).substr(0, 8)
                                : arguments.output);

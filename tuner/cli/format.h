@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tuner/results/json_text.h"
 #include "tuner/results/record.h"
 
 namespace reliefbench {
@@ -57,7 +58,7 @@ void put(fmt::format_string<T...> format, T&&... arguments) {
 /// Prints a document; what is no UTF-8, as a path's bytes may be, comes as U+FFFD.
 template <typename Json>
 void print_json(const Json& document, int indent) {
-  fmt::print("{}\n", document.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace));
+  fmt::print("{}\n", json_text(document, indent));
 }
 
 /// Prints a line that is to be copied into a shell.

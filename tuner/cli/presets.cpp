@@ -16,6 +16,7 @@
 #include "tuner/decide/hardware.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -85,7 +86,7 @@ void presets_command(const PresetsArguments& arguments) {
     for (const Run& run : runs) fleet.push_back(fleet_run(run));
   const Presets presets = arguments.common ? make_common_presets(runs, fleet, arguments.query, arguments.regret)
                                            : make_presets(runs, arguments.query);
-  const std::string text = presets_json(presets).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string text = json_text(presets_json(presets), 1) + "\n";
   write_output(arguments.output, text);
   if (!arguments.header.empty()) write_output(arguments.header, presets_header(presets));
   for (const std::string& warning : presets.warnings) fmt::print(stderr, "warning: {}\n", warning);

@@ -6,6 +6,7 @@
 #include "tuner/cli/options.h"
 #include "tuner/cli/track.h"
 #include "tuner/history/export.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -18,15 +19,15 @@ struct ExportFormat {
 };
 
 template <nlohmann::json (*make)(const HistoryView&)>
-std::string json_text(const HistoryView& view) {
-  return make(view).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+std::string exported_json(const HistoryView& view) {
+  return json_text(make(view), 1) + "\n";
 }
 
 const std::vector<ExportFormat>& export_formats() {
-  static const std::vector<ExportFormat> all = {{"gbench", true, true, json_text<google_benchmark_json>},
+  static const std::vector<ExportFormat> all = {{"gbench", true, true, exported_json<google_benchmark_json>},
                                                 {"otava-csv", false, false, otava_csv},
-                                                {"bencher", true, false, json_text<bencher_json>},
-                                                {"github-action", true, false, json_text<github_action_json>}};
+                                                {"bencher", true, false, exported_json<bencher_json>},
+                                                {"github-action", true, false, exported_json<github_action_json>}};
   return all;
 }
 

@@ -10,6 +10,7 @@
 #include "kernels/base/sha256.h"
 #include "tuner/history/connection.h"
 #include "tuner/history/migrations.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -17,9 +18,7 @@ namespace {
 constexpr std::size_t kLongestName = 255;  // bytes, of what is looked up by its text
 
 /// JSON with sorted keys; bytes that are no UTF-8 are replaced, NUL is escaped.
-std::string stored_json(const nlohmann::json& content) {
-  return content.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string stored_json(const nlohmann::json& content) { return json_text(content, -1); }
 
 void check_name(std::string_view what, const std::string& name) {
   if (name.size() > kLongestName)

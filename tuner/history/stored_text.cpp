@@ -5,6 +5,7 @@
 
 #include "kernels/base/error.h"
 #include "tuner/history/connection.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -16,8 +17,7 @@ constexpr std::string_view kReplacement = "\xEF\xBF\xBD";  // U+FFFD
 std::string storable(const std::string& text) {
   if (std::ranges::all_of(text, [](char c) { return c > 0; })) return text;
   // The JSON library knows what is UTF-8.
-  const std::string quoted =
-      nlohmann::json(text).dump(-1, ' ', /*ensure_ascii=*/false, nlohmann::json::error_handler_t::replace);
+  const std::string quoted = json_text(nlohmann::json(text), -1);
   std::string clean = nlohmann::json::parse(quoted).get<std::string>();
   for (std::size_t at = 0; (at = clean.find('\0', at)) != std::string::npos;) clean.replace(at, 1, kReplacement);
   return clean;

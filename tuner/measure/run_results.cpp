@@ -6,6 +6,7 @@
 #include "tuner/decide/pareto.h"
 #include "tuner/measure/harness.h"
 #include "tuner/results/case_table.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/t4.h"
 
@@ -13,8 +14,7 @@ namespace reliefbench {
 
 void write_results(const Config& config, const Run& run) {
   const std::vector<Front> all = fronts(run.records, config.front_error, config.front_constraints);
-  write_atomically(run.folder / kFrontFile,
-                   fronts_json(all).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_atomically(run.folder / kFrontFile, json_text(fronts_json(all), 1) + "\n");
   write_atomically(run.folder / kBenchmarkFile, [&](std::ostream& out) { write_benchmark_json(run.samples, out); });
   const std::vector<TableRow> table = case_table(run);
   write_atomically(run.folder / kTableFile, [&](std::ostream& out) { write_case_table(table, out); });

@@ -15,6 +15,7 @@
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_parts.h"
@@ -208,7 +209,7 @@ std::vector<std::string> part_texts(const std::vector<json>& parts) {
   texts.reserve(parts.size());
   for (json part : parts) {
     part.erase("folder");
-    texts.push_back(part.dump(-1, ' ', false, json::error_handler_t::replace));
+    texts.push_back(json_text(part, -1));
   }
   std::ranges::sort(texts);
   return texts;

@@ -12,6 +12,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_folder.h"
 #include "tuner/results/run_shape.h"
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// One line of JSON. Bytes that are no UTF-8 (a driver's strings) are replaced, not refused.
-std::string line_of(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
+std::string line_of(const json& j) { return json_text(j, -1); }
 
 constexpr std::size_t kLongestLine_bytes = std::size_t{1} << 20U;  // a record takes 2 kB
 constexpr int kDepthLimit = 64;                                    // values are compared and copied by recursion
@@ -259,7 +260,7 @@ void RunStore::append(const BlockState& block) {
 void RunStore::write_info(const json& info) {
   json whole = info;
   whole["identity"] = identity_;
-  write_atomically(folder_ / kRunFile, whole.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+  write_atomically(folder_ / kRunFile, json_text(whole, 1) + "\n");
 }
 
 }  // namespace reliefbench

@@ -8,6 +8,7 @@
 #include "kernels/base/clock.h"
 #include "kernels/judge/score.h"
 #include "tuner/results/budgets.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -102,20 +103,18 @@ std::map<std::string_view, double> last_times(std::span<const Sample> samples) {
   return last;
 }
 
-std::string text_of(const json& value) { return value.dump(1, ' ', false, json::error_handler_t::replace); }
-
 }  // namespace
 
 void write_t4(const Run& run, std::span<const TableRow> rows, std::span<const Budget> constraints, std::ostream& out) {
   const std::map<std::string_view, double> last = last_times(run.samples);
   const double started_ns = run.info.value("started_unix_ns", 0.0);
   const std::string error_metric = run.info.value(json::json_pointer("/front/error"), Config{}.front_error);
-  out << "{\n\"schema_version\": \"1.0.0\",\n\"metadata\": " << text_of(metadata_of(run)) << ",\n\"results\": [";
+  out << "{\n\"schema_version\": \"1.0.0\",\n\"metadata\": " << json_text(metadata_of(run), 1) << ",\n\"results\": [";
   std::string_view before = "\n";
   for (const TableRow& row : rows) {
     const auto own = last.find(row.case_id);  // a case that was not timed counts as of the run's start
     const double at_ns = started_ns + (own == last.end() ? 0 : own->second);
-    out << before << text_of(result_of(row, at_ns, constraints, error_metric));
+    out << before << json_text(result_of(row, at_ns, constraints, error_metric), 1);
     before = ",\n";
   }
   out << "\n]\n}\n";

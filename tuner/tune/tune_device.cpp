@@ -14,6 +14,7 @@
 #include "tuner/measure/run_results.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
 #include "tuner/tune/tune_run.h"
 #include "tuner/tune/tune_search.h"
@@ -270,8 +271,7 @@ class DeviceSource final : public TuneSource {
     run_.write_pictures(run);
     run_.progress().finish();
     write_results(config_, run);
-    write_atomically(options_.output / kTuneFile,
-                     tune_json(result).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write_atomically(options_.output / kTuneFile, json_text(tune_json(result), 1) + "\n");
     run_.write_info(true);
   }
 

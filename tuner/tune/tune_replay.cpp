@@ -5,6 +5,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/sha256.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/json_text.h"
 #include "tuner/results/recorded_run.h"
 #include "tuner/results/run_files.h"
 #include "tuner/tune/tune_search.h"
@@ -138,9 +139,7 @@ TuneResult replay_tune(const std::filesystem::path& recorded, const std::string&
   RecordedSource source(recorded, scene, options);
   TuneResult result = tune(source, options, clock, match_fleet(source, options));
   result.wall_s = clock.elapsed_s();
-  if (!options.output.empty())
-    write_atomically(options.output / kTuneFile,
-                     tune_json(result).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  if (!options.output.empty()) write_atomically(options.output / kTuneFile, json_text(tune_json(result), 1) + "\n");
   return result;
 }
 
