@@ -144,6 +144,19 @@ void main() {{
                                          has_shadow ? "  out_shadow = surface.shadow;\n" : "");
 }
 
+/// relief_normal() in place of rays, on uv of whole 32nds that are `tiles` tiles away.
+inline std::string normal_shader(const ShippedCase& shipped, int tiles) {
+  const Pieces source = shipped_source(shipped.shader(), MapArguments::combined);
+  return rays_head(source) + fmt::format(R"(
+void main() {{
+  vec2 uv = floor(texelFetch(rays, ivec2(gl_FragCoord.xy), 0).xy * 32.0) / 32.0 + {:#};
+  out_ray = vec4(relief_normal({}uv, 1.0), 0.0);
+  out_hit = vec4(0.0);
+}}
+)",
+                                         static_cast<double>(tiles), called_with(source, "relief_normal"));
+}
+
 /// A score frame with what its features found.
 struct ScoreFrame {
   std::vector<ScorePixel> pixels;

@@ -158,6 +158,29 @@ TEST_P(ShippedShaderOnDevice, finds_the_same_hits_far_away) {
   });
 }
 
+// 2^18 tiles away a float tells 32nds of a tile: a texel to either side is lost there.
+TEST_P(ShippedShaderOnDevice, has_the_same_normals_far_away) {
+  on_every_device([&](const Rig& rig) {
+    const ShippedCase shipped("cone");
+    const std::vector<ScorePixel> rays = suite_frame(rig, shipped).pixels;
+    const auto normals = [&](int tiles) {
+      return frame_of_rays(
+                 rig, shipped,
+                 compile_whole_fragment({.name = "normal", .text = normal_shader(shipped, tiles)}, rig.row.dialect),
+                 rays)
+          .pixels;
+    };
+    const std::vector<ScorePixel> near = normals(0);
+    const std::vector<ScorePixel> far = normals(1 << 18);
+    int tilted = 0;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      tilted += near[i].ray.u != 0 || near[i].ray.v != 0 ? 1 : 0;
+      EXPECT_EQ(std::memcmp(&near[i], &far[i], sizeof(ScorePixel)), 0) << i;
+    }
+    EXPECT_GT(tilted, 100);
+  });
+}
+
 TEST(ShippedShader, drops_whole_tiles_where_there_are_any) {
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp})
     for (const Language& language : languages()) {

@@ -34,11 +34,12 @@ Pixel pixel_of(vec2 uv, float eye_distance) {
   return Pixel(vec2(min(across, down), max(across, down)), eye_distance);
 }
 
-// The surface's unit normal in tangent space, from the heights a texel to either side.
+// The surface's unit normal in tangent space, from the heights a texel to either side; of any tile, however far.
 vec3 relief_normal(const vec2 uv, const float relief_depth) {
+  vec2 at = WRAP == WRAP_REPEAT ? fract(uv) : uv;
   vec2 texel = 1.0 / vec2(map_size());
   vec2 rise = vec2(
-      textureLod(relief_map, uv + vec2(texel.x, 0.0), 0.0).x - textureLod(relief_map, uv - vec2(texel.x, 0.0), 0.0).x,
-      textureLod(relief_map, uv + vec2(0.0, texel.y), 0.0).x - textureLod(relief_map, uv - vec2(0.0, texel.y), 0.0).x);
+      textureLod(relief_map, at + vec2(texel.x, 0.0), 0.0).x - textureLod(relief_map, at - vec2(texel.x, 0.0), 0.0).x,
+      textureLod(relief_map, at + vec2(0.0, texel.y), 0.0).x - textureLod(relief_map, at - vec2(0.0, texel.y), 0.0).x);
   return normalize(vec3(-0.5 * relief_depth * rise / texel, 1.0));
 }
