@@ -1,9 +1,11 @@
 #include "tuner/decide/drift.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "tuner/results/statistics.h"
@@ -65,15 +67,29 @@ double kendall_sum(std::span<const double> values) {
   return sum;
 }
 
-/// Of every pair, sorted.
+/// Of every pair.
 std::vector<double> pair_slopes(std::span<const std::size_t> nights, std::span<const double> values) {
   std::vector<double> slopes;
   slopes.reserve(values.size() * (values.size() - 1) / 2);
   for (std::size_t i = 0; i < values.size(); ++i)
     for (std::size_t j = i + 1; j < values.size(); ++j)
       slopes.push_back((values[j] - values[i]) / static_cast<double>(nights[j] - nights[i]));
-  std::ranges::sort(slopes);
   return slopes;
+}
+
+/// What would stand at these ranks, which rise, if values were sorted.
+template <std::size_t kCount>
+std::array<double, kCount> ranked(std::vector<double> values, const std::array<double, kCount>& ranks) {
+  std::array<double, kCount> found{};
+  auto first = values.begin();
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double rank = std::clamp(ranks[i], 0.0, static_cast<double>(values.size() - 1));
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
+    std::nth_element(first, place, values.end());
+    found[i] = *place;
+    first = place;
+  }
+  return found;
 }
 
 }  // namespace
@@ -91,14 +107,12 @@ std::optional<Drift> find_drift(std::span<const std::size_t> nights, std::span<c
   const double z = std::max(std::abs(sum) - 1, 0.0) / deviation;
   const double p = std::erfc(z / std::numbers::sqrt2);
   if (p > most_p) return {};
-  const std::vector<double> slopes = pair_slopes(nights, values);
-  const auto last = static_cast<double>(slopes.size() - 1);
+  std::vector<double> slopes = pair_slopes(nights, values);
+  const double middle = static_cast<double>(slopes.size() - 1) / 2;
   const double margin = student_t_quantile(1 - confidence, kMostDf) * deviation / 2;
-  const auto ranked = [&](double rank) { return slopes[static_cast<std::size_t>(std::clamp(rank, 0.0, last))]; };
-  return Drift{.log_ratio_per_night = median(slopes),
-               .low = ranked(std::floor(last / 2 - margin)),
-               .high = ranked(std::ceil(last / 2 + margin)),
-               .p = p};
+  const auto [low, below, above, high] = ranked<4>(std::move(slopes), {std::floor(middle - margin), std::floor(middle),
+                                                                       std::ceil(middle), std::ceil(middle + margin)});
+  return Drift{.log_ratio_per_night = 0.5 * (below + above), .low = low, .high = high, .p = p};
 }
 
 }  // namespace reliefbench

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <tuple>
 #include <utility>
 
+#include "kernels/base/parallel.h"
 #include "tuner/decide/series_groups.h"
 #include "tuner/results/statistics.h"
 
@@ -62,21 +64,22 @@ OwnMove own_move(const Movement& movement, const Track& track, double sigma) {
   return {.size = products / squares, .error = sigma / std::sqrt(squares)};
 }
 
+/// What is to become an event, but for its q.
+struct Suspect {
+  Movement movement;
+  ChangeEvent event;
+  double p = 1;
+  std::vector<OwnMove> moves;  // parallel to the event's series
+  double explained = 0;        // of its members' movement, in squared standard errors
+};
+
 /// A series or a group, and what was found in it.
 struct Unit {
   std::string what;  // empty: a series by itself
   std::vector<std::size_t> members;
   Track track;
   SeriesChanges changes;
-};
-
-/// What is to become an event.
-struct Suspect {
-  const Unit* unit = nullptr;
-  Movement movement;
-  ChangeEvent event;
-  std::vector<OwnMove> moves;  // parallel to the event's series
-  double explained = 0;        // of its members' movement, in squared standard errors
+  std::vector<Suspect> suspects;
 };
 
 /// Series and groups of all machines, from which one event after the other is taken out.
@@ -86,6 +89,7 @@ class EventSearch {
   [[nodiscard]] Findings run();
 
  private:
+  void check(const std::vector<bool>& is_touched);
   void check_series(std::size_t i);
   void check_group(Unit& group);
   void set_rates();
@@ -105,6 +109,7 @@ class EventSearch {
   std::size_t series_ = 0;
   std::vector<Track> cleaned_;    // of series: without spikes
   std::vector<double> p_values_;  // sorted
+  std::vector<double> rates_;     // parallel: the false discovery rate at which all up to this p are discoveries
   std::size_t taken_out_ = 0;     // events
   std::vector<SeriesChanges> of_series_;
 };
@@ -114,15 +119,35 @@ EventSearch::EventSearch(std::span<const CheckedSeries> series, const EventOptio
   for (const CheckedSeries& one : series) {
     assert(one.calendar.size() == one.log_values.size() && one.calendar.size() == one.standard_errors.size());
     const std::size_t i = units_.size();
-    units_.push_back(
-        {.what = {}, .members = {i}, .track = {one.calendar, one.log_values, one.standard_errors}, .changes = {}});
-    check_series(i);
-    of_series_.push_back(units_[i].changes);
+    units_.push_back({.what = {},
+                      .members = {i},
+                      .track = {one.calendar, one.log_values, one.standard_errors},
+                      .changes = {},
+                      .suspects = {}});
   }
-  for (SeriesGroup& group : series_groups(series)) {
-    units_.push_back({.what = std::move(group.what), .members = std::move(group.members), .track = {}, .changes = {}});
-    check_group(units_.back());
-  }
+  for (SeriesGroup& group : series_groups(series))
+    units_.push_back({.what = std::move(group.what),
+                      .members = std::move(group.members),
+                      .track = {},
+                      .changes = {},
+                      .suspects = {}});
+  check(std::vector<bool>(series_, true));
+  for (std::size_t i = 0; i < series_; ++i) of_series_.push_back(units_[i].changes);
+}
+
+/// Series, and what shares a member with them.
+void EventSearch::check(const std::vector<bool>& is_touched) {
+  std::vector<std::size_t> touched;
+  for (std::size_t i = 0; i < units_.size(); ++i)
+    if (std::ranges::any_of(units_[i].members, [&](std::size_t member) { return is_touched[member]; }))
+      touched.push_back(i);
+  const auto groups = std::ranges::lower_bound(touched, series_);
+  const auto each = [](std::span<const std::size_t> units, const std::function<void(std::size_t)>& work) {
+    parallel_for(static_cast<int>(units.size()), 0, [&](int i) { work(units[static_cast<std::size_t>(i)]); });
+  };
+  each({touched.begin(), groups}, [&](std::size_t i) { check_series(i); });
+  each({groups, touched.end()}, [&](std::size_t i) { check_group(units_[i]); });
+  each(touched, [&](std::size_t i) { units_[i].suspects = suspects_of(units_[i]); });
   set_rates();
 }
 
@@ -166,6 +191,11 @@ void EventSearch::set_rates() {
     p_values_.push_back(p);
   }
   std::ranges::sort(p_values_);
+  const auto hypotheses = static_cast<double>(p_values_.size());
+  rates_.resize(p_values_.size());
+  double least = 1;
+  for (std::size_t i = p_values_.size(); i-- > 0;)
+    rates_[i] = least = std::min(least, hypotheses * p_values_[i] / static_cast<double>(i + 1));
 }
 
 /// The least false discovery rate at which this p is a discovery. What an event explains is taken out before the next
@@ -173,11 +203,9 @@ void EventSearch::set_rates() {
 /// source: Benjamini & Hochberg, "Controlling the false discovery rate", 1995
 double EventSearch::q_of(double p) const {
   const auto hypotheses = static_cast<double>(p_values_.size());
-  const auto first = std::ranges::upper_bound(p_values_, p) - p_values_.begin();
-  double q = hypotheses * p / std::max<double>(1, static_cast<double>(first));
-  for (auto i = static_cast<std::size_t>(first); i < p_values_.size(); ++i)
-    q = std::min(q, hypotheses * p_values_[i] / static_cast<double>(i + 1));
-  return std::min(q, 1.0);
+  const auto first = static_cast<std::size_t>(std::ranges::upper_bound(p_values_, p) - p_values_.begin());
+  const double own = hypotheses * p / std::max<double>(1, static_cast<double>(first));
+  return std::min(own, first < rates_.size() ? rates_[first] : 1);
 }
 
 Suspect EventSearch::step_of(const Unit& unit, std::size_t shift) const {
@@ -185,8 +213,7 @@ Suspect EventSearch::step_of(const Unit& unit, std::size_t shift) const {
   const Level& before = unit.changes.levels[shift];
   const Level& after = unit.changes.levels[shift + 1];
   const std::vector<std::size_t>& calendar = unit.track.calendar;
-  return {.unit = &unit,
-          .movement = {.is_ramp = false,
+  return {.movement = {.is_ramp = false,
                        .from = calendar[before.first],
                        .at = calendar[found.at],
                        .to = after.end < calendar.size() ? calendar[after.end] : kEver},
@@ -198,8 +225,9 @@ Suspect EventSearch::step_of(const Unit& unit, std::size_t shift) const {
                     .log_ratio = found.log_ratio,
                     .low = found.low,
                     .high = found.high,
-                    .q = q_of(found.p),
+                    .q = 1,
                     .is_sure = after.end - after.first >= options_.change.least_nights + options_.confirming_nights},
+          .p = found.p,
           .moves = {},
           .explained = 0};
 }
@@ -208,8 +236,7 @@ Suspect EventSearch::drift_of(const Unit& unit) const {
   const Drift& found = *unit.changes.drift;
   const std::vector<std::size_t>& calendar = unit.track.calendar;
   const auto nights = static_cast<double>(calendar.size() - 1);
-  return {.unit = &unit,
-          .movement = {.is_ramp = true, .from = calendar.front(), .at = calendar.front(), .to = kEver},
+  return {.movement = {.is_ramp = true, .from = calendar.front(), .at = calendar.front(), .to = kEver},
           .event = {.what = unit.what,
                     .series = unit.members,
                     .good = calendar.front(),
@@ -218,8 +245,9 @@ Suspect EventSearch::drift_of(const Unit& unit) const {
                     .log_ratio = found.log_ratio_per_night * nights,
                     .low = found.low * nights,
                     .high = found.high * nights,
-                    .q = q_of(found.p),
+                    .q = 1,
                     .is_sure = true},
+          .p = found.p,
           .moves = {},
           .explained = 0};
 }
@@ -265,25 +293,34 @@ std::vector<Suspect> EventSearch::suspects_of(const Unit& unit) const {
     const double least = std::log1p(options_.change.least_effect);
     if (drift.event.low > least || drift.event.high < -least) suspects.push_back(drift);
   }
-  std::erase_if(suspects, [&](Suspect& one) { return one.event.q > options_.false_discovery_rate || !explain(one); });
+  std::erase_if(suspects, [&](Suspect& one) { return !explain(one); });
   return suspects;
 }
 
-/// That explains most; of equals, the one of fewer traits.
+/// Of the discoveries, that which explains most; of equals, the one of fewer traits.
 std::optional<Suspect> EventSearch::best() const {
-  std::optional<Suspect> best;
+  const Unit* its_unit = nullptr;
+  const Suspect* best = nullptr;
   const auto offer = [&](const Unit& unit) {
-    for (Suspect& suspect : suspects_of(unit))
-      if (!best || suspect.explained > best->explained) best = std::move(suspect);
+    for (const Suspect& suspect : unit.suspects) {
+      if (best != nullptr && suspect.explained <= best->explained) continue;
+      if (q_of(suspect.p) > options_.false_discovery_rate) continue;
+      its_unit = &unit;
+      best = &suspect;
+    }
   };
   for (std::size_t i = series_; i < units_.size(); ++i) offer(units_[i]);
   for (std::size_t i = 0; i < series_; ++i) offer(units_[i]);
-  return best;
+  if (best == nullptr) return std::nullopt;
+  Suspect suspect = *best;
+  suspect.event.q = q_of(suspect.p);
+  if (suspect.event.series.size() < its_unit->members.size()) measure_members(suspect);
+  return suspect;
 }
 
 /// Where members were left out, how far the others moved.
 void EventSearch::measure_members(Suspect& suspect) const {
-  if (suspect.event.series.size() == suspect.unit->members.size() || suspect.movement.is_ramp) return;
+  if (suspect.movement.is_ramp) return;
   const Track track = pool_of(suspect.event.series);
   const SeriesChanges changes = find_changes(track.logs, track.errors, options_.change);
   for (const Shift& shift : changes.shifts) {
@@ -308,12 +345,8 @@ void EventSearch::take_out(const Suspect& suspect) {
       track.logs[night] -= suspect.moves[i].size * suspect.movement.shape(track.calendar[night]);
     is_touched[suspect.event.series[i]] = true;
   }
-  for (const std::size_t i : suspect.event.series) check_series(i);
-  for (std::size_t i = series_; i < units_.size(); ++i)
-    if (std::ranges::any_of(units_[i].members, [&](std::size_t member) { return is_touched[member]; }))
-      check_group(units_[i]);
   ++taken_out_;
-  set_rates();
+  check(is_touched);
 }
 
 /// Whether an event is what is left of an earlier one: at the same nights, in series of which most were in that.
@@ -334,9 +367,8 @@ std::size_t EventSearch::most_events() const {
 Findings EventSearch::run() {
   Findings findings{.series = of_series_, .events = {}};
   for (std::size_t most = most_events(); most > 0; --most) {
-    std::optional<Suspect> suspect = best();
+    const std::optional<Suspect> suspect = best();
     if (!suspect) break;
-    measure_members(*suspect);
     const ChangeEvent& event = suspect->event;
     if (std::ranges::none_of(findings.events, [&](const ChangeEvent& earlier) { return is_rest_of(event, earlier); }))
       findings.events.push_back(event);
