@@ -192,6 +192,21 @@ TEST(Tga, a_palette_without_entries_has_no_colour) {
               HasSubstr("has no colour in the TGA's palette"));
 }
 
+// It may be one height of 16 bits, or one of 8 with 8 undefined bits: its low byte alone was read.
+TEST(Tga, of_16_grey_bits_says_what_they_are) {
+  const TempFolder folder;
+  std::string tga(18 + 8, '\0');
+  tga[2] = 3;             // greys
+  tga[12] = tga[14] = 2;  // sides
+  tga[16] = 16;
+  write_bytes(folder / "x.tga", tga);
+  EXPECT_THAT(input_error([&] { (void)load_image(folder / "x.tga"); }),
+              EndsWith("x.tga: a grey TGA of 16 bits without alpha: expected 8 bits, or 8 and 8 of alpha"));
+  tga[17] = 8;
+  write_bytes(folder / "x.tga", tga);
+  EXPECT_EQ(load_image(folder / "x.tga").alpha, 1);
+}
+
 TEST_P(Truncated, IsRefusedAtEveryLength) {
   const TempFolder folder;
   const auto path = folder / (std::string("map.") + GetParam());
@@ -276,6 +291,21 @@ TEST(Image, RefusesTooManyChannelsAndNone) {
   EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.exr"); }),
               EndsWith("map.exr: has 1000 channels; at most 256 are read"));
   EXPECT_EQ(input_error([] { check_shape(4, 4, 0, "x"); }), "x: has no channels");
+}
+
+TEST(Exr, alpha_is_behind_what_may_be_heights) {
+  const TempFolder folder;
+  for (const std::string height : {"Z", "height", "relief.Z"}) {
+    const std::vector<float> pixels{1, 0.25F, 1, 0.75F, 1, 0.5F, 1, 0};
+    write_bytes(folder / "map.exr", encode_exr({.width = 2,
+                                                .height = 2,
+                                                .type = TexelType::float32,
+                                                .channels = {"A", height},
+                                                .pixels = std::as_bytes(std::span(pixels))}));
+    const Image image = load_image(folder / "map.exr");
+    EXPECT_EQ(image.alpha, 1) << height;
+    EXPECT_THAT(image.pixels, ElementsAre(0.25F, 1, 0.75F, 1, 0.5F, 1, 0, 1)) << height;
+  }
 }
 
 /// Most memory that this process ever had, in MiB.

@@ -98,13 +98,15 @@ class MemoryWriter : public Imf::OStream {
   std::size_t at_ = 0;
 };
 
-/// The file has its channels in alphabetical order; here R, G, B and then A come first in each layer.
-/// returns: layer, place in the layer, name in the layer
-std::tuple<std::string_view, std::size_t, std::string_view> order(std::string_view name) {
-  constexpr std::array<std::string_view, 6> kFirst{"R", "G", "B", "Y", "A", "Z"};
+/// The file has its channels in alphabetical order; here R, G and B come first in each layer, and alpha after all
+/// layers: what else there is holds heights sooner. returns: whether it is alpha, layer, place in the layer, name in
+/// the layer
+std::tuple<bool, std::string_view, std::size_t, std::string_view> order(std::string_view name) {
+  constexpr std::array<std::string_view, 5> kFirst{"R", "G", "B", "Y", "Z"};
   const std::size_t dot = name.rfind('.') + 1;  // npos + 1 = 0: no layer
   const auto place = std::ranges::find(kFirst, name.substr(dot));
-  return {name.substr(0, dot), static_cast<std::size_t>(place - kFirst.begin()), name.substr(dot)};
+  return {name.substr(dot) == "A", name.substr(0, dot), static_cast<std::size_t>(place - kFirst.begin()),
+          name.substr(dot)};
 }
 
 const char* sample_of(Imf::PixelType type) {
