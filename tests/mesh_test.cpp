@@ -179,6 +179,17 @@ TEST(MeshVertices, have_frames_and_mapping_scales) {
   }
 }
 
+TEST(MeshVertices, at_the_seam_of_a_mirrored_map_keep_both_gradients) {
+  RawMesh raw = sheet(Vector3d::Zero(), 0.25, 8);
+  for (Vector2d& uv : raw.uvs) uv.x() = std::abs(uv.x());
+  int seam = 0;
+  for (const MeshVertex& vertex : finish(raw).vertices) {
+    EXPECT_NEAR(vertex.u_gradient.norm(), 1, 1e-9) << vertex.position.transpose();
+    seam += vertex.position.x() == 0 ? 1 : 0;
+  }
+  EXPECT_EQ(seam, 2 * 9) << "one for each side";
+}
+
 TEST(MeshVertices, of_degenerate_meshes_are_defined) {
   // A map of no size, and one that is mirrored.
   for (const MeshVertex& v : finish(sheet({0, 0, 0}, 0.25, 4, 0)).vertices) {
@@ -307,7 +318,7 @@ TEST(Obj, reads_faces_by_number_and_backwards) {
   const Mesh mesh = finish(back);
   EXPECT_EQ(mesh.vertices.size(), 4U);
   EXPECT_EQ(mesh.vertices.front().normal, Vector3d::UnitZ());
-  EXPECT_EQ(mesh.vertices[2].uv, Vector2d(1, 1));
+  EXPECT_EQ(mesh.vertices[2].uv, Vector2d(1, 0)) << "v goes down";
 }
 
 TEST(Obj, says_what_is_wrong_where) {

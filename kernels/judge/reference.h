@@ -76,7 +76,7 @@ class ReferenceTracer {
   [[nodiscard]] int height() const { return height_; }  ///< texels
 
   static constexpr double kTouch = 0x1p-40;  ///< of height
-  static constexpr int kVersion = 1;         ///< part of the cache key; raised when a result changes
+  static constexpr int kVersion = 2;         ///< part of the cache key; raised when a result changes
   /// Texels from top to bottom along either axis. Up to here the double t places a ray to 2^-21 texel.
   static constexpr double kMaxTravel = 4294967296.0;
 

@@ -69,20 +69,20 @@ Vector3d unit_or(const Vector3d& v, const Vector3d& otherwise) {
   return otherwise;
 }
 
-/// Of the triangles round a position that have the same part of the map there.
+/// Of the triangles round a position that have the same part of the map there, and the same way round.
 struct Mapping {
   double weight = 0;
   Vector3d u_gradient = Vector3d::Zero();
   Vector3d v_gradient = Vector3d::Zero();
 };
-/// A position, and its place in a tile.
-using MappedPlace = std::tuple<std::uint32_t, std::int64_t, std::int64_t>;
-MappedPlace mapped_place(std::uint32_t position, const Vector2d& uv) {
+/// A position, its place in a tile, and whether the map lies there mirrored.
+using MappedPlace = std::tuple<std::uint32_t, std::int64_t, std::int64_t, bool>;
+MappedPlace mapped_place(std::uint32_t position, const Vector2d& uv, bool is_mirrored) {
   const auto in_tile = [](double x) {
     constexpr double kPlaces = 1 << 20;
     return static_cast<std::int64_t>(std::round((x - std::floor(x)) * kPlaces)) % static_cast<std::int64_t>(kPlaces);
   };
-  return {position, in_tile(uv.x()), in_tile(uv.y())};
+  return {position, in_tile(uv.x()), in_tile(uv.y()), is_mirrored};
 }
 
 /// A direction of the map: no shorter than kLeastGradient.
@@ -144,10 +144,12 @@ Mesh finish(const RawMesh& raw) {
   const std::vector<std::uint32_t> place = welded(raw.positions);
   const bool has_normals = !raw.normals.empty();
 
-  // Vertices are corners that agree in all they name.
-  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::uint32_t> known;
+  // Vertices are corners that agree in all they name, of triangles on which the map lies the same way round: where a
+  // map is mirrored at a seam, gradients point both ways.
+  std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, bool>, std::uint32_t> known;
   Mesh mesh;
   std::vector<std::uint32_t> place_of;  // a vertex
+  std::vector<bool> is_mirrored;        // a vertex
   std::vector<Vector3d> normal_at(raw.positions.size(), Vector3d::Zero());
   std::map<MappedPlace, Mapping> mappings;
   Neighbours neighbours;
@@ -160,12 +162,13 @@ Mesh finish(const RawMesh& raw) {
     }
     const Flat flat = flat_of(p, uv);
     if (flat.area == 0) continue;
+    const bool is_turned = flat.normal.dot(flat.u_gradient.cross(flat.v_gradient)) < 0;
     std::array<std::uint32_t, 3> triangle{};
     for (std::size_t i = 0; i < 3; ++i) {
       const RawMesh::Corner& corner = corners.at(i);
       const std::uint32_t position = place[corner.position];
       const auto [at, is_new] =
-          known.try_emplace({position, corner.uv, has_normals ? corner.normal : 0}, mesh.vertices.size());
+          known.try_emplace({position, corner.uv, has_normals ? corner.normal : 0, is_turned}, mesh.vertices.size());
       triangle.at(i) = at->second;
       if (is_new) {
         mesh.vertices.push_back({.position = p.at(i),
@@ -175,10 +178,11 @@ Mesh finish(const RawMesh& raw) {
                                  .uv = uv.at(i),
                                  .curvature = Vector3d::Zero()});
         place_of.push_back(position);
+        is_mirrored.push_back(is_turned);
       }
       // Weighed by the angle, so that it does not matter how a face was cut into triangles.
       const double angle = angle_between(p.at((i + 1) % 3) - p.at(i), p.at((i + 2) % 3) - p.at(i));
-      Mapping& mapping = mappings[mapped_place(position, uv.at(i))];
+      Mapping& mapping = mappings[mapped_place(position, uv.at(i), is_turned)];
       mapping.weight += angle;
       mapping.u_gradient += angle * flat.u_gradient;
       mapping.v_gradient += angle * flat.v_gradient;
@@ -192,7 +196,7 @@ Mesh finish(const RawMesh& raw) {
     MeshVertex& vertex = mesh.vertices[i];
     const Vector3d smooth = unit_or(normal_at[place_of[i]], Vector3d::UnitZ());
     vertex.normal = unit_or(vertex.normal, smooth);
-    const Mapping& mapping = mappings.at(mapped_place(place_of[i], vertex.uv));
+    const Mapping& mapping = mappings.at(mapped_place(place_of[i], vertex.uv, is_mirrored[i]));
     vertex.u_gradient =
         direction_of(mapping.u_gradient / mapping.weight, vertex.normal, vertex.normal.unitOrthogonal());
     const Vector3d along_u = vertex.u_gradient.normalized();

@@ -120,6 +120,9 @@ class ObjReader {
     }
   }
 
+  /// An OBJ's v goes up from the image's bottom row, ours down from its top one.
+  void take_uv(const Eigen::Vector2d& uv) { mesh_.uvs.emplace_back(uv.x(), 1 - uv.y()); }
+
   void take(ObjWords words) {
     const std::string_view kind = words.next();
     if (kind.empty() || std::ranges::find(kPassedOver, kind) != kPassedOver.end()) return;
@@ -127,7 +130,7 @@ class ObjReader {
     if (kind == "v")
       mesh_.positions.emplace_back(numbers<3>(words, 4, "v and three numbers"));
     else if (kind == "vt")
-      mesh_.uvs.emplace_back(numbers<2>(words, 1, "vt and two numbers"));
+      take_uv(numbers<2>(words, 1, "vt and two numbers"));
     else if (kind == "vn")
       mesh_.normals.emplace_back(numbers<3>(words, 0, "vn and three numbers"));
     else if (kind == "f")
