@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "kernels/trace/each_pixel.h"
@@ -210,10 +211,15 @@ std::array<double, 2> exact_place(const SurfaceShape& shape, const SurfaceRay& r
   return {at.u.value * shape.tiling, at.v.value * shape.tiling};
 }
 
-/// Between two places on the map, of which whole tiles do not count with repeat.
-double tiles_between(double a, double b, Wrap wrap) {
-  const double way = a - b;
-  return std::abs(wrap == Wrap::repeat ? way - std::round(way) : way);
+/// What is left of a length less whole periods; 0: there are none.
+double less_whole(double length, double period) {
+  return period > 0 ? length - period * std::round(length / period) : length;
+}
+
+/// Tiles round the surface along u and v; 0: it does not close there.
+std::array<double, 2> turns_of(const SurfaceShape& shape) {
+  const double turn = 2 * std::numbers::pi * shape.tiling;
+  return {turn * (shape.ring + shape.tube), shape.kind == SurfaceKind::torus ? turn * shape.tube : 0};
 }
 
 PixelScore score_on_mesh(const ScorePixel& pixel, const ReferenceHit& exact, const FrameUniforms& frame) {
@@ -224,16 +230,24 @@ PixelScore score_on_mesh(const ScorePixel& pixel, const ReferenceHit& exact, con
   return score_pixel(pixel, exact, std::abs(static_cast<double>(pixel.t) - exact.t_enter) * texels);
 }
 
+/// Both ways over the map are counted from where the ray enters, since a ray's uv have lost whole tiles: what they are
+/// apart is the whole error, but for turns round the surface.
 PixelScore score_on_surface(const SurfaceShape& shape, const SurfaceRay& ray, const ScorePixel& pixel,
                             const ReferenceHit& exact, const FrameUniforms& frame, Wrap wrap) {
   if (const auto passed = score_passed(pixel, exact)) return *passed;
   const auto t = static_cast<double>(pixel.t);
-  const auto [u, v] = exact_place(shape, ray, exact.t_enter);
-  const double across =
-      tiles_between(static_cast<double>(pixel.ray.u) + static_cast<double>(pixel.ray.slope_u) * t, u, wrap);
-  const double up =
-      tiles_between(static_cast<double>(pixel.ray.v) + static_cast<double>(pixel.ray.slope_v) * t, v, wrap);
-  return score_pixel(pixel, exact, std::hypot(across * frame.sizes[2], up * frame.sizes[3]));
+  const std::array<double, 2> place = exact_place(shape, ray, exact.t_enter);
+  const std::array<double, 2> turns = turns_of(shape);
+  const std::array<float, 2> uv{pixel.ray.u, pixel.ray.v};
+  const std::array<float, 2> slope{pixel.ray.slope_u, pixel.ray.slope_v};
+  std::array<double, 2> apart{};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double entry = ray.uv[axis] * shape.tiling;
+    const double rounded = less_whole(static_cast<double>(uv.at(axis)) - entry, wrap == Wrap::repeat ? 1 : 0);
+    const double way = static_cast<double>(slope.at(axis)) * t - (place.at(axis) - entry);
+    apart.at(axis) = less_whole(rounded + way, turns.at(axis)) * frame.sizes[2 + axis];
+  }
+  return score_pixel(pixel, exact, std::hypot(apart[0], apart[1]));
 }
 
 }  // namespace
