@@ -109,7 +109,7 @@ inline std::string rays_shader(const ShippedCase& shipped, const FrameUniforms& 
   text += fmt::format(R"(
 void main() {{
   out_ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-  ReliefRay ray = ReliefRay(out_ray.xy, out_ray.zw, 1.0, 0);
+  ReliefRay ray = ReliefRay(out_ray.xy, out_ray.zw, 1.0, 0, 1.0);
   ReliefHit hit = relief_first_hit({}ray);
 )",
                       called_with(source, "relief_first_hit"));

@@ -148,9 +148,9 @@ TEST_P(FilteringTest, relief_fades_to_the_polygon_wherever_it_lies) {
       std::array<int, 3> kinds{};
       for (std::size_t i = 0; i < found.size(); ++i) {
         if (static_cast<PixelStatus>(found[i].status) == PixelStatus::no_ray) continue;
-        // From the eye to the plane: the slope is the way on the plane for each unit of height, times the depth.
+        // From the eye to the polygon: the slope is the way on it for each unit of height, times the depth.
         const double tangent = std::hypot(found[i].ray.slope_u, found[i].ray.slope_v) / double{frame.position[3]};
-        const double distance = double{frame.position[2]} * std::hypot(1.0, tangent);
+        const double distance = double{frame.position[2] + frame.surface[2]} * std::hypot(1.0, tangent);
         if (distance > 6.001) {
           EXPECT_NEAR(found[i].t, polygon_t, 1e-6);
           EXPECT_EQ(found[i].taps, 0);

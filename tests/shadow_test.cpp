@@ -122,6 +122,31 @@ TEST_P(ShadowTest, of_free_cones_is_the_references_but_for_edges) {
   });
 }
 
+// Of what fades: at the polygon nothing is dark, wherever that lies. Of coarser levels: hits on one are not under
+// another.
+TEST_P(ShadowTest, is_that_of_the_relief_that_was_traced) {
+  on_every_device([](const Rig& rig) {
+    Scene scene = shadow_scene({.id = "v", .elevation_deg = 35, .distance = 3, .fov_deg = 40}, Wrap::repeat, {});
+    for (const std::string shadow : {"linear", "binary", "soft_taps"}) {
+      const auto dark = [&](const std::string& more) {
+        const Settings settings = parse_setting("relief?format=r32f&linear_steps=256&shadow=" + shadow + more);
+        const StoredMap map = store_map(settings, small_fbm(), Wrap::repeat);
+        return judged(settings, lit_frame(rig, settings, map, scene), map, scene.wrap).at("false_dark_rate");
+      };
+      scene.tiling = 2;
+      for (const double base : {1.0, 0.5, 0.0}) {
+        scene.base = base;
+        for (const char* distance : {"3", "4"})
+          EXPECT_LT(dark(std::string("&fade=distance&fade_distance=") + distance), 0.01) << shadow << " " << base;
+      }
+      scene.tiling = 8;
+      scene.base = 1;
+      for (const char* lod : {"footprint", "minimum"})
+        EXPECT_LT(dark(std::string("&lod=") + lod), 0.06) << shadow << " " << lod;
+    }
+  });
+}
+
 // A few steps of equal length miss thin relief, many miss less; with cones that are right only from the top plate some
 // hits are lit that are not.
 TEST_P(ShadowTest, errs_as_its_row_says) {

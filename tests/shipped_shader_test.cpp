@@ -56,7 +56,7 @@ TEST(ShippedShader, says_on_top_what_it_is_and_how_it_is_called) {
         "Guarantee: never_skips, on a sampler that is off by no more than its steps make up for", "discard",
         "takes derivatives of uv", "- view_ts: from the eye"})
     EXPECT_THAT(shader.substr(0, shader.find("\n\n")), HasSubstr(words));
-  EXPECT_THAT(shader, HasSubstr("ReliefWay(ray, relief_pixel_of(relief_map, uv, length(view_ts)), 1.0);"));
+  EXPECT_THAT(shader, HasSubstr("ReliefWay(ray, relief_pixel_of(relief_map, uv, length(view_ts)));"));
   EXPECT_THAT(shader, Not(HasSubstr("shadow")));
 }
 

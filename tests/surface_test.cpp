@@ -179,6 +179,7 @@ TEST_P(SurfaceTest, bent_rays_keep_what_straight_ones_promise) {
       for (const char* setting :
            {"cone?cone_steps=2000&format=rg32f&encoding=ratio&filter=manual&silhouette=quadric",
             "cone?cone_steps=2000&step=plain&format=rg32f&encoding=ratio&filter=manual&silhouette=quadric",
+            "cone?cone_steps=2000&format=rg32f&encoding=ratio&filter=manual&silhouette=quadric&refinement=binary",
             "quad_cone?cone_steps=2000&filter=manual&silhouette=quadric",
             "max_mip?node_steps=2000&format=r32f&silhouette=quadric",
             "distance?sphere_steps=2000&format=r32f&silhouette=quadric"})
@@ -214,6 +215,24 @@ TEST_P(SurfaceTest, bent_rays_keep_what_straight_ones_promise) {
           }
         }
     EXPECT_GT(checked, 5000);
+  });
+}
+
+// A surface so large is a plane: an error of many tiles on it is that of the plane, and was less than half a tile once.
+TEST_P(SurfaceTest, errors_of_whole_tiles_count) {
+  on_every_device([](const Rig& rig) {
+    Scene scene = kScene;
+    scene.tiling = 20;
+    scene.relief_depth = 2;
+    const auto error = [&] {
+      return judged_frame(rig, parse_setting("flat"), small_fbm(), scene).score.at("e_xy.mean");
+    };
+    const double on_plane = error();
+    EXPECT_GT(on_plane, 23) << "half a tile along both axes";
+    for (const SurfaceKind kind : {SurfaceKind::cylinder, SurfaceKind::sphere}) {
+      scene.surface = {.kind = kind, .round = 4000};
+      EXPECT_NEAR(error(), on_plane, 0.02 * on_plane) << surface_row(kind).id;
+    }
   });
 }
 

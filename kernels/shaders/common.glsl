@@ -15,6 +15,7 @@ struct Ray {
   vec2 slope;    // uv per unit of height
   float cosine;  // of the angle between the view and the plane's normal, > 0
   int level;     // of the map's mip chain that is read
+  float relief;  // how much of the relief's depth is left; 0: the polygon alone, and nothing is traced
   IF_BENT(float fall; float bend; float end; float quadric;)
 };
 
@@ -44,7 +45,7 @@ ivec2 wrapped(ivec2 i, ivec2 n) {
 }
 
 // tan(y) for y in [0, pi/4] within 2.2e-4; the map was encoded by this very formula.
-float tangent(float y) { return y * (15.0 - y * y) / (15.0 - 6.0 * y * y); }
+float tangent(float y) { return y * (15.0 - y * y) / (14.996815 - 5.998726 * y * y); }
 
 const float HALF_PI = 1.57079632679;
 

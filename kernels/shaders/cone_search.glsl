@@ -84,7 +84,7 @@ bool cone_search(Ray ray, ConeSearch search, out Bracket bracket, out Hit hit) {
         slope = -1.0;
       } else if (has_arrived(search, RAY_SHARE(ray, hit.t), sure)) {
         hit.status = STATUS_HIT;
-        pierced = gap <= 0.0 && hit.t > bracket.lo;
+        pierced = gap < 0.0 && hit.t > bracket.lo;  // what is on the surface is found
         bracket.hi = hit.t;
         bracket.gap_hi = gap;
       } else if (i < search.max_steps) {

@@ -24,18 +24,19 @@ bool make_ray(vec2 pixel, out Ray ray) {
   ray.slope = slope;
   ray.cosine = -direction.z * inversesqrt(dot(direction, direction));
   ray.level = 0;
+  ray.relief = 1.0;
   return true;
 }
 
 #define light_here() frame.light.xyz
 #define eye_depth_here() eye_depth(PIXEL)
 
-// The image of a pixel that has a ray, from the exact derivatives of the plane's point: its longer side is GL's scale
-// factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).
+// The image of a pixel that has a ray on the polygon, from the exact derivatives of its point there: its longer side is
+// GL's scale factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).
 Pixel pixel_at(vec2 pixel) {
   vec3 direction = eye_direction(pixel);
   vec2 per_height = direction.xy / -direction.z;
-  float t = frame.position.z / -direction.z;
+  float t = (frame.position.z + frame.surface.z) / -direction.z;
   vec2 texels = 2.0 * t * frame.right.w * vec2(map_size());
   float across = length((frame.right.xy + per_height * frame.right.z) * texels) / float(frame.sizes.x);
   float down = length((frame.up.xy + per_height * frame.up.z) * texels) / float(frame.sizes.y);

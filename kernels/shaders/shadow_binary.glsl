@@ -11,7 +11,7 @@ float shadow_threshold() {
 float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   if (is_under_horizon(scene, hit)) return 0.0;
   LightRay light = light_ray(ray, hit, scene, 0.0);
-  Ray entry = straight_ray(light.path.uv + light.path.slope * light.top, -light.path.slope);
+  Ray entry = straight_ray(light.path.uv + light.path.slope * light.top, -light.path.slope, light.path.level);
   Bracket bracket;
   Hit met;
   if (linear_search(entry, float(SHADOW_STEPS), 1.0, bracket, met)) refine_binary(entry, bracket, SHADOW_HALVINGS, met);

@@ -7,8 +7,8 @@
 // Whether the cell's surface stands over the ray anywhere from s to s_end. f(s) = f0 + b s + a s^2 is the gap; the ray
 // comes in on or above the surface, so that a negative f0 is rounding.
 bool cell_blocks(LightRay light, Cell cell, float s, float s_end, inout Hit hit) {
-  vec4 h = cell_heights(cell.index, 0, hit.taps);
-  vec2 size = vec2(level_size(0));
+  vec4 h = cell_heights(cell.index, light.path.level, hit.taps);
+  vec2 size = vec2(level_size(light.path.level));
   vec2 d = light.path.slope * size;
   vec2 f = light.path.uv * size - 0.5 + d * s - cell.index;
   float along_x = h.z - h.w;

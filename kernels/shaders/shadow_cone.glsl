@@ -12,7 +12,7 @@ float relief_shadow(Ray ray, Scene scene, inout Hit hit) {
   float ray_ratio = length(light.path.slope);
   if (ray_ratio == 0.0) return 1.0;  // straight up
   float shift = 0.0;
-  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(0);
+  if (SAMPLER_SHIFT != SAMPLER_SHIFT_NONE) shift = sampler_shift(light.path.level);
   Path path = texel_path(light.path);
   float s = 0.0;
   for (int i = 0; i < SHADOW_STEPS; ++i) {

@@ -12,13 +12,13 @@ Ray view_ray(vec2 uv, vec3 view, float relief_depth, vec3 curvature) {
   vec2 along = view.xy / -view.z;
   float bend = 0.5 * relief_depth * (dot(curvature.xy, along * along) + curvature.z * along.x * along.y);
   float quadric = bend / max(dot(along, along), 1e-12);
-  Ray ray = Ray(uv, along * relief_depth, -normalize(view).z, 0, 1.0, 0.0, 1.0, quadric);
+  Ray ray = Ray(uv, along * relief_depth, -normalize(view).z, 0, 1.0, 1.0, 0.0, 1.0, quadric);
   bend_ray(bend, ray);
   return ray;
 }
 #else
 Ray view_ray(vec2 uv, vec3 view, float relief_depth) {
-  return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 0);
+  return Ray(uv, view.xy / -view.z * relief_depth, -normalize(view).z, 0, 1.0);
 }
 #endif
 

@@ -40,12 +40,14 @@ float bent_lowest(Ray ray, float t, float t_end) {
   return lowest;
 }
 
-// Where it comes down to a height, a little before; its end if it does not.
+// Where it comes down to a height, a little before; its end if it does not. Where it comes so near to it that rounding
+// cannot tell, it does: at its lowest.
 float bent_at(Ray ray, float height) {
+  const float GUARD = 9.5367431640625e-7;  // 2^-20: of a height, four roundings
   float depth = 1.0 - height;
   float rest = ray.fall * ray.fall - 4.0 * ray.bend * depth;
-  if (rest < 0.0) return ray.end;
-  return min(2.0 * depth / (ray.fall + sqrt(rest)) * (1.0 - 4.76837158203125e-7), ray.end);
+  if (rest < -GUARD * (4.0 * abs(ray.bend) + ray.fall * ray.fall)) return ray.end;
+  return min(2.0 * depth / (ray.fall + sqrt(max(rest, 0.0))) * (1.0 - 4.76837158203125e-7), ray.end);
 }
 
 // bend: of t as the straight ray has it

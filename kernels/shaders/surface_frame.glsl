@@ -51,6 +51,7 @@ bool ray_at(Place place, vec3 direction, out Ray ray) {
   ray.slope = slope;
   ray.cosine = fall * inversesqrt(dot(direction, direction));
   ray.level = 0;
+  ray.relief = 1.0;
 #ifdef BENT_RAYS
   bend_ray(0.5 * surface_relief() * FALL_ALONG(place, along), ray);
   ray.quadric = 0.5 * surface_relief() * FALL_ALONG(place, along) / max(dot(along, along), 1e-12);

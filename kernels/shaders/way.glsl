@@ -4,18 +4,17 @@
 struct Way {
   Ray ray;
   Pixel pixel;
-  float relief;  // how much of the relief's depth is left; 0: the polygon alone, and nothing is traced
 };
 
 // The hit on a relief that has shrunk towards the polygon, as one of the whole ray: it lies as far along it on the
 // plane, and nearer to the polygon.
-Hit traced(Way way) {
-  if (way.relief <= 0.0) return Hit(polygon_t(), STATUS_HIT, 0, 0);
-  float top = polygon_t() * (1.0 - way.relief);
-  way.ray.uv += way.ray.slope * top;
-  way.ray.slope *= way.relief;
-  Hit hit = trace(way.ray);
-  hit.t = top + hit.t * way.relief;
+Hit traced(Ray ray) {
+  if (ray.relief <= 0.0) return Hit(polygon_t(), STATUS_HIT, 0, 0);
+  float top = polygon_t() * (1.0 - ray.relief);
+  ray.uv += ray.slope * top;
+  ray.slope *= ray.relief;
+  Hit hit = trace(ray);
+  hit.t = top + hit.t * ray.relief;
   return hit;
 }
 

@@ -225,8 +225,8 @@ std::string feature_parameters(std::span<const PixelFeature> features) {
 
 namespace {
 
-/// GLSL of what features do before the trace, and of where normals are read: `Hit trace_way(Ray ray)` over all of the
-/// former, under HAS_WAY; `normal_texel`, under HAS_NORMALS.
+/// GLSL of what features do before the trace, and of where normals are read: `Hit trace_way(inout Ray ray)` over all of
+/// the former, under HAS_WAY; `normal_texel`, under HAS_NORMALS.
 std::string hooks(std::span<const PixelFeature> features) {
   std::string files;
   std::string begins;
@@ -239,8 +239,8 @@ std::string hooks(std::span<const PixelFeature> features) {
   if (begins.empty()) return files;
   return "#define HAS_WAY\n" + files +
          fmt::format(
-             "Hit trace_way(Ray ray) {{\n  Way way = Way(ray, pixel_at(PIXEL), 1.0);\n{}"
-             "  return traced(way);\n}}\n",
+             "Hit trace_way(inout Ray ray) {{\n  Way way = Way(ray, pixel_at(PIXEL));\n{}"
+             "  ray = way.ray;\n  return traced(ray);\n}}\n",
              begins);
 }
 

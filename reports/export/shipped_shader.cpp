@@ -59,7 +59,8 @@ std::string way_lines(const Settings& settings) {
   std::string begins;
   for (const PixelFeature& one : frame_features(settings))
     if (one.feature->hook == Hook::way) begins += fmt::format("  begin_{}(way);\n", one.feature->id);
-  return fmt::format("  Way way = Way(ray, pixel_of(uv, length(view_ts)), 1.0);\n{}  Hit hit = traced(way);\n", begins);
+  return fmt::format(
+      "  Way way = Way(ray, pixel_of(uv, length(view_ts)));\n{}  ray = way.ray;\n  Hit hit = traced(ray);\n", begins);
 }
 
 /// When nothing of the relief is seen; "": there always is.
