@@ -137,10 +137,10 @@ TEST(StageResults, change_only_with_their_stages_version) {
                                                     {"bake.cell 1", "d780a965349d"},
                                                     {"bake.sector 2", "68e0b00960af"},
                                                     {"bake.sector_relaxed 1", "089f5974992c"},
-                                                    {"encode 1", "17891125c519"},
-                                                    {"judge 5", "be14e8339c85"},
+                                                    {"encode 2", "793ed6fe46e0"},
+                                                    {"judge 6", "be14e8339c85"},
                                                     {"pack 1", "518f06010e87"},
-                                                    {"reference 1", "5fbb2ce04c31"}};
+                                                    {"reference 2", "5fbb2ce04c31"}};
   std::map<std::string, int> versions;
   for (const StageVersion& stage : stage_versions()) versions[stage.id] = stage.version;
   for (const auto& [stage, result] : results()) {

@@ -38,11 +38,11 @@ constexpr std::array kFormats{
     Format{.id = "astc", .type = TexelType::astc, .channels = 2},
 };
 
-/// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], 2.2e-4 under tan at most: the encoding is what it decodes
-/// to, and these few operations are the same on every device, where a driver's tan is not.
+/// tan(y) for y in [0, pi/4] by its Pade approximant [3/2], scaled to 1 at the end, within 2.2e-4: the encoding is what
+/// it decodes to, and these few operations are the same on every device, where a driver's tan is not.
 template <typename Real>
 Real tangent(Real y) {
-  return y * (15.0F - y * y) / (15.0F - 6.0F * y * y);
+  return y * (15.0F - y * y) / (14.996815F - 5.998726F * y * y);
 }
 
 template <typename Real>
@@ -55,7 +55,8 @@ Real decode_sqrt(Real stored, Real /*height*/) {
   return stored * stored;
 }
 
-/// stored = angle between the cone's generatrix and the plane, over pi/2: 1 closed, 1/2 at ratio 1.
+/// stored = angle between the cone's generatrix and the plane, over pi/2: 1 closed, 1/2 at ratio 1. Both halves meet
+/// there with one slope, so that a code between two never means a wider cone than the line between theirs.
 template <typename Real>
 Real decode_atan(Real stored, Real /*height*/) {
   constexpr float kHalfPi = 1.57079632679F;

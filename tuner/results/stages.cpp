@@ -24,11 +24,11 @@ const std::vector<StageVersion>& stage_versions() {
   static const std::vector<StageVersion> versions = [] {
     std::vector<StageVersion> list;
     for (const MapRow& row : map_kinds()) list.push_back({.id = bake_stage(row.id), .version = row.version});
-    list.insert(list.end(), {{.id = "encode", .version = 1},
+    list.insert(list.end(), {{.id = "encode", .version = 2},
                              {.id = "pack", .version = 1},
-                             {.id = "trace", .version = 2},
+                             {.id = "trace", .version = 3},
                              {.id = "reference", .version = ReferenceTracer::kVersion},
-                             {.id = "judge", .version = 5},
+                             {.id = "judge", .version = 6},
                              {.id = "harness", .version = 2}});
     return list;
   }();
