@@ -31,6 +31,11 @@ std::string mesh_text(const Surface& surface) {
   return fmt::format(" {} {}", MeshTracer::kVersion, surface.sha256);
 }
 
+/// Why there is nothing to judge in a frame; "" where there is. Without a pixel every error would be 0.
+std::string blank_fault(const FrameScore& score) {
+  return score.pixels > 0 ? "" : "the camera looks past the relief: no pixel's ray meets it";
+}
+
 }  // namespace
 
 Record blank_record(const Case& c, const SceneKey& scene_key, const DeviceInfo& device) {
@@ -139,6 +144,10 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
                    frame.mask, frame.score);
     return frame;
   });
+  if (prepared.record.reason = blank_fault(judged.score); !prepared.record.reason.empty()) {
+    prepared.record.status = Status::unsupported;
+    return;
+  }
   judge_motion(prepared, scene, state).fill_in(judged.score);
   prepared.record.error = judged.score;
   prepared.record.reference_key = reference.key;
@@ -168,7 +177,9 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
     const Reference& reference = reference_of_traced(draws, scene, state, features);
     return context_.split.book(Part::judge, [&] { return judge_traced(reference, features, state.uploaded).score; });
   };
-  return cached(context_.cache, score_key(c, scene), score_codec(), make).value;
+  FrameScore score = cached(context_.cache, score_key(c, scene), score_codec(), make).value;
+  if (const std::string fault = blank_fault(score); !fault.empty()) fail_input("{}", fault);
+  return score;
 }
 
 CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
