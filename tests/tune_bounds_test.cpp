@@ -114,6 +114,14 @@ TEST_F(TuneBounds, where_nothing_is_as_fast_the_fastest_is_named) {
   EXPECT_THAT(told.out, AllOf(HasSubstr("no pick: the fastest takes"), HasSubstr("nearest: relief linear_steps=4")));
 }
 
+// Two settings of the same samples: no number of them says which is faster by so little.
+TEST_F(TuneBounds, a_replay_that_is_never_certain_ends) {
+  const std::string made = table("table.csv", {{"relief", 4, 1, 0.1}, {"relief", 8, 1, 0.1}});
+  const CommandResult told = tune({"--replay", made, "--epsilon", "1e-9"});
+  EXPECT_EQ(told.exit_code, 4) << told.err;
+  EXPECT_THAT(told.out, HasSubstr("pick relief"));
+}
+
 TEST_F(TuneBounds, where_nothing_meets_the_budget_the_most_accurate_is_named) {
   const TuneResult result = replay(table("table.csv", {{"relief", 4, 1, 8}, {"relief", 8, 2, 0.75}}), {}, {});
   EXPECT_FALSE(result.pick);

@@ -275,7 +275,14 @@ void add_tune_command(CLI::App& app, int& exit_code) {
   command->add_option("--epsilon", arguments->epsilon, "how much slower than the best the pick may be")
       ->capture_default_str();
   command->add_option("--confidence", arguments->confidence, "of the certificate")->capture_default_str();
-  command->add_option("--time-limit", arguments->time_limit, "90s, 10m, 1h: then the answer so far")->type_name("T");
+  command
+      ->add_option(
+          "--time-limit", arguments->time_limit,
+          fmt::format(
+              "90s, 10m, 1h: then the answer so far; default: none, it goes on until the answer is certain, with "
+              "--replay for {} samples a setting at most",
+              kReplayPatience))
+      ->type_name("T");
   command
       ->add_option("--holdout", arguments->holdout,
                    "heightmap on which the pick is only tried, read as SUBJECT is; may be repeated")

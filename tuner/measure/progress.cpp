@@ -26,7 +26,7 @@ Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) 
 Progress::~Progress() { finish(); }
 
 void Progress::update(double fraction, std::string_view label) {
-  fraction_ = std::clamp(fraction, 0.0, 1.0);
+  fraction_ = std::max(fraction_, std::clamp(fraction, 0.0, 1.0));
   if (Clock::now() - last_ >= (terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(10000)))
     show(label);
 }

@@ -13,7 +13,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// fraction: of the whole work, 0 to 1; label: what is being done
+  /// fraction: of the whole work, 0 to 1, and never less than before; label: what is being done
   void update(double fraction, std::string_view label);
   /// The work waits: shown at once, with as much done as before.
   void wait(std::string_view why);

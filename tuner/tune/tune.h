@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -149,6 +150,10 @@ struct TuneResult {
 /// throws: Error: bad config or input, another run's folder, no such device; a hold-out that is tuned on; a fleet's run
 ///         of another scene, a fleet that has no setting itself
 [[nodiscard]] TuneResult run_tune(const Config& config, const TuneOptions& options);
+
+/// Samples a setting after which a replay without a time limit ends: those of a few noisy frames may never make it
+/// sure.
+inline constexpr std::int64_t kReplayPatience = 10 * kPatience;
 
 /// The same against a recorded sweep, whose samples are the noise. output may be empty: then nothing is kept.
 [[nodiscard]] TuneResult replay_tune(const std::filesystem::path& recorded, const std::string& scene,

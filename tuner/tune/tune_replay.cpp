@@ -71,6 +71,9 @@ class RecordedSource final : public TuneSource {
     return result;
   }
   std::optional<double> asked_error() const override { return table_.asked_error; }
+  std::int64_t patience() const override {
+    return options_.time_limit_s ? 0 : kReplayPatience * std::ssize(table_.samples);
+  }
 
   SearchSpace space(std::span<const std::size_t> /*scenes*/) override {
     SearchSpace space = table_.space;

@@ -197,7 +197,7 @@ void show(Progress& progress, const SearchProgress& now, const TuneQuestion& que
 
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
-                 const MemoryOf& memory_of, const FleetLosses* fleet) {
+                 std::int64_t max_samples, const MemoryOf& memory_of, const FleetLosses* fleet) {
   const TuneQuestion& question = result.question;
   result.search = search(asked_space(result.space, question, fleet), times,
                          {.epsilon = question.epsilon,
@@ -205,6 +205,7 @@ void search_into(TuneResult& result, TimeSource& times, const std::function<bool
                           .seed = question.seed,
                           .regret = fleet != nullptr ? std::optional(fleet->rule) : std::nullopt,
                           .first = first_settings(result.space),
+                          .max_samples = max_samples,
                           .should_stop = should_stop,
                           .on_progress = on_progress});
   result.pick = pick_of(result.search, result.space, question, budget, memory_of);

@@ -61,9 +61,10 @@ using MemoryOf = std::function<std::int64_t(std::size_t candidate)>;
 /// Fills in search, pick and rungs of a result whose space and question are set.
 /// fleet: null where none asks
 /// budget: of the front's metric, for the pick where the question has no budgets of its own; none: the most accurate
+/// max_samples: 0: no limit
 void search_into(TuneResult& result, TimeSource& times, const std::function<bool()>& should_stop,
                  const std::function<void(const SearchProgress&)>& on_progress, std::optional<double> budget,
-                 const MemoryOf& memory_of, const FleetLosses* fleet = nullptr);
+                 std::int64_t max_samples, const MemoryOf& memory_of, const FleetLosses* fleet = nullptr);
 
 /// Of a search whose answers are all too slow, or all less accurate than the budget, the one that is nearest, and by
 /// how much it misses. Both "" where there is no answer.

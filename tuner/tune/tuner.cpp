@@ -50,7 +50,7 @@ class Tuner {
                      const std::function<void(const SearchProgress&)>& on_progress) {
     const std::unique_ptr<TimeSource> times = source_.times(scenes);
     search_into(
-        result, *times, [&] { return clock_.is_over(until_s); }, on_progress, source_.asked_error(),
+        result, *times, [&] { return clock_.is_over(until_s); }, on_progress, source_.asked_error(), source_.patience(),
         [&](std::size_t candidate) { return source_.memory_bytes(scenes.front(), candidate); },
         fleet_ ? &fleet_->losses : nullptr);
   }

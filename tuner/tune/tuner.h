@@ -1,5 +1,6 @@
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,6 +45,8 @@ class TuneSource {
   [[nodiscard]] virtual TuneResult blank() const = 0;
   /// Error of the front's metric for the pick, where the question has no bounds of its own; none: the most accurate.
   [[nodiscard]] virtual std::optional<double> asked_error() const = 0;
+  /// Samples after which the search gives a certificate up; 0: it goes on until it has one.
+  [[nodiscard]] virtual std::int64_t patience() const { return 0; }
   /// The scored settings; error and work: over these scenes.
   [[nodiscard]] virtual SearchSpace space(std::span<const std::size_t> scenes) = 0;
   /// Their times, those of these scenes combined. They may throw CaseFailed.
