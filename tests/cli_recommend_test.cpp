@@ -44,8 +44,35 @@ TEST_F(CliTest, recommend_within_a_time_keeps_to_the_budgets_of_the_run) {
   EXPECT_EQ(within.exit_code, 0) << within.err;
   EXPECT_THAT(within.out, HasSubstr("  simplest    relief "));
   const CommandResult json = run({"recommend", "run", "--max-time-ms", "100", "--json"});
-  EXPECT_EQ(nlohmann::json::parse(json.out).at("question").at("simplest_budgets"),
-            nlohmann::json({"e_xy.p99<=0.5", "missed_rate<=0.001"}));
+  const nlohmann::json question = nlohmann::json::parse(json.out).at("question");
+  EXPECT_EQ(question.at("simplest_budgets"), nlohmann::json({"e_xy.p99<=0.5", "missed_rate<=0.001"}));
+  EXPECT_EQ(question.at("budgets").size(), question.at("error_metric") == "e_xy.p99" ? 1U : 2U);
+  const CommandResult asked =
+      run({"recommend", "run", "--max-time-ms", "100", "--max-error", "missed_rate<=1", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(asked.out).at("question").at("budgets"), nlohmann::json({"missed_rate<=1"}));
+  const CommandResult choice = run({"choose", "run", "--max-time-ms", "100", "--error", "e_xy.p99", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(choice.out).at("budgets"), nlohmann::json({"missed_rate<=0.001"}))
+      << "but for that on the error itself";
+}
+
+// Of no pixel every error is 0: the fastest setting, no relief at all, was the pick.
+TEST_F(CliTest, a_camera_that_looks_past_the_relief_measures_nothing) {
+  write("up.json", R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "frame_px": [16, 16],
+                "views": {"id": "up", "elevation_deg": -30, "distance": 1, "fov_deg": 20}}],
+    "sweeps": [{"technique": "flat"}, {"technique": "relief"}]})");
+  const CommandResult sweep = run({"sweep", "up.json", "-o", "up", "--backend", "null"});
+  EXPECT_EQ(sweep.exit_code, 5);
+  EXPECT_THAT(sweep.err, HasSubstr("2 unsupported"));
+  EXPECT_THAT(run({"recommend", "up"}).out, HasSubstr("the camera looks past the relief"));
+  EXPECT_NE(run({"tune", "up.json", "--backend", "null", "-o", "tuned", "--quiet"}).exit_code, 0);
+}
+
+TEST_F(CliTest, choose_names_the_scenes_that_there_are) {
+  static_cast<void>(null_sweep(folder_));
+  const CommandResult none = run({"choose", "run", "--scene", "nope"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_THAT(none.err, HasSubstr("--scene nope: the runs have no such scene (they have fbm_32x32/"));
 }
 
 TEST_F(CliTest, recommend_prices_a_heightmap_that_changes) {

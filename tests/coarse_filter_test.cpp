@@ -73,7 +73,7 @@ class CoarselyFilteredRun : public ::testing::Test {
 TEST_F(CoarselyFilteredRun, is_marked_at_the_pick) {
   const CommandResult pick = run_reliefbench({"recommend", run_, "--max-time-ms", "1000"}, folder_.path());
   EXPECT_THAT(pick.out, HasSubstr(" *\n"));
-  EXPECT_THAT(pick.out, HasSubstr("* filter=hardware on null"));
+  EXPECT_THAT(pick.out, HasSubstr("* filter=hardware on null (null), whose"));
   const CommandResult json = run_reliefbench({"recommend", run_, "--json", "--max-time-ms", "1000"}, folder_.path());
   EXPECT_THAT(nlohmann::json::parse(json.out).at("answers").at(0).at("filter_note").get<std::string>(),
               HasSubstr("expect less error on a GPU"));

@@ -278,6 +278,17 @@ TEST(Compare, a_scene_under_another_name_is_compared_by_its_key) {
   EXPECT_EQ(count(comparison, Change::slower), 5);
 }
 
+TEST(Compare, an_unfinished_run_settles_nothing) {
+  const StoredRun base = synthetic_run({.seed = 1});
+  StoredRun half = base;
+  half.records.resize(half.records.size() / 2);
+  EXPECT_EQ(exit_of(compare_runs(base, half, {})), Exit::done) << "a part that was asked for";
+  half.info["finished"] = nullptr;
+  const Comparison comparison = compare_runs(base, half, {});
+  EXPECT_EQ(exit_of(comparison), Exit::inconclusive);
+  EXPECT_THAT(comparison.warnings, ElementsAre(HasSubstr("is not finished")));
+}
+
 TEST(Compare, measures_nothing_where_nothing_matches) {
   const StoredRun base = synthetic_run({.seed = 1});
   StoredRun now = base;

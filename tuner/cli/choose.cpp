@@ -5,7 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
+#include <string>
 
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
@@ -15,6 +17,7 @@
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/decide/fleet.h"
+#include "tuner/results/budgets.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
@@ -39,12 +42,15 @@ FleetOptions options_of(const ChooseArguments& arguments, std::span<const FleetR
                        .regret = find_regret(arguments.regret)};
   if (options.max_time_ms && !(std::isfinite(*options.max_time_ms) && *options.max_time_ms > 0))
     fail_input("--max-time-ms {}: expected a number above 0", *options.max_time_ms);
-  if (arguments.max_error.empty() && !options.max_time_ms) options.budgets = common_budgets(runs);
-  if (!arguments.error.empty()) return options;
-  options.error_metric = question_of(runs.front().info).error_metric;
-  for (const FleetRun& run : runs)
-    if (options.max_time_ms && question_of(run.info).error_metric != options.error_metric)
-      fail_input("{} and {} have other errors; say which is to be least by --error", runs.front().name, run.name);
+  if (arguments.error.empty()) {
+    options.error_metric = question_of(runs.front().info).error_metric;
+    for (const FleetRun& run : runs)
+      if (options.max_time_ms && question_of(run.info).error_metric != options.error_metric)
+        fail_input("{} and {} have other errors; say which is to be least by --error", runs.front().name, run.name);
+  }
+  if (!arguments.max_error.empty()) return options;
+  options.budgets = common_budgets(runs);
+  if (options.max_time_ms) options.budgets = budgets_beside(options.error_metric, options.budgets);
   return options;
 }
 
@@ -52,14 +58,18 @@ std::vector<FleetRun> runs_of(const ChooseArguments& arguments) {
   if (!arguments.weights.empty() && arguments.weights.size() != arguments.runs.size())
     fail_input("--weights: {} given for {} runs", arguments.weights.size(), arguments.runs.size());
   std::vector<FleetRun> runs;
+  std::set<std::string> scenes;
   for (std::size_t i = 0; i < arguments.runs.size(); ++i) {
     FleetRun run = load_fleet_run(arguments.runs[i]);
     if (!arguments.weights.empty()) run.weight = arguments.weights[i];
     if (!(run.weight > 0)) fail_input("--weights {}: expected a number above 0", run.weight);
+    for (const TableRow& row : run.rows) scenes.insert(row.scene);
     if (!arguments.scene.empty())
       std::erase_if(run.rows, [&](const TableRow& row) { return row.scene != arguments.scene; });
     runs.push_back(std::move(run));
   }
+  if (!arguments.scene.empty() && !scenes.contains(arguments.scene))
+    fail_input("--scene {}: the runs have no such scene (they have {})", arguments.scene, fmt::join(scenes, ", "));
   return runs;
 }
 
@@ -83,7 +93,9 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->expected(1, -1)
       ->required();
   command
-      ->add_option("--max-error", arguments->max_error, "bound that must hold everywhere; default: the runs' budgets")
+      ->add_option("--max-error", arguments->max_error,
+                   "bound that must hold everywhere; default: the runs' budgets, with --max-time-ms those that are not "
+                   "on the error itself")
       ->type_name("METRIC<=X")
       ->expected(1)
       ->allow_extra_args(false)

@@ -46,17 +46,20 @@ std::string painted(ClaimVerdict verdict, const Paint& paint) {
 
 void print_rows(const ClaimResult& result, const Paint& paint) {
   const Claim& claim = *result.claim;
+  const auto has_paper = [&](const std::string& metric) {
+    return std::ranges::any_of(claim.rows, [&](const ClaimRow& row) { return row.paper.contains(metric); });
+  };
   std::vector<std::vector<std::string>> rows{{""}};
   for (const std::string& metric : claim.metrics) {
     rows[0].push_back(
         paint.dim(fmt::format("{}{}", metric, result.is_software && metric.ends_with("_time") ? " *" : "")));
-    rows[0].push_back(paint.dim("paper"));
+    if (has_paper(metric)) rows[0].push_back(paint.dim("paper"));
   }
   for (std::size_t i = 0; i < claim.rows.size(); ++i) {
     std::vector<std::string> row{claim.rows[i].label};
     for (const std::string& metric : claim.metrics) {
       row.push_back(figure(result.scenes.front().rows[i].values, metric));
-      row.push_back(figure(claim.rows[i].paper, metric));
+      if (has_paper(metric)) row.push_back(figure(claim.rows[i].paper, metric));
     }
     rows.push_back(std::move(row));
   }

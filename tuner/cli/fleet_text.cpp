@@ -64,12 +64,13 @@ void print_fleet(const Fleet& fleet, const FleetOptions& options, const Names& n
   const Paint paint = paint_for_stdout();
   const FleetSetting& pick = fleet.settings.front();
   const bool is_minimax = options.regret == Regret::minimax;
-  put("One setting for {} places with {}, of {} that were measured in all:\n", fleet.places.size(),
-      bounds_text(options), fleet.settings.size());
+  const std::size_t places = fleet.places.size();
+  put("One setting for {} place{} with {}, of {} that are within that in {}:\n", places, places == 1 ? "" : "s",
+      bounds_text(options), fleet.settings.size(), places == 1 ? "it" : "all");
   put("  {}\n", paint.good(names.setting(setting_id(pick.settings))));
   if (options.max_time_ms)
-    put("  {} {} {} beyond each place's own least\n", is_minimax ? "at most" : "on average",
-        format_number(pick.combined.value), options.error_metric);
+    put("  {} beyond each place's own least by {} {} {}\n", options.error_metric, is_minimax ? "at most" : "on average",
+        format_number(pick.combined.value), find_metric(options.error_metric).unit);
   else
     put("  slower than each place's own best by {} {}\n", is_minimax ? "at most" : "on average",
         loss_text(pick.combined, options));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -219,13 +220,38 @@ std::string table(const Json& rows, std::string_view indent, const Paint& paint)
   return columns(cells, indent);
 }
 
+void print_parameter(const Json& row, const Paint& paint) {
+  const std::string condition = cell(row["active_if"]);
+  put("  {}  {}\n", paint.bold(cell(row["id"])), cell(row["values"]));
+  put("    {}; default {}{}{}\n", cell(row["description"]), cell(row["default"]),
+      cell(row["stage"]) == "bake" ? "; baked" : "", condition.empty() ? "" : fmt::format("; if {}", condition));
+}
+
+/// Every technique that can have a feature lists its parameters as its own.
+std::set<std::string_view> ids_of_features() {
+  std::set<std::string_view> ids;
+  for (const Feature& feature : all_features()) {
+    ids.insert(feature.id);
+    for (const FeatureRow& row : feature.rows)
+      for (const Param& param : row.params) ids.insert(param.id);
+  }
+  return ids;
+}
+
 void print_techniques(const Json& rows, const Paint& paint) {
+  const std::set<std::string_view> of_features = ids_of_features();
   for (const Json& row : rows) {
     put("{}  {}\n", paint.bold(cell(row["id"])), cell(row["description"]));
     const std::string note = cell(row["guarantee_note"]);
     put("  maps {}; guarantee {}{}{}; source {}\n", cell(row["maps"]), cell(row["guarantee"]), note.empty() ? "" : ": ",
         note, cell(row["source"]));
-    put("{}\n", table(row["parameters"], "  ", paint));
+    std::vector<std::string> features;
+    for (const Json& parameter : row["parameters"]) {
+      const std::string id = cell(parameter["id"]);
+      if (!of_features.contains(id)) print_parameter(parameter, paint);
+      if (std::ranges::find(all_features(), id, &Feature::id) != all_features().end()) features.push_back(id);
+    }
+    put("  features (`list features`): {}\n\n", fmt::join(features, ", "));
   }
 }
 

@@ -50,7 +50,12 @@ Question question_of(const RecommendArguments& arguments, const RunQuestion& own
   }
   question.max_time_ms = arguments.max_time_ms;
   question.rebake_every = arguments.rebake_every;
-  if (question.budgets.empty()) (question.max_time_ms ? question.simplest_budgets : question.budgets) = own.budgets;
+  if (!question.budgets.empty()) return question;
+  question.budgets = own.budgets;
+  if (question.max_time_ms) {
+    question.simplest_budgets = own.budgets;
+    question.budgets = budgets_beside(own.error_metric, own.budgets);
+  }
   return question;
 }
 
@@ -106,8 +111,8 @@ std::string floor_text(const Record& flat, const Record& pick) {
   if (&flat == &pick) return "the pick itself";
   const double pick_ns = pick.frame_time->summary.median;
   const double flat_ns = flat.frame_time->summary.median;
-  return fmt::format("{}; the pick is {:.2f}x, {} more", format_interval_ns(flat.frame_time->summary),
-                     pick_ns / flat_ns, format_time_ns(pick_ns - flat_ns));
+  return fmt::format("{}; the pick is {:.2f}x, {} {}", format_interval_ns(flat.frame_time->summary), pick_ns / flat_ns,
+                     format_time_ns(std::abs(pick_ns - flat_ns)), pick_ns < flat_ns ? "less" : "more");
 }
 
 /// What makes a run's config, with a record's scene, of that in a file: "", or --frame-px; none: nothing does.
@@ -279,8 +284,9 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
   const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer(
-      "Without a bound: the budgets of the run's config, or what tune was asked. Where intervals of time overlap, the\n"
-      "pick is the setting with the fewest features and the smallest map, and what it ties with is named.\n"
+      "Without --max-error: the budgets of the run's config, or what tune was asked; with --max-time-ms those of them\n"
+      "that are not on the error itself. Where intervals of time overlap, the pick is the setting with the fewest\n"
+      "features and the smallest map, and what it ties with is named.\n"
       "Exit code 1 where nothing meets the bounds.\n"
       "Examples:\n"
       "  reliefbench recommend out/quickstart --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001'\n"

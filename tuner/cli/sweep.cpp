@@ -102,16 +102,18 @@ void print_plan(const Config& config, const Plan& plan, const Names& names) {
 }
 
 void print_summary(const SweepSummary& summary) {
-  put("{} cases ({} from an earlier start):", summary.cases, summary.resumed);
-  for (const auto& [status, count] : summary.statuses) put(" {} {}", count, status);
-  put("\n{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
+  std::string statuses;
+  for (const auto& [status, count] : summary.statuses) statuses += fmt::format(" {} {}", count, status);
+  put("{} cases ({} from an earlier start):{}\n", summary.cases, summary.resumed, statuses);
+  put("{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
       summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
-  put("wall time {:.1f} s:", summary.total_s);
-  for (std::size_t i = 0; i < kPartIds.size(); ++i) put(" {} {:.1f} s,", kPartIds.at(i), summary.part_s.at(i));
+  std::string parts;
+  for (std::size_t i = 0; i < kPartIds.size(); ++i)
+    parts += fmt::format("{} {:.1f} s, ", kPartIds.at(i), summary.part_s.at(i));
   double harness_s = summary.other_s;
   for (const Part part : {Part::judge, Part::pictures}) harness_s += summary.part_s.at(static_cast<std::size_t>(part));
-  put(" other {:.1f} s\njudging, pictures and other: {:.1f} % of it\n", summary.other_s,
-      100 * harness_s / summary.total_s);
+  put("wall time {:.1f} s: {}other {:.1f} s\njudging, pictures and other: {:.1f} % of it\n", summary.total_s, parts,
+      summary.other_s, 100 * harness_s / summary.total_s);
   if (summary.held_back > 0)
     put("blocks during which the device was held back, and which do not count: {} ({})\n", summary.held_back,
         (summary.folder / kBlocksFile).string());

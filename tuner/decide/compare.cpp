@@ -56,6 +56,14 @@ void warn_of_host(const Run& base, const Run& now, Comparison& comparison) {
   }
 }
 
+void warn_of_unfinished(const Run& run, Comparison& comparison) {
+  if (!run.info.contains("finished") || !run.info["finished"].is_null()) return;
+  comparison.is_unfinished = true;
+  comparison.warnings.push_back(
+      fmt::format("{} is not finished, {} cases are there: the command that began it goes on with it",
+                  run.folder.string(), run.records.size()));
+}
+
 /// Names that mean another scene in each run, which explains why their cases do not match.
 void warn_of_scenes(const Run& base, const Run& now, Comparison& comparison) {
   for (const MeasuredScene& before : base.scenes)
@@ -147,6 +155,7 @@ Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& o
   comparison.metric = options.metric;
   check_devices(base, now, options.across_drivers, comparison);
   warn_of_host(base, now, comparison);
+  for (const Run* run : {&base, &now}) warn_of_unfinished(*run, comparison);
   add_environment(base, now, comparison);
   const std::vector<CaseMatch> matches = match_cases(base, now, comparison);
   compare_errors(matches, of_time ? "" : options.metric, comparison);
@@ -171,6 +180,7 @@ bool is_doubtful(const TimeChange& change) {
 }
 
 bool is_inconclusive(const Comparison& comparison) {
+  if (comparison.is_unfinished) return true;
   const auto is_unclear = [](const TimeChange& change) { return change.change == Change::unclear; };
   const auto unclear = std::ranges::count_if(comparison.cases, is_unclear);
   return std::ranges::any_of(comparison.groups, is_unclear) ||

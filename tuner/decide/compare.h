@@ -96,6 +96,7 @@ struct Comparison {
   std::vector<std::string> assumed;                           ///< what the times' verdicts rest on
   std::vector<EnvironmentDifference> environment;             ///< base and new
   std::vector<std::string> drivers;  ///< "vulkan: Mesa 22.3.6, now Mesa 24.0" where they differ
+  bool is_unfinished = false;        ///< a run whose command was stopped: what it lacks may still come
   std::vector<std::string> warnings;
 };
 
@@ -132,13 +133,14 @@ struct CaseMatch {
 void compare_times(const Run& base, const Run& now, std::span<const CaseMatch> matches, const CompareOptions& options,
                    Comparison& comparison);
 
-/// Whether the evidence is too little to call times unchanged: a group is unclear, or more than half of the cases are.
+/// Whether the evidence is too little to call times unchanged: a group is unclear, or more than half of the cases are,
+/// or a run is unfinished.
 [[nodiscard]] bool is_inconclusive(const Comparison& comparison);
 
 /// Id of the whole's verdict: slower, worse_errors, lost, nothing_matched, inconclusive, faster or same.
 [[nodiscard]] std::string_view verdict_id(const Comparison& comparison);
 
-/// 5: nothing matched; 1: a slower case or group, a worse error or a lost case; 4: is_inconclusive(); 0
+/// 5: nothing matched; 1: a slower case or group, a worse error or a lost case; 4: inconclusive; 0
 [[nodiscard]] Exit exit_of(const Comparison& comparison);
 
 [[nodiscard]] nlohmann::json comparison_json(const Comparison& comparison);

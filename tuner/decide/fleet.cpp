@@ -257,7 +257,7 @@ Fleet choose_for_fleet(std::span<const FleetRun> runs, const FleetOptions& optio
   if (!find_metric(options.error_metric).lower_is_better)
     fail_input("'{}' is no error: higher is better", options.error_metric);
   const FleetTimes times(runs, options);
-  if (times.places().empty()) fail_input("the runs hold no case");
+  if (times.places().empty()) throw Error(Exit::nothing_measured, "the runs hold no case");
   Fleet fleet{.places = times.places(), .settings = {}, .ties = 0, .own = {}, .repeated = times.repeated()};
   for (const FleetPlace& place : fleet.places)
     if (place.settings == 0) fail_without_setting(times, options);

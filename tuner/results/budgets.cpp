@@ -33,6 +33,12 @@ std::optional<double> limit_on(std::string_view metric_id, std::span<const Budge
   return found == budgets.end() ? std::nullopt : std::optional(found->limit);
 }
 
+std::vector<Budget> budgets_beside(std::string_view metric_id, std::span<const Budget> budgets) {
+  std::vector<Budget> beside(budgets.begin(), budgets.end());
+  std::erase_if(beside, [&](const Budget& budget) { return budget.metric == metric_id; });
+  return beside;
+}
+
 double relative_miss(double excess, double limit) { return excess / (limit == 0 ? 1 : std::abs(limit)); }
 
 Miss miss_of(std::span<const Budget> budgets, const std::function<std::optional<double>(const Budget&)>& value) {

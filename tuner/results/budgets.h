@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tuner/plan/config.h"
 #include "tuner/results/record.h"
@@ -21,6 +22,9 @@ namespace reliefbench {
 
 /// The first of the bounds on a metric; nothing where there is none.
 [[nodiscard]] std::optional<double> limit_on(std::string_view metric_id, std::span<const Budget> budgets);
+
+/// Those on other metrics: what a question for the least of this one still keeps.
+[[nodiscard]] std::vector<Budget> budgets_beside(std::string_view metric_id, std::span<const Budget> budgets);
 
 /// What some metrics' values miss of their budgets.
 struct Miss {

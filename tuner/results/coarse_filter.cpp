@@ -13,7 +13,7 @@ namespace reliefbench {
 CoarseFilter::CoarseFilter(const nlohmann::json& info, std::string_view backend) {
   for (const nlohmann::json& device : info.value("devices", nlohmann::json::array())) {
     if (device.value("backend", "") != backend) continue;
-    device_ = device.value("name", "");
+    device_ = fmt::format("{} ({})", device.value("name", ""), backend);
     for (const nlohmann::json& row : device.value("filter", nlohmann::json::array())) {
       const FilterPrecision precision{.least = row.value("least", 0.0), .greatest = row.value("greatest", 0.0)};
       if (!precision.is_coarse()) continue;

@@ -303,7 +303,8 @@ JoinedRuns join(std::vector<Run> runs) {
     std::ranges::stable_sort(runs, {}, start_of);
     owners = owners_of(runs, joined.held_twice);
   }
-  if (owners.empty()) fail_input("{}: nothing was measured", folder_text(runs.front()));
+  if (owners.empty())
+    throw Error(Exit::nothing_measured, fmt::format("{}: nothing was measured", folder_text(runs.front())));
   std::vector<std::unordered_set<std::string>> owned(runs.size());
   for (const Owner& owner : owners) owned[owner.run].insert(runs[owner.run].records[owner.record].case_id);
 

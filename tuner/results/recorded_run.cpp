@@ -37,7 +37,7 @@ Group choose(std::span<const TableRow> rows, const RecordedQuery& query, std::st
     if ((query.backend.empty() || query.backend == backend) && (query.scene.empty() || query.scene == scene))
       meant.push_back(group);
   }
-  if (known.empty()) fail_input("{}: holds no case", file);
+  if (known.empty()) throw Error(Exit::nothing_measured, fmt::format("{}: holds no case", file));
   if (meant.empty())
     fail_input("{}: has nothing of backend '{}' and scene '{}' (it has {})", file,
                query.backend.empty() ? "*" : query.backend, query.scene.empty() ? "*" : query.scene,
@@ -90,7 +90,8 @@ RecordedTable recorded_table(std::span<const TableRow> rows, const RecordedQuery
     table.memory_bytes.push_back(row.memory_bytes);
   }
   if (table.samples.empty())
-    fail_input("{}: no case of {} was measured with a value of {}", file, text_of(group), table.error_metric);
+    throw Error(Exit::nothing_measured, fmt::format("{}: no case of {} was measured with a value of {}", file,
+                                                    text_of(group), table.error_metric));
   if (table.miss.empty()) table.nearest.clear();
   drop_unused_axes(table.space);
   table.space.check();
