@@ -1,6 +1,7 @@
 // What a scene requires: the answer, each feature without and with it beside the reference, all sets.
 
 import {byId, data, dataTable, factsTable, formatInterval, formatNumber, formatTime, make, numberCell} from './page.js';
+import {whenColorsChange} from './redraw.js';
 
 const metric = data.visible.split(/[<>]/)[0].trim();
 const listed = (words) => (words.length ? words.join(', ') : 'plain normal mapping alone');
@@ -58,3 +59,4 @@ byId('pictures').append(...data.features.flatMap(pictureFigures));
 byId('sets').append(dataTable(
     ['features', metric, 'worst view'],
     data.sets.map((set) => [listed(set.features), numberCell(formatNumber(set.value)), set.worst_view])));
+whenColorsChange(() => {});  // printed, it has the colours of paper

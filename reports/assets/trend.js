@@ -1,6 +1,7 @@
 // The trend page: shows the view that the URL's fragment names.
 
 import {byId, data} from './page.js';
+import {whenColorsChange} from './redraw.js';
 import {drawCharts} from './trend_chart.js';
 import {formatMoment} from './trend_data.js';
 import {drawEvent} from './trend_event.js';
@@ -51,12 +52,5 @@ readState();
 showView();
 window.addEventListener('hashchange', onNavigation);
 
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => drawCharts());
-// Paper is white whatever the screen is; charts are pictures, so they must be redrawn for it.
-for (const printing of [true, false]) {
-  window.addEventListener(printing ? 'beforeprint' : 'afterprint', () => {
-    document.documentElement.classList.toggle('printing', printing);
-    drawCharts();
-  });
-}
+whenColorsChange(() => drawCharts());
 document.body.dataset.rendered = 'true';

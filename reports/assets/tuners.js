@@ -2,12 +2,12 @@
 
 import {readTheme, seriesColor, shapeOf} from './marks.js';
 import {byId, data, make, percent} from './page.js';
+import {whenColorsChange} from './redraw.js';
 
 const kLeastRegret = 1e-4;  // a log axis has no zero: what is less is drawn here
-const theme = readTheme();
 
 /** One line of means and one of worst seeds for each strategy. */
-function datasets(figure, place) {
+function datasets(figure, place, theme) {
   const lines = [];
   data.strategies.forEach((strategy, index) => {
     for (const part of ['mean', 'worst']) {
@@ -30,10 +30,12 @@ function datasets(figure, place) {
 }
 
 function draw(id, figure, place, yAxis) {
+  const theme = readTheme();
+  Chart.getChart(id)?.destroy();
   const grid = {color: theme.grid};
   return new Chart(byId(id), {
     type: 'line',
-    data: {datasets: datasets(figure, place)},
+    data: {datasets: datasets(figure, place, theme)},
     options: {
       animation: false,
       parsing: false,
@@ -134,16 +136,21 @@ const noAnswer = 3 * Math.max(lowest, ...regrets);
 const regretTicks = [-4, -3, -2, -1, 0, 1, 2]
                         .flatMap((decade) => [1, 2, 5].map((m) => m * 10 ** decade))
                         .filter((value) => value >= lowest / 2 && value <= noAnswer / 2);
-draw('regret', 'worst_regret', (value) => (value === null ? noAnswer : Math.max(value, kLeastRegret)), {
-  type: 'logarithmic',
-  name: 'slower than the best',
-  min: lowest / 2,
-  max: noAnswer * 1.2,
-  afterBuildTicks: (scale) => (scale.ticks = [...regretTicks, noAnswer].map((value) => ({value}))),
-  ticks: {autoSkip: false, callback: (value) => (value === noAnswer ? 'no answer' : percent(value))},
-});
-draw(
-    'hypervolume', 'hypervolume', (value) => value,
-    {type: 'linear', name: 'share of the front', suggestedMax: 1, ticks: {callback: (value) => percent(value)}});
+function drawCharts() {
+  draw('regret', 'worst_regret', (value) => (value === null ? noAnswer : Math.max(value, kLeastRegret)), {
+    type: 'logarithmic',
+    name: 'slower than the best',
+    min: lowest / 2,
+    max: noAnswer * 1.2,
+    afterBuildTicks: (scale) => (scale.ticks = [...regretTicks, noAnswer].map((value) => ({value}))),
+    ticks: {autoSkip: false, callback: (value) => (value === noAnswer ? 'no answer' : percent(value))},
+  });
+  draw(
+      'hypervolume', 'hypervolume', (value) => value,
+      {type: 'linear', name: 'share of the front', suggestedMax: 1, ticks: {callback: (value) => percent(value)}});
+}
+
+drawCharts();
+whenColorsChange(drawCharts);
 drawTable();
 document.body.dataset.rendered = 'true';
