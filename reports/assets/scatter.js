@@ -12,7 +12,7 @@ export const linearAxis = (theme, title, callback) => ({
   type: 'linear',
   title: {display: true, text: title, color: theme.muted},
   grid: {color: theme.grid, drawBorder: false},
-  ticks: {color: theme.muted, callback, maxTicksLimit: 7, maxRotation: 0},
+  ticks: {color: theme.muted, callback, maxTicksLimit: 7, maxRotation: 0, includeBounds: false},
 });
 
 /** plugins: those of the chart alone; the rest are Chart.js's own options. */

@@ -3,7 +3,7 @@
 import {readTheme, seriesColor, withAlpha} from './marks.js';
 import {data, make, percent, shortNumber} from './page.js';
 import {linearAxis, moveActive, scatterChart, tooltipLook} from './scatter.js';
-import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, levelLines, placeOf, runsOf, runText, stepOf, toneOf, unitOf} from './trend_data.js';
+import {environmentOf, eventOf, formatShortDay, formatValue, glyphOf, levelLines, levelOn, placeOf, runsOf, runText, seriesName, stepOf, toneOf, unitOf} from './trend_data.js';
 import {epochsOf} from './trend_epochs.js';
 import {kStripHeight, plotPlugin} from './trend_plot.js';
 
@@ -22,7 +22,7 @@ function shownRange(series, kindOf) {
   const counted = values.filter((_, at) => kindOf(at) === 'night');
   const known = counted.length ? counted : values.filter((value) => value !== null);
   const all = [...known, ...levels.flatMap(({low, high}) => [low, high])];
-  if (all.length === 0) return [1, 1];
+  if (all.length === 0) return [0.5, 1.5];
   const [low, high] = [Math.min(...all), Math.max(...all)];
   const room = Math.max(0.12 * (high - low), 0.005 * high);
   return [low - room, high + room];
@@ -43,6 +43,7 @@ export function dotsOf(series) {
   const dots = nights.map((run, at) => ({
                             x: placeOf[run],
                             y: Math.max(low, Math.min(high, values[at] ?? low)) / unit.ns,
+                            beyond: (values[at] > high ? 1 : 0) - (values[at] !== null && values[at] < low ? 1 : 0),
                             at,
                             error: series.errors[at],
                             kind: kindOf(at),
@@ -88,6 +89,13 @@ const fixedWidth = {
   afterFit: (scale) => (scale.width = kAxisWidth)
 };
 
+function levelText(series, level, at) {
+  const value = levelOn(series, level, at);
+  return value === level.value ?
+      `level ${formatValue(series, value)} (${formatValue(series, level.low)} to ${formatValue(series, level.high)})` :
+      `the drift's line: ${formatValue(series, value)}`;
+}
+
 function tooltipLines(series, {at, kind}) {
   const run = data.runs[series.nights[at]];
   const [value, error] = [series.values[at], series.errors[at]];
@@ -95,9 +103,7 @@ function tooltipLines(series, {at, kind}) {
   return [
     value === null ? 'no value' :
                      formatValue(series, value) + (error ? ` ± ${percent(error, 2)} (standard error)` : ''),
-    level ? `level ${formatValue(series, level.value)} (${formatValue(series, level.low)} to ${
-                formatValue(series, level.high)})` :
-            null,
+    level && levelText(series, level, at),
     kind === 'left' || kind === 'missing' ? 'not looked at for changes' :
         kind === 'spike'                  ? 'stands alone: a spike' :
                                             null,
@@ -105,7 +111,7 @@ function tooltipLines(series, {at, kind}) {
     ...notesOf(series)
         .filter((note) => notePlace(note) === placeOf[series.nights[at]])
         .map(({by, text}) => `${by}: ${text}`),
-  ].filter((text) => text !== null);
+  ].filter(Boolean);
 }
 
 const tooltipOf = (title, lines) => ({
@@ -146,6 +152,7 @@ function drawSeries(canvas, series, theme) {
   const dataset = {
     data: dots,
     pointStyle: dots.map(({kind}) => kDotStyles[kind]),
+    pointRotation: dots.map(({beyond}) => (beyond < 0 ? 180 : 0)),
     pointRadius: dots.map(({kind}) => (kind === 'spike' ? radius + 2 : radius)),
     pointBorderColor: dots.map(({kind}) => color[kind]),
     pointBackgroundColor: dots.map(({kind}) => (kind === 'left' ? 'transparent' : withAlpha(color[kind], 0.75))),
@@ -158,8 +165,8 @@ function drawSeries(canvas, series, theme) {
     y: {
       ...linearAxis(theme, `${series.metric.replaceAll('_', ' ')}, ${unit.name}`, (value) => shortNumber(value, 4)),
       ...fixedWidth,
-      suggestedMin: range[0],
-      suggestedMax: range[1]
+      min: range[0],  // what lies beyond is drawn at the edge: there the axis must end, too
+      max: range[1]
     },
     legend: {display: false},
     layout: {padding: {top: 2 * kStripHeight, right: 12}},
@@ -242,7 +249,7 @@ export function drawCharts(place = document.body) {
 
 /** The charts of a series, which drawCharts() fills once they are in the page. */
 export function seriesCharts(series, summary) {
-  const canvas = chartCanvas(`${series.name}. ${summary} The table below has the same figures.`);
+  const canvas = chartCanvas(`${seriesName(series)}. ${summary} The table below has the same figures.`);
   drawings.set(canvas, (theme) => drawSeries(canvas, series, theme));
   const boxes = [make('div', {class: 'canvas-box'}, canvas)];
   if (controlOf(series)) {

@@ -83,6 +83,15 @@ export const whereElement = (series) => make(
     'span', {class: 'where muted'},
     ...whereParts(series).flatMap((part, index) => [index ? ' · ' : '', make('span', {}, part)]));
 
+const placeText = ({setting, scene, backend, machine, device}) => [setting, scene, backend, machine, device].join('|');
+const metricsOf = new Map();  // by what was measured where
+for (const series of data.series)
+  metricsOf.set(placeText(series), (metricsOf.get(placeText(series)) ?? new Set()).add(series.metric));
+
+/** A series' name for people: with its metric where the same was measured by several. */
+export const seriesName = (series) =>
+    series.name + (metricsOf.get(placeText(series)).size > 1 ? `, ${series.metric.replaceAll('_', ' ')}` : '');
+
 export const formatValue = (series, value) =>
     (series.unit === 'ns' ? formatTime(value) : `${formatNumber(value)} ${series.unit}`);
 /** What to divide by, and how it is called then. */
@@ -98,6 +107,12 @@ export function changeOf({nights, levels, drift}) {
 /** The level that holds a run, or nothing. */
 export const levelAt = ({nights, levels}, run) =>
     run === null ? undefined : levels.find(({first, end}) => nights[first] <= run && run <= nights[end - 1]);
+
+/** What a level is on one of its nights: the mean, or a place on the line of the drift. */
+export function levelOn({levels, drift}, level, at) {
+  if (!drift || level !== levels[levels.length - 1]) return level.value;
+  return level.value * (1 + drift.per_night) ** (at - (level.first + level.end - 1) / 2);
+}
 
 /** Places between which an event's change lies: none of a drift, nor of what began before the nights shown. */
 export const stepOf = ({kind, good_run: good, bad_run: bad}) =>

@@ -1,7 +1,7 @@
 // One event: what moved, its history, the chosen one of its series, and all of them small.
 
 import {byId, data, make} from './page.js';
-import {changeAcross, changeText, dayOf, effectText, eventOf, formatMoment, glyphOf, intervalOf, seriesId, seriesOf, toneOf, whereElement} from './trend_data.js';
+import {changeAcross, changeText, dayOf, effectText, eventOf, formatMoment, glyphOf, intervalOf, seriesId, seriesName, seriesOf, toneOf, whereElement} from './trend_data.js';
 import {commitsElement, factsOf, statePill} from './trend_overview.js';
 import {fillPaged} from './trend_paged.js';
 import {showSeries} from './trend_panel.js';
@@ -50,7 +50,7 @@ function multiple(event, index) {
             href: linkTo({view: 'event', event: event.id, series: seriesId(index)}),
             'data-series': seriesId(index)
           },
-          make('strong', {}, series.name),
+          make('strong', {}, seriesName(series)),
           make(
               'span', {class: 'multiple-line'},
               make('span', {class: 'change'}, changeText(changeAcross(series, event))), whereElement(series)),

@@ -3,13 +3,18 @@
 import {swatch} from './marks.js';
 import {data, dataTable, factsTable, make, numberCell, percent, shortNumber} from './page.js';
 import {controlOf, dotsOf, drawCharts, notesOf, seriesCharts} from './trend_chart.js';
-import {changeOf, changeText, effectText, environmentOf, eventOf, formatDay, formatMoment, formatValue, glyphOf, shiftText, shortCommit, toneOf, whereElement} from './trend_data.js';
+import {changeOf, changeText, effectText, environmentOf, eventOf, formatDay, formatMoment, formatValue, glyphOf, levelOn, seriesName, shiftText, shortCommit, toneOf, whereElement} from './trend_data.js';
 import {epochsOf, epochTable} from './trend_epochs.js';
 import {linkTo} from './trend_state.js';
 
 /** The levels as a sentence. */
 function summaryOf(series) {
   if (series.levels.length === 0) return `No level in ${series.nights.length} nights.`;
+  const last = series.levels[series.levels.length - 1];
+  if (series.drift) {
+    const [from, to] = [last.first, last.end - 1].map((at) => formatValue(series, levelOn(series, last, at)));
+    return `Drifting from ${from} to ${to}.`;
+  }
   const parts = series.levels.map(
       ({first, value}) => `${formatValue(series, value)} from ${formatDay(data.runs[series.nights[first]].time)}`);
   return `${parts.join(', then ')}.`;
@@ -33,7 +38,7 @@ function legend(series, dots) {
           series.drift ? 'drift' : `level, with ${levels} interval`),
       entry(
           kinds.has('spike'), 'triangle', {fill: 'var(--series-4)'},
-          'spike: a night that stands alone, at the edge if beyond it'),
+          'spike: a night that stands alone; on a shaft: beyond the axis'),
       entry(kinds.has('left'), 'circle', outline('var(--muted)'), 'not looked at'),
       entry(kinds.has('missing'), 'M4 4l8 8M12 4l-8 8', outline('var(--muted)'), 'no value'),
       entry(
@@ -66,16 +71,19 @@ function facts(series) {
     [
       'Level now',
       last &&
-          `${formatValue(series, last.value)} (${formatValue(series, last.low)} to ${formatValue(series, last.high)})`
+          (series.drift ? `${formatValue(series, levelOn(series, last, last.end - 1))}, where the drift has come to` :
+                          `${formatValue(series, last.value)} (${formatValue(series, last.low)} to ${
+                              formatValue(series, last.high)})`)
     ],
     [series.drift ? 'Over all nights' : 'Last step', last && changeText(changeOf(series))],
     ['Drift', series.drift && `${percent(series.drift.per_night, 2)} a night`],
     [
       'Noise of a night',
       series.sigma === null ? null :
-                              `${share(series.sigma)}, autocorrelation ${shortNumber(series.autocorrelation ?? 0, 2)}`
+                              share(series.sigma) +
+              (series.autocorrelation === null ? '' : `, autocorrelation ${shortNumber(series.autocorrelation, 2)}`)
     ],
-    ['Smallest shift', shiftText(series.smallest_shift)],
+    ['Smallest shift', series.drift ? null : shiftText(series.smallest_shift)],
     ['Setting', make('code', {}, series.setting)],
   ]);
 }
@@ -124,9 +132,9 @@ function noteList(series) {
 export function showSeries(place, series) {
   const {dots} = dotsOf(series);
   place.replaceChildren(make(
-      'figure', {class: 'chart'}, make('h3', {class: 'series-name'}, series.name), make('p', {}, whereElement(series)),
-      ...seriesCharts(series, summaryOf(series)), legend(series, dots), noteList(series), facts(series),
-      epochsOf(series.machine).length > 1 ? epochTable(series.machine) : null,
+      'figure', {class: 'chart'}, make('h3', {class: 'series-name'}, seriesName(series)),
+      make('p', {}, whereElement(series)), ...seriesCharts(series, summaryOf(series)), legend(series, dots),
+      noteList(series), facts(series), epochsOf(series.machine).length > 1 ? epochTable(series.machine) : null,
       lazyDetails(`All ${dots.length} nights as a table`, () => nightsTable(series, dots))));
   drawCharts(place);
 }

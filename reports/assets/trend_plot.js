@@ -63,12 +63,23 @@ function drawIntervals(chart, {levels}, theme) {
 }
 
 function drawErrorBars(chart, theme) {
-  const {ctx, scales: {x, y}} = chart;
+  const {ctx, chartArea: area, scales: {x, y}} = chart;
   for (const dot of chart.data.datasets[0].data) {
     if (!dot.error || dot.kind !== 'night') continue;
     const place = x.getPixelForValue(dot.x);
-    const end = (sign) => y.getPixelForValue(dot.y * Math.exp(sign * dot.error));
+    const end = (sign) =>
+        Math.max(area.top, Math.min(area.bottom, y.getPixelForValue(dot.y * Math.exp(sign * dot.error))));
     drawLine(ctx, place, end(-1), place, end(1), withAlpha(theme.series[0], 0.55), 1);
+  }
+}
+
+/** What lies beyond the axis stands at its end, on a shaft: an arrow. */
+function drawShafts(chart, theme) {
+  const {ctx, scales: {x, y}} = chart;
+  for (const {x: place, y: value, beyond} of chart.data.datasets[0].data) {
+    if (!beyond) continue;
+    const [at, end] = [x.getPixelForValue(place), y.getPixelForValue(value)];
+    drawLine(ctx, at, end, at, end + 16 * beyond, theme.series[4], 2);
   }
 }
 
@@ -101,6 +112,7 @@ export const plotPlugin = (picture, theme) => ({
     drawSteps(chart, picture);
     drawIntervals(chart, picture, theme);
     drawErrorBars(chart, theme);
+    drawShafts(chart, theme);
     ctx.restore();
   },
   afterDatasetsDraw(chart) {

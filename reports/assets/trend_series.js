@@ -1,7 +1,7 @@
 // All series: a search, filters, the list by size of the last step, and the chosen one.
 
 import {byId, data, make} from './page.js';
-import {changeOf, changeText, machineName, seriesId, seriesOf, whereElement, whereParts} from './trend_data.js';
+import {changeOf, changeText, machineName, seriesId, seriesName, seriesOf, whereElement, whereParts} from './trend_data.js';
 import {fillPaged} from './trend_paged.js';
 import {showSeries} from './trend_panel.js';
 import {linkTo, markCurrent, replaceState, state} from './trend_state.js';
@@ -11,12 +11,14 @@ const traitOf = (series, trait) => (trait === 'machine' ? machineName(series.mac
 
 const entries =
     data.series
-        .map((series, index) => ({
-               series,
-               index,
-               change: changeOf(series),
-               text: [series.name, series.setting, series.technique, ...whereParts(series)].join(' ').toLowerCase(),
-             }))
+        .map(
+            (series, index) => ({
+              series,
+              index,
+              change: changeOf(series),
+              text:
+                  [seriesName(series), series.setting, series.technique, ...whereParts(series)].join(' ').toLowerCase(),
+            }))
         .sort((a, b) => Math.abs(b.change) - Math.abs(a.change) || a.index - b.index);
 
 function matching() {
@@ -35,7 +37,7 @@ function listItem({series, index, change}) {
           'a',
           {class: 'series-link', href: linkTo({...state, series: seriesId(index)}), 'data-series': seriesId(index)},
           make('span', {class: `change ${tone}`}, changeText(change)),
-          make('span', {}, make('strong', {}, series.name), whereElement(series))));
+          make('span', {}, make('strong', {}, seriesName(series)), whereElement(series))));
 }
 
 /** Up and down go from link to link, as in any list. */

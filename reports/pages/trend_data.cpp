@@ -125,7 +125,7 @@ class TrendPage {
     for (const auto& [s, epochs] : epochs_of_series_) {
       if (view_.series[s].machine != name) continue;
       sigmas.push_back(epochs.back()->changes.sigma);
-      shifts.push_back(epochs.back()->changes.smallest_shift);
+      if (!epochs.back()->changes.drift) shifts.push_back(epochs.back()->changes.smallest_shift);
     }
     return {{"name", name},
             {"nights", std::ranges::count(view_.runs, name, &RunRow::machine)},
@@ -281,12 +281,14 @@ class TrendPage {
     }
     const SeriesChanges& last = found->second.back()->changes;
     made["sigma"] = short_number(last.sigma);
-    made["smallest_shift"] = short_number(last.smallest_shift);
-    made["autocorrelation"] = short_number(last.autocorrelation);
-    if (last.drift)
-      made["drift"] = {{"per_night", short_number(std::expm1(last.drift->log_ratio_per_night))},
-                       {"low", short_number(std::expm1(last.drift->low))},
-                       {"high", short_number(std::expm1(last.drift->high))}};
+    if (!last.drift) {  // these are about the mean, from which a drift runs away
+      made["smallest_shift"] = short_number(last.smallest_shift);
+      made["autocorrelation"] = short_number(last.autocorrelation);
+      return;
+    }
+    made["drift"] = {{"per_night", short_number(std::expm1(last.drift->log_ratio_per_night))},
+                     {"low", short_number(std::expm1(last.drift->low))},
+                     {"high", short_number(std::expm1(last.drift->high))}};
   }
 
   const HistoryView& view_;
