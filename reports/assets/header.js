@@ -1,9 +1,12 @@
 // The top of the page: what was measured on what, and what to know before one reads on.
 
+import {missing, whenChanged} from './choice.js';
 import {byId, data, make} from './page.js';
 
 function notices() {
   const found = [];
+  if (data.runs.length && data.points.length === 0)
+    found.push('Nothing was measured: no case ended well. The reasons are below.');
   for (const run of data.runs) {
     const name = run.info.name || run.folder;
     if (!run.info.finished) found.push(`${name} was not finished: what follows is what was measured until then.`);
@@ -16,8 +19,6 @@ function notices() {
     }
   }
   for (const run of data.runs) found.push(...run.filter_notes);
-  if (data.runs.length && data.points.length === 0)
-    found.push('Nothing was measured: no case ended well. The reasons are below.');
   return [...new Set(found)];
 }
 
@@ -44,3 +45,12 @@ export function drawHeader() {
       'div', {class: 'notice'}, first,
       more.length ? make('details', {}, make('summary', {}, `${more.length} more`), ...more) : null));
 }
+
+/** Says what a link names that is not here. */
+export function drawMissing() {
+  const box = byId('link-missing');
+  box.hidden = missing.length === 0;
+  box.textContent = `Not in this report, though the link names it: ${missing.join(', ')}`;
+}
+
+whenChanged(['pins'], drawMissing);

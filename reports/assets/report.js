@@ -6,10 +6,11 @@ import {drawEffects} from './effects.js';
 import {drawEnvironment} from './environment.js';
 import {drawExtremes} from './extremes.js';
 import {drawFleet} from './fleet.js';
-import {drawHeader} from './header.js';
+import {drawHeader, drawMissing} from './header.js';
 import {byId, data} from './page.js';
 import {drawPins} from './pins.js';
 import {drawPlot, plotted, startPlot} from './plot.js';
+import {whenColorsChange} from './redraw.js';
 import {startStage} from './stage.js';
 import {drawStrip} from './strip.js';
 import {startTable} from './table.js';
@@ -18,6 +19,7 @@ import {drawTune} from './tune_part.js';
 
 Chart.defaults.font.family = 'system-ui, sans-serif';
 drawHeader();
+drawMissing();
 
 /** What is told of settings; a page of `stress` alone has none. */
 function drawSettings() {
@@ -55,6 +57,10 @@ function whenOpened(id, draw) {
   details.addEventListener('toggle', () => draw(), {once: true});
 }
 whenOpened('environment', drawEnvironment);
+if (hasRuns && !hasPoints) {
+  const environment = /** @type {HTMLDetailsElement} */ (byId('environment'));
+  environment.open = true;  // that holds why
+}
 if (data.stress) drawExtremes(data.stress);
 
 // Pictures stand after this script.
@@ -68,16 +74,19 @@ document.addEventListener('DOMContentLoaded', () => {
   document.body.dataset.rendered = 'true';
 });
 
-function redrawCharts() {
-  if (hasPoints) drawPlot();
-  if (data.tune) drawTuneCharts(data.tune);
-}
-matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redrawCharts);
-// Paper is white whatever the screen is; charts are pictures, so they must be redrawn for it.
-for (const printing of [true, false]) {
-  window.addEventListener(printing ? 'beforeprint' : 'afterprint', () => {
-    document.documentElement.classList.toggle('printing', printing);
-    redrawCharts();
-    plotted.chart?.resize();
+/** The links to sections go there, and leave the fragment to what is chosen. */
+for (const link of document.querySelectorAll('nav a')) {
+  const section = byId(link.getAttribute('href').slice(1));
+  link.addEventListener('click', (event) => {
+    event.preventDefault();
+    section.scrollIntoView();
+    section.tabIndex = -1;  // the keyboard goes on from there
+    section.focus({preventScroll: true});
   });
 }
+
+whenColorsChange(() => {
+  if (hasPoints) drawPlot();
+  if (data.tune) drawTuneCharts(data.tune);
+  plotted.chart?.resize();
+});

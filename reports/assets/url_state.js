@@ -7,8 +7,9 @@ export function readFragment(fields) {
 }
 
 /** A link's target. values: by field; empty ones are left out. */
-export const fragmentOf = (fields, values) =>
-    '#' + new URLSearchParams(fields.filter((name) => values[name]).map((name) => [name, String(values[name])]));
+export const fragmentOf = (fields, values) => '#' +
+    String(new URLSearchParams(fields.filter((name) => values[name]).map((name) => [name, String(values[name])])))
+        .replace(/%(2F|3A|2C)/g, decodeURIComponent);  // slash, colon and comma may stand there as they are
 
 /** Takes the new state without a step for the back button, as for every letter of a search. */
 export const replaceFragment = (fields, values) => history.replaceState(null, '', fragmentOf(fields, values));
