@@ -2,9 +2,10 @@
 
 import {choice, choose, whenChanged} from './choice.js';
 import {copyButton} from './copy.js';
-import {answerOf, budgetsOf, groupsOf, isFiltered, missText} from './decide.js';
+import {answerOf, budgetsOf, groupsOf, isFiltered, keptBudgets, missText} from './decide.js';
+import {refill} from './focus.js';
 import {byId, data, formatInterval, formatNumber, formatTime, make} from './page.js';
-import {commandOf, comparison, errorAsSeen, errorOf, formatBytes, metricIndex, sceneName, settingElement, settingTitle, shortLabel, techniqueIndex, techniqueName} from './points.js';
+import {commandsOf, comparison, errorAsSeen, errorOf, formatBytes, metricIndex, sceneName, settingElement, settingTitle, shortLabel, techniqueIndex, techniqueName} from './points.js';
 
 const kCardsShown = 6;
 const times = (ratio) => (ratio >= 10 ? String(Math.round(ratio)) : formatNumber(ratio, 2));
@@ -56,21 +57,41 @@ function answersIn(scene) {
 const answerRow = (label, content, hint) =>
     make('div', {class: 'answer-row'}, make('dt', {title: hint}, label), make('dd', {}, content));
 
-function pointRow(label, index, hint) {
-  if (index === null) return null;
-  const point = data.points[index];
-  return answerRow(
-      label,
-      [
-        make('span', {class: 'figure'}, formatTime(point.time_ns[0])), ' ', settingElement(point),
-        make('span', {class: 'muted'}, ` ${errorOf(point, choice.metric)}`)
-      ],
-      hint);
+/** Lists of the things that have the same text: [[text, things]]. */
+function byText(things, textOf) {
+  const lists = new Map();
+  for (const one of things) {
+    const text = textOf(one);
+    if (!lists.has(text)) lists.set(text, []);
+    lists.get(text).push(one);
+  }
+  return [...lists];
+}
+const devicesOf = (answers) => answers.map(({group}) => shortLabel(group)).join(', ');
+
+/**
+ * What devices have as one part of their answers: a row for each setting, with its time on every device. none: what
+ * stands where a device has none.
+ */
+function pointRows(label, answers, part, hint, none = null) {
+  const pointIn = (answer) => data.points[part(answer)] ?? null;
+  const lists = byText(answers, (answer) => pointIn(answer)?.setting ?? -1);
+  return lists.filter(([setting]) => setting >= 0 || none).map(([setting, here]) => {
+    const where = lists.length > 1 || here.length > 1;
+    if (setting < 0) return answerRow(label, where ? `${none} on ${devicesOf(here)}` : none, hint);
+    const figures = here.flatMap(
+        (answer) =>
+            [make('span', {class: 'figure'}, formatTime(pointIn(answer).time_ns[0])),
+             make(
+                 'span', {class: 'muted'},
+                 ` ${errorOf(pointIn(answer), choice.metric)}${where ? ` on ${shortLabel(answer.group)}` : ''} `)]);
+    return answerRow(label, [settingElement(pointIn(here[0])), ' ', ...figures], hint);
+  });
 }
 
-const show = (index) => () => {
-  const point = data.points[index];
-  choose({scene: point.scene, picture: index, pins: [...new Set([...choice.pins, index])]});
+const show = (answers) => () => {
+  const picks = answers.map(({pick}) => pick);
+  choose({scene: answers[0].scene, picture: picks[0], pins: [...new Set([...choice.pins, ...picks])]});
 };
 
 /** What a pick costs on a device, and how sure that is. */
@@ -96,42 +117,63 @@ function errorTexts(point) {
       .join(' · ');
 }
 
+const mapText = ({memory_bytes: bytes}) => (bytes ? ` · map ${formatBytes(bytes)}` : '');
+
+/** A sentence of each device; one where they are the same. */
+const sentences = (answers, textOf) =>
+    byText(answers, textOf).map(([text, here], _, lists) => (lists.length > 1 ? `${text} (${devicesOf(here)})` : text));
+
+const inTimeRows = (answers) =>
+    (choice.time_ms === null ? [] :
+                               pointRows(
+                                   'Within time', answers, ({accurate}) => accurate,
+                                   'the most accurate within the time budget', 'nothing is so fast'));
+
 const missBlock = (answers) => make(
     'div', {class: 'answer no-answer'}, make('p', {class: 'sentence'}, 'Nothing meets the budget'),
-    make('p', {class: 'muted'}, answers.map(({group}) => shortLabel(group)).join(', ')),
-    answers[0].nearest === null ? null : make('p', {}, `Nearest: ${missText(answers[0].nearest, answers[0].budgets)}.`),
-    make('dl', {}, pointRow('Nearest', answers[0].nearest), pointRow('Flat floor', answers[0].flat)));
+    make('p', {class: 'muted'}, devicesOf(answers)),
+    ...sentences(answers.filter(({nearest}) => nearest !== null), ({nearest, budgets}) => missText(nearest, budgets))
+        .map((text) => make('p', {}, `Nearest: ${text}.`)),
+    make(
+        'dl', {}, ...pointRows('Nearest', answers, ({nearest}) => nearest), ...inTimeRows(answers),
+        ...pointRows('Flat floor', answers, ({flat}) => flat)));
 
-/** isFirst: of its scene; the others are told in short. */
-function answerBlock(answers, isFirst) {
-  const [answer] = answers;
-  if (answer.pick === null) return missBlock(answers);
-  const pick = data.points[answer.pick];
-  const accurate = answers.map((a) => a.accurate).find((index) => index !== null) ?? null;
-  const inTime = accurate === null ? answerRow('Within time', 'nothing is so fast') :
-                                     pointRow('Within time', accurate, 'the most accurate within the time budget');
-  const more = make(
+function moreOf(answers) {
+  const isNew = (index, ...others) => (others.includes(index) ? null : index);
+  return make(
       'details', {}, make('summary', {}, 'What else does, what just fails'),
       make(
-          'dl', {}, pointRow('Tie', answer.tie, 'as fast as far as the intervals tell'),
-          answer.runnerUp === answer.tie ? null : pointRow('Runner-up', answer.runnerUp, 'next best of other settings'),
-          [answer.pick, answer.tie, answer.runnerUp].includes(answer.baseline) ?
-              null :
-              pointRow('Simplest', answer.baseline, 'the fastest of the simplest technique that does'),
-          pointRow('Just fails', answer.justFails, 'faster, and misses the budget by least'),
-          pointRow('Flat floor', answer.flat, 'the same frame without relief')));
+          'dl', {}, ...pointRows('Tie', answers, ({tie}) => tie, 'as fast as far as the intervals tell'),
+          ...pointRows('Runner-up', answers, (a) => isNew(a.runnerUp, a.tie), 'next best of other settings'),
+          ...pointRows(
+              'Simplest', answers, (a) => isNew(a.baseline, a.pick, a.tie, a.runnerUp),
+              'the fastest of the simplest technique that does'),
+          ...pointRows('Just fails', answers, ({justFails}) => justFails, 'faster, and misses the budget by least'),
+          ...pointRows('Flat floor', answers, ({flat}) => flat, 'the same frame without relief')));
+}
+
+/** answers: of devices that pick one setting. isFirst: of its scene; the others are told in short. */
+function answerBlock(answers, isFirst) {
+  if (answers[0].pick === null) return missBlock(answers);
+  const pickOf = ({pick}) => data.points[pick];
+  const pick = pickOf(answers[0]);
+  const where = (answer) => (answers.length > 1 ? ` of ${shortLabel(answer.group)}` : '');
   const buttons = make(
       'p', {class: 'card-buttons no-print'},
-      make('button', {type: 'button', class: 'copy', onclick: show(answer.pick)}, 'Pin and show'), ' ',
-      copyButton(commandOf(pick)));
-  const errors = make(
-      'p', {class: 'errors'}, errorTexts(pick) + (pick.memory_bytes ? ` · map ${formatBytes(pick.memory_bytes)}` : ''));
-  const sentence = isFirst ? sentenceOf(answer) : settingTitle(pick);
-  if (!isFirst) more.append(errors, buttons);
+      make('button', {type: 'button', class: 'copy', onclick: show(answers)}, 'Pin and show'),
+      ...answers.flatMap(
+          (answer) =>
+              commandsOf(pickOf(answer)).flatMap(([label, text]) => [' ', copyButton(text, label + where(answer))])));
+  const errors = sentences(answers, (answer) => errorTexts(pickOf(answer)) + mapText(pickOf(answer)))
+                     .map((text) => make('p', {class: 'errors'}, text));
+  const more = moreOf(answers);
+  if (!isFirst) more.append(...errors, buttons);
+  const said = isFirst ? sentences(answers, sentenceOf) : [settingTitle(pick)];
+  const inTime = inTimeRows(answers);
   return make(
-      'div', {class: 'answer'}, make('p', {class: 'sentence'}, sentence), ...answers.map(priceRow),
-      isFirst ? errors : null, make('p', {}, settingElement(pick)),
-      choice.time_ms === null ? null : make('dl', {}, inTime), more, isFirst ? buttons : null);
+      'div', {class: 'answer'}, ...said.map((text) => make('p', {class: 'sentence'}, text)), ...answers.map(priceRow),
+      ...(isFirst ? errors : []), make('p', {}, settingElement(pick)), inTime.length ? make('dl', {}, ...inTime) : null,
+      more, isFirst ? buttons : null);
 }
 
 const answerCard = (scene) => make(
@@ -142,13 +184,15 @@ function budgetSentence() {
   const texts = data.groups.map((_, group) => budgetsOf(group).map((b) => comparison(b.text)).join(' and '));
   const within = [...new Set(texts)].filter(Boolean).join('; or ');
   const filtered = isFiltered() ? ', of what the filters leave' : '';
-  return `The fastest setting${within ? ` with ${within}` : ''}${filtered}:`;
+  const kept = keptBudgets().join(' and ');
+  return `The fastest setting${within ? ` with ${within}` : ''}${filtered}${
+      kept ? `; ${kept}: kept by all that is shown` : ''}:`;
 }
 
 export function drawAnswers() {
   const scenes = [...data.scenes.keys()];
   byId('budget').textContent = data.points.length ? budgetSentence() : '';
-  byId('answer-cards').replaceChildren(...scenes.slice(0, kCardsShown).map(answerCard));
+  refill(byId('answer-cards'), ...scenes.slice(0, kCardsShown).map(answerCard));
   const rest = scenes.slice(kCardsShown);
   const more = /** @type {HTMLDetailsElement} */ (byId('more-answers'));
   more.hidden = rest.length === 0;

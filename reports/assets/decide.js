@@ -3,7 +3,7 @@
 
 import {changes, choice, kParamFilters} from './choice.js';
 import {data} from './page.js';
-import {metricIndex, paramOf, settingOf, techniqueIndex} from './points.js';
+import {comparison, metricIndex, paramOf, settingOf, techniqueIndex} from './points.js';
 
 const searchTexts = [];
 /** What a search looks through. */
@@ -70,6 +70,9 @@ export function ownLimit(group, metric) {
 }
 /** The limit that holds on the chosen metric; null: none. */
 export const limitOf = (group) => (choice.error === undefined ? ownLimit(group, choice.metric) : choice.error);
+
+/** Budgets of a search that all its points are within, as texts: its points have no value of those metrics. */
+export const keptBudgets = () => (data.tune?.kept_budgets || []).map(comparison);
 
 /** The run's budgets, with the reader's limit in the place of its own on the chosen metric. */
 export function budgetsOf(group) {

@@ -1,7 +1,7 @@
 // One setting for all places, and what it costs to ship the best of one place in another: what `choose` says.
 
 import {byId, data, dataTable, formatTime, letterOf, make, numberCell, percent} from './page.js';
-import {comparison} from './points.js';
+import {comparison, nameElement} from './points.js';
 
 const shareText = (share) => (share < 0.0005 ? '0 %' : percent(share, share < 0.1 ? 2 : 3));
 const lossText = ({loss, interval: [low, high]}) => `${shareText(loss)} [${shareText(low)}, ${shareText(high)}]`;
@@ -14,8 +14,6 @@ function lossCell(loss, isOwn) {
   if (!isOwn) cell.style.background = `color-mix(in srgb, var(--bad) ${depth}%, transparent)`;
   return cell;
 }
-
-const named = (name, key) => make('span', {class: 'settings'}, name, make('span', {class: 'muted'}, ` [${key}]`));
 
 export function drawFleet() {
   const {fleet} = data;
@@ -33,7 +31,7 @@ export function drawFleet() {
   byId('fleet-rows')
       .replaceChildren(
           make(
-              'p', {class: 'sentence'}, named(pick.name, pick.key),
+              'p', {class: 'sentence'}, nameElement(pick.name, pick.key),
               `: at most ${lossText(worst)} slower than each place's own best`),
           make(
               'p', {class: 'muted'},
@@ -46,7 +44,7 @@ export function drawFleet() {
                   (place, p) =>
                       [letterOf(p), `${place.scene}, ${place.device} (${place.backend})`,
                        numberCell(formatTime(pick.places[p].time_ns)), lossCell(pick.places[p], false),
-                       place.key === pick.key ? 'the same' : named(place.name, place.key)])),
+                       place.key === pick.key ? 'the same' : nameElement(place.name, place.key)])),
           make(
               'details', {open: places.length <= 3 ? '' : null},
               make('summary', {}, 'What it costs to ship the best of one place in another'),

@@ -2,9 +2,10 @@
 
 import {choice, choose, whenChanged} from './choice.js';
 import {copyButton} from './copy.js';
+import {refill} from './focus.js';
 import {pictureOf} from './images.js';
 import {byId, data, formatInterval, formatTime, letterOf, make} from './page.js';
-import {commandOf, errorAsSeen, formatBytes, sceneName, settingElement, settingOf, shortLabel} from './points.js';
+import {commandsOf, errorAsSeen, formatBytes, sceneName, settingElement, settingOf, shortLabel} from './points.js';
 
 const unpin = (index) => choose({pins: choice.pins.filter((pin) => pin !== index)});
 
@@ -52,16 +53,26 @@ function metricRows(points) {
   return [rows.filter((row) => row.isFirst), rows.filter((row) => !row.isFirst)];
 }
 
+/** null where there is no command. */
+function commandButtons(point) {
+  const commands = commandsOf(point);
+  if (commands.length === 0) return null;
+  return make('span', {}, ...commands.flatMap(([label, text]) => [copyButton(text, label), ' ']));
+}
+
 export function drawPins() {
   const points = choice.pins.map((index) => data.points[index]);
   const box = byId('pins');
   if (points.length === 0) {
-    box.replaceChildren(make(
-        'p', {class: 'muted'},
-        'Click a dot to pin its setting: what it costs, its pictures and the command that measures it again stand here. ' +
-            'Pin several to compare them. With the keyboard: focus the plot, ',
-        make('kbd', {}, '←'), ' ', make('kbd', {}, '→'), ' go from dot to dot by time, ', make('kbd', {}, 'Enter'),
-        ' pins.'));
+    refill(
+        box,
+        make(
+            'p', {class: 'muted'},
+            `Click a dot to pin its setting: what it costs, its pictures and ${
+                data.tune ? 'the commands that show and ship it' : 'the command that measures it again'} stand here. ` +
+                'Pin several to compare them. With the keyboard: focus the plot, ',
+            make('kbd', {}, '←'), ' ', make('kbd', {}, '→'), ' go from dot to dot by time, ', make('kbd', {}, 'Enter'),
+            ' pins.'));
     return;
   }
   const [first] = points;
@@ -71,9 +82,14 @@ export function drawPins() {
   };
   const row = (name, cells, hint) =>
       make('tr', {}, make('th', {scope: 'row', title: hint}, name), ...cells.map((cell) => make('td', {}, cell)));
+  const knownRow = (name, cellOf) => {
+    const cells = points.map(cellOf);
+    return cells.every((cell) => cell === null) ? null : row(name, cells.map((cell) => cell ?? 'not known'));
+  };
   const [main, more] = metricRows(points);
   const isOnePlace = new Set(points.map((point) => `${point.scene} ${point.group}`)).size === 1;
-  box.replaceChildren(
+  refill(
+      box,
       make(
           'div', {class: 'table-box', tabindex: 0, role: 'region', 'aria-label': 'Pinned settings'},
           make(
@@ -90,12 +106,14 @@ export function drawPins() {
                               `${formatInterval(point.time_ns)} (${point.coverage} of ${point.samples} samples)`)),
                   ...main.map(({name, cells, hint}) => row(name, cells, hint)),
                   ...differingParams(points).map(([name, texts]) => row(name, texts)),
-                  row('Map',
-                      points.map(
-                          (point) => `${formatBytes(point.memory_bytes)}, baked in ${formatTime(point.bake_ns)}`)),
-                  row('First draw', points.map((point) => `${formatTime(point.first_draw_ns)} with compilation`)),
+                  knownRow(
+                      'Map',
+                      ({memory_bytes: bytes, bake_ns: ns}) =>
+                          bytes === null ? null : `${formatBytes(bytes)}, baked in ${formatTime(ns)}`),
+                  knownRow('First draw', ({first_draw_ns:
+                                               ns}) => (ns === null ? null : `${formatTime(ns)} with compilation`)),
                   row('Timer', points.map((point) => point.timer)),
-                  row('Again', points.map((point) => copyButton(commandOf(point))))))),
+                  knownRow(data.tune ? 'Use it' : 'Again', commandButtons)))),
       make(
           'details', {}, make('summary', {}, 'All errors, ids and commands'),
           make(
@@ -106,7 +124,7 @@ export function drawPins() {
           ...points.map(
               (point, at) =>
                   make('p', {class: 'case-id'}, make('strong', {}, `${letterOf(at)} `), make('code', {}, point.id))),
-          ...points.map((point) => make('p', {class: 'command-line'}, make('code', {}, commandOf(point))))));
+          ...points.flatMap(commandsOf).map(([, text]) => make('p', {class: 'command-line'}, make('code', {}, text)))));
 }
 
 whenChanged(['pins', 'metric'], drawPins);

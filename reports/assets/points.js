@@ -48,10 +48,11 @@ const isOneRun = new Set(data.groups.map(({run}) => run)).size < 2;
 export const shortLabel = (group) => (devices.size === 1 && isOneRun ? data.groups[group].backend : groupLabel(group));
 const runOf = (point) => data.runs[data.groups[point.group].run];
 
-/** A parameter's text; '' where the setting has none. */
+/** A parameter's text; '' where the setting has none. The map also of a technique that has but one kind. */
 export const paramOf = (point, name) => {
-  const found = settingOf(point).params.find(([id]) => id === name);
-  return found ? found[1] : '';
+  const {params, map} = settingOf(point);
+  const found = params.find(([id]) => id === name);
+  return found?.[1] ?? (name === 'map' ? map : '');
 };
 
 /** "relaxed cone, 32 steps" */
@@ -63,23 +64,45 @@ export function settingTitle(point) {
 /** What differs from the defaults, and the key; settings wrap between, not within, assignments. */
 export function settingElement(point, {hasTechnique = true} = {}) {
   const {name, key} = settingOf(point);
-  const words = name.split(' ');
-  const settings = words.slice(1).map((word) => make('span', {}, `${word} `));
-  return make(
-      'span', {class: 'settings'}, hasTechnique ? make('strong', {}, `${words[0]} `) : null, ...settings,
-      key ? make('span', {class: 'muted'}, `[${key}]`) : null, point.mark ? ` ${point.mark}` : null);
+  return nameElement(name, key, {hasTechnique, mark: point.mark});
 }
 
-/** What a run's command line gave an option; undefined: nothing. */
-function optionOf(run, name) {
+/** Between the words stand real blanks, so that they are there in a copy. */
+export function nameElement(name, key, {hasTechnique = true, mark = ''} = {}) {
+  const [technique, ...settings] = name.split(' ');
+  const words = [
+    hasTechnique ? make('strong', {}, technique) : null, ...settings.map((word) => make('span', {}, word)),
+    key ? make('span', {class: 'muted'}, `[${key}]`) : null, mark || null
+  ].filter(Boolean);
+  return make('span', {class: 'settings'}, ...words.flatMap((word, at) => (at ? [' ', word] : [word])));
+}
+
+/** What a run's command line gave an option, each time that it stands there. */
+function optionsOf(run, name) {
   const words = run.info.argv || [];
-  const at = words.findIndex((word) => word === name || word.startsWith(`${name}=`));
-  if (at < 0) return undefined;
-  return words[at] === name ? words[at + 1] : words[at].slice(name.length + 1);
+  return words.flatMap((word, at) => {
+    if (word === name) return words[at + 1] === undefined ? [] : [words[at + 1]];
+    return word.startsWith(`${name}=`) ? [word.slice(name.length + 1)] : [];
+  });
+}
+
+/**
+ * What a case's time depends on beside its id: frame, device and injected slowdowns. A merged run's argv tells none.
+ */
+function conditionsOf(point, run) {
+  const {backend, device} = data.groups[point.group];
+  const {devices = [], injected_slowdown: slowdowns = {}} = run.info.identity || {};
+  const px = data.scenes[point.scene].frame_px;
+  const framePx = optionsOf(run, '--frame-px').at(-1) ?? px?.join('x');
+  const index = devices.find((one) => one.backend === backend && one.name === device)?.index;
+  return [
+    ...(framePx ? ['--frame-px', framePx] : []), ...(index ? ['--device', String(index)] : []),
+    ...Object.entries(slowdowns).flatMap(([technique, factor]) => ['--inject-slowdown', `${technique}:${factor}`])
+  ];
 }
 
 /** The command line that measures a point again, into a folder of its own. */
-export function commandOf(point) {
+function sweepOf(point) {
   const run = runOf(point);
   const config = run.info.config_path || 'CONFIG';
   const {key} = settingOf(point);
@@ -89,15 +112,31 @@ export function commandOf(point) {
     words.push('--case', key, '--filter', `*@${scene}?*`, '--backend', data.groups[point.group].backend);
   else
     words.push('--filter', point.id);
-  const framePx = optionOf(run, '--frame-px');
-  if (framePx) words.push('--frame-px', framePx);
-  return words.map(shellQuote).join(' ');
+  return [...words, ...conditionsOf(point, run)].map(shellQuote).join(' ');
 }
 
-/** The command line that ends an interrupted run and draws the pictures that its folder lacks; null: not known. */
+/** Of a search: what shows and ships a setting that its folder has recorded, as `tune` itself says. */
+function searchCommands(point) {
+  const {key, recorded_in: folder} = settingOf(point);
+  if (!folder) return [];
+  const {scenes} = data.tune;
+  const words = ['--run', folder, '--case', key, ...(scenes.length > 1 ? ['--scene', scenes[0]] : [])];
+  const command = (name, ...more) => ['reliefbench', name, ...words, ...more].map(shellQuote).join(' ');
+  return [
+    ['Copy view command', command('view')], ['Copy export command', command('export', '-o', `${folder}/shipped`)]
+  ];
+}
+
+/** What can be done with a point on the command line: [[label of the button that copies it, command line]]. */
+export const commandsOf = (point) => (data.tune ? searchCommands(point) : [['Copy command', sweepOf(point)]]);
+
+/**
+ * The command lines that end an interrupted run and draw the pictures that its folder lacks; none where it is not
+ * known, or where the run was merged: its parts were swept elsewhere.
+ */
 export function picturesCommand(run) {
   const words = run.info.argv;
-  if (!words) return null;
+  if (!words || words[1] !== 'sweep') return null;
   const kept = words.filter(
       (word, index) => words[index - 1] !== '--pictures' && word !== '--pictures' && !word.startsWith('--pictures='));
   return kept.map(shellQuote).join(' ');
