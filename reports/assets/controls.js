@@ -1,10 +1,11 @@
 // Budgets, metric, scene, device and filters.
 
 import {choice, choose, kParamFilters, whenChanged} from './choice.js';
-import {budgetsOf, chosenGroups, groupsOf, isFiltered, limitOf, ownLimit, pointsIn} from './decide.js';
+import {budgetsOf, chosenGroups, groupsOf, isFiltered, keptBudgets, limitOf, ownLimit, pointsIn} from './decide.js';
+import {refill} from './focus.js';
 import {seriesSwatch, swatch} from './marks.js';
 import {byId, data, make} from './page.js';
-import {seriesOf, usedTechniques} from './plot.js';
+import {dashOf, isOpenMark, seriesOf, usedTechniques} from './plot.js';
 import {comparison, metricTitle, paramOf, sceneName, shortLabel, techniqueName} from './points.js';
 
 const kSteps = 400;  // of a slider, on a logarithmic scale where the values allow it
@@ -46,7 +47,8 @@ function limitControl({id, label, unit, range, value, isLeast, onValue}) {
     placeholder: 'any',
     value: value === null ? '' : Number(value.toPrecision(3)),
     'aria-label': `${label}, as a number`,
-    onchange: (event) => onValue(event.target.value === '' ? null : Number(event.target.value))
+    // Later: leaving the field changes it, and the focus must be where it goes before all is drawn anew.
+    onchange: ({target}) => setTimeout(() => onValue(target.value === '' ? null : Number(target.value)))
   });
   return make('div', {class: 'budget'}, make('label', {for: id
               }, label), slider, make('span', {class: 'budget-value'}, isLeast ? '≥ ' : '≤ ', number, ` ${unit}`));
@@ -77,8 +79,6 @@ function drawBudgets() {
   const group = chosenGroups(choice.scene)[0] ?? 0;
   const limit = data.groups.length ? limitOf(group) : null;
   const range = errorRange();
-  const active = /** @type {HTMLElement} */ (document.activeElement);
-  const focused = active?.id;
   const error = range === null ?
       make('div', {class: 'budget muted'}, 'no bound: nothing has this metric, or all is 0') :
       setHeld(
@@ -105,7 +105,10 @@ function drawBudgets() {
                                         }),
                                         'time');
   const others = data.groups.length ?
-      budgetsOf(group).filter((budget) => budget.metric !== metric.id).map((b) => comparison(b.text)) :
+      [
+        ...budgetsOf(group).filter((budget) => budget.metric !== metric.id).map((b) => comparison(b.text)),
+        ...keptBudgets()
+      ] :
       [];
   const isMoved = choice.error !== undefined || choice.time_ms !== null;
   const own = data.groups.length ? ownLimit(group, choice.metric) : null;
@@ -113,11 +116,11 @@ function drawBudgets() {
       'button', {type: 'button', onclick: () => choose({error: undefined, time_ms: null}), hidden: isMoved ? null : ''},
       own === null ? 'No budget of mine' : 'The run\'s budgets');
   if (held === null) {
-    byId('budgets').replaceChildren(
+    refill(
+        byId('budgets'),
         ...[metricSelect(), error, time,
             make('span', {class: 'muted'}, others.length ? `and ${others.join(', ')}` : ''), reset]
             .filter(Boolean));
-    if (focused) document.getElementById(focused)?.focus({preventScroll: true});
     return;
   }
   const number = /** @type {HTMLInputElement} */ (byId(`${held}-limit`).parentElement.querySelector('.limit'));
@@ -163,19 +166,21 @@ function drawFilters() {
   if (focused)
     byId('filters').querySelector('button').hidden = !isFiltered();
   else
-    byId('filters').replaceChildren(...[device, ...params, search, reset].filter(Boolean));
+    refill(byId('filters'), ...[device, ...params, search, reset].filter(Boolean));
 }
 
 function drawScenes() {
   byId('scenes').hidden = data.scenes.length < 2;
-  byId('scenes').replaceChildren(...data.scenes.map(
-      (_, scene) => make(
-          'button', {
-            type: 'button',
-            'aria-pressed': String(scene === choice.scene),
-            onclick: () => choose({scene, picture: null})
-          },
-          sceneName(scene))));
+  refill(
+      byId('scenes'),
+      ...data.scenes.map(
+          (_, scene) => make(
+              'button', {
+                type: 'button',
+                'aria-pressed': String(scene === choice.scene),
+                onclick: () => choose({scene, picture: null})
+              },
+              sceneName(scene))));
 }
 
 function drawTechniques() {
@@ -184,8 +189,9 @@ function drawTechniques() {
     if (!hidden.delete(technique)) hidden.add(technique);
     choose({hidden});
   };
-  byId('technique-legend')
-      .replaceChildren(...usedTechniques.map(
+  refill(
+      byId('technique-legend'),
+      ...usedTechniques.map(
           (technique) => make(
               'button', {
                 type: 'button',
@@ -204,14 +210,24 @@ function drawMarkLegend() {
   const constraints =
       [...new Set(data.runs.flatMap((run) => run.constraints.map((b) => comparison(b.text))))].join(', ');
   const entry = (mark, text) => make('span', {class: 'mark'}, mark, text);
+  const line = (group) => swatch(
+      'M0 8H32', {fill: 'none', stroke: ink, 'stroke-width': 1.5, 'stroke-dasharray': dashOf(group).join(' ')}, 32);
+  const mark = (group) =>
+      swatch('circle', isOpenMark(group) ? {fill: 'none', stroke: ink, 'stroke-width': 2.2} : {fill: ink});
+  const groups = chosenGroups(choice.scene);
+  const fronts = groups.length > 1 ?
+      groups.map(
+          (group) =>
+              entry(make('span', {class: 'front-mark'}, line(group), mark(group)), `front, ${shortLabel(group)}`)) :
+      [];
   const hollow = (radius, color) =>
       swatch(`M8 ${8 - radius}a${radius} ${radius} 0 1 0 .01 0z`, {fill: 'none', stroke: color, 'stroke-width': 1.8});
   byId('mark-legend')
       .replaceChildren(
           entry(
               swatch('M1 4H9V12H15', {fill: 'none', stroke: ink, 'stroke-width': 1.5}),
-              `front, with intervals of time (${coverages})`),
-          entry(swatch('circle', {fill: ink, opacity: 0.35}), 'dominated'),
+              groups.length > 1 ? `intervals of time (${coverages})` : `front, with intervals of time (${coverages})`),
+          ...fronts, entry(swatch('circle', {fill: ink, opacity: 0.35}), 'dominated'),
           ...(constraints ? [entry(hollow(4, ink), `breaks ${constraints}`)] : []),
           entry(hollow(6, 'var(--accent)'), 'pick'), entry(hollow(6, ink), 'pinned'));
 }
@@ -228,3 +244,4 @@ whenChanged(['metric', 'error', 'time_ms', 'scene', 'group'], drawBudgets);
 whenChanged(['scene'], drawScenes);
 whenChanged(['scene', 'group', 'search', 'hidden', ...kParamFilters], drawFilters);
 whenChanged(['hidden'], drawTechniques);
+whenChanged(['scene', 'group'], drawMarkLegend);

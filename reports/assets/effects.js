@@ -2,6 +2,7 @@
 
 import {choice, whenChanged} from './choice.js';
 import {chosenGroups} from './decide.js';
+import {refill} from './focus.js';
 import {drawn} from './marks.js';
 import {byId, data, formatNumber, make} from './page.js';
 import {shortLabel} from './points.js';
@@ -80,18 +81,17 @@ export function drawEffects() {
   const features = effects.filter((effect) => effect.prices_feature);
   const first = new Set(byWeight.filter((effect) => !effect.prices_feature).slice(0, kRowsShown));
   const rest = effects.filter((effect) => !effect.prices_feature && !first.has(effect));
-  byId('effect-rows')
-      .replaceChildren(
-          ...[make('p', {class: 'muted'}, `On ${shortLabel(group)}, over all scenes.`),
-              features.length ? make('h3', {}, 'Features of the scene, on instead of off: price and gain') : null,
-              features.length ? effectTable(features) : null,
-              features.length ? make('h3', {}, 'Everything else') : null,
-              first.size ? effectTable(effects.filter((effect) => first.has(effect))) :
-                           make('p', {}, `No step has ${kFewPairs} pairs or more.`),
-              rest.length ?
-                  make('details', {}, make('summary', {}, `${rest.length} more, of less weight`), effectTable(rest)) :
-                  null]
-              .filter(Boolean));
+  refill(
+      byId('effect-rows'),
+      ...[make('p', {class: 'muted'}, `On ${shortLabel(group)}, over all scenes.`),
+          features.length ? make('h3', {}, 'Features of the scene, on instead of off: price and gain') : null,
+          features.length ? effectTable(features) : null, features.length ? make('h3', {}, 'Everything else') : null,
+          first.size ? effectTable(effects.filter((effect) => first.has(effect))) :
+                       make('p', {}, `No step has ${kFewPairs} pairs or more.`),
+          rest.length ?
+              make('details', {}, make('summary', {}, `${rest.length} more, of less weight`), effectTable(rest)) :
+              null]
+          .filter(Boolean));
 }
 
 whenChanged(['metric', 'group', 'scene'], drawEffects);

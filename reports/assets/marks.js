@@ -52,10 +52,11 @@ export function drawn(tag, attributes, ...children) {
   return element;
 }
 
-/** style: fill, stroke, opacity (SVG attributes) */
-export function swatch(shape, style) {
+/** style: fill, stroke, opacity (SVG attributes). width: of what is wider than high, in sixteenths of its height */
+export function swatch(shape, style, width = 16) {
   return drawn(
-      'svg', {viewBox: '0 0 16 16', 'aria-hidden': 'true'}, drawn('path', {d: kShapePaths[shape] || shape, ...style}));
+      'svg', {viewBox: `0 0 ${width} 16`, 'aria-hidden': 'true'},
+      drawn('path', {d: kShapePaths[shape] || shape, ...style}));
 }
 
 export const seriesSwatch = (series) => swatch(shapeOf(series), {fill: `var(--series-${series % kColors})`});

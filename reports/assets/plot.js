@@ -1,7 +1,7 @@
 // Frame time against error of the chosen scene: one colour and shape a technique, the fronts as step lines.
 
 import {choice, choose, whenChanged} from './choice.js';
-import {answerOf, chosenGroups, constraintsOf, frontOf, isShown, isWithin, limitOf, pointsIn} from './decide.js';
+import {answerOf, chosenGroups, constraintsOf, frontOf, groupsOf, isShown, isWithin, limitOf, pointsIn} from './decide.js';
 import {hideHover, showHover} from './hover.js';
 import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
 import {byId, data, formatTime} from './page.js';
@@ -15,12 +15,13 @@ const seriesOfTechnique = new Map(used.map((technique, series) => [technique, se
 export const usedTechniques = used;
 export const seriesOf = (technique) => seriesOfTechnique.get(technique);
 
-/** What is drawn: fronts by device, and every point that passes the filters. */
+/** What is drawn: fronts by device, and every point that passes the filters; of these `drawn` have a value. */
 export const plotted = {
   chart: null,
   marks: null,
   fronts: [],
   dots: [],
+  drawn: [],
   active: null
 };
 
@@ -39,23 +40,24 @@ function frontsShown(scene) {
 function datasetsOf(axis, theme) {
   const onFront = new Set(plotted.fronts.flatMap(({indices}) => indices));
   const sets = new Map();
-  for (const index of plotted.dots) {
+  for (const index of plotted.drawn) {
     const point = data.points[index];
     const isFront = onFront.has(index);
     const breaks = !isFront && !constraintsOf(point.group).every((budget) => isWithin(point, budget));
     const series = seriesOf(techniqueIndex(point));
-    const key = `${isFront ? 2 : breaks ? 0 : 1} ${series}`;
-    if (!sets.has(key)) sets.set(key, dotSet(series, theme, isFront, breaks));
+    const isHollow = breaks || (isFront && isOpenMark(point.group));
+    const key = `${isFront ? 2 : breaks ? 0 : 1} ${series} ${isHollow}`;
+    if (!sets.has(key)) sets.set(key, dotSet(series, theme, {isFront, breaks, isHollow}));
     sets.get(key).data.push({x: placeOfTime(point.time_ns[0]), y: axis.place(point.errors[choice.metric]), index});
   }
   const dots = [...sets.entries()].sort(([a], [b]) => (a < b ? -1 : 1)).map(([, set]) => set);
-  const lines = plotted.fronts.map(({indices}, at) => ({
+  const lines = plotted.fronts.map(({indices, group}) => ({
                                      type: 'line',
                                      stepped: 'before',
                                      pointRadius: 0,
                                      pointHitRadius: 0,
                                      borderWidth: 1.5,
-                                     borderDash: at % 2 ? [7, 3] : [],
+                                     borderDash: dashOf(group),
                                      fill: false,
                                      borderColor: withAlpha(theme.ink, 0.75),
                                      data: indices.map((index) => ({
@@ -66,7 +68,7 @@ function datasetsOf(axis, theme) {
   return [...lines, ...dots];
 }
 
-function dotSet(series, theme, isFront, breaks) {
+function dotSet(series, theme, {isFront, breaks, isHollow}) {
   const shape = shapeOf(series);
   const isOpen = shape === 'star' || shape === 'crossRot';
   const color = withAlpha(seriesColor(theme, series), isFront ? 1 : breaks ? 0.55 : 0.35);
@@ -74,9 +76,10 @@ function dotSet(series, theme, isFront, breaks) {
     type: 'scatter',
     data: [],
     pointBorderColor: color,
-    pointBackgroundColor: breaks ? 'transparent' : color,
+    pointBackgroundColor: isHollow ? 'transparent' : color,
     pointBorderWidth: isOpen ? 1.8 :
         breaks               ? 1.2 :
+        isHollow             ? 2.2 :
                                0,
     pointStyle: shape,
     pointRadius: isFront ? 5.5 : 3.5,
@@ -84,6 +87,12 @@ function dotSet(series, theme, isFront, breaks) {
     pointHitRadius: 4,
   };
 }
+
+// Fronts of several devices are told apart by their lines' dashes and by full or open marks.
+const kDashes = [[], [7, 3], [2, 3], [10, 3, 2, 3]];
+const placeAmongDevices = (group) => Math.max(0, groupsOf(choice.scene).indexOf(group));
+export const dashOf = (group) => kDashes[placeAmongDevices(group) % kDashes.length];
+export const isOpenMark = (group) => placeAmongDevices(group) % 2 === 1;
 
 const dotOf = (chart, hit) => chart.data.datasets[hit.datasetIndex].data[hit.index].index;
 
@@ -115,7 +124,7 @@ function budgetLines(axis) {
 function marksOptions(axis, theme) {
   const groups = chosenGroups(choice.scene);
   const answers = groups.map((group) => answerOf(choice.scene, group));
-  const isHere = (index) => index !== null && plotted.dots.includes(index);
+  const isHere = (index) => index !== null && plotted.drawn.includes(index);
   return {
     axis,
     theme,
@@ -141,6 +150,7 @@ export function drawPlot() {
   const points = inScene.map((index) => data.points[index]);
   const axis = metricAxis(choice.metric, points);
   plotted.axis = axis;
+  plotted.drawn = plotted.dots.filter((index) => axis.place(data.points[index].errors[choice.metric]) !== null);
   plotted.marks = marksOptions(axis, theme);
   const metric = data.metrics[choice.metric];
   const options = {
@@ -172,18 +182,39 @@ export function drawPlot() {
   describePlot();
 }
 
+/** "63 settings on 2 devices" */
+export function countText(indices) {
+  const settings = new Set(indices.map((index) => data.points[index].setting)).size;
+  const devices = new Set(indices.map((index) => data.points[index].group)).size;
+  return `${settings} setting${settings === 1 ? '' : 's'}${devices > 1 ? ` on ${devices} devices` : ''}`;
+}
+
+/** "on the fronts: opengl 13, vulkan 12"; and what is not drawn */
+function frontCounts() {
+  const counts = plotted.fronts.map(({group, indices}) => [shortLabel(group), indices.length]);
+  const missing = plotted.dots.length - plotted.drawn.length;
+  const {id} = data.metrics[choice.metric];
+  return (counts.length > 1 ? `; on the fronts: ${counts.map((words) => words.join(' ')).join(', ')}` :
+                              `, ${counts[0]?.[1] ?? 0} on the front`) +
+      (missing ? `; not drawn, as they have no ${id}: ${missing}` : '');
+}
+
+/** "The front goes from flat in 0.2 ms to relief, 8 steps in 0.9 ms." */
+function frontEnds({group, indices}) {
+  const end = (index) => `${settingTitle(data.points[index])} in ${formatTime(data.points[index].time_ns[0])}`;
+  const where = plotted.fronts.length > 1 ? ` of ${shortLabel(group)}` : '';
+  return indices.length ? `The front${where} goes from ${end(indices[0])} to ${end(indices[indices.length - 1])}.` :
+                          `No setting is on a front${where}.`;
+}
+
 /** What a screen reader says instead of the picture. */
 function describePlot() {
-  const front = numberedFront().map((index) => data.points[index]);
-  const ends = front.length ?
-      `The front goes from ${settingTitle(front[0])} in ${formatTime(front[0].time_ns[0])} to ${
-          settingTitle(front[front.length - 1])} in ${formatTime(front[front.length - 1].time_ns[0])}.` :
-      'No setting is on a front.';
+  const counted = countText(plotted.dots) + frontCounts();
   byId('plot').setAttribute(
       'aria-label',
-      `Frame time against ${data.metrics[choice.metric].id} of ${plotted.dots.length} settings in ${
-          sceneName(choice.scene)}. ${ends} The table below has the same figures.`);
-  byId('plot-count').textContent = `${plotted.dots.length} settings, ${front.length} on the front`;
+      `Frame time against ${data.metrics[choice.metric].id} in ${sceneName(choice.scene)}: ${counted}. ${
+          plotted.fronts.map(frontEnds).join(' ')} The table below has the same figures.`);
+  byId('plot-count').textContent = counted;
 }
 
 /** Only what lies over the dots has changed. */
@@ -194,7 +225,7 @@ export function drawPlotMarks() {
 }
 
 function moveBy(step) {
-  const ordered = [...plotted.dots].sort((a, b) => data.points[a].time_ns[0] - data.points[b].time_ns[0] || a - b);
+  const ordered = [...plotted.drawn].sort((a, b) => data.points[a].time_ns[0] - data.points[b].time_ns[0] || a - b);
   if (ordered.length === 0) return;
   const at = ordered.indexOf(plotted.active);
   const next = at < 0 ? (step > 0 ? 0 : ordered.length - 1) : Math.max(0, Math.min(ordered.length - 1, at + step));

@@ -38,9 +38,10 @@ export function metricAxis(metric, points) {
     backward,
     isLog: lower_is_better,
     band: hasBand ? {top: bandTop, label: bandLabel(data.metrics[metric])} : null,
+    /** null: what has no value has no place */
     place: (v) =>
         (inBand(v)      ? (min + bandTop) / 2 :
-             v === null ? high + margin :
+             v === null ? null :
                           forward(v)),
     ticksFrom: hasBand ? bandTop : min,
   };

@@ -1,5 +1,5 @@
-// What Chart.js has no element for: the band of exact zeros, budgets, intervals of the front, its numbers and name, and
-// rings round picks and pins.
+// What Chart.js has no element for: the band of exact zeros, budgets, intervals of the front, its numbers, and rings
+// round picks and pins.
 
 import {drawLine, withAlpha} from './marks.js';
 import {byId, data, letterOf} from './page.js';
@@ -70,31 +70,20 @@ function ring(ctx, {x, y}, radius, width, color) {
   ctx.stroke();
 }
 
-/** Where a front ends its name stands; its points are numbered as the strip of pictures numbers them. */
-function drawFrontNames(chart, {fronts, axis, metric, theme}) {
-  const {ctx, chartArea: area} = chart;
+/** The first front's points are numbered as the strip of pictures numbers them. Their names stand in the legend. */
+function drawFronts(chart, {fronts, axis, metric, theme}) {
+  const {ctx} = chart;
   const taken = [];
-  for (const {indices, label, isNumbered} of fronts) {
-    if (indices.length === 0) continue;
+  ctx.textAlign = 'right';
+  ctx.textBaseline = 'top';
+  for (const {indices, isNumbered} of fronts) {
     indices.forEach((index, at) => {
       const place = placeOf(chart, axis, index, metric);
       drawInterval(chart, place, theme.ink);
       if (!isNumbered || taken.some(([x, y]) => Math.hypot(x - place.x, y - place.y) < 14)) return;
       taken.push([place.x, place.y]);
-      ctx.textAlign = 'right';
-      ctx.textBaseline = 'top';
       drawText(ctx, theme, String(at + 1), place.x - 6, place.y + 4);
     });
-    const first = placeOf(chart, axis, indices[0], metric);
-    ctx.textAlign = 'left';
-    ctx.textBaseline = 'bottom';
-    ctx.font = `600 ${kFont}`;
-    const width = ctx.measureText(label).width;
-    let y = Math.max(area.top + 12, first.y - 8);
-    while (taken.some(([tx, ty]) => Math.abs(ty - y) < 12 && tx === -1)) y += 13;
-    taken.push([-1, y]);
-    drawText(ctx, theme, label, Math.min(first.x + 8, area.right - width - 4), y);
-    ctx.font = kFont;
   }
 }
 
@@ -134,7 +123,7 @@ export const plotMarks = {
     const {ctx} = chart;
     ctx.save();
     ctx.font = kFont;
-    drawFrontNames(chart, marks());
+    drawFronts(chart, marks());
     ctx.restore();
     drawOverlay(chart, marks());
   },

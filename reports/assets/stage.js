@@ -2,6 +2,7 @@
 
 import {choice, choose, whenChanged} from './choice.js';
 import {copyButton} from './copy.js';
+import {refill} from './focus.js';
 import {heatLegend} from './heat_legend.js';
 import {colorAt, hasPictures, pictureOf, valueOfColor} from './images.js';
 import {byId, data, formatNumber, formatTime, make} from './page.js';
@@ -121,22 +122,21 @@ function otherSelect() {
 
 function drawTools() {
   const point = data.points[shownPicture()];
-  byId('stage-tools')
-      .replaceChildren(
-          make(
-              'div', {class: 'stage-title'}, settingElement(point),
-              make('span', {class: 'muted'}, ` ${formatTime(point.time_ns[0])} · ${errorOf(point, choice.metric)}`)),
-          make(
-              'div', {class: 'tabs', role: 'group', 'aria-label': 'Picture'},
-              ...kKinds.map(
-                  ([kind, name], at) => button(name, choice.kind === kind, () => choose({kind}), String(at + 1))),
-              otherSelect()),
-          make(
-              'div', {class: 'tabs', role: 'group', 'aria-label': 'How'},
-              ...kModes.map(([mode, name, key]) => button(name, choice.mode === mode, () => choose({mode}), key)),
-              choice.mode === 'split' ? button('Blink', isOther, () => setBlink(!isOther), 'b', 'blink') : null,
-              button('+', false, () => zoomBy(stageBox(), 2)), button('−', false, () => zoomBy(stageBox(), 0.5)),
-              button('1:1', false, () => resetZoom(stageBox()), '0')));
+  refill(
+      byId('stage-tools'),
+      make(
+          'div', {class: 'stage-title'}, settingElement(point),
+          make('span', {class: 'muted'}, ` ${formatTime(point.time_ns[0])} · ${errorOf(point, choice.metric)}`)),
+      make(
+          'div', {class: 'tabs', role: 'group', 'aria-label': 'Picture'},
+          ...kKinds.map(([kind, name], at) => button(name, choice.kind === kind, () => choose({kind}), String(at + 1))),
+          otherSelect()),
+      make(
+          'div', {class: 'tabs', role: 'group', 'aria-label': 'How'},
+          ...kModes.map(([mode, name, key]) => button(name, choice.mode === mode, () => choose({mode}), key)),
+          choice.mode === 'split' ? button('Blink', isOther, () => setBlink(!isOther), 'b', 'blink') : null,
+          button('+', false, () => zoomBy(stageBox(), 2)), button('−', false, () => zoomBy(stageBox(), 0.5)),
+          button('1:1', false, () => resetZoom(stageBox()), '0')));
   for (const [label, element] of [['Zoom in', '+'], ['Zoom out', '−']])
     [...byId('stage-tools').querySelectorAll('button')]
         .find((b) => b.textContent === element)
@@ -198,8 +198,7 @@ function startDragging(event) {
   };
   window.addEventListener('pointermove', move);
   window.addEventListener('pointerup', stop);
-  if (isDivider) /** @type {HTMLElement} */
-    (event.target.closest('.divider')).focus();
+  (event.target.closest('.divider') ?? stage).focus({preventScroll: true});
 }
 
 function onWheel(event) {
@@ -243,13 +242,16 @@ function drawLegend() {
 /** What stands where the run's folder has no picture. */
 function drawNone() {
   const commands = data.runs.map(picturesCommand).filter(Boolean);
+  const parts = data.runs.flatMap(({info}) => (info.parts || []).map(({folder}) => folder));
+  const said = !data.points.length ? 'No setting was measured.' :
+      commands.length              ? 'No pictures in the run\'s folder; this draws them:' :
+      parts.length                 ? `No pictures in the run's folder, which was merged: sweep its parts (${
+                         parts.join(', ')}) to their ends with pictures, and merge them again.` :
+                                     'No pictures in the run\'s folder.';
   byId('stage-tools').replaceChildren();
   byId('heat-legend').replaceChildren();
   stageBox().replaceChildren(make(
-      'div', {class: 'missing'},
-      make(
-          'p', {},
-          data.points.length ? 'No pictures in the run\'s folder; this draws them:' : 'No setting was measured.'),
+      'div', {class: 'missing'}, make('p', {}, said),
       ...(data.points.length ? commands : [])
           .map((text) => make('p', {}, make('code', {}, text), ' ', copyButton(text)))));
 }
@@ -263,7 +265,8 @@ export function drawStage() {
     return;
   }
   drawTools();
-  stage.replaceChildren(
+  refill(
+      stage,
       ...(choice.mode === 'split'    ? splitStage() :
               choice.mode === 'side' ? sides().map((side) => paneOf(side)) :
                                        allStage()));
@@ -278,7 +281,7 @@ export function startStage() {
   stage.addEventListener('pointermove', onPointer);
   stage.addEventListener('pointerdown', startDragging);
   stage.addEventListener('wheel', onWheel, {passive: false});
-  document.addEventListener('keydown', onStageKey);
+  byId('viewing').addEventListener('keydown', onStageKey);  // elsewhere letters are for other things
   drawStage();
 }
 

@@ -2,6 +2,7 @@
 
 import {choice, choose, whenChanged} from './choice.js';
 import {answerOf, chosenGroups} from './decide.js';
+import {refill} from './focus.js';
 import {hasPictures, pictureOf} from './images.js';
 import {byId, data, formatTime, letterOf, make} from './page.js';
 import {numberedFront} from './plot.js';
@@ -46,6 +47,7 @@ export function drawStrip() {
     return make(
         'button', {
           type: 'button',
+          'data-focus': index,
           class: `strip-card${notes.includes('just fails') ? ' fails' : ''}`,
           'aria-pressed': String(index === shown),
           onclick: () => choose({picture: index})
@@ -55,7 +57,7 @@ export function drawStrip() {
         make('span', {class: 'muted'}, `${formatTime(point.time_ns[0])} · ${errorOf(point, choice.metric)}`),
         notes.length ? make('span', {class: 'note'}, notes.join(', ')) : null);
   });
-  byId('strip').replaceChildren(...cards);
+  refill(byId('strip'), ...cards);
   byId('strip').hidden = cards.length === 0;
 }
 

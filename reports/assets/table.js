@@ -2,9 +2,10 @@
 
 import {choice, whenChanged} from './choice.js';
 import {constraintsOf, isWithin} from './decide.js';
+import {refill} from './focus.js';
 import {byId, data, formatNumber, make} from './page.js';
-import {plotted, togglePin} from './plot.js';
-import {columnMetrics, formatBytes, formatMetric, metricTitle, sceneName, settingElement, settingOf, shortLabel, techniqueOf} from './points.js';
+import {countText, plotted, togglePin} from './plot.js';
+import {columnMetrics, formatBytes, formatMetric, metricTitle, sceneName, settingElement, settingOf, shortLabel, techniqueIndex} from './points.js';
 
 const kRowsAtOnce = 40;
 const sorted = {
@@ -20,8 +21,8 @@ const metricColumn = (index) => ({
   title: metricTitle(data.metrics[index]),
   hint: data.metrics[index].description,
   numeric: true,
-  // No psnr is that of identical pictures: more than any number.
-  value: (point) => point.errors[index] ?? (data.metrics[index].none_is_best ? Infinity : -Infinity),
+  // No psnr is that of identical pictures: more than any number. Else none is no number.
+  value: (point) => point.errors[index] ?? (data.metrics[index].none_is_best ? Infinity : null),
   text: (point) => (point.errors[index] === null ? formatMetric(index, null) : formatNumber(point.errors[index])),
 });
 
@@ -34,7 +35,8 @@ function columnsShown() {
       title: 'Setting',
       value: (point) => settingOf(point).name,
       element: (point, index) => make(
-          'button', {type: 'button', class: 'row-pin', title: 'Pin it', onclick: () => togglePin(index)},
+          'button',
+          {type: 'button', class: 'row-pin', title: 'Pin it', 'data-focus': index, onclick: () => togglePin(index)},
           settingElement(point))
     },
     ...(data.groups.length > 1 ?
@@ -61,23 +63,30 @@ function columnsShown() {
       title: 'ns/px',
       numeric: true,
       hint: 'median frame time over the pixels of the frame: scenes have frames of several sizes',
-      value: (point) => point.ns_per_px ?? -Infinity,
+      value: (point) => point.ns_per_px ?? null,
       text: (point) => (point.ns_per_px === undefined ? 'none' : formatNumber(point.ns_per_px))
     }] :
                         []),
     ...metrics.map(metricColumn),
-    {
+    ...(data.points.some(({memory_bytes: bytes}) => bytes !== null) ? [{
       id: 'map',
       title: 'Map',
       numeric: true,
       hint: 'memory of the relief map',
       value: (point) => point.memory_bytes,
-      text: (point) => formatBytes(point.memory_bytes)
-    },
+      text: (point) => (point.memory_bytes === null ? 'not known' : formatBytes(point.memory_bytes))
+    }] :
+                                                                      []),
   ];
 }
 
-function compareValues(a, b) {
+/** What has no value comes last, whichever way the others go. */
+function compareValues(a, b, sign) {
+  if (a === null || b === null) return (a === null ? 1 : 0) - (b === null ? 1 : 0);
+  return sign * compareKnown(a, b);
+}
+
+function compareKnown(a, b) {
   if (typeof a === 'string') return a.localeCompare(b, 'en', {numeric: true});
   return a < b ? -1 : a > b ? 1 : 0;
 }
@@ -105,13 +114,13 @@ export function tableOrder() {
   const column = columns.find(({id}) => id === sorted.column) || columns[0];
   const values = new Map(plotted.dots.map((index) => [index, column.value(data.points[index])]));
   const sign = sorted.rising ? 1 : -1;
-  return [...plotted.dots].sort((a, b) => sign * compareValues(values.get(a), values.get(b)) || a - b);
+  return [...plotted.dots].sort((a, b) => compareValues(values.get(a), values.get(b), sign) || a - b);
 }
 
 export function drawTable() {
   const details = /** @type {HTMLDetailsElement} */ (byId('table'));
   const order = tableOrder();
-  details.querySelector('summary').textContent = `The ${order.length} settings as a table`;
+  details.querySelector('summary').textContent = `The ${countText(order)} as a table`;
   if (!details.open) return;
   const columns = columnsShown();
   const onFront = new Set(plotted.fronts.flatMap(({indices}) => indices));
@@ -138,21 +147,24 @@ export function drawTable() {
                                                 },
                                                 `${order.length - sorted.rows} more`) :
                                             null;
-  byId('table-rows')
-      .replaceChildren(
-          ...[make(
-                  'div', {class: 'table-box', tabindex: 0, role: 'region', 'aria-label': 'Settings'},
+  refill(
+      byId('table-rows'),
+      ...[make(
+              'div', {class: 'table-box', tabindex: 0, role: 'region', 'aria-label': 'Settings'},
+              make(
+                  'table', {class: 'data'},
                   make(
-                      'table', {class: 'data'},
-                      make(
-                          'caption', {}, make('strong', {}, sceneName(choice.scene)),
-                          ' Rows on a front are shaded; grey ones break a constraint.'),
-                      make('thead', {}, make('tr', {}, ...columns.map(headOfColumn))), make('tbody', {}, ...rows))),
-              more]
-              .filter(Boolean));
+                      'caption', {}, make('strong', {}, sceneName(choice.scene)),
+                      ' Rows on a front are shaded; grey ones break a constraint.'),
+                  make('thead', {}, make('tr', {}, ...columns.map(headOfColumn))), make('tbody', {}, ...rows))),
+          more]
+          .filter(Boolean));
 }
 
-/** As RFC 4180 has it. What a spreadsheet would take for a formula is kept from being one by a quote. */
+/**
+ * As RFC 4180 has it, with the columns' names of table.csv. What a spreadsheet would take for a formula is kept from
+ * being one by a quote.
+ */
 export function csvText() {
   const cell = (value) => {
     const text = value === null ? '' : String(value);
@@ -161,17 +173,17 @@ export function csvText() {
   };
   const params = [...new Set(plotted.dots.flatMap((i) => settingOf(data.points[i]).params.map(([name]) => name)))];
   const head = [
-    'scene', 'backend', 'device', 'technique', 'key', 'time_ns', 'time_low_ns', 'time_high_ns', 'samples',
-    ...data.metrics.map(({id}) => id), 'memory_bytes', 'bake_ns', 'first_draw_ns', ...params, 'case'
+    'case', 'technique', 'backend', 'device', 'scene', 'key', ...params, ...data.metrics.map(({id}) => id),
+    'memory_bytes', 'bake_time_ns', 'first_draw_ns', 'median_ns', 'ci_low_ns', 'ci_high_ns', 'samples'
   ];
   const rows = tableOrder().map((index) => {
     const point = data.points[index];
     const {backend, device} = data.groups[point.group];
     const own = new Map(settingOf(point).params);
     return [
-      sceneName(point.scene), backend, device, techniqueOf(point).replaceAll(' ', '_'), settingOf(point).key,
-      ...point.time_ns, point.samples, ...point.errors, point.memory_bytes, point.bake_ns, point.first_draw_ns,
-      ...params.map((name) => own.get(name) ?? null), point.id
+      point.id, data.techniques[techniqueIndex(point)].id, backend, device, sceneName(point.scene),
+      settingOf(point).key, ...params.map((name) => own.get(name) ?? null), ...point.errors, point.memory_bytes,
+      point.bake_ns, point.first_draw_ns, ...point.time_ns, point.samples
     ];
   });
   return [head, ...rows].map((row) => row.map(cell).join(',')).join('\r\n') + '\r\n';
