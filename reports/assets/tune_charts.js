@@ -1,12 +1,24 @@
 // How a search went: the gap that it could certify, and its front or pick over time.
 
 import {readTheme, seriesColor, shapeOf} from './marks.js';
-import {byId, percent, shortNumber} from './page.js';
+import {byId, data, percent, shortNumber} from './page.js';
 import {linearAxis, scatterChart} from './scatter.js';
 
 export const fourDigits = (value) => shortNumber(value, 4);
 export const tunedTime = (ns) => (ns === null || ns === undefined ? '' : `${fourDigits(ns / 1e6)} ms`);
 export const gapText = (gap) => (gap === null ? 'unknown' : percent(gap, 4));
+
+/** "within 2 % of the best", of what the search knows: where some were not scored, of those that were. */
+export function withinText({gap, high_ns: high, rival_low_ns: rival}) {
+  const {unscored} = data.tune.space;
+  const known = gap ?? (unscored && rival ? Math.max(0, high / rival - 1) : null);
+  return known === null ? 'by an unknown share from the best' :
+                          `within ${gapText(known)} of the best${gap === null ? ' of those scored' : ''}`;
+}
+
+/** "relief linear_steps=32 [0123abcd]" */
+export const tunedName = (setting) => `${data.tune.names[setting].name} [${data.tune.names[setting].key}]`;
+
 const power = (value) => fourDigits(Number((10 ** value).toPrecision(2)));
 
 function tuneChart(id, theme, datasets, x, y, tooltip) {
@@ -14,7 +26,14 @@ function tuneChart(id, theme, datasets, x, y, tooltip) {
   return scatterChart(byId(id), datasets, {
     x,
     y,
-    legend: {display: datasets.length > 1, labels: {color: theme.ink, usePointStyle: true}},
+    legend: {
+      display: datasets.length > 1,
+      labels: {
+        color: theme.ink,
+        usePointStyle: true,
+        filter: ({datasetIndex}) => datasets[datasetIndex].data.length > 0,
+      }
+    },
     tooltip: {callbacks: {label: (item) => tooltip(item.raw)}},
   });
 }
@@ -70,7 +89,7 @@ function drawGap(tune, theme) {
 
 /** With one answer: how long what was its pick takes, as it turned out. */
 function drawPickHistory(tune, theme) {
-  const title = 'The pick over time';
+  const title = 'Frame time of the pick over the search, as finally estimated';
   byId('history-title').textContent = title;
   byId('history').setAttribute('aria-label', title);
   byId('budget-gap-figure')?.remove();
@@ -88,9 +107,8 @@ function drawPickHistory(tune, theme) {
     radius: 3,
   };
   tuneChart(
-      'history', theme, [line], linearAxis(theme, 'samples', fourDigits),
-      linearAxis(theme, 'frame time of the pick so far, ms (final estimate)', fourDigits),
-      ({x, s}) => `${x} samples: ${tunedTime(s.time_ns)}: ${s.setting}`);
+      'history', theme, [line], linearAxis(theme, 'samples', fourDigits), linearAxis(theme, 'ms', fourDigits),
+      ({x, s}) => `${x} samples: ${tunedTime(s.time_ns)}: ${tunedName(s.setting)}`);
 }
 
 function drawFrontHistory(tune, theme) {
@@ -114,7 +132,7 @@ function drawFrontHistory(tune, theme) {
   tuneChart(
       'history', theme, fronts, linearAxis(theme, 'frame time, ms (final estimate)', power),
       linearAxis(theme, tune.error_metric, tick),
-      ({s}) => `${tunedTime(s.time_ns)}, ${fourDigits(s.error)}: ${s.setting}`);
+      ({s}) => `${tunedTime(s.time_ns)}, ${fourDigits(s.error)}: ${tunedName(s.setting)}`);
 }
 
 function drawBudgetGap(tune, theme) {
@@ -129,7 +147,7 @@ function drawBudgetGap(tune, theme) {
   tuneChart(
       'budget-gap', theme, [dots], linearAxis(theme, `${tune.error_metric} at most`, tick),
       {...linearAxis(theme, 'gap, %', fourDigits), min: 0},
-      ({a}) => `${fourDigits(a.error)}: ${tunedTime(a.time_ns)}, within ${gapText(a.gap)}: ${a.setting}`);
+      ({a}) => `${fourDigits(a.error)}: ${tunedTime(a.time_ns)}, ${withinText(a)}: ${tunedName(a.setting)}`);
 }
 
 export function drawTuneCharts(tune) {

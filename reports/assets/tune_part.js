@@ -2,14 +2,18 @@
 // answer, and what is known of every setting.
 
 import {byId, data, dataTable, make, numberCell} from './page.js';
-import {drawTuneCharts, fourDigits, gapText, tunedTime} from './tune_charts.js';
+import {nameElement} from './points.js';
+import {drawTuneCharts, fourDigits, gapText, tunedTime, withinText} from './tune_charts.js';
 
 const isMarked = (setting) => data.tune.filter.marked.includes(setting);
-const markedName = (setting) => (isMarked(setting) ? `${setting} *` : setting);
+function settingName(setting) {
+  const {name, key} = data.tune.names[setting];
+  return nameElement(name, key, {mark: isMarked(setting) ? '*' : ''});
+}
 
 function fillTable(id, heads, rows) {
   const cell = (value, column) => {
-    if (heads[column] === 'setting') return make('span', {class: 'settings'}, markedName(value));
+    if (heads[column] === 'setting') return settingName(value);
     return /^[\d.]+( (ms|%))?$/.test(value) ? numberCell(value) : value;
   };
   byId(id).append(dataTable(heads, rows.map((row) => row.map(cell))));
@@ -22,17 +26,14 @@ function showPick(tune) {
                   'No pick.';
   const answer = pick ?
       [
-        make('p', {class: 'settings'}, markedName(pick.setting)),
+        make('p', {}, settingName(pick.setting)),
         make(
             'p', {},
             `${tunedTime(pick.time_ns)}, at most ${tunedTime(pick.high_ns)}; ${tune.error_metric} ${
                 fourDigits(pick.error)}; ` +
-                `within ${gapText(pick.gap)} of the best`)
+                withinText(pick))
       ] :
-      [
-        make('p', {class: 'open'}, none),
-        tune.nearest ? make('p', {class: 'settings'}, `nearest: ${tune.nearest}`) : null
-      ];
+      [make('p', {class: 'open'}, none), tune.nearest ? make('p', {}, 'nearest: ', settingName(tune.nearest)) : null];
   byId('tune-pick')
       .append(
           ...answer.filter(Boolean), tune.filter.marked.length ? make('p', {class: 'notice'}, tune.filter.note) : '',
@@ -59,9 +60,12 @@ function showScenes(tune) {
   for (const [title, list, text] of [
            [
              'Each scene by itself', tune.scene_answers,
-             (s) => s.own ? `${tunedTime(s.own_time_ns)} (the common pick takes ${tunedTime(s.common_time_ns)}): ${
-                                s.own.setting}` :
-                            'no answer'
+             (s) => s.own ?
+                 [
+                   `${tunedTime(s.own_time_ns)} (the common pick takes ${tunedTime(s.common_time_ns)}): `,
+                   settingName(s.own.setting)
+                 ] :
+                 'no answer'
            ],
            [
              'Held out', tune.holdout,
@@ -69,8 +73,7 @@ function showScenes(tune) {
            ]]) {
     if (list.length === 0) continue;
     place.append(
-        make('h3', {}, title),
-        make('ul', {}, ...list.map((scene) => make('li', {}, `${scene.scene}: ${text(scene)}`))));
+        make('h3', {}, title), make('ul', {}, ...list.map((scene) => make('li', {}, `${scene.scene}: `, text(scene)))));
   }
 }
 
@@ -108,7 +111,9 @@ export function drawTune() {
   fillTable(
       'tune-answers', [`${tune.error_metric} at most`, 'time', 'at most', 'within', 'setting'],
       tune.answers.map(
-          (a) => [fourDigits(a.error), tunedTime(a.time_ns), tunedTime(a.high_ns), gapText(a.gap), a.setting]));
+          (a) =>
+              [fourDigits(a.error), tunedTime(a.time_ns), tunedTime(a.high_ns), withinText(a).replace(/^within /, ''),
+               a.setting]));
   showStates(tune);
   drawTuneCharts(tune);
 }

@@ -153,7 +153,7 @@ class SettingTable {
 
  private:
   static json row(const Record& record, std::size_t technique, const std::string& text) {
-    json made = {{"technique", technique}, {"params", record.params}};
+    json made = {{"technique", technique}, {"params", record.params}, {"map", record.map}};
     try {
       const Settings settings = settings_of(record);
       made.update({{"key", setting_key(settings)},
