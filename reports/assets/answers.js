@@ -186,7 +186,7 @@ function budgetSentence() {
   const filtered = isFiltered() ? ', of what the filters leave' : '';
   const kept = keptBudgets().join(' and ');
   return `The fastest setting${within ? ` with ${within}` : ''}${filtered}${
-      kept ? `; ${kept}: kept by all that is shown` : ''}:`;
+      kept ? ` (all that is shown keeps ${kept})` : ''}:`;
 }
 
 export function drawAnswers() {

@@ -159,6 +159,7 @@ function drawSeries(canvas, series, theme) {
     pointBorderWidth: dots.map(({kind}) => (kind === 'night' ? 0 : 1.5)),
     pointHoverRadius: 7,
     pointHitRadius: 6,
+    clip: 12,  // px: a mark at the axis' end is drawn whole
   };
   return scatterChart(canvas, [dataset], {
     x: nightAxis(series.machine, theme, !controlOf(series)),

@@ -1,12 +1,13 @@
 // How a search went: the gap that it could certify, and its front or pick over time.
 
 import {readTheme, seriesColor, shapeOf} from './marks.js';
-import {byId, data, percent, shortNumber} from './page.js';
+import {byId, data, shortNumber} from './page.js';
 import {linearAxis, scatterChart} from './scatter.js';
 
 export const fourDigits = (value) => shortNumber(value, 4);
 export const tunedTime = (ns) => (ns === null || ns === undefined ? '' : `${fourDigits(ns / 1e6)} ms`);
-export const gapText = (gap) => (gap === null ? 'unknown' : percent(gap, 4));
+/** With the digits that `tune` prints. */
+export const gapText = (gap) => (gap === null ? 'unknown' : `${(100 * gap).toFixed(2)} %`);
 
 /** "within 2 % of the best", of what the search knows: where some were not scored, of those that were. */
 export function withinText({gap, high_ns: high, rival_low_ns: rival}) {

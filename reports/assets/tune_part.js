@@ -50,7 +50,7 @@ function showRungs({rungs}) {
     const before = rungs[i - 1];
     return [
       tunedTime(rung.time_ns), rung.setting, rung.gained.join(', '), rung.dropped.join(', '),
-      before ? `${fourDigits(100 * (1 - rung.time_ns / before.time_ns))} % less time` : ''
+      before ? `${(100 * (1 - rung.time_ns / before.time_ns)).toFixed(1)} % less time` : ''
     ];
   }));
 }
