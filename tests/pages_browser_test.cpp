@@ -9,6 +9,8 @@
 #include "tests/browser.h"
 #include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"
+#include "tuner/plan/setting_names.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/recorded_run.h"
 #include "tuner/search/strategies.h"
 
@@ -16,6 +18,7 @@ namespace reliefbench {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 class ExtremesInBrowser : public InBrowser {
  protected:
@@ -36,7 +39,9 @@ class ExtremesInBrowser : public InBrowser {
     expect_drawn(body);
     EXPECT_THAT(body, has("matrix", "|flat|cone; cliff|25 %|held; deep|left out|fails 1"));
     EXPECT_THAT(body, has("cell", "cone at deep: 10"));
-    EXPECT_THAT(body, has("faults", "heightr8null0 %0 %01.500guarantee: 3 pxfilter=manual loop=fixed"));
+    const Settings failing = parse_setting("cone?filter=manual&loop=fixed");
+    EXPECT_THAT(body, has("faults", fmt::format("heightr8null0 %0 %01.500guarantee: 3 px{} [{}]", short_name(failing),
+                                                setting_key(failing))));
     EXPECT_THAT(body, has("captions", 2));
     EXPECT_THAT(body, has("shown", "true"));
   }
@@ -105,6 +110,17 @@ class TuneInBrowser : public InBrowser {
       result.history = String(Chart.getChart('history').data.datasets.every((set) => set.data.length > 0));
       result.pick = byId('tune-pick').querySelector('p').textContent.replaceAll('&', ' ');
       result.fleet = `${byId('fleet').hidden} ${byId('fleet-rows').textContent}`;
+      if (data.points.length) {
+        choose({pins: [...data.points.keys()]});
+        result.rows = [...document.querySelectorAll('#pins tbody th')].map((th) => th.textContent).join();
+        result.commands = [...new Set([...document.querySelectorAll('#pins .command-line')].map((p) => p.textContent.split(' ').slice(0, 4).join(' ')))].join('|');
+        result.maps = [...document.querySelectorAll('select[name=map] option')].map((o) => o.textContent).join();
+        result.asked = byId('budget').textContent.replaceAll('<', '');
+        result.bounds = byId('budgets').textContent;
+      }
+      const historyChart = Chart.getChart('history');
+      result.axis = historyChart.options.scales.y.title.text;
+      result.within = byId('tune-pick').textContent;
       result.certified = document.querySelectorAll('#tune-pick .certified').length;
     )"));
   }
@@ -122,15 +138,34 @@ TEST_F(TuneInBrowser, DrawsThePickAndHowItWasFound) {
   EXPECT_THAT(body, has("budgetgap", answers.size()));
   EXPECT_THAT(body, has("history", "true"));
   EXPECT_THAT(body, has("certified", 1));
-  std::string setting = result.pick->setting;
-  std::ranges::replace(setting, '&', ' ');  // an attribute would escape it
-  EXPECT_THAT(body, has("pick", setting));
+  const Settings picked = parse_setting(result.pick->setting);
+  EXPECT_THAT(body, has("pick", fmt::format("{} [{}]", short_name(picked), setting_key(picked))));
   const nlohmann::json settings = tune_json(result)["settings"];
   const auto is_shown = [](const auto& s) { return s["feasible"] == true && s["evidence"] == "measured"; };
   EXPECT_THAT(body, has("plotted", static_cast<std::size_t>(std::ranges::count_if(settings, is_shown))));
   EXPECT_THAT(body, has("front", "true"));
   EXPECT_THAT(body, has("answered", 1));
   EXPECT_THAT(body, has("same", "true"));
+  // What the search does not know is not there, and what is offered can be run.
+  EXPECT_THAT(body, testing::ContainsRegex("data-rows=\"[^\"]*Frame time,Interval,[^\"]*Timer,Use it"));
+  EXPECT_THAT(body, Not(testing::ContainsRegex("data-rows=\"[^\"]*(Map|First draw)")));
+  const std::string replayed = (folder_ / "run").string();
+  EXPECT_THAT(body, has("commands", fmt::format("reliefbench view --run {0}|reliefbench export --run {0}", replayed)));
+  EXPECT_THAT(body, HasSubstr("(all that is shown keeps missed_rate ≤ 0.5):"));
+  EXPECT_THAT(body, testing::ContainsRegex("data-within=\"[^\"]*within [0-9.]+ % of the best"));
+}
+
+// Of what was not scored nothing is known, so that the gap is to the best of what was.
+TEST_F(TuneInBrowser, SaysWhatTheGapIsTo) {
+  TuneResult result = tuned({{"e_xy.p95", 1}, {"missed_rate", 0.3}});
+  ASSERT_TRUE(result.pick);
+  result.counts.unscored = 5;
+  const std::string body = body_of(result);
+  expect_drawn(body);
+  EXPECT_THAT(body, HasSubstr(fmt::format("within {:.2f} % of the best of those scored", 100 * result.pick->gap)));
+  EXPECT_THAT(body, has("axis", "ms"));
+  EXPECT_THAT(body, HasSubstr(" (all that is shown keeps missed_rate ≤ 0.3):"));
+  EXPECT_THAT(body, testing::ContainsRegex("data-bounds=\"[^\"]*and missed_rate ≤ 0.3"));
 }
 
 TEST_F(TuneInBrowser, DrawsHowTheOneAnswerOfABudgetCameToBe) {
@@ -175,9 +210,15 @@ TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
     result.above = lines('regret').flatMap((line) => line.data).filter(({y}) => y === noAnswer).length;
     result.rows = document.querySelectorAll('#table tbody tr').length;
     result.hypervolume = byId('table').querySelector('tbody tr:last-child td:nth-child(11)').textContent;
+    const tick = () => Chart.getChart('regret').options.scales.x.ticks.color;
+    result.tick = tick();
+    window.dispatchEvent(new Event('beforeprint'));
+    result.printed = tick();
+    window.dispatchEvent(new Event('afterprint'));
     result.subtitle = byId('subtitle').textContent.replace('<=', ' to ');
     result.certificate = byId('certificate').textContent.replace(/"/g, '');
-  )"));
+  )",
+                                             {.is_dark = true}));
   expect_drawn(body);
   const CertificateCheck& check = comparison.certificate;
   EXPECT_THAT(body, HasSubstr(fmt::format("given in {} of 3 seeds, true in {} of these", check.certified, check.held)));
@@ -191,6 +232,8 @@ TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
       for (const double regret : {point.worst_regret.mean, point.worst_regret.worst})
         uncovered += std::isinf(regret) ? 1U : 0U;
   EXPECT_THAT(body, has("above", uncovered));
+  EXPECT_THAT(body, has("tick", "#9aa5b1"));
+  EXPECT_THAT(body, has("printed", "#5b6570"));
   EXPECT_THAT(body, has("hypervolume", fmt::format("{:.4f}", comparison.lines[0].points[1].hypervolume.mean)));
   EXPECT_THAT(body, HasSubstr(fmt::format("{} settings, {} with missed_rate to 0.5", 61, comparison.feasible)));
 }

@@ -50,11 +50,13 @@ TEST_F(ReportInBrowser, PicturesSplitBlinkZoomAndTellTheirPixels) {
               kSide, kSide, marked_picture(kSide, 200));
   }
   const std::string probe = R"(
-    const press = (key, target = document.body) => target.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+    const press = (key, target = byId('stage')) => target.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
     const point = () => { const box = byId('stage').querySelector('.pane-picture').getBoundingClientRect();
       byId('stage').querySelector('.pane-picture').dispatchEvent(new PointerEvent('pointermove', {bubbles: true,
         clientX: box.left + box.width * 0.25, clientY: box.top + box.height * 0.75})); return byId('pixel').textContent; };
     result.strip = [...document.querySelectorAll('.strip-card .note')].map((n) => n.textContent).join();
+    press('a', document.body);  // keys are the pictures' own
+    result.mode = choice.mode;
     result.panes = document.querySelectorAll('#stage .pane img').length;
     document.querySelector('#stage .divider').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
     result.split = byId('stage').style.getPropertyValue('--split');
@@ -90,6 +92,7 @@ TEST_F(ReportInBrowser, PicturesSplitBlinkZoomAndTellTheirPixels) {
   expect_drawn(body);
   EXPECT_THAT(body, HasSubstr("just fails"));
   EXPECT_THAT(body, HasSubstr("pick"));
+  EXPECT_THAT(body, has("mode", "split"));
   EXPECT_THAT(body, has("panes", 2));
   EXPECT_THAT(body, has("split", "52%"));
   EXPECT_THAT(body, has("blink", "stage mode-split other"));

@@ -1,4 +1,5 @@
 // The trend page as a browser draws it, and what it does as readers go about in it.
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "reports/pages/trend_page.h"
@@ -229,6 +230,41 @@ TEST_F(TrendInBrowser, ShowsEpochsChangesNotesAndWhetherTheMachineMoved) {
   EXPECT_THAT(body, has("machines", "ci-7|lab-gpu"));
   EXPECT_THAT(body, has("verdicts", "rejected|used|rejected|used|used|valid|used|valid"));
   EXPECT_THAT(body, has("shift", "true"));
+}
+
+// A drifting series has no level that it is on now, and what lies beyond the axis is drawn at its end.
+TEST_F(TrendInBrowser, DriftsSpikesAndSeriesOfSeveralMetrics) {
+  json data = made_trend({.series = 2, .nights = 11, .machines = 1, .eventful = false});
+  json& one = data["series"][0];
+  one["values"] = json::array();
+  for (int night = 0; night < 11; ++night) one["values"].push_back(1e6 * std::pow(1.02, night - 5));
+  one["values"][3] = 3e6;
+  one["spikes"] = {3};
+  one["invalid"] = json::array();
+  one["levels"] = {{{"first", 0}, {"end", 11}, {"value", 1e6}, {"low", 0.99e6}, {"high", 1.01e6}}};
+  one["drift"] = {{"per_night", 0.02}, {"low", 0.015}, {"high", 0.025}};
+  for (const char* key : {"smallest_shift", "autocorrelation"}) one[key] = nullptr;
+  for (const char* key : {"name", "setting", "scene", "backend", "machine", "device"})
+    if (one.contains(key)) data["series"][1][key] = one[key];
+  data["series"][1]["metric"] = "cpu_time";
+  const std::string body = body_of(data, R"(
+    location.hash = `view=series&series=${seriesId(0)}`;
+    await moment();
+    result.facts = texts('#series-shown .facts tr');
+    const chart = Chart.getChart(document.querySelector('#series-shown canvas'));
+    const {min, max} = chart.scales.y;
+    const dots = chart.data.datasets[0].data;
+    result.ends = String(dots[3].y === max && dots[3].beyond === 1 && dots.filter(({beyond}) => beyond).length === 1);
+    result.inside = String(dots.every(({y}) => min <= y && y <= max));
+    result.names = texts('.series-link strong');
+  )");
+  expect_probed(body);
+  EXPECT_THAT(body, HasSubstr("Level now1.10 ms, where the drift has come to"));
+  EXPECT_THAT(body, Not(HasSubstr("Smallest shift")));
+  EXPECT_THAT(body, Not(HasSubstr("autocorrelation")));
+  EXPECT_THAT(body, has("ends", "true"));
+  EXPECT_THAT(body, has("inside", "true"));
+  EXPECT_THAT(body, testing::ContainsRegex("data-names=\"[^|]*, frame time\\|[^|]*, cpu time\""));
 }
 
 constexpr const char* kEveryView = R"(

@@ -5,7 +5,7 @@ import {copyButton} from './copy.js';
 import {answerOf, budgetsOf, groupsOf, isFiltered, keptBudgets, missText} from './decide.js';
 import {refill} from './focus.js';
 import {byId, data, formatInterval, formatNumber, formatTime, make} from './page.js';
-import {commandsOf, comparison, errorAsSeen, errorOf, formatBytes, metricIndex, sceneName, settingElement, settingTitle, shortLabel, techniqueIndex, techniqueName} from './points.js';
+import {briefLabel, commandsOf, comparison, errorAsSeen, errorOf, formatBytes, metricIndex, sceneName, settingElement, settingTitle, shortLabel, techniqueIndex, techniqueName} from './points.js';
 
 const kCardsShown = 6;
 const times = (ratio) => (ratio >= 10 ? String(Math.round(ratio)) : formatNumber(ratio, 2));
@@ -67,7 +67,7 @@ function byText(things, textOf) {
   }
   return [...lists];
 }
-const devicesOf = (answers) => answers.map(({group}) => shortLabel(group)).join(', ');
+const devicesOf = (answers) => answers.map(({group}) => briefLabel(group)).join(', ');
 
 /**
  * What devices have as one part of their answers: a row for each setting, with its time on every device. none: what
@@ -84,7 +84,7 @@ function pointRows(label, answers, part, hint, none = null) {
             [make('span', {class: 'figure'}, formatTime(pointIn(answer).time_ns[0])),
              make(
                  'span', {class: 'muted'},
-                 ` ${errorOf(pointIn(answer), choice.metric)}${where ? ` on ${shortLabel(answer.group)}` : ''} `)]);
+                 ` ${errorOf(pointIn(answer), choice.metric)}${where ? ` on ${briefLabel(answer.group)}` : ''} `)]);
     return answerRow(label, [settingElement(pointIn(here[0])), ' ', ...figures], hint);
   });
 }
@@ -157,7 +157,7 @@ function answerBlock(answers, isFirst) {
   if (answers[0].pick === null) return missBlock(answers);
   const pickOf = ({pick}) => data.points[pick];
   const pick = pickOf(answers[0]);
-  const where = (answer) => (answers.length > 1 ? ` of ${shortLabel(answer.group)}` : '');
+  const where = (answer) => (answers.length > 1 ? ` of ${briefLabel(answer.group)}` : '');
   const buttons = make(
       'p', {class: 'card-buttons no-print'},
       make('button', {type: 'button', class: 'copy', onclick: show(answers)}, 'Pin and show'),

@@ -6,7 +6,7 @@ import {refill} from './focus.js';
 import {seriesSwatch, swatch} from './marks.js';
 import {byId, data, make} from './page.js';
 import {dashOf, isOpenMark, seriesOf, usedTechniques} from './plot.js';
-import {comparison, metricTitle, paramOf, sceneName, shortLabel, techniqueName} from './points.js';
+import {briefLabel, comparison, metricTitle, paramOf, sceneName, shortLabel, techniqueName} from './points.js';
 
 const kSteps = 400;  // of a slider, on a logarithmic scale where the values allow it
 
@@ -218,7 +218,7 @@ function drawMarkLegend() {
   const fronts = groups.length > 1 ?
       groups.map(
           (group) =>
-              entry(make('span', {class: 'front-mark'}, line(group), mark(group)), `front, ${shortLabel(group)}`)) :
+              entry(make('span', {class: 'front-mark'}, line(group), mark(group)), `front, ${briefLabel(group)}`)) :
       [];
   const hollow = (radius, color) =>
       swatch(`M8 ${8 - radius}a${radius} ${radius} 0 1 0 .01 0z`, {fill: 'none', stroke: color, 'stroke-width': 1.8});

@@ -2,6 +2,7 @@
 
 import {heatLegend} from './heat_legend.js';
 import {byId, data, dataTable, formatNumber, make, numberCell, percent, shortNumber} from './page.js';
+import {nameElement} from './setting_name.js';
 
 /** What the matrix says of a technique at an extreme. */
 function extremesCell(results) {
@@ -19,7 +20,8 @@ function resultRow(r) {
   const figures = r.skipped ? ['', '', '', '', ''] : [
     percent(r.missed_rate), percent(r.unconverged_rate), r.capped, formatNumber(r.e_xy_p99), formatNumber(r.e_xy_max)
   ];
-  const settings = make('span', {class: 'settings'}, r.settings.replaceAll('&', ' '));
+  const settings =
+      r.name ? nameElement(r.name, r.key) : make('span', {class: 'settings'}, r.settings.replaceAll('&', ' '));
   return [r.map, r.format, r.backend, ...figures.map(numberCell), faults, settings];
 }
 

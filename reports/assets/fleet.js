@@ -1,7 +1,8 @@
 // One setting for all places, and what it costs to ship the best of one place in another: what `choose` says.
 
 import {byId, data, dataTable, formatTime, letterOf, make, numberCell, percent} from './page.js';
-import {comparison, nameElement} from './points.js';
+import {comparison} from './points.js';
+import {nameElement} from './setting_name.js';
 
 const shareText = (share) => (share < 0.0005 ? '0 %' : percent(share, share < 0.1 ? 2 : 3));
 const lossText = ({loss, interval: [low, high]}) => `${shareText(loss)} [${shareText(low)}, ${shareText(high)}]`;

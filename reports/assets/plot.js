@@ -7,7 +7,7 @@ import {readTheme, seriesColor, shapeOf, withAlpha} from './marks.js';
 import {byId, data, formatTime} from './page.js';
 import {metricAxis, placeOfTime, scaleOptions, timeAxis} from './plot_axes.js';
 import {drawOverlay, plotMarks} from './plot_marks.js';
-import {metricTitle, sceneName, settingTitle, shortLabel, techniqueIndex} from './points.js';
+import {briefLabel, metricTitle, sceneName, settingTitle, shortLabel, techniqueIndex} from './points.js';
 
 // Series of techniques: in the order of the registry, of those that are there, so that up to eight have a colour each.
 const used = [...new Set(data.points.map(techniqueIndex))].sort((a, b) => a - b);
@@ -191,7 +191,7 @@ export function countText(indices) {
 
 /** "on the fronts: opengl 13, vulkan 12"; and what is not drawn */
 function frontCounts() {
-  const counts = plotted.fronts.map(({group, indices}) => [shortLabel(group), indices.length]);
+  const counts = plotted.fronts.map(({group, indices}) => [briefLabel(group), indices.length]);
   const missing = plotted.dots.length - plotted.drawn.length;
   const {id} = data.metrics[choice.metric];
   return (counts.length > 1 ? `; on the fronts: ${counts.map((words) => words.join(' ')).join(', ')}` :
@@ -202,7 +202,7 @@ function frontCounts() {
 /** "The front goes from flat in 0.2 ms to relief, 8 steps in 0.9 ms." */
 function frontEnds({group, indices}) {
   const end = (index) => `${settingTitle(data.points[index])} in ${formatTime(data.points[index].time_ns[0])}`;
-  const where = plotted.fronts.length > 1 ? ` of ${shortLabel(group)}` : '';
+  const where = plotted.fronts.length > 1 ? ` of ${briefLabel(group)}` : '';
   return indices.length ? `The front${where} goes from ${end(indices[0])} to ${end(indices[indices.length - 1])}.` :
                           `No setting is on a front${where}.`;
 }

@@ -1,7 +1,8 @@
 // The report's points and metrics, how they are written, and the command that measures a point again.
 
 import {shellQuote} from './copy.js';
-import {data, formatNumber, make} from './page.js';
+import {data, formatNumber} from './page.js';
+import {nameElement} from './setting_name.js';
 
 export const metricIndex = new Map(data.metrics.map((metric, index) => [metric.id, index]));
 export const columnMetrics = data.metrics.map((_, index) => index).filter((index) => data.metrics[index].is_column);
@@ -46,6 +47,23 @@ const devices = new Set(data.groups.map(({device}) => device));
 const isOneRun = new Set(data.groups.map(({run}) => run)).size < 2;
 /** Where all is of one device, the backend alone. */
 export const shortLabel = (group) => (devices.size === 1 && isOneRun ? data.groups[group].backend : groupLabel(group));
+
+/**
+ * As short as tells the devices apart: of "llvmpipe (LLVM 15.0.6, 256 bits)" the first word, where several are there.
+ */
+const briefLabels = data.groups.map(({device, backend, run}) => {
+  const differ = (name) => new Set(data.groups.map((group) => group[name])).size > 1;
+  const twins = data.groups.filter((group) => group.device === device && group.backend === backend);
+  const parts = [
+    differ('device') ? device.replace(/ \(.*$/, '') : '', differ('backend') ? backend : '',
+    twins.length > 1 ? data.runs[run].folder.replace(/\/+$/, '').replace(/^.*\//, '') : ''
+  ];
+  return parts.filter(Boolean).join(' ') || backend;
+});
+export const briefLabel = (group) => {
+  const label = briefLabels[group];
+  return briefLabels.filter((other) => other === label).length > 1 ? groupLabel(group) : label;
+};
 const runOf = (point) => data.runs[data.groups[point.group].run];
 
 /** A parameter's text; '' where the setting has none. The map also of a technique that has but one kind. */
@@ -65,16 +83,6 @@ export function settingTitle(point) {
 export function settingElement(point, {hasTechnique = true} = {}) {
   const {name, key} = settingOf(point);
   return nameElement(name, key, {hasTechnique, mark: point.mark});
-}
-
-/** Between the words stand real blanks, so that they are there in a copy. */
-export function nameElement(name, key, {hasTechnique = true, mark = ''} = {}) {
-  const [technique, ...settings] = name.split(' ');
-  const words = [
-    hasTechnique ? make('strong', {}, technique) : null, ...settings.map((word) => make('span', {}, word)),
-    key ? make('span', {class: 'muted'}, `[${key}]`) : null, mark || null
-  ].filter(Boolean);
-  return make('span', {class: 'settings'}, ...words.flatMap((word, at) => (at ? [' ', word] : [word])));
 }
 
 /** What a run's command line gave an option, each time that it stands there. */

@@ -2,6 +2,7 @@
 
 import {byId, data, dataTable, factsTable, formatInterval, formatNumber, formatTime, make, numberCell} from './page.js';
 import {whenColorsChange} from './redraw.js';
+import {nameElement} from './setting_name.js';
 
 const metric = data.visible.split(/[<>]/)[0].trim();
 const listed = (words) => (words.length ? words.join(', ') : 'plain normal mapping alone');
@@ -26,6 +27,8 @@ function frameText({frame_time_ns: time}) {
   return `${formatTime(median)} (${formatInterval([median, low, high])}), the mean over ${data.views.length} views`;
 }
 
+const settingName = ({name, key}) => nameElement(name, key);
+
 const featureRow = (feature) =>
     [feature.feature, feature.choice, feature.is_needed ? 'yes' : 'no', numberCell(formatNumber(feature.without.value)),
      numberCell(formatNumber(feature.with.value)), numberCell(priceText(feature.price_ns))];
@@ -46,10 +49,11 @@ byId('title').textContent = `What ${data.scene} requires`;
 byId('subtitle').textContent = data.about;
 byId('answer').textContent = answerText();
 byId('setting').append(factsTable([
-  ['setting', make('code', {}, data.answer.setting)],
+  ['setting', settingName(data.answer)],
   ['frame', frameText(data.answer)],
   ...(data.held_back?.ties ? [['ties', `which is the fastest is not known, throttled: ${data.held_back.ties}`]] : []),
-  ...(data.failed ?? []).map(({setting, reason}) => ['can\'t be drawn', `${setting}: ${reason}`]),
+  ...(data.failed ?? [])
+      .map((failed) => ['can\'t be drawn', make('span', {}, settingName(failed), `: ${failed.reason}`)]),
   ['device', `${data.device.backend}, ${data.device.name}${data.device.software ? ', a software rasteriser' : ''}`],
 ]));
 byId('features')

@@ -2,7 +2,7 @@
 // answer, and what is known of every setting.
 
 import {byId, data, dataTable, make, numberCell} from './page.js';
-import {nameElement} from './points.js';
+import {nameElement} from './setting_name.js';
 import {drawTuneCharts, fourDigits, gapText, tunedTime, withinText} from './tune_charts.js';
 
 const isMarked = (setting) => data.tune.filter.marked.includes(setting);

@@ -364,6 +364,11 @@ class DataBuilder {
 
 }  // namespace
 
+json setting_name_json(std::string_view id) {
+  const Settings settings = parse_setting(id);
+  return {{"name", short_name(settings)}, {"key", setting_key(settings)}};
+}
+
 ReportData empty_report_data() { return DataBuilder().build({}); }
 
 ReportData report_data(std::span<const Run> runs) {

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tuner/results/store.h"
@@ -14,7 +15,7 @@ namespace reliefbench {
 ///   techniques  [{id, description}], in the registry's order
 ///   scenes      [{id, frame_px [width, height], texel_px (how many pixels a texel covers, or null)}]
 ///   groups      [{run, backend, device, label}]: one device of one run
-///   settings    [{key, technique, name, params [[name, value]], features (how many)}]
+///   settings    [{key, technique, name, map, params [[name, value]], features (how many)}]
 ///   points      [{group, scene, setting, id, mark, time_ns [median, ci_low, ci_high], samples, coverage (of the
 ///               interval, as text), timer, errors [a value or null a metric], memory_bytes, bake_ns, first_draw_ns,
 ///               pictures ({frame, reference, error, taps}: index or null; absent where there is none)}]: ok ones
@@ -32,6 +33,9 @@ struct ReportData {
 /// throws: Error(nothing_measured): the runs have no records; Error(bad_input): a metric, budget or setting that is
 ///         unknown
 [[nodiscard]] ReportData report_data(std::span<const Run> runs);
+
+/// {name, key}: what people call a setting. id: as setting_id() gives it. throws: Error(bad_input): none such is known
+[[nodiscard]] nlohmann::json setting_name_json(std::string_view id);
 
 [[nodiscard]] ReportData empty_report_data();  ///< of no run: for pages that have something else to tell
 

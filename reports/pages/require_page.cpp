@@ -12,6 +12,7 @@
 #include "kernels/base/atomic_file.h"
 #include "kernels/image/image.h"
 #include "reports/pages/data_uri.h"
+#include "reports/pages/report_data.h"
 #include "reports/pages/template.h"
 #include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
@@ -81,6 +82,11 @@ void write_require(const RequireReport& report, const std::filesystem::path& fol
                                        {"with", picture("with", worth.pictures.with)},
                                        {"reference", picture("reference", worth.pictures.reference)}};
   }
+  const auto add_name = [](nlohmann::json& told) {
+    told.update(setting_name_json(told.at("setting").get<std::string>()));
+  };
+  add_name(data["answer"]);
+  if (data.contains("failed")) std::ranges::for_each(data["failed"], add_name);
   write_sheet(folder / kImagesFolder / kSheetFile, report);
   write_output(folder / kRequirePage, fill_page(kRequirePage, data));
 }

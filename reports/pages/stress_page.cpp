@@ -44,6 +44,16 @@ json pictures_of(const json& stress, const fs::path& folder) {
   return pictures;
 }
 
+/// Results get {name, key} of their settings; what another version drew may be unknown, and has none.
+void add_names(json& results) {
+  for (json& result : results) try {
+      const auto text = [&](const char* key) { return result.at(key).get<std::string>(); };
+      result.update(setting_name_json(text("technique") + "?" + text("settings")));
+    } catch (const Error&) {
+      continue;
+    }
+}
+
 }  // namespace
 
 void prepare_stress_folder(const fs::path& folder) {
@@ -68,6 +78,7 @@ json load_stress(const fs::path& folder) {
   json stress = parse_stress(path);
   try {
     stress["pictures"] = pictures_of(stress, folder);
+    add_names(stress.at("results"));
   } catch (const json::exception& error) {
     fail_input("{}: not as `reliefbench stress` writes it: {}", path.string(), error.what());
   }

@@ -123,9 +123,7 @@ json setting_names(const json& tune) {
   json names = json::object();
   const auto add = [&](const json& told) {
     const std::string id = told.is_string() ? told : told.at("setting");
-    if (id.empty()) return;
-    const Settings settings = parse_setting(id);
-    names[id] = {{"name", short_name(settings)}, {"key", setting_key(settings)}};
+    if (!id.empty()) names[id] = setting_name_json(id);
   };
   for (const json& setting : tune.at("settings"))
     if (setting.value("evidence", "none") != "none") add(setting);
