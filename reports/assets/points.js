@@ -82,7 +82,7 @@ export function settingTitle(point) {
 /** What differs from the defaults, and the key; settings wrap between, not within, assignments. */
 export function settingElement(point, {hasTechnique = true} = {}) {
   const {name, key} = settingOf(point);
-  return nameElement(name, key, {hasTechnique, mark: point.mark});
+  return nameElement(name, key, {hasTechnique, mark: point.mark.trim()});
 }
 
 /** What a run's command line gave an option, each time that it stands there. */
