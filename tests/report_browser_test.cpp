@@ -210,7 +210,7 @@ TEST_F(ReportInBrowser, AnswersToMouseAndKeyboard) {
     }
   EXPECT_THAT(body, has("csv", "121 true"));
   EXPECT_THAT(body, has("axis", "psnr (dB), better downwards"));
-  EXPECT_THAT(body, HasSubstr("data-scene=\"rocks/grazing #metric=psnr scene=rocks/grazing\""));
+  EXPECT_THAT(body, HasSubstr("data-scene=\"rocks/grazing #metric=psnr scene=rocks/grazing "));
   EXPECT_THAT(body, has("unlabelled", 0));
 }
 

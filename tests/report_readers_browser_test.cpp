@@ -27,21 +27,25 @@ class ReportOfDevices : public InBrowser {
 TEST_F(ReportOfDevices, EachHasItsOwnAnswers) {
   const std::string body = body_tag(document(make_report(two_devices()), R"(
     choose({time_ms: 2});
-    // Every part of every device's answer stands in the card of its scene, with the device and its own time.
+    // Every part of every device's answer stands with the device's price, with its own time; where several devices have
+    // one pick, with its name.
     const parts = {'Within time': 'accurate', Tie: 'tie', 'Just fails': 'justFails', 'Flat floor': 'flat'};
     const cards = [...document.querySelectorAll('#answer-cards .card')];
     const untold = [];
     let differing = 0;
     data.scenes.forEach((_, scene) => {
-      const rows = [...cards[scene].querySelectorAll('.answer-row')].map((row) => row.textContent);
       const answers = groupsOf(scene).map((group) => answerOf(scene, group));
       for (const [label, part] of Object.entries(parts)) {
         differing += new Set(answers.map((a) => data.points[a[part]]?.setting)).size > 1;
-        for (const answer of answers) {
+        for (const answer of answers.filter(({pick}) => pick !== null)) {
+          const block = [...cards[scene].querySelectorAll('.answer')].find((one) =>
+              [...one.querySelectorAll('.price')].some((p) => p.textContent.includes(shortLabel(answer.group))));
+          const rows = [...block.querySelectorAll('.answer-row')].map((row) => row.textContent);
+          const name = block.querySelectorAll('.price').length > 1 ? briefLabel(answer.group) : '';
           const point = data.points[answer[part]];
           if (!point && label !== 'Within time') continue;
           const words = point ? [settingOf(point).key, `${formatTime(point.time_ns[0])} `] : ['nothing is so fast'];
-          if (!rows.some((row) => [label, briefLabel(answer.group), ...words].every((word) => row.includes(word))))
+          if (!rows.some((row) => [label, name, ...words].every((word) => row.includes(word))))
             untold.push(`${scene} ${label} ${shortLabel(answer.group)} ${words}`);
         }
       }
@@ -160,7 +164,7 @@ TEST_F(ReportOfDevices, TheKeyboardKeepsItsPlace) {
     result.kept = String(before.length > 2 && location.hash === before && document.activeElement.id === 'effects');
     const name = first('#answer-cards .settings');
     getSelection().selectAllChildren(name);
-    result.copied = String(String(getSelection()).trim() === name.textContent && /^[a-z_]+( [a-z_]+=\S+)* \[[0-9a-f]{8}\]$/.test(name.textContent));
+    result.copied = String(String(getSelection()).trim() === name.textContent && /^[a-z_]+( [a-z_]+=\S+)* \[[0-9a-f]{8}\]( \*)?$/.test(name.textContent));
     byId('strip').hidden = true;
     result.gone = getComputedStyle(byId('strip')).display;
   )"));

@@ -253,9 +253,9 @@ TEST_F(TrendInBrowser, DriftsSpikesAndSeriesOfSeveralMetrics) {
     result.facts = texts('#series-shown .facts tr');
     const chart = Chart.getChart(document.querySelector('#series-shown canvas'));
     const {min, max} = chart.scales.y;
-    const dots = chart.data.datasets[0].data;
-    result.ends = String(dots[3].y === max && dots[3].beyond === 1 && dots.filter(({beyond}) => beyond).length === 1);
-    result.inside = String(dots.every(({y}) => min <= y && y <= max));
+    const marks = chart.data.datasets[0].data;
+    result.ends = String(marks[3].y === max && marks[3].beyond === 1 && marks.filter(({beyond}) => beyond).length === 1);
+    result.inside = String(marks.every(({y}) => min <= y && y <= max));
     result.names = texts('.series-link strong');
   )");
   expect_probed(body);
