@@ -82,9 +82,9 @@ export function drawPins() {
   };
   const row = (name, cells, hint) =>
       make('tr', {}, make('th', {scope: 'row', title: hint}, name), ...cells.map((cell) => make('td', {}, cell)));
-  const knownRow = (name, cellOf) => {
+  const knownRow = (name, cellOf, none = 'not known') => {
     const cells = points.map(cellOf);
-    return cells.every((cell) => cell === null) ? null : row(name, cells.map((cell) => cell ?? 'not known'));
+    return cells.every((cell) => cell === null) ? null : row(name, cells.map((cell) => cell ?? none));
   };
   const [main, more] = metricRows(points);
   const isOnePlace = new Set(points.map((point) => `${point.scene} ${point.group}`)).size === 1;
@@ -113,7 +113,7 @@ export function drawPins() {
                   knownRow('First draw', ({first_draw_ns:
                                                ns}) => (ns === null ? null : `${formatTime(ns)} with compilation`)),
                   row('Timer', points.map((point) => point.timer)),
-                  knownRow(data.tune ? 'Use it' : 'Again', commandButtons)))),
+                  knownRow(data.tune ? 'Use it' : 'Again', commandButtons, 'not in the folder\'s records')))),
       make(
           'details', {}, make('summary', {}, 'All errors, ids and commands'),
           make(
