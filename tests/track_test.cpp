@@ -107,6 +107,17 @@ TEST(TrackTest, where_the_control_case_moved_along_and_nothing_that_is_drawn_did
   EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::answer_is_no);
 }
 
+// It said "no regression" of two nights, in green.
+TEST(TrackTest, of_too_few_nights_it_says_so) {
+  const auto verdict_of = [](std::size_t nights) {
+    const MadeHistory made(nights);
+    return verdict_text(made.view, checked(made.view));
+  };
+  EXPECT_THAT(verdict_of(2), HasSubstr("too few nights to tell, 6 more are needed; 24 series"));
+  EXPECT_THAT(verdict_of(7), HasSubstr("too few nights to tell, 1 more is needed; 24 series"));
+  EXPECT_THAT(verdict_of(8), HasSubstr("no regression"));
+}
+
 TEST(TrackTest, an_improvement_is_told_and_is_no_regression) {
   MadeHistory made(40);
   made.slow_down("cone", 25, 0.9);

@@ -31,11 +31,13 @@ function drawVerdict() {
     return;
   }
   const [answer, scope] = data.verdict.text.split('; ');
-  byId('verdict').classList.add(data.verdict.exit === 0 ? 'calm' : 'alert');
+  const isEarly = data.verdict.exit === 0 && data.verdict.nights_to_wait > 0;
+  const glyph = isEarly ? '…' : data.verdict.exit === 0 ? '✓' : '▲';
+  if (!isEarly) byId('verdict').classList.add(data.verdict.exit === 0 ? 'calm' : 'alert');
   byId('verdict').append(
       make(
           'p', {class: 'headline'},
-          make('span', {class: 'glyph', 'aria-hidden': 'true'}, data.verdict.exit === 0 ? '✓' : '▲'), sentence(answer),
+          make('span', {class: 'glyph', 'aria-hidden': 'true'}, glyph), sentence(answer),
           make('span', {class: 'muted'}, scope ?? '')),
       make('p', {class: 'muted'}, sensitivityText()), ...lateMachines());
 }

@@ -81,7 +81,7 @@ void print_rungs(const TuneResult& result, const Names& names) {
   for (const TuneRung& rung : result.rungs) {
     put("  {}  {}\n", format_time_ns(rung.time_ns), name_of(result, names, rung.setting));
     if (before_ns > 0)
-      put("      {:.1f} % faster for {}{}{}\n", 100 * (1 - rung.time_ns / before_ns), fmt::join(rung.gained, ", "),
+      put("      {:.1f} % less time for {}{}{}\n", 100 * (1 - rung.time_ns / before_ns), fmt::join(rung.gained, ", "),
           rung.dropped.empty() ? "" : ", without ", fmt::join(rung.dropped, ", "));
     before_ns = rung.time_ns;
   }

@@ -147,6 +147,19 @@ bool is_open(const EventRow& event) {
   return is_regression(event) && (state == EventState::suspect || state == EventState::confirmed);
 }
 
+namespace {
+
+/// A step shows by its own nights and as many before them.
+std::size_t nights_to_wait(const HistoryView& view, const EventOptions& options) {
+  std::map<std::string_view, std::size_t> nights;
+  std::size_t most = 0;
+  for (const RunRow& run : view.runs) most = std::max(most, ++nights[run.machine]);
+  const std::size_t least = 2 * options.change.least_nights;
+  return least - std::min(most, least);
+}
+
+}  // namespace
+
 TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s) {
   const RunCalendar calendar(view.runs);
   StepCheck steps = check_steps(view, options);
@@ -197,7 +210,8 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
                    .is_news = {},
                    .epochs = std::move(steps.epochs),
                    .case_shift = steps.case_shift,
-                   .looked_at = steps.looked_at};
+                   .looked_at = steps.looked_at,
+                   .nights_to_wait = nights_to_wait(view, options)};
   for (Judgement& one : judged) {
     check.is_news.push_back(one.is_news());
     check.events.push_back(std::move(one.event()));

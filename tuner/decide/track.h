@@ -29,7 +29,8 @@ struct TrackCheck {
   std::vector<bool> is_news;     ///< parallel: whether this check gave it its last state
   std::vector<EpochChanges> epochs;
   double case_shift = 0;  ///< median over the series of the last epochs: what would be found within 5 nights in 9 of 10
-  std::size_t looked_at = 0;  ///< series
+  std::size_t looked_at = 0;       ///< series
+  std::size_t nights_to_wait = 0;  ///< more that the machine with most needs until any step in time can show
 };
 
 /// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed

@@ -82,7 +82,11 @@ std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
   add(counted(std::ranges::count_if(check.events, [&](const EventRow& e) { return is_of(e, event_kind::lost); }),
               "loss of cases", "losses of cases"));
   const bool is_calm = parts.empty();
-  if (is_calm) parts.emplace_back("no regression");
+  if (is_calm)
+    parts.push_back(check.nights_to_wait == 0
+                        ? "no regression"
+                        : fmt::format("too few nights to tell, {} more {} needed", check.nights_to_wait,
+                                      check.nights_to_wait == 1 ? "is" : "are"));
   std::ptrdiff_t improvements = 0;
   for (std::size_t i = 0; i < check.events.size(); ++i)
     improvements += (check.events[i].kind == event_kind::faster && check.is_news[i] &&
