@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 
 #include "backends/shader_compiler.h"
+#include "kernels/base/error.h"
 #include "kernels/maps/map_texture.h"
 
 namespace reliefbench {
@@ -42,10 +44,8 @@ TextureImage audited_texels(TexelType type) {
       .relief;
 }
 
-FilterPrecision shown_precision(Backend& backend, const Pipeline& pipeline, TexelType type) {
-  const TextureImage texels = audited_texels(type);
-  const auto texture = backend.upload(texture_desc(texels, Wrap::clamp));
-  Draw draw{.pipeline = &pipeline, .textures = {{kReliefMap, texture.get()}}};
+FilterPrecision shown_precision(Backend& backend, const Pipeline& pipeline, const Texture& texture, TexelType type) {
+  Draw draw{.pipeline = &pipeline, .textures = {{kReliefMap, &texture}}};
   draw.frame.sizes = {kSide_px, kSide_px, 4, 2};
   static_cast<void>(backend.render(draw, 1, Timer::fenced_wall));
   const std::span<const std::uint8_t> bytes = backend.read(kShown.name);
@@ -60,6 +60,21 @@ FilterPrecision shown_precision(Backend& backend, const Pipeline& pipeline, Texe
   FilterPrecision precision = filter_precision(weights);
   precision.value = filter_value_error(values, plane_low(type), plane_step(type), precision.worst());
   return precision;
+}
+
+FilterAudit audit_type(Backend& backend, const Pipeline& pipeline, TexelType type) {
+  const TextureImage texels = audited_texels(type);
+  FilterAudit audit{.type = type};
+  std::unique_ptr<Texture> texture;
+  try {
+    texture = backend.upload(texture_desc(texels, Wrap::clamp));
+  } catch (const Error& error) {
+    if (error.fault() != Fault::other) throw;
+    audit.refusal = error.what();
+    return audit;
+  }
+  audit.precision = shown_precision(backend, pipeline, *texture, type);
+  return audit;
 }
 
 }  // namespace
@@ -111,8 +126,7 @@ std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect, const S
                                          .target = {.attachments = {kShown}}});
   std::vector<FilterAudit> audits;
   for (const TexelType type : kTexelTypes)
-    if (backend.device().takes(type))
-      audits.push_back({.type = type, .precision = shown_precision(backend, *pipeline, type)});
+    if (backend.device().takes(type)) audits.push_back(audit_type(backend, *pipeline, type));
   return audits;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <algorithm>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "backends/backend.h"
@@ -33,14 +34,16 @@ inline constexpr int kMostFilterBits = 14;  ///< of the places that the audit as
 /// returns: what they are off by beyond that
 [[nodiscard]] double filter_value_error(std::span<const float> values, double low, double step, double shift);
 
-/// A kind of texel that a device filters.
+/// A kind of texel, and how a device filters it.
 struct FilterAudit {
   TexelType type = TexelType::unorm8;
   FilterPrecision precision{};
+  std::string refusal{};  ///< why the device does not; "" where it does
 };
 
 /// Draws a few texels of every type that maps are stored in, enlarged by 2^14, and looks at what comes out. Some
 /// drivers weigh texels of 8 bits more coarsely than others or than they report, and some round the result.
+/// A type whose texture the device refuses does not hide what it makes of the others.
 /// simulated: the sampler to look at in place of the device's
 [[nodiscard]] std::vector<FilterAudit> audit_filter(Backend& backend, Dialect dialect,
                                                     const SimulatedFilter& simulated = {});

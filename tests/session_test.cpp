@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/faulty_device.h"
+#include "tuner/results/device_json.h"
 
 namespace reliefbench {
 namespace {
@@ -55,6 +58,29 @@ TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
   EXPECT_EQ(session.shaders_compiled(), 0);
   EXPECT_NE(session.pipeline(settings.front(), Target::color, kAnyScene).pipeline, nullptr);
   EXPECT_EQ(session.shaders_compiled(), 1);
+}
+
+// A device need not filter every kind of texel that maps are stored in.
+TEST(Session, a_type_that_is_not_filtered_leaves_the_others_usable) {
+  WallSplit split;
+  FaultyDevices devices;
+  devices.fail(FaultyDevices::upload, 1, Fault::other);
+  const Session session(find_backend("vulkan"), 0, split, false, devices.opener());
+  const std::vector<FilterAudit>& audits = session.filter_audit();
+  ASSERT_EQ(audits.size(), 4 + session.device().blocks.size());
+  for (std::size_t i = 0; i < audits.size(); ++i) {
+    EXPECT_EQ(audits[i].refusal, i == 1 ? "injected" : "");
+    EXPECT_EQ(audits[i].precision.bits > 0, i != 1);
+  }
+  EXPECT_EQ(filter_json(audits)[1],
+            (nlohmann::json{{"texels", texel_type_id(audits[1].type)}, {"refusal", "injected"}}));
+}
+
+TEST(Session, a_device_that_is_lost_while_its_filter_is_audited_is_not_one_without_a_filter) {
+  WallSplit split;
+  FaultyDevices devices;
+  devices.fail(FaultyDevices::upload, 1, Fault::device_lost);
+  EXPECT_THROW(Session(find_backend("vulkan"), 0, split, false, devices.opener()), Error);
 }
 
 TEST(Session, lets_go_of_the_pipelines_that_were_used_longest_ago) {

@@ -91,9 +91,12 @@ std::string weight_text(const FilterPrecision& shown, int reported_bits) {
 void print_filter(const Found& found) {
   std::vector<std::vector<std::string>> rows = {{"texels", "filter's weight", "off by at most", "result, beside that"}};
   for (const FilterAudit& audit : found.filter)
-    rows.push_back({std::string(texel_type_id(audit.type)), weight_text(audit.precision, found.info.subtexel_bits),
-                    format_number(audit.precision.worst()), format_number(audit.precision.value)});
-  if (!found.filter.empty()) put("{}", columns(rows, "  "));
+    if (audit.refusal.empty())
+      rows.push_back({std::string(texel_type_id(audit.type)), weight_text(audit.precision, found.info.subtexel_bits),
+                      format_number(audit.precision.worst()), format_number(audit.precision.value)});
+  if (rows.size() > 1) put("{}", columns(rows, "  "));
+  for (const FilterAudit& audit : found.filter)
+    if (!audit.refusal.empty()) put("  no {}: {}\n", texel_type_id(audit.type), audit.refusal);
 }
 
 /// What settings with dispatch=compute are measured with, where that is something else.

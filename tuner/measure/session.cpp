@@ -83,7 +83,8 @@ void Session::simulate_filter(const SimulatedFilter& simulated) {
 
 MapSampler Session::sampler_of(const Settings& settings) const {
   const auto found = std::ranges::find(filter_audit_, storage_of(settings).format.type, &FilterAudit::type);
-  return {.error = found == filter_audit_.end() ? FilterError{} : found->precision.error(), .simulated = simulated_};
+  const bool is_known = found != filter_audit_.end() && found->refusal.empty();
+  return {.error = is_known ? found->precision.error() : FilterError{}, .simulated = simulated_};
 }
 
 std::string Session::sampler_key(const Settings& settings) const {

@@ -31,6 +31,10 @@ nlohmann::json audit_json(std::span<const TimerAudit> audit) {
 nlohmann::json filter_json(std::span<const FilterAudit> audit) {
   nlohmann::json list = nlohmann::json::array();
   for (const FilterAudit& row : audit) {
+    if (!row.refusal.empty()) {
+      list.push_back({{"texels", texel_type_id(row.type)}, {"refusal", row.refusal}});
+      continue;
+    }
     list.push_back({{"texels", texel_type_id(row.type)},
                     {"bits", row.precision.bits},
                     {"rounds", row.precision.rounds},
