@@ -204,7 +204,7 @@ TEST_F(DeviceFault, a_time_of_zero_is_no_time) {
   for (int nth = counted.calls(FaultyDevices::draw) - 1; nth > 0 && !was_a_case;
        --nth) {  // the last is the control case
     FaultyDevices devices;
-    devices.fail(FaultyDevices::draw, nth, Fault::invalid_timer);
+    for (const int again : {0, 1}) devices.fail(FaultyDevices::draw, nth + again, Fault::invalid_timer);
     try {
       Statuses statuses = sweep("zero" + std::to_string(nth), devices);
       was_a_case = statuses["invalid_timer"] == 1;
@@ -216,6 +216,16 @@ TEST_F(DeviceFault, a_time_of_zero_is_no_time) {
     }
   }
   EXPECT_TRUE(was_a_case);
+}
+
+TEST_F(DeviceFault, one_time_of_zero_costs_nothing_whatever_it_is_of) {
+  FaultyDevices counted;
+  const Statuses whole = sweep("whole", counted);
+  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 7) {
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, nth, Fault::invalid_timer);
+    EXPECT_EQ(sweep("zero" + std::to_string(nth), devices), whole) << nth;
+  }
 }
 
 TEST_F(DeviceFault, a_frame_over_its_time_is_tried_again) {

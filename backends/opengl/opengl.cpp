@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "backends/backend.h"
+#include "backends/counter.h"
 #include "backends/opengl/egl.h"
 #include "backends/opengl/opengl_backend.h"
 #include "backends/opengl/opengl_compute.h"
@@ -130,6 +131,7 @@ class OpenglBackend final : public Backend {
   std::size_t uniform_slots_ = 0;  ///< draws that `uniforms_` has room for
   GLuint elapsed_ = 0;
   std::array<GLuint, 2> stamps_{};
+  GLint stamp_bits_ = 0;           ///< of their counter, which wraps round; OpenGL promises 30
   std::vector<GlTarget> targets_;  ///< the one drawn last at the end
   std::vector<std::uint8_t> read_;
 };
@@ -146,6 +148,7 @@ void OpenglBackend::set_up(const BackendOptions& options) {
   glDepthFunc(GL_LESS);
   glCreateQueries(GL_TIME_ELAPSED, 1, &elapsed_);
   glCreateQueries(GL_TIMESTAMP, 2, stamps_.data());
+  glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &stamp_bits_);
   check_gl("set up the context");
 }
 
@@ -257,7 +260,7 @@ std::optional<double> OpenglBackend::device_time_ns(Timer timer) const {
     std::array<GLuint64, 2> stamps_ns{};
     for (std::size_t i = 0; i < stamps_.size(); ++i) glGetQueryObjectui64v(stamps_[i], GL_QUERY_RESULT, &stamps_ns[i]);
     // Signed: stamps that come out of order are for the audit to see.
-    return static_cast<double>(static_cast<std::int64_t>(stamps_ns[1] - stamps_ns[0]));
+    return static_cast<double>(counter_span(stamps_ns[0], stamps_ns[1], stamp_bits_));
   }
   return std::nullopt;
 }

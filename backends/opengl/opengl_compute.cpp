@@ -5,6 +5,7 @@
 #include <deque>
 
 #include "backends/compute_bands.h"
+#include "backends/counter.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -63,9 +64,7 @@ class BufferOnDevice {
 class PartClock {
  public:
   explicit PartClock(const EglContext& context) : context_(context) {
-    GLint bits = 0;
-    glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &bits);
-    is_available_ = bits > 0;
+    glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &bits_);
   }
   ~PartClock() {
     if (context_.can_free()) glDeleteQueries(static_cast<GLsizei>(stamps_.size()), stamps_.data());
@@ -75,7 +74,7 @@ class PartClock {
 
   /// The part before it ends here. part: "" for none
   void begin(std::string_view part) {
-    if (!is_available_ || (!parts_.empty() && parts_.back() == part)) return;
+    if (bits_ == 0 || (!parts_.empty() && parts_.back() == part)) return;
     parts_.emplace_back(part);
     GLuint stamp = 0;
     glCreateQueries(GL_TIMESTAMP, 1, &stamp);
@@ -89,13 +88,14 @@ class PartClock {
     std::vector<GLuint64> ns(stamps_.size());
     for (std::size_t i = 0; i < ns.size(); ++i) glGetQueryObjectui64v(stamps_[i], GL_QUERY_RESULT, &ns[i]);
     std::vector<ComputeTime> times;
-    for (std::size_t i = 0; i + 1 < ns.size(); ++i) add_time(times, parts_[i], static_cast<double>(ns[i + 1] - ns[i]));
+    for (std::size_t i = 0; i + 1 < ns.size(); ++i)
+      add_time(times, parts_[i], static_cast<double>(counter_ticks(ns[i], ns[i + 1], bits_)));
     return times;
   }
 
  private:
   const EglContext& context_;
-  bool is_available_ = false;
+  GLint bits_ = 0;  ///< of the clock, which wraps round; 0: there is none
   std::vector<std::string> parts_;
   std::vector<GLuint> stamps_;
 };

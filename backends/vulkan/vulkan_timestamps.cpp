@@ -1,7 +1,8 @@
 #include "backends/vulkan/vulkan_timestamps.h"
 
 #include <array>
-#include <limits>
+
+#include "backends/counter.h"
 
 namespace reliefbench {
 
@@ -44,9 +45,9 @@ double Timestamps::elapsed_ns(std::uint32_t pair) const {
                                             sizeof ticks[0], VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
       "vkGetQueryPoolResults");
   // Only these bits count, and they may have wrapped round between the stamps.
-  const std::uint32_t bits = device_.physical().timestamp_bits;
-  const std::uint64_t mask = std::numeric_limits<std::uint64_t>::max() >> (64 - bits);
-  return static_cast<double>((ticks[1] - ticks[0]) & mask) * device_.physical().properties.limits.timestampPeriod;
+  const auto bits = static_cast<int>(device_.physical().timestamp_bits);
+  return static_cast<double>(counter_ticks(ticks[0], ticks[1], bits)) *
+         device_.physical().properties.limits.timestampPeriod;
 }
 
 }  // namespace reliefbench

@@ -135,8 +135,9 @@ class Session {
   /// nor of frames that are as large as a screen.
   void measure_fills(std::span<const SceneSpec> scenes);
   [[nodiscard]] const std::vector<FrameFill>& fills() const { return fills_; }
-  /// Time of a batch by the calibration's timer, ns.
-  /// throws: Error of Fault::invalid_timer: it is not finite and above zero
+  /// Time of a batch by the calibration's timer, ns. One that is no time, as clocks that are read at odds with each
+  /// other may make it, is drawn once more.
+  /// throws: Error of Fault::invalid_timer: it is not finite and above zero, twice
   double draw_ns(std::span<const Draw> frame, int frames);
 
  private:
