@@ -395,5 +395,10 @@ TEST(Png, NamesThePathThatCannotBeWritten) {
   }
 }
 
+TEST(Png, IsNotWrittenOfPixelsThatAreNotThere) {
+  for (const std::size_t bytes : {0, 12, 15, 17, 32})
+    EXPECT_THROW((void)encode_png(2, 2, std::vector<std::uint8_t>(bytes)), Error) << bytes;
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -101,14 +101,14 @@ class OpenglScreen final : public Screen {
     check_gl("fill a picture");
   }
 
-  void present(const ImDrawData& drawn, std::vector<std::uint8_t>* seen) override {
+  void present(const ImDrawData& drawn, SeenWindow* seen) override {
     context_.make_current();
     const WindowSize size = window_.size();
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glViewport(0, 0, size.width_px, size.height_px);
     glClear(GL_COLOR_BUFFER_BIT);
     draw(panel_mesh(drawn, false), size);
-    if (seen != nullptr) *seen = read(size);
+    if (seen != nullptr) *seen = {.size = size, .rgba8 = read(size)};
     glfwSwapBuffers(window_.handle());
     check_gl("show a frame");
   }

@@ -22,6 +22,12 @@ struct ScreenPicture {
   int height_px;
 };
 
+/// What a window showed. RGBA8, rows from the top.
+struct SeenWindow {
+  WindowSize size{};  ///< then: it may have another one by now
+  std::vector<std::uint8_t> rgba8{};
+};
+
 /// The inside of a window. It must go before the backend whose frames it shows, and that before the window.
 class Screen {
  public:
@@ -37,9 +43,8 @@ class Screen {
   virtual void keep(ScreenPicture& into) = 0;
   /// rgba8: of the picture's size
   virtual void fill(ScreenPicture& into, std::span<const std::uint8_t> rgba8) = 0;
-  /// Shows what Dear ImGui has drawn. seen: gets what the window then shows, RGBA8, rows from the top; null: nobody
-  /// asks
-  virtual void present(const ImDrawData& drawn, std::vector<std::uint8_t>* seen) = 0;
+  /// Shows what Dear ImGui has drawn. seen: gets what the window then shows; null: nobody asks
+  virtual void present(const ImDrawData& drawn, SeenWindow* seen) = 0;
 };
 
 /// The API that can show a backend's frames without the processor; OpenGL for one that has no windows.

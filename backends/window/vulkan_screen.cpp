@@ -96,7 +96,7 @@ class VulkanScreen final : public Screen {
                   std::as_bytes(rgba8));
   }
 
-  void present(const ImDrawData& drawn, std::vector<std::uint8_t>* seen) override {
+  void present(const ImDrawData& drawn, SeenWindow* seen) override {
     const PanelMesh mesh = panel_mesh(drawn, true);
     load(vertices_, std::as_bytes(std::span(mesh.vertices)), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
     load(indices_, std::as_bytes(std::span(mesh.indices)), VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
@@ -108,7 +108,10 @@ class VulkanScreen final : public Screen {
     HostBuffer copy;
     if (seen != nullptr) copy = record_copy(commands.handle(), frame);
     chain_.end(commands.end());
-    if (seen != nullptr) *seen = as_rgba(copy.bytes);
+    if (seen == nullptr) return;
+    const auto [width, height] = frame.extent;
+    *seen = {.size = {.width_px = static_cast<int>(width), .height_px = static_cast<int>(height)},
+             .rgba8 = as_rgba(copy.bytes)};
   }
 
  private:

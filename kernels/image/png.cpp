@@ -133,7 +133,9 @@ std::string encode_png(const ImageSource& source) {
   assert(source.type == TexelType::unorm8 || source.type == TexelType::unorm16);
   const bool is_wide = source.type == TexelType::unorm16;
   const std::size_t row_bytes = static_cast<std::size_t>(source.width) * source.channels.size() * (is_wide ? 2 : 1);
-  assert(source.pixels.size() == row_bytes * static_cast<std::size_t>(source.height));
+  if (source.pixels.size() != row_bytes * static_cast<std::size_t>(source.height))
+    fail_environment("a PNG of {}x{}: rows of {} bytes, of {} in all", source.width, source.height, row_bytes,
+                     source.pixels.size());
   std::vector<png_text> texts;
   for (const auto& [key, value] : source.metadata) {
     png_text text{};

@@ -104,7 +104,7 @@ class LiveView {
     const bool is_moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0 || io.MouseWheel != 0 || ImGui::IsAnyMouseDown();
     still_ = is_moved || ImGui::IsAnyItemActive() ? kFramesOfEvent : std::max(0, still_ - 1);
     const bool is_kept = wishes.screenshot || !scripted.screenshot.empty();
-    std::vector<std::uint8_t> seen;
+    SeenWindow seen;
     pictures_.screen().present(*ImGui::GetDrawData(), is_kept ? &seen : nullptr);
     window_.set_title(fmt::format("{} - {} - reliefbench", short_name(choice_.settings), pictures_.device().backend));
     const bool has_answer = pictures_.left().is_drawn() || !pictures_.left().failure.empty();
@@ -120,9 +120,8 @@ class LiveView {
     return !wishes.close;
   }
 
-  void save(const std::filesystem::path& name, const std::vector<std::uint8_t>& seen) {
-    const WindowSize size = window_.size();
-    write_png(name, size.width_px, size.height_px, seen);
+  void save(const std::filesystem::path& name, const SeenWindow& seen) {
+    write_png(name, seen.size.width_px, seen.size.height_px, seen.rgba8);
     state_.notice = "written: " + name.string();
     fmt::print("{}\n", state_.notice);
   }
