@@ -185,6 +185,32 @@ TEST(Wire, one_thread_alone_buries_a_worker) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::duration<double>(kLong_s / 2));
 }
 
+// As by Ctrl-Z and fg: it is not the frame that takes the time.
+TEST(Wire, time_in_which_the_host_is_stopped_does_not_count) {
+  auto [ours, theirs] = socket_ends();
+  const pid_t host = fork();
+  if (host == 0) {
+    Worker worker(std::move(ours), Descriptor(dup(SharedMemory().descriptor())));
+    try {
+      _exit(static_cast<int>(worker.call({}, "a test", 0.8).size()));
+    } catch (const Error&) {
+      _exit(99);
+    }
+  }
+  std::array<char, 64> request{};
+  ASSERT_GT(read(theirs.get(), request.data(), request.size()), 0);
+  kill(host, SIGSTOP);
+  waitpid(host, nullptr, WUNTRACED);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  kill(host, SIGCONT);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  Channel channel(std::move(theirs));
+  EXPECT_TRUE(channel.send(1, std::vector<std::byte>(3)));
+  int status = 0;
+  waitpid(host, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+}
+
 /// The frames of a technique in color and score, with a map, read back.
 std::vector<std::vector<std::uint8_t>> frames_of(Backend& backend, Dialect dialect) {
   const Spirv vertex = compile_vertex(dialect);

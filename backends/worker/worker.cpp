@@ -33,9 +33,10 @@ namespace reliefbench {
 namespace {
 
 constexpr const char* kWorkerCommand = "worker";
-constexpr time_t kSendLimit_s = 60;      // a worker takes requests at once
-constexpr double kEndPatience_s = 2;     // for an orderly end: drivers write their caches
-constexpr double kKillPatience_s = 2;    // a process that its driver's kernel part holds is not waited for
+constexpr time_t kSendLimit_s = 60;    // a worker takes requests at once
+constexpr double kEndPatience_s = 2;   // for an orderly end: drivers write their caches
+constexpr double kKillPatience_s = 2;  // a process that its driver's kernel part holds is not waited for
+constexpr std::chrono::milliseconds kMostOfAWait(200);
 constexpr std::size_t kMostSaid = 4096;  // bytes of last words
 constexpr std::size_t kSaidLines = 3;
 
@@ -138,7 +139,7 @@ std::vector<std::byte> Worker::call(std::span<const std::byte> request, const st
   constexpr double kLongest_s = 1e8;  // a clock's range
   const Clock::time_point deadline =
       limit_s < kLongest_s
-          ? Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_s))
+          ? run_time() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_s))
           : Clock::time_point::max();
   std::unique_lock lock(mutex_);
   const auto check_alive = [&] {
@@ -172,18 +173,23 @@ std::vector<std::byte> Worker::call(std::span<const std::byte> request, const st
 }
 
 Worker::Event Worker::wait_until(Clock::time_point deadline) {
+  using std::chrono::milliseconds;
   try {
     for (;;) {
       if (auto packet = channel_.next()) return {.kind = Event::reply, .packet = std::move(*packet)};
-      const auto left = deadline - Clock::now();
-      if (left <= Clock::duration::zero()) return {.kind = Event::too_late};
-      constexpr std::chrono::milliseconds kMost(3'600'000);
-      const auto wait = std::min(std::chrono::ceil<std::chrono::milliseconds>(left), kMost);
+      const auto left = std::chrono::ceil<milliseconds>(deadline - run_time());
+      const bool is_last = left <= milliseconds::zero();  // a look at what has come meanwhile
+      const milliseconds wait = std::clamp(left, milliseconds::zero(), kMostOfAWait);
       std::array<pollfd, 2> ends{pollfd{.fd = channel_.descriptor(), .events = POLLIN, .revents = 0},
                                  pollfd{.fd = words_.get(), .events = POLLIN, .revents = 0}};
-      if (::poll(ends.data(), ends.size(), static_cast<int>(wait.count())) < 0) continue;  // a signal
+      const Clock::time_point start = Clock::now();
+      const int ready = ::poll(ends.data(), ends.size(), static_cast<int>(wait.count()));
+      const Clock::duration beyond = Clock::now() - start - wait;
+      if (beyond > Clock::duration::zero()) stopped_ = stopped_.load() + beyond;
+      if (ready < 0) continue;  // a signal
       if (ends[1].revents != 0) take_words();
       if (ends[0].revents != 0 && !channel_.fill()) return {.kind = Event::over};
+      if (is_last && ends[0].revents == 0) return {.kind = Event::too_late};
     }
   } catch (const Error&) {
     return {.kind = Event::torn};

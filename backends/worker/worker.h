@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -38,7 +39,8 @@ class Worker {
 
   /// Sends a request and waits for its reply. May be called on several threads at once.
   /// what: is asked for, for messages: "the frames"
-  /// throws: WorkerCrashed: it died; Error of Fault::timeout: it did not answer within limit_s, and was killed;
+  /// throws: WorkerCrashed: it died; Error of Fault::timeout: it did not answer within limit_s of
+  /// this process's running time, and was killed;
   /// Error of Fault::out_of_memory: the system killed it; of Fault::device_lost: it was dead before. Each with the last
   /// that it wrote to its standard output and error
   [[nodiscard]] std::vector<std::byte> call(std::span<const std::byte> request, const std::string& what,
@@ -62,6 +64,9 @@ class Worker {
     enum Kind { reply, over, too_late, torn } kind = reply;
     Packet packet{};
   };
+  /// A clock that stands still while this process does (SIGSTOP, Ctrl-Z) and should be waiting.
+  [[nodiscard]] Clock::time_point run_time() const { return Clock::now() - stopped_.load(); }
+  /// deadline: by run_time()
   [[nodiscard]] Event wait_until(Clock::time_point deadline);
   void take_words();
   [[noreturn]] void bury(Event::Kind how, const std::string& what, double limit_s);
@@ -73,7 +78,8 @@ class Worker {
   Descriptor words_;  ///< its standard output and error
   Channel channel_;
   pid_t process_ = 0;
-  mutable std::mutex mutex_;  ///< of all below; the channel is read by one thread at a time
+  std::atomic<Clock::duration> stopped_{};  ///< only who reads the channel adds to it
+  mutable std::mutex mutex_;                ///< of all below; the channel is read by one thread at a time
   std::condition_variable changed_;
   bool is_read_ = false;
   bool is_dead_ = false;
