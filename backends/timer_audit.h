@@ -16,8 +16,10 @@ struct TimerAudit {
 };
 
 /// Known work N and 2N, of fragments or by_compute: a timer is believed if it agrees with the fenced wall clock within
-/// 5 % and doubles with the work within 10 %. The wall clock itself must double. Medians of several interleaved
-/// batches.
+/// 5 % and doubles with the work within 10 %. The wall clock itself must double. Medians of seven interleaved rounds.
+/// What agrees and does not double is measured again. So is, four times more in any case, what is off by at most 20 %:
+/// it is judged by the seven quietest rounds of them all, those with the least wall time. A busy machine adds to the
+/// wall clock of some rounds, and a liar is off in the quiet ones, too.
 [[nodiscard]] std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_compute = false);
 /// What is left of an audit by the work of compute shaders: a timer is valid where it is so by both.
 [[nodiscard]] std::vector<TimerAudit> with_compute(std::vector<TimerAudit> audit,

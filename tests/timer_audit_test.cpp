@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "kernels/base/error.h"
@@ -161,6 +162,45 @@ TEST(TimerAudit, MeasuresAgainAfterADisturbance) {
   const auto audits = audited({.wall_ns = busy});
   EXPECT_TRUE(audits[0].valid) << audits[0].reason;
   EXPECT_EQ(choose_timer(audits), Timer::gl_time_elapsed);
+}
+
+// Something else adds a tenth to the wall clock for most of the time, and the timer is right.
+TEST(TimerAudit, OneThatNearlyAgreesIsJudgedByTheQuietestRounds) {
+  const auto busy = [](double ns, int batch) { return batch % 100 < 75 ? 1.1 * ns : ns; };
+  for (const double share : {1.0, 0.97, 1.03}) {
+    const auto told = [](double by) -> std::optional<double> (*)(double) {
+      if (by < 1) return [](double ns) { return std::optional(0.97 * ns); };
+      if (by > 1) return [](double ns) { return std::optional(1.03 * ns); };
+      return [](double ns) { return std::optional(ns); };
+    };
+    const auto audits = audited({.wall_ns = busy, .device_ns = told(share)});
+    EXPECT_TRUE(audits[1].valid) << share << ": " << audits[1].reason;
+    EXPECT_NEAR(audits[1].wall_ratio, share, 1e-9);
+  }
+}
+
+// However often it is measured: the wall clock that a busy machine adds to never bears it out.
+TEST(TimerAudit, ALiarThatIsOffByLittleIsNotBelieved) {
+  const auto busy = [](double ns, int batch) { return batch % 100 < 40 ? 1.1 * ns : ns; };
+  EXPECT_FALSE(audited({.wall_ns = busy, .device_ns = [](double ns) { return std::optional(0.9 * ns); }})[1].valid);
+  EXPECT_FALSE(audited({.device_ns = [](double ns) { return std::optional(1.1 * ns); }})[1].valid);
+  EXPECT_FALSE(audited({.device_ns = [](double ns) { return std::optional(1.19 * ns); }})[1].valid);
+}
+
+// Both clocks wander: the readings that are told are those of one round, and have the ratio that it was judged by.
+TEST(TimerAudit, TellsReadingsThatBearOutItsVerdict) {
+  const auto wander = [](double ns, int batch) { return ns * (1 + 0.37 * (batch * 7 % 5)); };
+  const auto audit = audited({.wall_ns = wander, .device_ns = [](double ns) {
+                                static int n = 0;
+                                return std::optional(ns * (0.2 + 0.13 * (n++ * 11 % 7)));
+                              }})[1];
+  ASSERT_FALSE(audit.valid);
+  double said_ms = 0;
+  double wall_ms = 0;
+  ASSERT_EQ(
+      std::sscanf(audit.reason.c_str(), "says %lf ms where the fenced wall clock says %lf ms", &said_ms, &wall_ms), 2)
+      << audit.reason;
+  EXPECT_NEAR(said_ms / wall_ms, audit.wall_ratio, 0.01 * audit.wall_ratio);
 }
 
 TEST(TimerAudit, ChoosesTheFirstValidDeviceTimer) {
