@@ -353,6 +353,15 @@ TEST_F(WorkerEnd, signals_to_the_whole_group_leave_it) {
   EXPECT_NE(device_->upload({.width = 1, .height = 1, .texels = std::vector<std::byte>(4)}), nullptr);
 }
 
+TEST(WorkerStart, signals_to_the_whole_group_leave_it) {
+  for (int i = 0; i < 24; ++i) {
+    auto worker = start_worker();
+    std::this_thread::sleep_for(std::chrono::microseconds(i / 3 * 1000));
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) kill(worker->process(), signal);
+    EXPECT_NO_THROW(static_cast<void>(open_remote(std::move(worker), find_backend("null"), 0, {}))) << i;
+  }
+}
+
 TEST_F(WorkerEnd, it_has_no_descriptors_of_its_host) {
   std::set<std::string> open;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/" + std::to_string(process_) + "/fd"))

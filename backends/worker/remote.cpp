@@ -165,6 +165,15 @@ bool is_in_process(const BackendRow& row) {
   return !row.real || (!value.empty() && value != "0");
 }
 
+std::vector<DeviceInfo> listed(const BackendRow& row) {
+  Worker worker;
+  WireWriter request(nullptr);
+  request(Call::list, std::vector<ObjectId>{}, row.id);
+  const std::vector<std::byte> reply =
+      worker.call(request.message(), fmt::format("{}: the list of devices", row.id), kOpeningLimit_s);
+  return opened(reply, nullptr).get<std::vector<DeviceInfo>>();
+}
+
 }  // namespace
 
 std::unique_ptr<Backend> open_remote(std::unique_ptr<Worker> worker, const BackendRow& row, int device_index,
@@ -179,16 +188,14 @@ std::unique_ptr<Backend> open_isolated(const BackendRow& row, int device_index) 
 
 std::vector<DeviceInfo> isolated_devices(const BackendRow& row) {
   if (is_in_process(row)) return row.devices();
-  try {
-    Worker worker;
-    WireWriter request(nullptr);
-    request(Call::list, std::vector<ObjectId>{}, row.id);
-    const std::vector<std::byte> reply =
-        worker.call(request.message(), fmt::format("{}: the list of devices", row.id), kOpeningLimit_s);
-    return opened(reply, nullptr).get<std::vector<DeviceInfo>>();
-  } catch (const Error& error) {
-    print_error(error.what());
-    return {};
+  for (bool is_again = false;; is_again = true) {
+    try {
+      return listed(row);
+    } catch (const Error& error) {
+      if (!is_again && error.fault() == Fault::device_lost) continue;
+      print_error(error.what());
+      return {};
+    }
   }
 }
 

@@ -23,8 +23,8 @@ inline constexpr const char* kWorkerMemory = "RELIEFBENCH_WORKER_MEMORY_MB";
 /// A device that is real in a worker of its own; any in this process where kInProcess says so.
 /// throws: as open_remote()
 [[nodiscard]] std::unique_ptr<Backend> open_isolated(const BackendRow& row, int device_index);
-/// Its devices, as a worker sees them. Where a driver crashes over the question, that is told on stderr, and there are
-/// none.
+/// Its devices, as a worker sees them. Where a driver crashes over the question twice, that is told on stderr, and
+/// there are none.
 [[nodiscard]] std::vector<DeviceInfo> isolated_devices(const BackendRow& row);
 
 }  // namespace reliefbench

@@ -61,6 +61,16 @@ void close_all_but(int a, int b) {
   close_from(high + 1, std::numeric_limits<int>::max());
 }
 
+constexpr std::array kEndsOfGroup{SIGINT, SIGTERM, SIGHUP};
+
+/// What a terminal or a batch system sends to the whole group: a worker is started with it blocked, and ignores it.
+sigset_t ends_of_group() {
+  sigset_t ends;
+  ::sigemptyset(&ends);
+  for (const int signal : kEndsOfGroup) ::sigaddset(&ends, signal);
+  return ends;
+}
+
 void limit_memory() {
   // Where the system's memory runs out, the worker is to go and not its host.
   std::ofstream("/proc/self/oom_score_adj") << 500;
@@ -111,9 +121,8 @@ Worker::Worker(Ends socket, const std::filesystem::path& binary) : channel_(std:
     ::posix_spawn_file_actions_adddup2(&files, kept, kept);
   posix_spawnattr_t how;
   ::posix_spawnattr_init(&how);
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::posix_spawnattr_setsigmask(&how, &none);
+  const sigset_t blocked = ends_of_group();
+  ::posix_spawnattr_setsigmask(&how, &blocked);
   ::posix_spawnattr_setflags(&how, POSIX_SPAWN_SETSIGMASK);
   errno = ::posix_spawn(&process_, binary.c_str(), &files, &how, arguments.data(), environ);
   ::posix_spawnattr_destroy(&how);
@@ -269,8 +278,10 @@ std::optional<int> run_worker(int argc, char** argv) {
   const int memory = number_of(argv[3]);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (socket < 0 || memory < 0 || ::getppid() != number_of(argv[4])) return EXIT_FAILURE;
-  // From a terminal or a batch system they come to both. The host may still need its device; when it ends, so do we.
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  // The host may still need its device; when it ends, so do we.
+  for (const int signal : kEndsOfGroup) std::signal(signal, SIG_IGN);
+  const sigset_t blocked = ends_of_group();
+  ::sigprocmask(SIG_UNBLOCK, &blocked, nullptr);
   close_all_but(socket, memory);
   limit_memory();
   try {
