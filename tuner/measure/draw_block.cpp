@@ -6,7 +6,6 @@
 #include <chrono>
 #include <thread>
 
-#include "kernels/base/clock.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -55,10 +54,10 @@ std::string draw_block(const Timing& timing, const std::function<void()>& draw, 
   const Calibration& calibration = session.calibration();
   for (int again = 0;; ++again) {
     BlockState block{.backend = session.device().backend, .before = session.state()};
-    block.from_ns = unix_ns() - timing.started_ns;
+    block.from_ns = timing.clock.now_ns();
     draw();
     block.after = session.state();
-    block.to_ns = unix_ns() - timing.started_ns;
+    block.to_ns = timing.clock.now_ns();
     std::vector<double> control_ns;
     for (const Sample& sample : timing.book.control_samples())
       if (block.has(sample)) control_ns.push_back(sample.frame_time_ns);

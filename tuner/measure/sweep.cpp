@@ -108,7 +108,7 @@ void check_complete(const Run& run, const Plan& plan) {
 class DeviceSweep {
  public:
   DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, double started_ns,
+              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, const RunClock& clock,
               Progress& progress)
       : config_(config),
         folder_(options.output),
@@ -125,7 +125,7 @@ class DeviceSweep {
                  .split = split,
                  .mark = &store.mark(),
                  .slowdowns = &options.slowdowns,
-                 .started_ns = started_ns,
+                 .clock = clock,
                  .cooling_pause_s = options.cooling_pause_s,
                  .progress = &progress}),
         preparer_({.session = session,
@@ -322,6 +322,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   make_images_folder(options.output);
   const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
   const double started_ns = info.value("started_unix_ns", unix_ns());
+  const RunClock clock(goes_on_at_ns(earlier, unix_ns() - started_ns));
   RecordBook book(store, options.retry_failed);
   for (const auto& session : sessions) book.enter_death(plan.cases, scenes, session->device());
   SweepSummary summary{.folder = options.output, .cases = static_cast<int>(plan.cases.size())};
@@ -348,7 +349,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
     const std::vector<Block> blocks = blocks_of(plan, session->device().backend, book, config.measure.block_cases);
     std::size_t pending = 0;
     for (const Block& block : blocks) pending += block.size();
-    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, started_ns, progress);
+    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, clock, progress);
     sweep.run(blocks, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <random>
 
-#include "kernels/base/clock.h"
 #include "tuner/measure/draw_block.h"
 
 namespace reliefbench {
@@ -17,7 +16,6 @@ TimesInTurns timed_in_turns(const TurnsBench& bench, std::span<const TimedCase> 
                       .book = book,
                       .measure = bench.measure,
                       .split = bench.split,
-                      .started_ns = unix_ns(),
                       .cooling_pause_s = bench.cooling_pause_s,
                       .progress = &bench.progress};
   std::vector<TimedCase> order;

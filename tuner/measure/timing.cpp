@@ -4,7 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include "kernels/base/clock.h"
 #include "tuner/measure/harness.h"
 
 namespace reliefbench {
@@ -84,7 +83,7 @@ void time(const Timing& timing, std::span<const TimedCase> round) {
       timing.book.append({.case_id = batches[index].name,
                           .frames = batches[index].frames,
                           .frame_time_ns = frame_ns,
-                          .at_ns = unix_ns() - timing.started_ns});
+                          .at_ns = timing.clock.now_ns()});
     });
   });
 }

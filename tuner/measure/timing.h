@@ -6,6 +6,7 @@
 
 #include "kernels/base/error.h"
 #include "tuner/measure/progress.h"
+#include "tuner/measure/run_clock.h"
 #include "tuner/measure/sample_book.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/config.h"
@@ -36,7 +37,7 @@ struct Timing {
   WallSplit& split;
   CaseMark* mark = nullptr;              ///< of the case that is being drawn; null where no run is kept
   const Slowdowns* slowdowns = nullptr;  ///< null: none
-  double started_ns = 0;                 ///< of the run, ns since 1970: Sample::at_ns is 0 there
+  RunClock clock{};                      ///< of Sample::at_ns
   double cooling_pause_s = 0;            ///< of draw_block()
   Progress* progress = nullptr;          ///< shows that pause; null: nothing does
 };

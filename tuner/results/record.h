@@ -80,7 +80,7 @@ struct Sample {
   int round = 0;       ///< index within the case
   int frames = 0;
   double frame_time_ns = 0;  ///< raw
-  double at_ns = 0;          ///< when, on the run's own clock (ns since the run was first started, wall clock)
+  double at_ns = 0;          ///< when: ns since the run was first started, on the run's own clock (measure/run_clock.h)
   int part = 0;              ///< of a merged run: which machine's; its control samples are those of its part
 };
 

@@ -92,7 +92,7 @@ TuneRun::TuneRun(Config config, const TuneOptions& options)
                          .measure = config_.measure,
                          .split = split_,
                          .mark = &store_->mark(),
-                         .started_ns = started_ns_,
+                         .clock = RunClock(goes_on_at_ns(store_->earlier(), unix_ns() - started_ns_)),
                          .cooling_pause_s = options.cooling_pause_s,
                          .progress = &progress_});
 }
