@@ -162,7 +162,8 @@ struct ComputePass {
 struct ComputeJob {
   std::vector<ComputeBuffer> buffers{};
   std::vector<ComputePass> passes{};
-  int result = 0;  ///< place in `buffers` of what is read back
+  int result = 0;                       ///< place in `buffers` of what is read back
+  std::function<void()> on_progress{};  ///< called after each band of a pass that may be long; null: nobody asks
 };
 
 /// Time of a part of a job on the device's own clock.

@@ -211,6 +211,32 @@ TEST(Wire, time_in_which_the_host_is_stopped_does_not_count) {
   EXPECT_EQ(WEXITSTATUS(status), 3);
 }
 
+TEST(Wire, a_call_may_take_longer_while_there_are_signs_of_life) {
+  for (const bool replies : {true, false}) {
+    auto [ours, theirs] = socket_ends();
+    std::jthread at_work([replies, end = std::move(theirs)]() mutable {
+      Channel channel(std::move(end));
+      if (!channel.fill()) return;
+      for (int band = 0; band < 6; ++band) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        static_cast<void>(channel.send(1, {}));
+      }
+      if (replies) static_cast<void>(channel.send(1, std::vector<std::byte>(3)));
+      while (channel.fill()) {
+      }
+    });
+    Worker worker(std::move(ours), Descriptor(dup(SharedMemory().descriptor())));  // ends first, and with it the thread
+    try {
+      EXPECT_EQ(worker.call({}, "a band", 0.7).size(), 3U);
+      EXPECT_TRUE(replies);
+    } catch (const Error& error) {
+      EXPECT_FALSE(replies);
+      EXPECT_EQ(error.fault(), Fault::timeout);
+      EXPECT_THAT(error.what(), HasSubstr("a band did not end within 0.7 s"));
+    }
+  }
+}
+
 /// The frames of a technique in color and score, with a map, read back.
 std::vector<std::vector<std::uint8_t>> frames_of(Backend& backend, Dialect dialect) {
   const Spirv vertex = compile_vertex(dialect);

@@ -105,7 +105,8 @@ const OpenglCompute& program_of(const ComputePass& pass) {
   return static_cast<const OpenglCompute&>(*pass.pipeline);
 }
 
-void run_pass(const ComputePass& pass, BufferOnDevice& dispatch, std::deque<BufferOnDevice>& buffers) {
+void run_pass(const ComputeJob& job, const ComputePass& pass, BufferOnDevice& dispatch,
+              std::deque<BufferOnDevice>& buffers) {
   const OpenglCompute& pipeline = program_of(pass);
   assert(pipeline.views().size() == kFirstBufferBinding + pass.buffers.size());
   glUseProgram(pipeline.program());
@@ -126,6 +127,7 @@ void run_pass(const ComputePass& pass, BufferOnDevice& dispatch, std::deque<Buff
     run_in_bands(pass.groups_y, [&](int first, int count) {
       run_rows(first, count);
       glFinish();
+      if (job.on_progress) job.on_progress();
     });
   } else {
     run_rows(0, pass.groups_y);
@@ -153,7 +155,7 @@ ComputeResult run_compute(const EglContext& context, const ComputeJob& job) {
     if (!job.buffers[i].contents.empty()) buffers[i].write(job.buffers[i].contents);
   for (const ComputePass& pass : job.passes) {
     clock.begin(pass.part);
-    run_pass(pass, dispatch, buffers);
+    run_pass(job, pass, dispatch, buffers);
   }
   clock.begin("read_back");
   const auto result = static_cast<std::size_t>(job.result);

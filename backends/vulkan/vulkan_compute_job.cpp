@@ -211,6 +211,7 @@ void VulkanComputeJob::run(std::size_t pass) {
   run_in_bands(what.groups_y, [&](int first, int count) {
     dispatch(pass, first, count);
     submit();
+    if (job_.on_progress) job_.on_progress();
   });
 }
 

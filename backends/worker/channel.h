@@ -9,7 +9,7 @@
 
 namespace reliefbench {
 
-/// One message. Replies have the number of their request.
+/// One message. Replies have the number of their request; an empty one says that work on it goes on.
 struct Packet {
   std::uint64_t number = 0;
   std::vector<std::byte> message;

@@ -17,6 +17,9 @@ constexpr double kOpeningLimit_s = 120;
 // What is asked beside frames: times the limit of a batch. A shader may take long.
 constexpr double kPatience = 10;
 constexpr double kLeastPatience_s = 60;
+// Bands of compute jobs are of about a second; the first on a slow device may take long.
+constexpr double kBandLimit_s = 600;
+constexpr double kSoftwareBandLimit_s = 3600;
 
 /// The arguments of a reply that says `done`. throws: the Error that it says else
 WireReader opened(std::span<const std::byte> reply, SharedMemory* bulk) {
@@ -111,7 +114,9 @@ class RemoteBackend final : public Backend {
     pipelines.reserve(job.passes.size());
     for (const ComputePass& pass : job.passes) pipelines.push_back(id_of(pass.pipeline));
     const auto start = std::chrono::steady_clock::now();
-    WireReader reply = ask("the compute job", kForEver, Call::compute, job.buffers, job.passes, pipelines, job.result);
+    const double limit_s = device_.software ? kSoftwareBandLimit_s : kBandLimit_s;
+    WireReader reply =
+        ask("a band of the compute job", limit_s, Call::compute, job.buffers, job.passes, pipelines, job.result);
     std::span<const std::byte> bytes;
     ComputeResult result;
     double taken_ns = 0;
@@ -130,7 +135,6 @@ class RemoteBackend final : public Backend {
   }
 
  private:
-  static constexpr double kForEver = std::numeric_limits<double>::infinity();
   [[nodiscard]] double patience_s() const { return std::max(kPatience * render_limit_s(), kLeastPatience_s); }
 
   /// For the calls that come one at a time. The reply is valid until the next one.

@@ -9,7 +9,7 @@ namespace reliefbench {
 
 // Devices in worker processes. Whatever a driver does there (it crashes, hangs, takes all memory) ends a call with an
 // Error, after which Backend::is_gone() holds; the next device is opened in a new worker. What is timed, a batch or a
-// compute job, is one call, so that no message falls into its time.
+// compute job, is one call, so that no message falls into its time but a job's signs of life, one a second at most.
 
 /// throws: as BackendRow::open(), and as Worker::call()
 [[nodiscard]] std::unique_ptr<Backend> open_remote(std::unique_ptr<Worker> worker, const BackendRow& row,

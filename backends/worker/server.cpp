@@ -16,6 +16,8 @@
 namespace reliefbench {
 namespace {
 
+constexpr std::chrono::seconds kLeastBetweenSigns(1);
+
 /// Puts what a call returns into its reply.
 using Answer = std::function<void(WireWriter&)>;
 
@@ -65,7 +67,7 @@ class Server {
       textures_.remove(id);
     }
     if (call != Call::compile || !backend_ || !backend_->device().compiles_in_parallel)
-      return reply(packet.number, &memory_, [&] { return answer(call, request); });
+      return reply(packet.number, &memory_, [&] { return answer(call, request, packet.number); });
     // Pipelines that are asked for at once are compiled at once; what they are made of is not in shared memory.
     ++compilations_;
     std::thread([this, held = std::move(packet)] {
@@ -73,7 +75,7 @@ class Server {
         WireReader own(held.message, nullptr);
         static_cast<void>(own.get<Call>());
         static_cast<void>(own.get<std::vector<ObjectId>>());
-        return answer(Call::compile, own);
+        return answer(Call::compile, own, held.number);
       });
       --compilations_;
     }).detach();
@@ -106,8 +108,9 @@ class Server {
     // A host that is gone is noticed where its next request is waited for.
     static_cast<void>(channel_.send(number, message.message()));
   }
+  void send_sign_of_life(std::uint64_t number) { send(number, WireWriter(nullptr)); }
 
-  Answer answer(Call call, WireReader& request) {
+  Answer answer(Call call, WireReader& request, std::uint64_t number) {
     switch (call) {
       case Call::list: {
         const auto id = request.get<std::string>();
@@ -140,7 +143,7 @@ class Server {
         return [bytes = backend().read(attachment)](WireWriter& out) { out(bytes); };
       }
       case Call::compute:
-        return compute(request);
+        return compute(request, number);
       case Call::debug_messages:
         request.end();
         return [messages = backend().debug_messages()](WireWriter& out) { out(messages); };
@@ -173,16 +176,22 @@ class Server {
     return [time = backend().render(draws, frames, timer)](WireWriter& out) { out(time); };
   }
 
-  Answer compute(WireReader& request) {
+  Answer compute(WireReader& request, std::uint64_t number) {
+    using Clock = std::chrono::steady_clock;
     ComputeJob job;
     std::vector<ObjectId> pipelines;
     request(job.buffers, job.passes, pipelines, job.result).end();
     if (pipelines.size() != job.passes.size())
       fail_environment("a job of {} passes with {} pipelines", job.passes.size(), pipelines.size());
     for (std::size_t i = 0; i < pipelines.size(); ++i) job.passes[i].pipeline = pipelines_.at(pipelines[i]);
-    const auto start = std::chrono::steady_clock::now();
+    const Clock::time_point start = Clock::now();
+    job.on_progress = [this, number, last = start]() mutable {
+      if (Clock::now() - last < kLeastBetweenSigns) return;
+      last = Clock::now();
+      send_sign_of_life(number);
+    };
     ComputeResult result = backend().compute(job);
-    const std::chrono::duration<double, std::nano> taken = std::chrono::steady_clock::now() - start;
+    const std::chrono::duration<double, std::nano> taken = Clock::now() - start;
     return [result = std::move(result), ns = taken.count()](WireWriter& out) {
       out(std::span<const std::byte>(result.bytes), result.times, ns);
     };

@@ -146,10 +146,12 @@ bool Worker::is_dead() const {
 
 std::vector<std::byte> Worker::call(std::span<const std::byte> request, const std::string& what, double limit_s) {
   constexpr double kLongest_s = 1e8;  // a clock's range
-  const Clock::time_point deadline =
-      limit_s < kLongest_s
-          ? run_time() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_s))
-          : Clock::time_point::max();
+  const auto limit = [&] {
+    return limit_s < kLongest_s
+               ? run_time() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(limit_s))
+               : Clock::time_point::max();
+  };
+  Clock::time_point deadline = limit();
   std::unique_lock lock(mutex_);
   const auto check_alive = [&] {
     if (is_dead_) fail_device(Fault::device_lost, "{}: the driver's process has ended before", what);
@@ -176,7 +178,10 @@ std::vector<std::byte> Worker::call(std::span<const std::byte> request, const st
     lock.lock();
     is_read_ = false;
     if (event.kind != Event::reply) bury(event.kind, what, limit_s);
-    replies_.emplace(event.packet.number, std::move(event.packet.message));
+    if (!event.packet.message.empty())
+      replies_.emplace(event.packet.number, std::move(event.packet.message));
+    else if (event.packet.number == number)
+      deadline = limit();
     changed_.notify_all();
   }
 }

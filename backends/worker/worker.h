@@ -37,7 +37,8 @@ class Worker {
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// Sends a request and waits for its reply. May be called on several threads at once.
+  /// Sends a request and waits for its reply. May be called on several threads at once. An empty reply is none: it is a
+  /// sign of life, after which limit_s begins anew.
   /// what: is asked for, for messages: "the frames"
   /// throws: WorkerCrashed: it died; Error of Fault::timeout: it did not answer within limit_s of
   /// this process's running time, and was killed;
