@@ -61,6 +61,8 @@ Window::~Window() = default;
 
 void Window::show() const { glfwShowWindow(window_); }
 
+void Window::hide() const { glfwHideWindow(window_); }
+
 void Window::set_title(const std::string& title) const { glfwSetWindowTitle(window_, title.c_str()); }
 
 void Window::take_events(double wait_s) const {

@@ -32,6 +32,7 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   void show() const;
+  void hide() const;
   void set_title(const std::string& title) const;
   /// Takes in what happened; waits for it, no longer than so many seconds.
   void take_events(double wait_s) const;

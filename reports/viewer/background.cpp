@@ -15,6 +15,11 @@ bool Background::is_busy() const {
   return is_working_ || done_;
 }
 
+bool Background::is_working() const {
+  const std::lock_guard lock(mutex_);
+  return is_working_;
+}
+
 void Background::start(Work work) {
   const std::lock_guard lock(mutex_);
   assert(!is_working_ && !done_);

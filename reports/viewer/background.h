@@ -22,6 +22,8 @@ class Background {
 
   /// Whether there is something to be done or to be finished. One work at a time.
   [[nodiscard]] bool is_busy() const;
+  /// Whether something is being done.
+  [[nodiscard]] bool is_working() const;
   /// Not while it is busy.
   void start(Work work);
   /// Calls a work's Finish, if there is one by now.

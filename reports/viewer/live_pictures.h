@@ -39,6 +39,8 @@ class LivePictures {
   /// Whether everything of the choice is there, or known not to be possible.
   [[nodiscard]] bool is_settled(const ViewChoice& choice) const;
   [[nodiscard]] bool is_busy() const { return background_.is_busy() || is_compiling(); }
+  /// Whether the background is at work, whose end the destructor waits for.
+  [[nodiscard]] bool is_working() const { return background_.is_working(); }
   /// Whether the next update() compiles, which takes a while.
   [[nodiscard]] bool is_compiling() const { return left_.compiles_next || right_.compiles_next; }
   /// Audits the timers: seconds, in which nothing else is drawn. Until then times are the fenced wall clock's, and

@@ -4,6 +4,8 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 
@@ -81,7 +83,9 @@ class LiveView {
         break;
       if (!frame(scripted)) break;
     }
+    window_.hide();
     check_complaints();
+    if (pictures_.is_working()) end_at_once();
   }
 
  private:
@@ -89,6 +93,13 @@ class LiveView {
   [[nodiscard]] double wait_s() {
     if (script_ || state_.times_always || choice_.blinks || still_ > 0) return 0;
     return pictures_.is_busy() || !pictures_.is_audited() ? kBusy_s : kIdle_s;
+  }
+
+  /// A bake may take minutes, and nobody is there any more to see what comes of it. Nothing else ends its thread,
+  /// and what it works on must not go before.
+  [[noreturn]] static void end_at_once() {
+    std::fflush(nullptr);
+    std::_Exit(static_cast<int>(Exit::done));
   }
 
   [[nodiscard]] bool is_minimised() const { return window_.size().width_px == 0 || window_.size().height_px == 0; }
