@@ -62,7 +62,8 @@ void LivePictures::audit_timers() {
   if (session_.audit().empty()) session_.audit_now();
   if (std::exchange(is_compute_audited_, shows_compute() || is_compute_audited_) != is_compute_audited_)
     session_.audit_compute();
-  timer_ = choose_timer(session_.audit());
+  const bool has_valid = std::ranges::any_of(session_.audit(), &TimerAudit::valid);
+  timer_ = has_valid ? choose_timer(session_.audit()) : Timer::fenced_wall;
   times_ns_.clear();  // they may be another timer's
   static_cast<void>(time_again(1));
 }

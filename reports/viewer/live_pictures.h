@@ -44,7 +44,8 @@ class LivePictures {
   /// Whether the next update() compiles, which takes a while.
   [[nodiscard]] bool is_compiling() const { return left_.compiles_next || right_.compiles_next; }
   /// Audits the timers: seconds, in which nothing else is drawn. Until then times are the fenced wall clock's, and
-  /// nothing is settled. throws: Error(environment): the device was lost
+  /// nothing is settled; so they stay where no timer is valid, and audit() says so. throws: Error(environment): the
+  /// device was lost
   void audit_timers();
   /// By what draws the left pane, too.
   [[nodiscard]] bool is_audited() const {

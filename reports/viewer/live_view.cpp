@@ -140,6 +140,8 @@ class LiveView {
   [[nodiscard]] std::string copied(std::string_view kind) {
     const Pane& pane = pictures_.left();
     const DeviceInfo& device = pictures_.device();
+    if (kind == "preset" && pictures_.is_audited() && !pictures_.audit().valid)
+      fail_environment("a preset has a time, and {} has no valid timer: {}", device.name, pictures_.audit().reason);
     return copied_text(kind, {.choice = &choice_,
                               .heights_sha256 = pictures_.heights().sha256,
                               .backend = device.backend,

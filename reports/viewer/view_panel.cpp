@@ -119,9 +119,10 @@ void draw_times(const PanelContext& context) {
   if (!pictures.is_audited()) return wrapped(kDim, "auditing timers...");
   const TimerAudit& audit = pictures.audit();
   wrapped(audit.valid ? kGood : kBad,
-          audit.valid ? fmt::format("{}: audited, {:.2f} of the wall clock, {:.2f} for twice the work",
-                                    timer_id(audit.timer), audit.wall_ratio, audit.doubling)
-                      : fmt::format("{}: failed its audit: {}", timer_id(audit.timer), audit.reason));
+          audit.valid
+              ? fmt::format("{}: audited, {:.2f} of the wall clock, {:.2f} for twice the work", timer_id(audit.timer),
+                            audit.wall_ratio, audit.doubling)
+              : fmt::format("times are not valid: {} failed its audit: {}", timer_id(audit.timer), audit.reason));
   const DeviceInfo& device = pictures.device();
   wrapped(kDim, fmt::format("{}: {}{}", device.backend, device.name,
                             device.software ? "; a software rasteriser: the processor's time" : ""));
