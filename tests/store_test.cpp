@@ -308,6 +308,25 @@ TEST_F(Store, TheCaseInHandIsKnownAfterADeath) {
   EXPECT_EQ(death_after(path, [](CaseMark&) {}), "");
 }
 
+TEST_F(Store, WhoStopsTheProcessSaysNothingOfTheCase) {
+  const fs::path path = root_ / "mark";
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::signal(signal, SIG_DFL);
+      CaseMark mark(path);
+      { const CaseMark other(root_ / "other"); }
+      const auto hold = mark.hold("a");
+      raise(signal);
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal) << "it ends as it would have done without a mark";
+    EXPECT_FALSE(CaseMark(path).death()) << signal;
+  }
+}
+
 TEST_F(Store, NestedFoldersAreMade) {
   { const RunStore store(root_ / "a" / "b" / "run/", kIdentity); }
   EXPECT_TRUE(fs::exists(root_ / "a" / "b" / "run" / kRunFile));

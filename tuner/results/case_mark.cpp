@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <csignal>
 #include <utility>
 
 #include "kernels/base/append_file.h"
@@ -19,6 +21,28 @@ namespace {
 // leaves behind the new line's end does not count.
 constexpr std::size_t kCaseAt = 2;
 constexpr int kMostTimes = 9;
+
+constexpr std::string_view kNoCase = "0 \n";
+
+std::atomic<int> marked_fd = -1;  ///< whose mark a signal clears
+static_assert(std::atomic<int>::is_always_lock_free, "else a handler may not read it");
+
+void clear_mark(int fd) { static_cast<void>(!::pwrite(fd, kNoCase.data(), kNoCase.size(), 0)); }
+
+/// Then the process ends as it would have done without.
+extern "C" void on_stop(int signal) {
+  clear_mark(marked_fd);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+/// In the place of one handler of stops, and of no other.
+void replace_handler(void (*from)(int), void (*to)(int)) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction now {};
+    if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == from) std::signal(signal, to);
+  }
+}
 
 std::optional<CaseMark::Death> parse(std::string_view text) {
   const std::string_view line = text.substr(0, text.find('\n'));
@@ -42,9 +66,13 @@ CaseMark::CaseMark(std::filesystem::path path) : path_(std::move(path)) {
     throw;
   }
   clear();
+  outer_fd_ = marked_fd.exchange(fd_);
+  replace_handler(SIG_DFL, on_stop);
 }
 
 CaseMark::~CaseMark() {
+  if (outer_fd_ < 0) replace_handler(on_stop, SIG_DFL);
+  marked_fd = outer_fd_;
   ::unlink(path_.c_str());
   ::close(fd_);
 }
@@ -56,9 +84,6 @@ void CaseMark::set(std::string_view case_id) {
     fail_file(path_, "cannot be written", errno != 0 ? errno : ENOSPC);
 }
 
-void CaseMark::clear() noexcept {
-  constexpr std::string_view kNoCase = "0 \n";
-  static_cast<void>(!::pwrite(fd_, kNoCase.data(), kNoCase.size(), 0));
-}
+void CaseMark::clear() noexcept { clear_mark(fd_); }
 
 }  // namespace reliefbench

@@ -7,7 +7,9 @@
 namespace reliefbench {
 
 /// The case that is being drawn, in a small file of the run's folder: where the process ends in the middle of it (a
-/// driver may take the whole machine with it), the next start finds here which one it was.
+/// driver may take the whole machine with it), the next start finds here which one it was. Whoever stops the process
+/// (SIGINT, SIGTERM, SIGHUP) says nothing of the case: where nobody else heeds these signals, they clear the mark
+/// first.
 class CaseMark {
  public:
   /// Where the earlier start ended in the middle of a case.
@@ -49,6 +51,7 @@ class CaseMark {
 
   std::filesystem::path path_;
   int fd_ = -1;
+  int outer_fd_ = -1;  ///< of the mark that signals cleared before
   std::optional<Death> death_;
 };
 
