@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "backends/backend.h"
 #include "kernels/image/image.h"
 #include "kernels/image/ktx2.h"
 #include "tests/command.h"
@@ -98,11 +99,16 @@ TEST_F(BakeCommand, a_devices_bake_says_where_its_time_went) {
   as_json.insert(as_json.end(), {"--repeat", "3", "--json"});
   const auto json = nlohmann::json::parse(bake(as_json).out);
   EXPECT_EQ(json.at("device"), "vulkan");
+  EXPECT_EQ(json.at("device_index"), 0);
+  EXPECT_EQ(json.at("device_name"), vulkan_devices().front().name);
+  EXPECT_EQ(json.at("driver"), vulkan_devices().front().driver);
   for (const char* part : {"upload", "pyramid", "search", "correction", "read_back"})
     EXPECT_GE(json.at("device_ms").at(part), 0) << part;
   EXPECT_EQ(json.at("device_ms").size(), 5U);
   EXPECT_GT(json.at("device_ms").at("search"), 0);
-  EXPECT_THAT(bake(arguments).out, ContainsRegex("\n  search +[0-9]"));
+  const std::string text = bake(arguments).out;
+  EXPECT_THAT(text, ContainsRegex("\n  search +[0-9]"));
+  EXPECT_THAT(text, ContainsRegex("\ndevice +vulkan 0: "));
   expect_refused({"fbm", "--map", "quick", "--repeat", "0"}, 2, "--repeat");
 }
 
@@ -178,6 +184,9 @@ TEST_F(BakeCommand, what_makes_no_sense_is_refused_with_the_reason) {
   refused({"conservative", "--search-steps", "64"}, 2, "has no such parameter");
   refused({"conservative", "--wrap", "mirror"}, 2, "--wrap mirror: expected one of repeat, clamp");
   refused({"conservative", "--device", "metal"}, 2, "--device metal");
+  for (const char* device : {"vulkan:", "vulkan:x", "vulkan:-1", "vulkan:1x", "cpu:0"})
+    refused({"conservative", "--device", device}, 2, std::string("--device ") + device);
+  refused({"conservative", "--device", "vulkan:99"}, 3, "no device 99");
   refused({"height", "--verify"}, 2, "a height map has no cones to verify");
   refused({"conservative", "-o", "map.dds"}, 2, ".ktx2, .exr or .png");
   refused({"conservative", "-o", "none/map.ktx2"}, 2, "none/map.ktx2: cannot be written");

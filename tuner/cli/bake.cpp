@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -52,6 +53,18 @@ std::string option_of(std::string_view param_id) {
   return option;
 }
 
+/// text: "vulkan", or "vulkan:1" for its second device
+void set_device(BakeJob& job, std::string_view text) {
+  const std::size_t colon = text.find(':');
+  job.device = text.substr(0, colon);
+  const std::string_view index = colon == std::string_view::npos ? "0" : text.substr(colon + 1);
+  const auto [end, error] = std::from_chars(index.data(), index.data() + index.size(), job.device_index);
+  const bool is_number = error == std::errc() && end == index.data() + index.size() && job.device_index >= 0;
+  if (!is_number || (job.device == "cpu" && colon != std::string_view::npos))
+    fail_input("--device {}: expected cpu, opengl or vulkan, or the index of a device as in vulkan:1", text);
+  choose("--device", job.device, {"cpu", "opengl", "vulkan"});
+}
+
 BakeJob job_of(const BakeArguments& arguments) {
   const MapRow& map = find_map(arguments.map);
   const Encoding& encoding = find_encoding(arguments.encoding);
@@ -68,11 +81,10 @@ BakeJob job_of(const BakeArguments& arguments) {
                                    .max_ratio = max_ratio},
                        .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
                        .threads = arguments.threads},
-              .device = arguments.device,
               .repeat = arguments.repeat,
               .verify = arguments.verify,
               .output = arguments.output};
-  choose("--device", arguments.device, {"cpu", "opengl", "vulkan"});
+  set_device(job, arguments.device);
   set_reading(job.heightmap, arguments.reading);
   for (const auto& [id, text] : arguments.parameters) {
     if (!text) continue;
@@ -124,6 +136,11 @@ void print_figures(const BakeJob& job, const BakeResult& result) {
               {"width", result.width},
               {"height", result.height},
               {"time_ms", result.bake_time_ns * 1e-6}};
+  if (result.device) {
+    out["device_index"] = result.device->index;
+    out["device_name"] = result.device->name;
+    out["driver"] = result.device->driver;
+  }
   for (const ComputeTime& time : result.device_times) out["device_ms"][time.part] = time.ns * 1e-6;
   if (storage.map.ratios > 0) {
     out["mean_ratio"] = result.mean_ratio;
@@ -177,6 +194,9 @@ void print_text(const BakeJob& job, const BakeResult& result) {
                    has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "", job.heightmap.source,
                    result.width, result.height, job.spec.wrap == Wrap::repeat ? "repeat" : "clamp")},
       {"time", fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
+  if (result.device)
+    rows.push_back({"device", fmt::format("{} {}: {}, {}", result.device->backend, result.device->index,
+                                          result.device->name, result.device->driver)});
   for (const ComputeTime& time : result.device_times) rows.push_back({"  " + time.part, format_time_ns(time.ns)});
   if (has_ratios)
     rows.push_back({"mean ratio", fmt::format("{}; {} % closed", format_number(result.mean_ratio),
@@ -232,7 +252,8 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   add_map_options(*command, arguments->parameters);
   add_reading_options(*command, arguments->reading);
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
-  command->add_option("--device", arguments->device, "cpu | opengl | vulkan")->capture_default_str();
+  command->add_option("--device", arguments->device, "cpu | opengl | vulkan; vulkan:1: its second device")
+      ->capture_default_str();
   command->add_option("--repeat", arguments->repeat, "bake so many times, for the median of their times")
       ->check(above_zero())
       ->capture_default_str();

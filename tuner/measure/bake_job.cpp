@@ -44,13 +44,17 @@ class BakeTimes {
 /// What bakes on a device, which is opened, its shaders compiled, before any time is taken.
 class OpenBaker {
  public:
-  OpenBaker(std::string_view device, const MapRow& map, const OpenDevice& open) {
-    if (device == "cpu") return;
+  explicit OpenBaker(const BakeJob& job) {
+    if (job.device == "cpu") return;
+    const MapRow& map = job.spec.storage.map;
     if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end())
-      fail_environment("no GPU baker for {} on {}", map.id, device);
-    const BackendRow& row = find_backend(device);
-    backend_ = open(row, 0);
+      fail_environment("no GPU baker for {} on {}", map.id, job.device);
+    const BackendRow& row = find_backend(job.device);
+    backend_ = job.open(row, job.device_index);
     baker_.emplace(*backend_, row.dialect, map.kind);
+  }
+  [[nodiscard]] std::optional<DeviceInfo> device() const {
+    return backend_ ? std::optional(backend_->device()) : std::nullopt;
   }
   [[nodiscard]] GpuBake bake(const MapRow& map, const BakeRequest& request) const {
     return baker_ ? baker_->bake(request) : GpuBake{.values = map.bake(request), .times = {}, .transport_ns = 0};
@@ -61,8 +65,7 @@ class OpenBaker {
   std::optional<GpuBaker> baker_;
 };
 
-BakedMap bake_on_device(const BakeJob& job, const Heightfield& heights, BakeTimes& times) {
-  const OpenBaker baker(job.device, job.spec.storage.map, job.open);
+BakedMap bake_by(const OpenBaker& baker, const BakeJob& job, const Heightfield& heights, BakeTimes& times) {
   return bake(job.spec, heights, [&](const MapRow& map, const BakeRequest& request, const std::string&) {
     BakedValues baked;
     for (int i = 0; i < job.repeat; ++i) {
@@ -166,7 +169,8 @@ BakeResult run_bake(const BakeJob& job) {
   std::string reading;
   const Heightfield heights = load_heightmap(job.heightmap, &reading);
   BakeTimes times;
-  const BakedMap map = bake_on_device(job, heights, times);
+  const OpenBaker baker(job);
+  const BakedMap map = bake_by(baker, job, heights, times);
   const MapTextures textures = pack_map(
       {.map = storage.map, .heights = map.heights, .values = map.values, .wrap = wrap, .parameters = parameters},
       storage.format, storage.encoding);
@@ -174,6 +178,7 @@ BakeResult run_bake(const BakeJob& job) {
                     .width = heights.width,
                     .height = heights.height,
                     .bake_time_ns = map.bake_time_ns,
+                    .device = baker.device(),
                     .device_times = times.parts(),
                     .bytes = textures.bytes(),
                     .verdict = {},

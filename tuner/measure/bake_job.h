@@ -19,6 +19,7 @@ struct BakeJob {
   HeightmapSpec heightmap;
   BakeSpec spec;
   std::string device = "cpu";  ///< cpu | opengl | vulkan
+  int device_index = 0;        ///< within that backend
   int repeat = 1;              ///< bakes; their times' medians are taken
   bool verify = false;
   std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
@@ -30,7 +31,8 @@ struct BakeResult {
   int width = 0;
   int height = 0;
   double bake_time_ns = 0;                  ///< on the host's clock, without the way to another process and back
-  std::vector<ComputeTime> device_times{};  ///< of a GPU's bake, on its own clock
+  std::optional<DeviceInfo> device{};       ///< a GPU's bake
+  std::vector<ComputeTime> device_times{};  ///< likewise, on its own clock
   double mean_ratio = 0;                    ///< of the ratios as stored; a map without ratios: 0
   double closed_share = 0;                  ///< of ratios that are stored as 0
   std::size_t bytes = 0;                    ///< of all textures
