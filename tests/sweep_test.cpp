@@ -275,5 +275,24 @@ TEST_F(SweepTest, pictures_behind_a_link_are_safe) {
   EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
+TEST(TwoDevices, are_told_where_both_have_an_address_and_it_differs) {
+  const auto device = [](const char* backend, const char* pci) {
+    DeviceInfo info;
+    info.backend = backend;
+    info.name = std::string("GPU of ") + backend;
+    info.pci = pci;
+    return info;
+  };
+  const DeviceInfo opengl = device("opengl", "0000:65:00.0");
+  const auto note = [&](const char* pci) { return two_devices_note(std::vector{opengl, device("vulkan", pci)}); };
+  EXPECT_EQ(note("0000:65:00.0"), "");
+  EXPECT_EQ(note(""), "");
+  EXPECT_EQ(
+      note("0000:17:00.0"),
+      "device 0 is GPU of opengl (0000:65:00.0) on opengl and GPU of vulkan (0000:17:00.0) on vulkan: their times "
+      "are of different hardware");
+  EXPECT_EQ(two_devices_note({}), "");
+}
+
 }  // namespace
 }  // namespace reliefbench

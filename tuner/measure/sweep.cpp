@@ -291,6 +291,16 @@ std::vector<std::string> choose_backends(const std::string& name) {
   return ids;
 }
 
+std::string two_devices_note(std::span<const DeviceInfo> drawing) {
+  const auto tells = [](const DeviceInfo& device) { return !device.pci.empty(); };
+  const auto one = std::ranges::find_if(drawing, tells);
+  const auto other =
+      std::ranges::find_if(drawing, [&](const DeviceInfo& device) { return tells(device) && device.pci != one->pci; });
+  if (one == drawing.end() || other == drawing.end()) return "";
+  return fmt::format("device {} is {} ({}) on {} and {} ({}) on {}: their times are of different hardware", one->index,
+                     one->name, one->pci, one->backend, other->name, other->pci, other->backend);
+}
+
 SweepSummary run_sweep(Config config, const SweepOptions& options) {
   WallSplit split;
   Plan plan = make_plan(config, options.backends, options.filter, options.key);
@@ -309,6 +319,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
     drawing.push_back(sessions.back()->device());
   }
   std::vector<std::string> notes;
+  if (const std::string note = two_devices_note(drawing); !note.empty()) progress.note(notes.emplace_back(note));
   if (has_default_frames(config.scenes)) {
     const DefaultFrame frame = default_frame(drawing, config, options.output);
     set_default_frames(config, frame);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,7 +46,7 @@ struct SweepSummary {
   int references = 0;
   int references_cached = 0;
   int shaders = 0;
-  std::vector<std::string> notes{};  ///< DefaultFrame::why, where that was asked; small_frame_notes()
+  std::vector<std::string> notes{};  ///< two_devices_note(); DefaultFrame::why, where asked; small_frame_notes()
   std::array<double, kPartIds.size()> part_s{};
   double other_s = 0;
   double total_s = 0;
@@ -59,6 +60,10 @@ struct SweepSummary {
 /// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
 ///         before config, heightmaps and devices have been found good.
 [[nodiscard]] SweepSummary run_sweep(Config config, const SweepOptions& options);
+
+/// That the backends draw on different hardware, as where one index means one device in OpenGL and another in Vulkan;
+/// "" where they do not, or do not both tell a PCI address.
+[[nodiscard]] std::string two_devices_note(std::span<const DeviceInfo> drawing);
 
 /// The backends that `--backend` means: an id, or "all" for every real one that has a device.
 /// throws: Error: unknown id; none has a device
