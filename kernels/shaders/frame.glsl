@@ -32,7 +32,8 @@ bool make_ray(vec2 pixel, out Ray ray) {
 #define eye_depth_here() eye_depth(PIXEL)
 
 // The image of a pixel that has a ray on the polygon, from the exact derivatives of its point there: its longer side is
-// GL's scale factor of an isotropic sampler. Where the direction moves by s, the point moves by t * (s.xy + per_height * s.z).
+// GL's scale factor of an isotropic sampler. Where the direction moves by s, the point moves by
+// t * (s.xy + per_height * s.z).
 Pixel pixel_at(vec2 pixel) {
   vec3 direction = eye_direction(pixel);
   vec2 per_height = direction.xy / -direction.z;

@@ -36,8 +36,7 @@ function drawVerdict() {
   if (!isEarly) byId('verdict').classList.add(data.verdict.exit === 0 ? 'calm' : 'alert');
   byId('verdict').append(
       make(
-          'p', {class: 'headline'},
-          make('span', {class: 'glyph', 'aria-hidden': 'true'}, glyph), sentence(answer),
+          'p', {class: 'headline'}, make('span', {class: 'glyph', 'aria-hidden': 'true'}, glyph), sentence(answer),
           make('span', {class: 'muted'}, scope ?? '')),
       make('p', {class: 'muted'}, sensitivityText()), ...lateMachines());
 }

@@ -10,9 +10,9 @@ namespace reliefbench {
 inline constexpr std::string_view kTunePage = "tune.html";
 
 /// The report's data of what a search timed, and `tune`: its tune.json, by which the page tells how the pick was found,
-/// with the places of its pick and its answers among the points (pick_point, answer_points), the budgets that all points
-/// are within (kept_budgets, texts) and what its settings are called (names: {name, key} by id). What a search does not
-/// know of a point is null; a setting that a folder's records have says which (recorded_in).
+/// with the places of its pick and its answers among the points (pick_point, answer_points), the budgets that all
+/// points are within (kept_budgets, texts) and what its settings are called (names: {name, key} by id). What a search
+/// does not know of a point is null; a setting that a folder's records have says which (recorded_in).
 /// tune: tune_json(); folder: where pictures of the settings may lie
 /// throws: Error(bad_input) names the folder's tune.json: it is none
 [[nodiscard]] ReportData tune_page_data(const nlohmann::json& tune, const std::filesystem::path& folder);

@@ -28,7 +28,7 @@ class CoarseFilter {
   static constexpr std::string_view kMark = " *";
 
  private:
-  std::string device_;  ///< with its backend
+  std::string device_;               ///< with its backend
   std::vector<std::string> texels_;  ///< texel_type_id() of those that it filters coarsely
   double worst_ = 0;                 ///< that these are off by
 };
