@@ -56,12 +56,13 @@ void warn_of_host(const Run& base, const Run& now, Comparison& comparison) {
   }
 }
 
-void warn_of_unfinished(const Run& run, Comparison& comparison) {
-  if (!run.info.contains("finished") || !run.info["finished"].is_null()) return;
+/// other_only: the cases that the other run has and this one not
+void warn_of_unfinished(const Run& run, std::span<const std::string> other_only, Comparison& comparison) {
+  if (other_only.empty() || !run.info.contains("finished") || !run.info["finished"].is_null()) return;
   comparison.is_unfinished = true;
   comparison.warnings.push_back(
-      fmt::format("{} is not finished, {} cases are there: the command that began it goes on with it",
-                  run.folder.string(), run.records.size()));
+      fmt::format("{} is not finished and lacks {} cases of the other run: the command that began it goes on with it",
+                  run.folder.string(), other_only.size()));
 }
 
 /// Names that mean another scene in each run, which explains why their cases do not match.
@@ -155,9 +156,10 @@ Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& o
   comparison.metric = options.metric;
   check_devices(base, now, options.across_drivers, comparison);
   warn_of_host(base, now, comparison);
-  for (const Run* run : {&base, &now}) warn_of_unfinished(*run, comparison);
   add_environment(base, now, comparison);
   const std::vector<CaseMatch> matches = match_cases(base, now, comparison);
+  warn_of_unfinished(base, comparison.only_new, comparison);
+  warn_of_unfinished(now, comparison.only_base, comparison);
   compare_errors(matches, of_time ? "" : options.metric, comparison);
   if (of_time && !matches.empty()) compare_times(base, now, matches, options, comparison);
   return comparison;
