@@ -56,13 +56,13 @@ void warn_of_host(const Run& base, const Run& now, Comparison& comparison) {
   }
 }
 
-/// other_only: the cases that the other run has and this one not
-void warn_of_unfinished(const Run& run, std::span<const std::string> other_only, Comparison& comparison) {
-  if (other_only.empty() || !run.info.contains("finished") || !run.info["finished"].is_null()) return;
+/// A new run that was stopped: what it lacks is not lost, but nothing is known of it yet.
+void warn_of_unfinished(const Run& now, Comparison& comparison) {
+  if (comparison.only_base.empty() || !now.info.contains("finished") || !now.info["finished"].is_null()) return;
   comparison.is_unfinished = true;
   comparison.warnings.push_back(
-      fmt::format("{} is not finished and lacks {} cases of the other run: the command that began it goes on with it",
-                  run.folder.string(), other_only.size()));
+      fmt::format("{} is not finished and lacks {} cases of the base: the command that began it goes on with it",
+                  now.folder.string(), comparison.only_base.size()));
 }
 
 /// Names that mean another scene in each run, which explains why their cases do not match.
@@ -158,8 +158,7 @@ Comparison compare_runs(const Run& base, const Run& now, const CompareOptions& o
   warn_of_host(base, now, comparison);
   add_environment(base, now, comparison);
   const std::vector<CaseMatch> matches = match_cases(base, now, comparison);
-  warn_of_unfinished(base, comparison.only_new, comparison);
-  warn_of_unfinished(now, comparison.only_base, comparison);
+  warn_of_unfinished(now, comparison);
   compare_errors(matches, of_time ? "" : options.metric, comparison);
   if (of_time && !matches.empty()) compare_times(base, now, matches, options, comparison);
   return comparison;

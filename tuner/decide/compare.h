@@ -96,7 +96,7 @@ struct Comparison {
   std::vector<std::string> assumed;                           ///< what the times' verdicts rest on
   std::vector<EnvironmentDifference> environment;             ///< base and new
   std::vector<std::string> drivers;  ///< "vulkan: Mesa 22.3.6, now Mesa 24.0" where they differ
-  bool is_unfinished = false;        ///< a run that is not finished lacks cases of the other: they may still come
+  bool is_unfinished = false;        ///< the new run is, and lacks cases of the base: they may still come
   std::vector<std::string> warnings;
 };
 
@@ -134,7 +134,7 @@ void compare_times(const Run& base, const Run& now, std::span<const CaseMatch> m
                    Comparison& comparison);
 
 /// Whether the evidence is too little to call times unchanged: a group is unclear, or more than half of the cases are,
-/// or a run that is unfinished lacks cases.
+/// or the new run is unfinished and lacks cases.
 [[nodiscard]] bool is_inconclusive(const Comparison& comparison);
 
 /// Id of the whole's verdict: slower, worse_errors, lost, nothing_matched, inconclusive, faster or same.
