@@ -40,10 +40,9 @@ class Worker {
   /// Sends a request and waits for its reply. May be called on several threads at once. An empty reply is none: it is a
   /// sign of life, after which limit_s begins anew.
   /// what: is asked for, for messages: "the frames"
-  /// throws: WorkerCrashed: it died; Error of Fault::timeout: it did not answer within limit_s of
-  /// this process's running time, and was killed;
-  /// Error of Fault::out_of_memory: the system killed it; of Fault::device_lost: it was dead before. Each with the last
-  /// that it wrote to its standard output and error
+  /// throws: WorkerCrashed: it died; Error of Fault::timeout: it did not answer within limit_s of this process's
+  /// running time, and was killed; of Fault::out_of_memory: the system killed it; of Fault::device_lost: it was dead
+  /// before. Each with the last that it wrote to its standard output and error
   [[nodiscard]] std::vector<std::byte> call(std::span<const std::byte> request, const std::string& what,
                                             double limit_s);
   [[nodiscard]] bool is_dead() const;

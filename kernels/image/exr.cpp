@@ -99,8 +99,8 @@ class MemoryWriter : public Imf::OStream {
 };
 
 /// The file has its channels in alphabetical order; here R, G and B come first in each layer, and alpha after all
-/// layers: what else there is holds heights sooner. returns: whether it is alpha, layer, place in the layer, name in
-/// the layer
+/// layers: what else there is holds heights sooner.
+/// returns: whether it is alpha, layer, place in the layer, name in the layer
 std::tuple<bool, std::string_view, std::size_t, std::string_view> order(std::string_view name) {
   constexpr std::array<std::string_view, 5> kFirst{"R", "G", "B", "Y", "Z"};
   const std::size_t dot = name.rfind('.') + 1;  // npos + 1 = 0: no layer

@@ -127,7 +127,7 @@ Image decode_tga(FileBytes bytes, const std::string& name) {
   const bool is_grey = header.content == Content::greys;
   if (is_grey && header.bits == 16 && header.alpha_bits == 0)
     fail_input("{}: a grey TGA of 16 bits without alpha: expected 8 bits, or 8 and 8 of alpha", name);
-  const bool has_alpha = is_grey ? header.bits == 16 && header.alpha_bits != 0 : header.bits == 32;
+  const bool has_alpha = header.bits == (is_grey ? 16 : 32);
   const int channels = (is_grey ? 1 : 3) + (has_alpha ? 1 : 0);
   check_shape(header.width, header.height, channels, name);
 

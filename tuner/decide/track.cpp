@@ -140,15 +140,6 @@ void sort_worst_first(std::vector<Judgement>& judged) {
   });
 }
 
-}  // namespace
-
-bool is_open(const EventRow& event) {
-  const EventState state = last_state(event);
-  return is_regression(event) && (state == EventState::suspect || state == EventState::confirmed);
-}
-
-namespace {
-
 /// A step shows by its own nights and as many before them.
 std::size_t nights_to_wait(const HistoryView& view, const EventOptions& options) {
   std::map<std::string_view, std::size_t> nights;
@@ -159,6 +150,11 @@ std::size_t nights_to_wait(const HistoryView& view, const EventOptions& options)
 }
 
 }  // namespace
+
+bool is_open(const EventRow& event) {
+  const EventState state = last_state(event);
+  return is_regression(event) && (state == EventState::suspect || state == EventState::confirmed);
+}
 
 TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s) {
   const RunCalendar calendar(view.runs);
