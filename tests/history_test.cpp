@@ -126,6 +126,20 @@ TEST_P(HistoryTest, refuses_a_later_state_of_a_run_that_it_has) {
   EXPECT_EQ(history.load({}).runs.size(), 1U);
 }
 
+TEST_P(HistoryTest, no_part_of_a_run_counts_twice) {
+  History history(database_, kWrite);
+  Night night = make_night({});
+  night.parts = {"a", "b", "b"};
+  history.add(night);
+  const std::string before = content_of(database_);
+  night = make_night({.content = "two", .unix_s = 2});
+  night.parts = {"c", "b"};
+  EXPECT_THAT([&] { history.add(night); }, ::testing::ThrowsMessage<Error>(HasSubstr("run 1 of ")));
+  EXPECT_EQ(content_of(database_), before);
+  night.parts = {"c"};
+  EXPECT_EQ(history.add(night), 2);
+}
+
 TEST_P(HistoryTest, a_night_that_fails_leaves_nothing) {
   History history(database_, kWrite);
   Night night = make_night({});

@@ -321,6 +321,25 @@ TEST_F(MergeTest, what_is_not_one_run_is_refused) {
   EXPECT_THAT([&] { (void)merge({shard(1)}, "config"); }, ThrowsMessage<Error>(HasSubstr("is not empty")));
 }
 
+TEST_F(MergeTest, a_history_takes_a_merged_run_or_its_parts) {
+  (void)merge(shards());
+  const std::string merged = (folder_ / "merged").string();
+  const auto ingest = [&](const fs::path& run, const char* database) {
+    return run_reliefbench({"track", "ingest", run.string(), "--db", database}, folder_.path());
+  };
+  EXPECT_EQ(ingest(shard(2), "parts.sqlite").exit_code, 0);
+  const CommandResult refused = ingest(merged, "parts.sqlite");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(refused.err, "reliefbench: " + merged +
+                             ": run 1 of parts.sqlite was measured with it, in part or whole; "
+                             "import a merged run or its parts, not both\n");
+  EXPECT_EQ(ingest(shard(1), "parts.sqlite").exit_code, 0) << "another part is another measurement";
+
+  EXPECT_EQ(ingest(merged, "merged.sqlite").exit_code, 0);
+  EXPECT_THAT(ingest(shard(3), "merged.sqlite").err, HasSubstr("run 1 of merged.sqlite was measured with it"));
+  EXPECT_THAT(ingest(merged, "merged.sqlite").out, HasSubstr("is there already"));
+}
+
 TEST_F(MergeTest, two_devices_of_one_model_are_one) {
   const fs::path second = changed("shard_2", "second", [](reliefbench::Run& run) {
     run.info["identity"]["devices"][0]["index"] = 1;

@@ -13,6 +13,7 @@
 #include "tuner/cli/rerun.h"
 #include "tuner/plan/config_json.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/device_json.h"
 #include "tuner/results/host.h"
 #include "tuner/results/json_text.h"
 #include "tuner/results/run_question.h"
@@ -85,9 +86,8 @@ std::string own_binary() {
 }
 
 int device_index(const Run& run, const std::string& backend) {
-  for (const json& device : run.info.at("identity").at("devices"))
-    if (device.value("backend", "") == backend) return device.value("index", 0);
-  return 0;
+  const json device = device_of(run.info.at("identity"), backend);
+  return device.is_object() ? device.value("index", 0) : 0;
 }
 
 std::string sweep_command(const std::string& binary, const Run& run, const std::set<std::string>& backends,

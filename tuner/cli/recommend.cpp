@@ -24,6 +24,7 @@
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/coarse_filter.h"
+#include "tuner/results/device_json.h"
 #include "tuner/results/frame_fill.h"
 #include "tuner/results/run_question.h"
 
@@ -145,10 +146,8 @@ std::string again(const Record& record, const Run& run) {
   if (!std::filesystem::is_regular_file(path, error)) return "";
   const std::optional<std::string> frames = frame_words(path, record, run);
   if (!frames) return "";
-  int index = 0;
-  for (const nlohmann::json& device : run.info.value("devices", nlohmann::json::array())) {
-    if (device.value("backend", "") == record.backend) index = device.value("index", 0);
-  }
+  const nlohmann::json device = device_of(run.info, record.backend);
+  const int index = device.is_object() ? device.value("index", 0) : 0;
   const std::string key = setting_key(parse_setting(record.case_id));
   return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} --case {}{} -o out/again_{}",
                      shell_quoted(path), record.backend, index, shell_quoted(fmt::format("*@{}?*", record.scene)), key,

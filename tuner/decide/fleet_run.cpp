@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <system_error>
@@ -11,20 +12,31 @@
 #include "kernels/base/error.h"
 #include "tuner/decide/environment.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/run_parts.h"
 #include "tuner/results/run_question.h"
 
 namespace reliefbench {
 namespace {
 
+/// Whether samples are others times one factor, but for rounding.
+bool is_in_proportion(const std::vector<double>& samples, const std::vector<double>& others) {
+  constexpr double kRounding = 1e-12;
+  return std::ranges::equal(samples, others, [&](double own, double other) {
+    return std::abs(own * others.front() - other * samples.front()) <= kRounding * own * others.front();
+  });
+}
+
 /// Whether two cases have the very same samples. Samples that are all equal, as of a coarse timer, say nothing.
-bool is_repeated(const TableRow& a, const TableRow& b) {
+/// share_a_part: their runs do; a merge may have brought its times to another machine's speed
+bool is_repeated(const TableRow& a, const TableRow& b, bool share_a_part) {
   const std::vector<double>& samples = a.samples_ns;
   const bool is_told = std::ranges::adjacent_find(samples, std::not_equal_to{}) != samples.end();
-  return is_told && samples == b.samples_ns;
+  return is_told && (samples == b.samples_ns || (share_a_part && is_in_proportion(samples, b.samples_ns)));
 }
 
 /// Takes from later runs of a place what an earlier one holds.
-void drop_repeated(MeasuredPlace& place) {
+/// keys: of each run's parts
+void drop_repeated(const std::vector<std::vector<std::string>>& keys, MeasuredPlace& place) {
   std::map<std::string, std::vector<std::pair<std::size_t, const TableRow*>>> seen;  // by setting; with the run
   MeasuredPlace kept = place;
   kept.runs.clear();
@@ -32,9 +44,13 @@ void drop_repeated(MeasuredPlace& place) {
   for (std::size_t k = 0; k < place.runs.size(); ++k) {
     std::map<std::size_t, std::size_t> repeated;  // by the earlier run
     std::vector<const TableRow*> cases;
+    const auto shares_part = [&](std::size_t earlier) {
+      return std::ranges::find_first_of(keys[earlier], keys[place.runs[k]]) != keys[earlier].end();
+    };
     for (const TableRow* row : place.cases[k]) {
       auto& earlier = seen[setting_id(row->settings)];
-      const auto same = std::ranges::find_if(earlier, [&](const auto& one) { return is_repeated(*one.second, *row); });
+      const auto same = std::ranges::find_if(
+          earlier, [&](const auto& one) { return is_repeated(*one.second, *row, shares_part(one.first)); });
       if (same != earlier.end() && same->first != place.runs[k]) {
         ++repeated[same->first];
         continue;
@@ -125,8 +141,11 @@ std::vector<MeasuredPlace> places_of(std::span<const FleetRun> runs) {
       place.cases.back().push_back(&row);
     }
   }
+  std::vector<std::vector<std::string>> keys;
+  keys.reserve(runs.size());
+  for (const FleetRun& run : runs) keys.push_back(part_keys(run.info));
   for (MeasuredPlace& place : places)
-    if (place.runs.size() > 1) drop_repeated(place);
+    if (place.runs.size() > 1) drop_repeated(keys, place);
   return places;
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 #include <unordered_map>
 
 #include "kernels/base/error.h"
@@ -204,6 +205,20 @@ void check_origin(soci::session& sql, const Night& night, const std::string& dat
                night.run.source, earlier, database);
 }
 
+/// throws: Error(bad_input): what was measured is there, alone or in a merged run: a night would count twice
+void check_parts(soci::session& sql, const Night& night, const std::string& database) {
+  for (const std::string& part : night.parts)
+    if (const std::int64_t run = number_of(sql, "SELECT run FROM run_part WHERE part = :part", part); run != 0)
+      fail_input("{}: run {} of {} was measured with it, in part or whole; import a merged run or its parts, not both",
+                 night.run.source, run, database);
+}
+
+void write_parts(soci::session& sql, const Night& night, std::int64_t run) {
+  Insert<std::string, std::int64_t> insert(sql, "run_part (part, run)");
+  for (const std::string& part : std::set(night.parts.begin(), night.parts.end())) insert(part, run);
+  insert.write();
+}
+
 }  // namespace
 
 std::int64_t next_id(soci::session& sql, const std::string& table) {
@@ -246,8 +261,10 @@ std::optional<std::int64_t> History::add(const Night& night) {
     Transaction transaction(database, Transaction::Kind::write);
     if (number_of(sql, "SELECT COUNT(*) FROM run WHERE content = :content", night.run.content) > 0) return std::nullopt;
     check_origin(sql, night, database.shown());
+    check_parts(sql, night, database.shown());
     const std::int64_t machine = machine_id(sql, night.run.machine);
     const std::int64_t run = write_run(sql, night, machine);
+    write_parts(sql, night, run);
     write_values(sql, night, run, machine);
     transaction.commit();
     return run;

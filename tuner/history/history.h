@@ -22,6 +22,7 @@ struct Night {  // NOLINT(bugprone-exception-escape): moving a json does not thr
   nlohmann::json environment;
   std::vector<Value> values;           ///< each of another series
   std::string origin{};                ///< what stays as it is of a run that is gone on with; "": nothing goes on
+  std::vector<std::string> parts{};    ///< part_keys() of its run: each is in a history once
   std::vector<std::string> skipped{};  ///< what was measured and is not in `values`, and why: for people
 };
 
@@ -46,7 +47,8 @@ class History {
   History& operator=(const History&) = delete;
 
   /// Adds a night, all of it or nothing. returns: its run's id; nothing where it is there already (by content)
-  /// throws: Error(bad_input): an earlier state of this run is there, a series twice, a number that is not finite
+  /// throws: Error(bad_input): an earlier state of this run is there, or a part of it (of a merged one, or by one), a
+  ///         series twice, a number that is not finite
   std::optional<std::int64_t> add(const Night& night);
 
   /// What is asked for.

@@ -17,6 +17,7 @@
 #include "tuner/results/host.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
+#include "tuner/results/run_parts.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -193,6 +194,7 @@ Night read_run(const fs::path& folder) {
   Night night;
   night.origin = sha256(fmt::format("{}\n{}", identity, first_line(samples)));
   night.run.content = sha256(fmt::format("{}\n{}\n{}", identity, sha256(results), sha256(samples)));
+  night.parts = part_keys(run.info);
   night.run.kind = "reliefbench";
   night.run.machine = member_of(member_of(run.info, "host", json::object()), "name", host_name()).get<std::string>();
   night.run.unix_s = started_ns.is_number() ? static_cast<std::int64_t>(started_ns.get<double>() / 1e9)

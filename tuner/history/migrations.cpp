@@ -54,7 +54,10 @@ const std::vector<Migration> kSteps = {
           "CREATE TABLE annotation (id INTEGER PRIMARY KEY, run INTEGER REFERENCES run (id),"
           " event INTEGER REFERENCES event (id), unix_s BIGINT NOT NULL, author TEXT NOT NULL, said TEXT NOT NULL)"}},
     // The last row of an event is looked for of every event.
-    {.version = 2, .statements = {"CREATE INDEX change_point_of_event ON change_point (event, id)"}}};
+    {.version = 2, .statements = {"CREATE INDEX change_point_of_event ON change_point (event, id)"}},
+    // What a run was made of, so that no part of it counts twice. Runs of before have none.
+    {.version = 3,
+     .statements = {"CREATE TABLE run_part (part TEXT PRIMARY KEY, run INTEGER NOT NULL REFERENCES run (id))"}}};
 // NOLINTEND(bugprone-suspicious-missing-comma)
 
 const std::string kVersionTable = "reliefbench_schema";

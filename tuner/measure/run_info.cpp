@@ -77,18 +77,17 @@ nlohmann::json device_json(const Session& session) {
 }
 
 std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device) {
-  for (const nlohmann::json& entry : info.value("devices", nlohmann::json::array())) {
-    if (entry.value("backend", "") != device.backend) continue;
-    for (const char* key : {"timer", "control_load_steps", "control_frames", "control_reference_ns"})
-      if (!entry.contains(key)) fail_input("{}: key 'devices': '{}' of {} is missing", kRunFile, key, device.backend);
-    for (const Timer timer : device.timers)
-      if (timer_id(timer) == entry.at("timer").get<std::string>())
-        return Calibration{.timer = timer,
-                           .load_steps = entry.at("control_load_steps"),
-                           .frames = entry.at("control_frames"),
-                           .reference_ns = entry.at("control_reference_ns"),
-                           .state = parse_state(entry.value("control_state", nlohmann::json::object()))};
-  }
+  const nlohmann::json entry = device_of(info, device.backend);
+  if (entry.is_null()) return std::nullopt;
+  for (const char* key : {"timer", "control_load_steps", "control_frames", "control_reference_ns"})
+    if (!entry.contains(key)) fail_input("{}: key 'devices': '{}' of {} is missing", kRunFile, key, device.backend);
+  for (const Timer timer : device.timers)
+    if (timer_id(timer) == entry.at("timer").get<std::string>())
+      return Calibration{.timer = timer,
+                         .load_steps = entry.at("control_load_steps"),
+                         .frames = entry.at("control_frames"),
+                         .reference_ns = entry.at("control_reference_ns"),
+                         .state = parse_state(entry.value("control_state", nlohmann::json::object()))};
   return std::nullopt;
 }
 

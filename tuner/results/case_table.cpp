@@ -7,6 +7,7 @@
 
 #include "kernels/base/error.h"
 #include "tuner/plan/case.h"
+#include "tuner/results/device_json.h"
 #include "tuner/results/relative_time.h"
 
 namespace reliefbench {
@@ -14,10 +15,9 @@ namespace {
 
 /// The control case's time on a backend when the run began, ns. Nothing where the run does not say (no device yet).
 std::optional<double> control_reference_ns(const Run& run, std::string_view backend) {
-  for (const nlohmann::json& device : run.info.value("devices", nlohmann::json::array()))
-    if (device.value("backend", "") == backend && device.contains("control_reference_ns"))
-      return device.at("control_reference_ns").get<double>();
-  return std::nullopt;
+  const nlohmann::json device = device_of(run.info, backend);
+  if (!device.contains("control_reference_ns")) return std::nullopt;
+  return device.at("control_reference_ns").get<double>();
 }
 
 std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& samples, const Record& record) {

@@ -7,19 +7,19 @@
 
 #include "backends/filter_audit.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/device_json.h"
 
 namespace reliefbench {
 
 CoarseFilter::CoarseFilter(const nlohmann::json& info, std::string_view backend) {
-  for (const nlohmann::json& device : info.value("devices", nlohmann::json::array())) {
-    if (device.value("backend", "") != backend) continue;
-    device_ = fmt::format("{} ({})", device.value("name", ""), backend);
-    for (const nlohmann::json& row : device.value("filter", nlohmann::json::array())) {
-      const FilterPrecision precision{.least = row.value("least", 0.0), .greatest = row.value("greatest", 0.0)};
-      if (!precision.is_coarse()) continue;
-      texels_.push_back(row.value("texels", ""));
-      worst_ = std::max(worst_, precision.worst());
-    }
+  const nlohmann::json device = device_of(info, backend);
+  if (device.is_null()) return;
+  device_ = fmt::format("{} ({})", device.value("name", ""), backend);
+  for (const nlohmann::json& row : device.value("filter", nlohmann::json::array())) {
+    const FilterPrecision precision{.least = row.value("least", 0.0), .greatest = row.value("greatest", 0.0)};
+    if (!precision.is_coarse()) continue;
+    texels_.push_back(row.value("texels", ""));
+    worst_ = std::max(worst_, precision.worst());
   }
 }
 

@@ -16,6 +16,12 @@ nlohmann::json device_json(const DeviceInfo& device) {
   return j;
 }
 
+nlohmann::json device_of(const nlohmann::json& info, std::string_view backend) {
+  for (const nlohmann::json& device : info.value("devices", nlohmann::json::array()))
+    if (device.value("backend", "") == backend) return device;
+  return nullptr;
+}
+
 nlohmann::json audit_json(std::span<const TimerAudit> audit) {
   nlohmann::json list = nlohmann::json::array();
   for (const TimerAudit& row : audit) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <string_view>
 
 #include "backends/filter_audit.h"
 #include "backends/timer_audit.h"
@@ -9,6 +10,9 @@ namespace reliefbench {
 
 /// A device as run.json and `reliefbench devices --json` give it, without audit.
 [[nodiscard]] nlohmann::json device_json(const DeviceInfo& device);
+
+/// The first entry of a backend in "devices" of run.json, of its identity or of a part; null where none is.
+[[nodiscard]] nlohmann::json device_of(const nlohmann::json& info, std::string_view backend);
 
 /// [{"timer", "valid", "wall_ratio", "doubling", "reason"}]
 [[nodiscard]] nlohmann::json audit_json(std::span<const TimerAudit> audit);

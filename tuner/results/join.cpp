@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -15,6 +14,7 @@
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/device_json.h"
 #include "tuner/results/json_text.h"
 #include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
@@ -30,15 +30,9 @@ json list_in(const json& object, const char* key) { return object.value(key, jso
 
 std::string folder_text(const Run& run) { return run.folder.string(); }
 
-json device_of(const json& devices, std::string_view backend) {
-  for (const json& device : devices)
-    if (device.value("backend", "") == backend) return device;
-  return nullptr;
-}
-
 /// The processor that draws, where none but the host's does.
 std::string drawing_cpu(const Run& run, std::string_view backend) {
-  const json device = device_of(list_in(run.info, "devices"), backend);
+  const json device = device_of(run.info, backend);
   const bool is_software = device.is_object() && device.value("software", json(false)) == true;
   return is_software ? run.info.value(json::json_pointer("/host/cpu"), "") : "";
 }
@@ -52,7 +46,7 @@ void check_begun(const Run& run) {
 void check_same_devices(const Run& first, const Run& run) {
   for (const json& own : list_in(run.info["identity"], "devices")) {
     const std::string backend = own.value("backend", "");
-    const json other = device_of(list_in(first.info["identity"], "devices"), backend);
+    const json other = device_of(first.info["identity"], backend);
     if (other.is_null()) continue;
     for (const char* key : {"name", "driver"})
       if (own.value(key, "") != other.value(key, ""))
@@ -115,12 +109,6 @@ void check_equal(const Record& record, const Run& run, const Record& earlier, co
   }
 }
 
-/// Whether two parts are of one run's folder, maybe at two times.
-bool is_same_start(const json& a, const json& b) {
-  return std::ranges::all_of(std::array{"identity", "host", "started_unix_ns"},
-                             [&](const char* key) { return a.value(key, json()) == b.value(key, json()); });
-}
-
 /// Where the record of a case stands.
 struct Owner {
   std::size_t run;
@@ -152,18 +140,18 @@ std::vector<Owner> owners_of(const std::vector<Run>& runs, std::size_t& held_twi
 }
 
 /// The control case's time that a run's times were brought to, ns.
-double control_time_ns(const json& devices, const std::string& backend) {
-  const json device = device_of(devices, backend);
+double control_time_ns(const json& info, const std::string& backend) {
+  const json device = device_of(info, backend);
   return device.is_object() ? device.value("control_reference_ns", 0.0) : 0;
 }
 
 /// By backend: what brings a run's times to the speed of the first run's device.
-std::map<std::string, double> speed_factors(const Run& run, const json& first_devices) {
+std::map<std::string, double> speed_factors(const Run& run, const json& first) {
   std::map<std::string, double> factors;
   for (const json& device : list_in(run.info, "devices")) {
     const std::string backend = device.value("backend", "");
-    const double own_ns = control_time_ns(list_in(run.info, "devices"), backend);
-    const double first_ns = control_time_ns(first_devices, backend);
+    const double own_ns = control_time_ns(run.info, backend);
+    const double first_ns = control_time_ns(first, backend);
     if (own_ns > 0 && first_ns > 0) factors.emplace(backend, first_ns / own_ns);
   }
   return factors;
@@ -175,12 +163,12 @@ FrameTime scaled_time(FrameTime time, double factor) {
   return time;
 }
 
-/// Devices of all runs, one of each backend: the first.
-json united_devices(const std::vector<Run>& runs, const json::json_pointer& list) {
-  json all = json::array();
+/// "devices" of all runs, one of each backend: the first. where: the object that has them
+json united_devices(const std::vector<Run>& runs, const json::json_pointer& where) {
+  json all = {{"devices", json::array()}};
   for (const Run& run : runs)
-    for (const json& device : run.info.value(list, json::array()))
-      if (device_of(all, device.value("backend", "")).is_null()) all.push_back(device);
+    for (const json& device : list_in(run.info.at(where), "devices"))
+      if (device_of(all, device.value("backend", "")).is_null()) all["devices"].push_back(device);
   return all;
 }
 
@@ -222,7 +210,7 @@ json merged_identity(const std::vector<Run>& runs, const std::vector<json>& part
     if (const json value = shared_value(runs, key); !value.is_null()) identity[key] = value;
   }
   identity.erase("shard");
-  identity["devices"] = united_devices(runs, json::json_pointer("/identity/devices"));
+  identity.update(united_devices(runs, json::json_pointer("/identity")));
   identity["merged"] = sha256(fmt::format("{}", fmt::join(part_texts(parts), "\n")));
   return identity;
 }
@@ -232,7 +220,7 @@ json info_of(const std::vector<Run>& runs, const JoinedRuns& joined, const std::
   json info = runs.front().info;
   info["identity"] = merged_identity(runs, parts);
   info["parts"] = parts;
-  info["devices"] = united_devices(runs, json::json_pointer("/devices"));
+  info.update(united_devices(runs, json::json_pointer("")));
   set_states(info["devices"].get_ref<json::array_t&>(), joined.run.blocks);
   info["scenes"] = scenes_json(joined.run.scenes);
   info["started_unix_ns"] = started_ns;
@@ -279,11 +267,11 @@ void append_blocks(const Run& run, double started_ns, int first_part, std::vecto
   }
 }
 
-void set_control_range(JoinedRuns& joined, const std::vector<json>& parts, const json& devices) {
+void set_control_range(JoinedRuns& joined, const std::vector<json>& parts, const json& first) {
   for (const json& part : parts)
     for (const json& device : list_in(part, "devices")) {
       const double own_ns = device.value("control_reference_ns", 0.0);
-      const double first_ns = control_time_ns(devices, device.value("backend", ""));
+      const double first_ns = control_time_ns(first, device.value("backend", ""));
       if (own_ns <= 0 || first_ns <= 0) continue;
       joined.least_control = std::min(joined.least_control, own_ns / first_ns);
       joined.greatest_control = std::max(joined.greatest_control, own_ns / first_ns);
@@ -317,10 +305,10 @@ JoinedRuns join(std::vector<Run> runs) {
     else
       adding.push_back(std::move(runs[r]));
   }
-  const json devices = united_devices(adding, json::json_pointer("/devices"));
+  const json first = united_devices(adding, json::json_pointer(""));
   std::vector<std::map<std::string, double>> factors;
   factors.reserve(adding.size());
-  for (const Run& run : adding) factors.push_back(speed_factors(run, devices));
+  for (const Run& run : adding) factors.push_back(speed_factors(run, first));
   for (const Owner& owner : owners) {
     Record& record = joined.run.records.emplace_back(std::move(adding[places[owner.run]].records[owner.record]));
     const auto& own = factors[places[owner.run]];
@@ -343,9 +331,9 @@ JoinedRuns join(std::vector<Run> runs) {
   for (std::size_t r = 0; r < runs.size(); ++r)
     if (owned[r].empty())
       for (json& part : parts_of(runs[r]))
-        if (std::ranges::none_of(parts, [&](const json& known) { return is_same_start(known, part); }))
+        if (std::ranges::none_of(parts, [&](const json& known) { return part_keys(known) == part_keys(part); }))
           parts.push_back(std::move(part));
-  set_control_range(joined, parts, devices);
+  set_control_range(joined, parts, first);
   joined.missing = missing_of(parts);
   joined.run.info = info_of(adding, joined, parts, started_ns);
   return joined;

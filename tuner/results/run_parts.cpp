@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "kernels/base/sha256.h"
 #include "tuner/plan/shard.h"
+#include "tuner/results/json_text.h"
 
 namespace reliefbench {
 namespace {
@@ -76,6 +78,17 @@ std::string missing_in(int of, const Division& division) {
 std::vector<json> parts_of(const Run& run) {
   if (run.info.contains("parts")) return run.info["parts"].get<std::vector<json>>();
   return {part_of(run)};
+}
+
+std::vector<std::string> part_keys(const json& info) {
+  const json parts = info.is_object() ? info.value("parts", json::array({info})) : json::array();
+  std::vector<std::string> keys;
+  for (const json& part : parts) {
+    json known;
+    for (const char* key : {"identity", "host", "started_unix_ns"}) known[key] = part.value(key, json());
+    if (known["started_unix_ns"].is_number()) keys.push_back(sha256(json_text(known, -1)));
+  }
+  return keys;
 }
 
 std::string missing_of(std::span<const json> parts) {
