@@ -6,6 +6,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
+#include "kernels/base/suggest.h"
 
 namespace reliefbench {
 
@@ -52,14 +53,7 @@ std::span<const BackendRow> backends() {
   return rows;
 }
 
-const BackendRow& find_backend(std::string_view id) {
-  std::string choices;
-  for (const BackendRow& row : backends()) {
-    if (row.id == id) return row;
-    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", row.id);
-  }
-  fail_input("unknown backend '{}' (expected one of {})", id, choices);
-}
+const BackendRow& find_backend(std::string_view id) { return find_row(backends(), "backend", id); }
 
 std::size_t level_bytes(const TextureDesc& desc, int level) {
   return level_bytes(desc.layout, level_side(desc.width, level), level_side(desc.height, level));

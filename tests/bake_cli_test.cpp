@@ -174,15 +174,15 @@ TEST_F(BakeCommand, what_makes_no_sense_is_refused_with_the_reason) {
     arguments.insert(arguments.end(), rest.begin(), rest.end());
     expect_refused(arguments, exit_code, words);
   };
-  refused({"conic"}, 2, "unknown map kind 'conic'");
-  refused({"conservative", "--correction", "maximal"}, 2, "unknown correction 'maximal'");
+  refused({"conic"}, 2, "map kind 'conic' is unknown");
+  refused({"conservative", "--correction", "maximal"}, 2, "correction 'maximal' is unknown");
   refused({"relaxed_po07", "--correction", "safe"}, 2, "a relaxed_po07 map has no correction safe");
   refused({"conservative", "--format", "r16"}, 2, "format r16 has room for 0 cone ratios");
   refused({"conservative", "--format", "rg16", "--max-ratio", "unbounded"}, 2, "cannot hold a ratio over 1");
   refused({"conservative", "--max-ratio", "2"}, 2, "--max-ratio 2: expected one of 1, unbounded");
   refused({"conservative", "--encoding", "h_tan", "--correction", "certified"}, 2, "interpolates radii");
   refused({"conservative", "--search-steps", "64"}, 2, "has no such parameter");
-  refused({"conservative", "--wrap", "mirror"}, 2, "--wrap mirror: expected one of repeat, clamp");
+  refused({"conservative", "--wrap", "mirror"}, 2, "wrap 'mirror' is unknown (known: repeat, clamp)");
   refused({"conservative", "--device", "metal"}, 2, "--device metal");
   for (const char* device : {"vulkan:", "vulkan:x", "vulkan:-1", "vulkan:1x", "cpu:0"})
     refused({"conservative", "--device", device}, 2, std::string("--device ") + device);

@@ -29,6 +29,7 @@ struct Simulated {
   double case_shift = 0;   ///< of what shifts one case for a whole run
   double block_shift = 0;  ///< of what shifts a block for a whole run
   int samples = 10;
+  int cases = kCases;
   std::function<double(int)> slowdown = [](int) { return 1.0; };  ///< of a case, in the second run
 };
 
@@ -42,7 +43,7 @@ Run simulated_run(const Simulated& made, bool is_second, std::mt19937& random) {
   run.folder = is_second ? "new" : "base";
   run.info = {{"identity", {{"devices", {{{"backend", "null"}, {"name", "fake"}, {"driver", "1.0"}}}}}}};
   std::vector<int> order;
-  for (int i = 0; i < kCases; ++i) {
+  for (int i = 0; i < made.cases; ++i) {
     order.push_back(i);
     const bool is_relaxed = i < kTechniqueCases;
     run.records.push_back(make_record(
@@ -62,13 +63,13 @@ Run simulated_run(const Simulated& made, bool is_second, std::mt19937& random) {
                            .frame_time_ns = 1e6 * std::exp(log_time + drift + outlier + noise),
                            .at_ns = at_ns});
   };
-  for (int first = 0; first < kCases; first += kBlock) {
+  for (int first = 0; first < made.cases; first += kBlock) {
     const double block_shift = normal(made.block_shift);
     std::vector<double> shifts;
     for (int k = 0; k < kBlock; ++k) shifts.push_back(block_shift + normal(made.case_shift));
     for (int round = 0; round < made.samples; ++round) {
       const double round_shift = normal(made.round_shift);
-      for (int k = first; k < std::min(first + kBlock, kCases); ++k) {
+      for (int k = first; k < std::min(first + kBlock, made.cases); ++k) {
         if ((k - first) % kControlEvery == 0) sample(control_case_id("null"), 0, 0);
         const int i = order[static_cast<std::size_t>(k)];
         const double change = is_second ? std::log(made.slowdown(i)) : 0;
@@ -94,7 +95,7 @@ Tally tally(const Simulated& made, int comparisons, unsigned seed) {
   std::mt19937 random(seed);
   const auto is_changed = [](Change change) { return change == Change::slower || change == Change::faster; };
   int slowed = 0;
-  for (int i = 0; i < kCases; ++i) slowed += made.slowdown(i) != 1 ? 1 : 0;
+  for (int i = 0; i < made.cases; ++i) slowed += made.slowdown(i) != 1 ? 1 : 0;
   const bool is_any_slowed = slowed > 0;
   for (int k = 0; k < comparisons; ++k) {
     const Run base = simulated_run(made, false, random);
@@ -104,7 +105,7 @@ Tally tally(const Simulated& made, int comparisons, unsigned seed) {
       const bool is_slowed = made.slowdown(std::stoi(c.case_id.substr(5))) != 1;
       is_alarmed |= !is_slowed && is_changed(c.change);
       result.slowed_found += is_slowed && c.change == Change::slower ? 1.0 / (slowed * comparisons) : 0;
-      result.same += c.change == Change::same ? 1.0 / (kCases * comparisons) : 0;
+      result.same += c.change == Change::same ? 1.0 / (made.cases * comparisons) : 0;
     }
     for (const GroupChange& group : comparison.groups) {
       is_alarmed |= !is_any_slowed && is_changed(group.change);
@@ -142,6 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
                       std::pair("outliers", Simulated{.mad = 0.01, .outliers = 0.05}),
                       std::pair("shared_in_a_round", Simulated{.mad = 0.003, .round_shift = 0.03}),
                       std::pair("shifted_cases", Simulated{.mad = 0.003, .case_shift = 0.02}),
+                      std::pair("few_shifted_cases", Simulated{.mad = 0.003, .case_shift = 0.02, .cases = 19}),
                       std::pair("shifted_blocks", Simulated{.mad = 0.01, .outliers = 0.05, .block_shift = 0.02})),
     [](const auto& named) { return named.param.first; });
 

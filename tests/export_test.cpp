@@ -105,6 +105,30 @@ TEST_F(ExportTest, textures_are_those_that_the_technique_is_measured_with) {
   }
 }
 
+TEST_F(ExportTest, a_conservative_depth_is_declared_and_kept) {
+  const auto example = [&](const std::string& id) { return file_of(make_export(job(id)), "example.frag")->bytes; };
+  const std::string conservative = example("relief?depth=conservative");
+  EXPECT_THAT(conservative, AllOf(HasSubstr("layout(depth_greater) out float gl_FragDepth;"),
+                                  HasSubstr("gl_FragDepth = max(surface.depth, gl_FragCoord.z);")));
+  EXPECT_THAT(example("relief?depth=write"),
+              AllOf(HasSubstr("gl_FragDepth = surface.depth;"), Not(HasSubstr("depth_greater"))));
+  ExportJob raised = job("relief?depth=conservative");
+  raised.base = 0.5;
+  EXPECT_THAT([&] { (void)make_export(raised); }, ThrowsMessage<Error>(HasSubstr("ships with base 1")));
+}
+
+// What was measured reads a chain of them.
+TEST_F(ExportTest, a_normal_map_has_the_levels_that_are_read) {
+  const auto levels = [&](const std::string& id) {
+    ExportJob with_normals = job(id);
+    with_normals.choice.normal_map = true;
+    const Export exported = make_export(with_normals);
+    return decode_ktx2(std::as_bytes(std::span(file_of(exported, "relief.normal.ktx2")->bytes)), "normal").image.levels;
+  };
+  EXPECT_EQ(levels("relief"), 1);
+  EXPECT_EQ(levels("relief?normals=footprint"), 6);
+}
+
 TEST_F(ExportTest, a_later_export_replaces_its_own_files_alone) {
   write_export(make_export(job("max_mip")), folder_ / "a/b");
   EXPECT_EQ(names_in("a/b"), (std::set<std::string>{"relief.ktx2", "relief.extra.ktx2", "relief.glsl", "example.frag",
@@ -232,7 +256,7 @@ TEST_F(ExportCommand, what_cannot_ship_is_refused_in_one_line) {
   with_presets({"--quality", "50", "--case", "relief"}, "--case");
   expect_refused({"-o", "out"}, "--presets with --quality, --case, or --tune");
   expect_refused({"--presets", "none.json", "--quality", "50", "-o", "out"}, "none.json");
-  expect_refused({"--case", "cane", "-o", "out"}, "unknown technique 'cane'");
+  expect_refused({"--case", "cane", "-o", "out"}, "technique 'cane' is unknown");
   expect_refused({"--case", "cone?format=r8", "-o", "out"}, "format r8 has room for 0 cone ratios");
   expect_refused({"--case", "relief", "--wrap", "mirror", "-o", "out"}, "--wrap");
   expect_refused({"--case", "relief?silhouette=quadric", "--for", "unity", "-o", "out"}, "no engine's recipe");

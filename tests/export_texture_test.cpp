@@ -178,9 +178,9 @@ TEST_F(ExportForEngines, what_cannot_be_is_said_in_one_line) {
     EXPECT_THAT(result.err, HasSubstr(words));
     EXPECT_FALSE(has(""));
   };
-  expect_refused({"--case", "relief", "--for", "source2"}, "unknown engine 'source2'; the choices are plain, unreal, ");
-  expect_refused({"--case", "relief", "--language", "cg"}, "unknown shading language 'cg'");
-  expect_refused({"--case", "relief", "--textures", "jpg"}, "unknown kind of texture file 'jpg'");
+  expect_refused({"--case", "relief", "--for", "source2"}, "engine 'source2' is unknown (known: plain, unreal, ");
+  expect_refused({"--case", "relief", "--language", "cg"}, "shading language 'cg' is unknown");
+  expect_refused({"--case", "relief", "--textures", "jpg"}, "kind of texture file 'jpg' is unknown");
   expect_refused({"--case", "relief?format=r32f", "--textures", "png"},
                  "relief cannot be png without loss: it has 1 level of R32_SFLOAT, a png file holds 8 and 16 bits");
   expect_refused({"--case", "qdm", "--textures", "exr"}, "relief.extra cannot be exr without loss: it has 6 levels");

@@ -219,7 +219,6 @@ double spread(const std::vector<std::uint8_t>& rgba8) {
 
 // Far away a pixel covers many texels. One ray sees one of them; the mean of 16 varies less.
 TEST_P(FilteringTest, of_a_supersampled_reference_aliasing_is_an_error) {
-  if (row().devices().empty()) return;
   const Settings trembling = settings_of("flat");
   const Settings calm = settings_of("flat", {{"normals", "footprint"}});
   const auto [base, mean] = seen(GetParam(), trembling, Picture::supersampled);
@@ -232,7 +231,6 @@ TEST_P(FilteringTest, of_a_supersampled_reference_aliasing_is_an_error) {
 }
 
 TEST_P(FilteringTest, of_a_supersampled_reference_the_object_that_is_seen_is_the_pixels_own) {
-  if (row().devices().empty()) return;
   const Settings depth = settings_of("relief", {{"linear_steps", "8"}, {"depth", "write"}});
   const auto [mean, many_rays] = seen(GetParam(), depth, Picture::supersampled);
   const auto [point, one_ray] = seen(GetParam(), depth, Picture::point);
@@ -243,7 +241,6 @@ TEST_P(FilteringTest, of_a_supersampled_reference_the_object_that_is_seen_is_the
 // A setting without shadow is near to a reference that has none either; a complete one has. Objects are in its frame
 // where they are in the setting's.
 TEST_P(FilteringTest, of_a_complete_reference_what_a_setting_leaves_out_is_an_error) {
-  if (row().devices().empty()) return;
   const auto with = [](std::vector<std::pair<std::string_view, std::string_view>> values) {
     values.emplace_back("linear_steps", "32");
     return settings_of("relief", values);
@@ -262,7 +259,6 @@ TEST_P(FilteringTest, of_a_complete_reference_what_a_setting_leaves_out_is_an_er
 }
 
 TEST_P(FilteringTest, a_supersampled_reference_is_the_same_to_a_frame_of_several_draws) {
-  if (row().devices().empty()) return;
   EXPECT_EQ(seen(GetParam(), settings_of("depth_passes", {{"passes", "8"}}), Picture::supersampled).second,
             seen(GetParam(), settings_of("depth_slices", {{"slices", "8"}}), Picture::supersampled).second);
 }

@@ -10,7 +10,9 @@
 #include "tests/command.h"
 #include "tests/history_rig.h"
 #include "tuner/history/connection.h"
+#include "tuner/history/export.h"
 #include "tuner/history/migrations.h"
+#include "tuner/results/csv.h"
 
 namespace reliefbench {
 namespace {
@@ -138,6 +140,24 @@ TEST_P(HistoryTest, no_part_of_a_run_counts_twice) {
   EXPECT_EQ(content_of(database_), before);
   night.parts = {"c"};
   EXPECT_EQ(history.add(night), 2);
+}
+
+// As after a heightmap was changed: the case's id is what it was, the scene is another.
+TEST_P(HistoryTest, series_of_one_name_are_told_apart_outside) {
+  History history(database_, kWrite);
+  history.add(make_night({.cases = 1}));
+  Night changed = make_night({.content = "two", .unix_s = 1'795'435'200, .cases = 1});
+  changed.values.front().series.setting = "cone@" + std::string(64, 'b');
+  changed.values.front().series.scene_key = std::string(64, 'b');
+  changed.run.build.is_dirty = true;
+  history.add(changed);
+  const std::vector<CsvRow> rows = parse_csv(otava_csv(history.load({})), "csv");
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_THAT(rows[0].cells, ::testing::ElementsAre("time", "commit", "cone@rocks/top?steps=0 [aaaaaaaa]",
+                                                    "cone@rocks/top?steps=0 [bbbbbbbb]"));
+  EXPECT_EQ(rows[1].cells[1], "c-one");
+  EXPECT_EQ(rows[2].cells[1], "c-two-dirty");
+  EXPECT_TRUE(bencher_json(history.load({.run = 2})).contains("cone@rocks/top?steps=0"));
 }
 
 TEST_P(HistoryTest, a_night_that_fails_leaves_nothing) {

@@ -147,7 +147,7 @@ TEST(CaseTable, a_broken_table_is_refused_with_line_and_column) {
   fails("", "t.csv:1: is empty");
   fails(replaced(good, "linear_steps", "linear_stops"), "t.csv:1: column 'linear_stops': unknown");
   fails(replaced(good, "ci_high_ns,", "ci_low_ns,"), "t.csv:1: column 'ci_low_ns': stands twice");
-  fails(replaced(good, ",cone,null,", ",cane,null,"), "t.csv:2: column 'technique': unknown technique 'cane'");
+  fails(replaced(good, ",cone,null,", ",cane,null,"), "t.csv:2: column 'technique': technique 'cane' is unknown");
   fails(replaced(good, ",ok,", ",fine,"), "t.csv:2: column 'status': unknown status 'fine'");
   fails(replaced(good, ",conservative,,", ",wrong,,"), "t.csv:2: column 'map': map='wrong' is unknown");
   fails(replaced(good, ",conservative,,", ",conservative,plain,"),

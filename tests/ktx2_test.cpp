@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstring>
 
+#include "kernels/base/atomic_file.h"
 #include "tests/image_files.h"
 #include "tests/temp_folder.h"
 
@@ -156,7 +157,7 @@ TEST(Ktx2, ComesBackBitForBit) {
       for (const int levels : {1, 4}) {
         const Ktx2File file{.image = counting_image(13, 6, {.type = type, .channels = channels}, levels),
                             .metadata = {{"KTXwriter", "test"}, {"empty", ""}, {"long", std::string(77, 'x')}}};
-        write_ktx2(folder / "map.ktx2", file);
+        write_atomically(folder / "map.ktx2", encode_ktx2(file));
         const Ktx2File back = read_ktx2(folder / "map.ktx2");
         EXPECT_EQ(back.image.texels, file.image.texels);
         EXPECT_EQ(back.image.layout, file.image.layout);

@@ -19,6 +19,8 @@
 #include "tests/cli_rig.h"
 #include "tests/schema.h"
 #include "tests/written_run.h"
+#include "tuner/decide/compare.h"
+#include "tuner/history/ingest.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/relative_time.h"
@@ -58,6 +60,20 @@ class MergeTest : public CliTest {
     change(run);
     write_run(run);
     return folder_ / as;
+  }
+  /// As a machine that takes so many times as long has it.
+  fs::path slowed(const std::string& name, const std::string& as, double by) {
+    return changed(name, as, [by](reliefbench::Run& run) {
+      for (Sample& sample : run.samples) sample.frame_time_ns *= by;
+      for (Record& record : run.records)
+        for (double* time :
+             {&record.frame_time->summary.median, &record.frame_time->summary.mad, &record.frame_time->summary.ci_low,
+              &record.frame_time->summary.ci_high, &record.frame_time->raw_median})
+          *time *= by;
+      json& device = run.info["devices"][0];
+      device["control_reference_ns"] = by * device["control_reference_ns"].get<double>();
+      run.info["host"]["name"] = "slow";
+    });
   }
   [[nodiscard]] static std::vector<fs::path> shards() { return {shard(1), shard(2), shard(3)}; }
   [[nodiscard]] static fs::path shard(int index) { return swept_ / shard_name(index); }
@@ -141,16 +157,7 @@ TEST_F(MergeTest, leaves_all_files_of_a_run) {
 
 // A case's time goes by its own machine's control case, so that one of half the speed changes nothing.
 TEST_F(MergeTest, times_go_by_the_own_machines_control_case) {
-  const fs::path slow = changed("shard_2", "slow", [](reliefbench::Run& run) {
-    for (Sample& sample : run.samples) sample.frame_time_ns *= 2;
-    for (Record& record : run.records)
-      for (double* time :
-           {&record.frame_time->summary.median, &record.frame_time->summary.mad, &record.frame_time->summary.ci_low,
-            &record.frame_time->summary.ci_high, &record.frame_time->raw_median})
-        *time *= 2;
-    json& device = run.info["devices"][0];
-    device["control_reference_ns"] = 2 * device["control_reference_ns"].get<double>();
-  });
+  const fs::path slow = slowed("shard_2", "slow", 2);
   const JoinedRuns joined = merge({shard(1), slow, shard(3)});
   EXPECT_NEAR(joined.greatest_control / joined.least_control, 2, 0.2);
   (void)merge(shards(), "even");
@@ -168,6 +175,20 @@ TEST_F(MergeTest, times_go_by_the_own_machines_control_case) {
     EXPECT_NEAR(again.summary.median / record.frame_time->summary.median, 1, 1e-12) << record.case_id;
     EXPECT_NEAR(again.summary.ci_high / record.frame_time->summary.ci_high, 1, 1e-12) << record.case_id;
   }
+}
+
+// Who drew which shard moves neither a case nor the control case.
+TEST_F(MergeTest, machines_may_take_other_shards) {
+  (void)merge({slowed("shard_1", "slow_1", 1.5), shard(2), shard(3)}, "before");
+  (void)merge({slowed("shard_3", "slow_3", 1.5), shard(1), slowed("shard_2", "slow_2", 1.5)}, "after");
+  const Comparison comparison = compare_runs(load_run(folder_ / "before"), load_run(folder_ / "after"), {});
+  ASSERT_EQ(comparison.control_ratio.size(), 1U);
+  EXPECT_NEAR(comparison.control_ratio.front().second, 1, 0.05);
+  for (const CaseChange& one : comparison.cases) EXPECT_NE(one.reason, Reason::control_drift) << one.case_id;
+  const auto control_ns = [&](const char* name) {
+    return read_night(folder_ / name, {}).run.calibrations.at(0).control_ns;
+  };
+  EXPECT_NEAR(control_ns("after") / control_ns("before"), 1, 0.05);
 }
 
 TEST_F(MergeTest, other_commands_take_it_for_a_run) {
@@ -338,6 +359,18 @@ TEST_F(MergeTest, a_history_takes_a_merged_run_or_its_parts) {
   EXPECT_EQ(ingest(merged, "merged.sqlite").exit_code, 0);
   EXPECT_THAT(ingest(shard(3), "merged.sqlite").err, HasSubstr("run 1 of merged.sqlite was measured with it"));
   EXPECT_THAT(ingest(merged, "merged.sqlite").out, HasSubstr("is there already"));
+
+  // Whoever went on with a part, it is that part; one that adds nothing to a merged run is none of it.
+  const fs::path moved = changed("shard_1", "moved", [](auto& run) { run.info["host"]["name"] = "another"; });
+  (void)merge({moved, shard(2), shard(3)}, "with_moved");
+  EXPECT_THAT(ingest(folder_ / "with_moved", "parts.sqlite").err, HasSubstr("was measured with it"));
+  const fs::path again = changed("whole", "whole_again", [](auto& run) {
+    run.info["started_unix_ns"] = run.info["started_unix_ns"].template get<double>() + 1e9;
+  });
+  (void)merge({swept_ / "whole", again}, "twice");
+  EXPECT_EQ(ingest(folder_ / "twice", "wholes.sqlite").exit_code, 0);
+  EXPECT_EQ(ingest(again, "wholes.sqlite").exit_code, 0);
+  EXPECT_EQ(ingest(swept_ / "whole", "wholes.sqlite").exit_code, 2);
 }
 
 TEST_F(MergeTest, two_devices_of_one_model_are_one) {

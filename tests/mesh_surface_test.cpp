@@ -191,7 +191,6 @@ std::pair<FrameScore, CasePictures> prepared_mesh(std::string_view backend, cons
 
 // The picture of exact hits is made of other numbers than a frame's: corners fetched by the hit's triangle.
 TEST_P(MeshSurfaceTest, is_compared_with_the_picture_of_its_exact_hits) {
-  if (row().devices().empty()) return;
   const auto flip = [&](const Settings& settings, double relief_depth) {
     return prepared_mesh(GetParam(), settings, mesh_scene("teapot", 4, relief_depth, 96),
                          {.source = "fbm", .width = 32, .height = 32})
@@ -203,7 +202,6 @@ TEST_P(MeshSurfaceTest, is_compared_with_the_picture_of_its_exact_hits) {
 }
 
 TEST_P(MeshSurfaceTest, may_be_supersampled_and_hidden) {
-  if (row().devices().empty()) return;
   Scene scene = mesh_scene("torus", 2, 0.02, 32);
   scene.reference = Picture::supersampled;
   scene.occluded = 0.5;

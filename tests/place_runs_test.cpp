@@ -148,20 +148,20 @@ TEST(PlaceRuns, a_run_that_is_slower_throughout_is_no_copy) {
 }
 
 TEST(PlaceRuns, a_part_that_a_merge_brought_to_another_speed_counts_once) {
-  const auto started = [](const char* host) {
-    return nlohmann::json{{"identity", {{"shard", "1/2"}}}, {"host", {{"name", host}}}, {"started_unix_ns", 1.7e18}};
+  const auto started = [](const char* shard) {
+    return nlohmann::json{{"identity", {{"shard", shard}}}, {"started_unix_ns", 1.7e18}};
   };
   std::vector<FleetRun> runs(2, made_place_run({.cones = {8, 16, 32}, .noise = 0.05}));
   for (TableRow& row : runs.back().rows)
     for (double& sample : row.samples_ns) sample *= 1.1;
-  runs[0].info = started("a");
-  runs[1].info = {{"parts", {started("b"), started("a")}}};
+  runs[0].info = started("1/3");
+  runs[1].info = {{"parts", {started("2/3"), started("1/3")}}};
   const Fleet fleet = choose_for_fleet(runs, {.budgets = {}});
   EXPECT_EQ(fleet.places.front().runs, (std::vector<std::size_t>{0}));
   ASSERT_EQ(fleet.repeated.size(), 1U);
   EXPECT_THAT(fleet.repeated.front(), HasSubstr("3 of its cases are the same measurement"));
-  runs[1].info = {{"parts", {started("b"), started("c")}}};
-  EXPECT_TRUE(choose_for_fleet(runs, {.budgets = {}}).repeated.empty()) << "they are other machines' times";
+  runs[1].info = {{"parts", {started("2/3"), started("3/3")}}};
+  EXPECT_TRUE(choose_for_fleet(runs, {.budgets = {}}).repeated.empty()) << "they are other times";
   runs[1].info = runs[0].info;
   runs[1].rows.front().samples_ns.back() *= 1.001;
   EXPECT_THAT(choose_for_fleet(runs, {.budgets = {}}).repeated.front(), HasSubstr("2 of its cases")) << "one case not";

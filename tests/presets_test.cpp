@@ -341,7 +341,7 @@ TEST_F(PresetsInConfig, what_is_unknown_is_named_with_file_and_key) {
     presets_[nlohmann::json::json_pointer(pointer)] = value;
     refused(R"({"presets": "presets.json"})", words);
   };
-  broken("/devices/0/levels/1/technique", "cane", "key 'devices[0].levels[1].technique': unknown technique 'cane'");
+  broken("/devices/0/levels/1/technique", "cane", "key 'devices[0].levels[1].technique': technique 'cane' is unknown");
   broken("/devices/0/levels/1/params/colour", "red", "key 'devices[0].levels[1].params.colour'");
   broken("/devices/0/levels/0/params", nlohmann::json::object({{"format", "r9"}}), "presets.json:");
   broken("/devices/0/levels/0/quality", 101, "key 'devices[0].levels[0].quality'");

@@ -13,6 +13,7 @@
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
+#include "tests/written_run.h"
 #include "tuner/decide/presets.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/setting_space.h"
@@ -45,9 +46,13 @@ class SceneChoice : public ::testing::Test {
         {"front", {{"error", "e_xy.p99"}, {"constraints", {"missed_rate<=0.5"}}}},
         {"budgets", {"e_xy.p99<=1000"}},
         {"sweeps", {{{"technique", "relief"}, {"axes", {{"linear_steps", {4, 16, 64}}}}}}}};
-    const Config parsed = parse_config(config.dump(), folder_ / "config.json");
-    run_ = load_run(run_sweep(parsed, {.output = folder_ / "run", .backends = {"null"}, .quiet = true}).folder);
+    run_ = swept(config, "run");
+    config_ = config;
     write_atomically(folder_ / "presets.json", presets_json(make_presets({&run_, 1}, {})).dump(1));
+  }
+  [[nodiscard]] reliefbench::Run swept(const json& config, const std::string& name) const {
+    const Config parsed = parse_config(config.dump(), folder_ / "config.json");
+    return load_run(run_sweep(parsed, {.output = folder_ / name, .backends = {"null"}, .quiet = true}).folder);
   }
   [[nodiscard]] CommandResult command(std::vector<std::string> words) const {
     return run_reliefbench(words, folder_.path());
@@ -80,6 +85,7 @@ class SceneChoice : public ::testing::Test {
   }
 
   TempFolder folder_;
+  json config_;
   reliefbench::Run run_;
 };
 
@@ -123,6 +129,23 @@ TEST_F(SceneChoice, a_case_of_a_run_ships_with_its_own_evidence) {
   std::filesystem::remove_all(folder_ / "out");
   expect_refused(command({"export", "--run", "run", "--case", "relief@rocks/mine?linear_steps=5", "-o", "out"}),
                  {"--run run: has no case 'relief@rocks/mine?linear_steps=5'"});
+}
+
+TEST_F(SceneChoice, a_finer_sampler_than_what_ships_allows_for_is_said) {
+  config_["sweeps"] = {{{"technique", "cone"}, {"axes", {{"format", "rg8"}, {"filter", "hardware"}}}}};
+  reliefbench::Run run = swept(config_, "cones");
+  const auto told = [&](double worst) {
+    run.info["devices"][0]["filter"] = {{{"texels", "unorm8"}, {"least", -worst}, {"greatest", worst}}};
+    write_run(run);
+    const CommandResult result =
+        command({"export", "--run", "cones", "--case", run.records.at(0).case_id, "-o", "out"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(schema_errors(settings(), "export"), "");
+    EXPECT_NEAR(settings()["evidence"]["sampler_shift"].get<double>(), worst, 1e-4);
+    return result.err;
+  };
+  EXPECT_THAT(told(0.001), HasSubstr("what ships allows for 1/256 and so steps shorter"));
+  EXPECT_THAT(told(0.004), Not(HasSubstr("steps shorter")));
 }
 
 TEST_F(SceneChoice, another_heightmap_is_refused_unless_it_is_told) {

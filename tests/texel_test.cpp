@@ -217,11 +217,12 @@ TEST(Format, UnknownIdsListTheChoices) {
     return std::string();
   };
   EXPECT_EQ(message([] { (void)find_format("rgb8"); }),
-            "unknown texture format 'rgb8'; the choices are r8, r16, r16f, r32f, rg8, rg16, rg16f, rg32f, rgba8, "
+            "texture format 'rgb8' is unknown (did you mean 'rg8'?; known: r8, r16, r16f, r32f, rg8, rg16, rg16f, "
+            "rg32f, rgba8, "
             "r8+r8, r8+rgba8, "
-            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5, eac_r11, eac_rg11, bc7, astc");
+            "r16+rgba16, r16f+rgba16f, r32f+rgba32f, bc4, bc5, eac_r11, eac_rg11, bc7, astc)");
   EXPECT_EQ(message([] { (void)find_encoding("log"); }),
-            "unknown cone encoding 'log'; the choices are ratio, sqrt, h_tan, atan");
+            "cone encoding 'log' is unknown (known: ratio, sqrt, h_tan, atan)");
 }
 
 }  // namespace

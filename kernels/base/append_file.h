@@ -37,8 +37,9 @@ class AppendFile {
 /// The whole of a file, or of a pipe. throws: FileError, Error(bad_input): missing, unreadable, a folder or a device
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
-/// The lines of such a file, one after the other; what follows the last newline is none. Of a longer line than `most`
-/// only the beginning is given, of which it is known that it is longer. throws: as read_file(), and what `take` throws
+/// The lines of such a file, one after the other; what follows the last newline is none. Of a line over most_bytes,
+/// take() gets some text that is longer than most_bytes: enough to refuse it.
+/// throws: as read_file(), and what `take` throws
 void read_lines(const std::filesystem::path& path, std::size_t most_bytes,
                 const std::function<void(std::string_view)>& take);
 

@@ -8,6 +8,10 @@
 
 namespace reliefbench {
 
+double steady_ns() {
+  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 double unix_ns() {
   return std::chrono::duration<double, std::nano>(std::chrono::system_clock::now().time_since_epoch()).count();
 }

@@ -48,6 +48,14 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
+void print_line(const char* before, std::string_view message) noexcept {
+  try {
+    write_stderr(before + one_line(message) + "\n");
+  } catch (const std::bad_alloc&) {
+    write_stderr("reliefbench: out of memory\n");
+  }
+}
+
 }  // namespace
 
 std::string one_line(std::string_view text) {
@@ -67,12 +75,8 @@ void write_stderr(std::string_view bytes) noexcept {
   }
 }
 
-void print_error(std::string_view message) noexcept {
-  try {
-    write_stderr("reliefbench: " + one_line(message) + "\n");
-  } catch (const std::bad_alloc&) {
-    write_stderr("reliefbench: out of memory\n");
-  }
-}
+void print_error(std::string_view message) noexcept { print_line("reliefbench: ", message); }
+
+void print_warning(std::string_view message) noexcept { print_line("reliefbench: warning: ", message); }
 
 }  // namespace reliefbench

@@ -14,5 +14,7 @@ void write_stderr(std::string_view bytes) noexcept;
 
 /// "reliefbench: MESSAGE" as one line on stderr: the one place where errors and warnings are printed.
 void print_error(std::string_view message) noexcept;
+/// "reliefbench: warning: MESSAGE"
+void print_warning(std::string_view message) noexcept;
 
 }  // namespace reliefbench

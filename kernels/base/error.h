@@ -31,7 +31,7 @@ enum class Fault {
   return fault == Fault::device_lost || fault == Fault::timeout;
 }
 
-/// The one exception type. `what()` is the one line that a user reads: file, line or key, what was expected.
+/// The base of all our exceptions. `what()` is the one line that a user reads: file, line or key, what was expected.
 class Error : public std::runtime_error {
  public:
   Error(Exit code, const std::string& message, Fault fault = Fault::other)

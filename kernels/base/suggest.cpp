@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <numeric>
 
+#include "kernels/base/error.h"
+
 namespace reliefbench {
 namespace {
 
@@ -34,6 +36,10 @@ std::string unknown_text(std::string_view word, const std::vector<std::string_vi
   const bool is_slip = nearest != known.end() && distance(*nearest) <= (word.size() + 2) / 3;
   return fmt::format("unknown ({}known: {})", is_slip ? fmt::format("did you mean '{}'?; ", *nearest) : "",
                      fmt::join(known, ", "));
+}
+
+void fail_unknown(std::string_view what, std::string_view id, const std::vector<std::string_view>& known) {
+  fail_input("{} '{}' is {}", what, id, unknown_text(id, known));
 }
 
 }  // namespace reliefbench

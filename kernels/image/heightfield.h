@@ -1,11 +1,23 @@
 #pragma once
+#include <array>
 #include <cstddef>
+#include <string_view>
 #include <vector>
+
+#include "kernels/base/suggest.h"
 
 namespace reliefbench {
 
 /// How texel indices and uv outside the map are answered. Bake and trace agree on it, always.
 enum class Wrap { repeat, clamp };
+struct WrapRow {
+  std::string_view id;
+  Wrap wrap;
+};
+inline constexpr std::array kWrapRows{WrapRow{"repeat", Wrap::repeat}, WrapRow{"clamp", Wrap::clamp}};  ///< as in Wrap
+[[nodiscard]] constexpr std::string_view wrap_id(Wrap wrap) { return kWrapRows.at(static_cast<std::size_t>(wrap)).id; }
+/// throws: Error(bad_input): as find_row()
+[[nodiscard]] inline Wrap find_wrap(std::string_view id) { return find_row(kWrapRows, "wrap", id).wrap; }
 
 /// A heightmap: width x height floats in [0,1], 1 = the top plate, row-major, texel centres at ((x+0.5)/width,
 /// (y+0.5)/height) in uv. The surface is the bilinear interpolation of the texels.

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/image/image.h"
 
 namespace reliefbench {
@@ -55,13 +56,6 @@ template <typename Rows>
 const typename Rows::value_type* find_row(const Rows& rows, std::string_view id) {
   const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& candidate) { return candidate.id == id; });
   return row == rows.end() ? nullptr : &*row;
-}
-
-template <typename Rows>
-std::string ids(const Rows& rows) {
-  std::string text;
-  for (const auto& row : rows) text += (text.empty() ? "" : ", ") + std::string(row.id);
-  return text;
 }
 
 /// One channel of an image, or the luminance of its first three.
@@ -219,8 +213,8 @@ Heightfield resolve(const HeightmapSpec& spec, std::string& reading) {
                           spec.normalise || row->normalise, reading);
   std::error_code ignored;
   if (!fs::exists(spec.source, ignored))
-    fail_input("heightmap '{}': no such file; the known names are {}, {}", spec.source, ids(known_heightmaps()),
-               ids(procedurals()));
+    fail_input("heightmap '{}': no such file; the known names are {}, {}", spec.source,
+               fmt::join(ids_of(known_heightmaps()), ", "), fmt::join(ids_of(procedurals()), ", "));
   return read_heightmap(spec.source, {spec.channel, spec.floor}, spec.normalise, reading);
 }
 

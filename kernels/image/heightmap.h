@@ -55,11 +55,11 @@ struct KnownHeightmapRow {
 
 /// Resolves, reads and checks a heightmap. Channel `auto` of a grey image is grey, whatever its alpha; of a colour
 /// image it is alpha if that is not constant, else luminance (Rec. 709 weights on the stored values) if R, G and B
-/// differ anywhere, else the first channel. reading: gets what was read of a file, "rocks.png: 512x512, 16-bit grey
-/// (alpha ignored)"; "" of a procedural one throws: Error(bad_input) naming the file and what was expected: missing,
-/// truncated or unreadable file, unknown
+/// differ anywhere, else the first channel. Denormals are kept.
+/// reading: gets what was read of a file, "rocks.png: 512x512, 16-bit grey (alpha ignored)"; "" of a procedural one
+/// throws: Error(bad_input) naming the file and what was expected: missing, truncated or unreadable file, unknown
 ///         channel, a side under 2 texels or over kMaxSide (image.h), NaN or infinite pixels, heights outside [0,1]
-///         unless normalised; denormals are kept
+///         unless normalised
 [[nodiscard]] Heightfield load_heightmap(const HeightmapSpec& spec, std::string* reading = nullptr);
 
 /// Tangent-space normals of a heightfield for a relief that is `relief_depth` tiles deep, width x height RGBA8

@@ -28,7 +28,7 @@ struct Image {
 };
 
 /// Reads the first image of a file that is PNG, TIFF, OpenEXR, WebP or PNM (PGM, PPM) by its content, whatever it is
-/// called, or TGA, which has no signature, by its name. Nothing else is read.
+/// called, or TGA by its name, since only its second version has a signature. Nothing else is read.
 /// throws: Error(bad_input), one line with the path: missing, no regular file, not an image, truncated or corrupt (no
 ///         partial images), a side under 2 or over kMaxSide, too many channels, too large
 [[nodiscard]] Image load_image(const std::filesystem::path& path);
@@ -38,7 +38,7 @@ struct Image {
 [[nodiscard]] std::vector<std::uint8_t> encode_png(int width, int height, std::span<const std::uint8_t> rgba8);
 
 /// Writes encode_png's bytes to `path` at once: readers see the old file or the new one, never a part.
-/// throws: Error(bad_input) naming the path
+/// throws: Error(bad_input) naming the path; FileError, Error(environment): the disk is full, or has failed
 void write_png(const std::filesystem::path& path, int width, int height, std::span<const std::uint8_t> rgba8);
 
 /// A WebP in memory, for a page: a fifth of the PNG's bytes, and colours off by a few codes. Alpha is left out.

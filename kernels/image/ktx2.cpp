@@ -5,12 +5,10 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <vector>
 
-#include "kernels/base/atomic_file.h"
+#include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -273,12 +271,8 @@ Ktx2File decode_ktx2(std::span<const std::byte> bytes, std::string_view name) {
   return file;
 }
 
-void write_ktx2(const std::filesystem::path& path, const Ktx2File& file) { write_atomically(path, encode_ktx2(file)); }
-
 Ktx2File read_ktx2(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (!in && bytes.empty()) fail_input("{}: cannot be read", path.string());
+  const std::string bytes = read_file(path);
   return decode_ktx2(std::as_bytes(std::span(bytes)), path.string());
 }
 

@@ -9,6 +9,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
+#include "kernels/base/suggest.h"
 #include "kernels/judge/depth_range.h"
 
 namespace reliefbench {
@@ -185,9 +186,7 @@ std::span<const MetricRow> metrics() {
 
 const MetricRow& find_metric(std::string_view id) {
   if (const auto place = metric_place(id)) return metrics()[*place];
-  std::string choices;
-  for (const MetricRow& row : metrics()) choices += fmt::format("{}{}", choices.empty() ? "" : ", ", row.id);
-  fail_input("no metric '{}'; expected one of {}", id, choices);
+  fail_unknown("metric", id, ids_of(metrics()));
 }
 
 }  // namespace reliefbench

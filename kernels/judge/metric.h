@@ -58,10 +58,11 @@ struct Metric {
   std::string_view description;
   std::span<const Aggregate> aggregates = kMean;  ///< one: the metric goes by its id; more: by "id.aggregate"
   NoValue no_value = NoValue::never;
-  std::string_view column{};   ///< id of its number that tables show whatever the front's metric is; "": none
-  bool counts_work = false;    ///< foretells the frame's time
-  std::string_view feature{};  ///< of the scene: a frame without it has no value. OfFeature compares its values. An
-                               ///< OfVerdict without one is a share of the pixels with two hits, else of all with a ray
+  std::string_view column{};  ///< id of its number that tables show whatever the front's metric is; "": none
+  bool counts_work = false;   ///< foretells the frame's time
+  /// A frame without this feature of the scene has no value; OfFeature compares the feature's values. OfVerdict is a
+  /// share of all pixels with a ray; without a feature, of those with two hits.
+  std::string_view feature{};
   std::variant<OfPixels, OfPictures, OfMotion, OfFeature, OfVerdict> function;
 };
 

@@ -54,10 +54,10 @@ class ReferenceTracer {
   [[nodiscard]] double first_hit(const TextureRay& ray) const;  ///< trace(ray).t_enter, for less work
   [[nodiscard]] std::vector<ReferenceHit> trace(std::span<const TextureRay> rays, int threads = 0) const;
 
-  /// Whether nothing of the surface stands over the ray, up to the highest texel. A ray that lies
-  /// under it by no more than kTouch is not under it, so that one along the surface itself is lit. A position on the
-  /// way has 52 bits; where that is coarser than kTouch, a shadow's edge lies by as much aside. A ray that is not
-  /// finite, or whose travel exceeds kMaxTravel, is as good as level: it is not lit. Of heights without floors.
+  /// Whether nothing of the surface stands over the ray, up to the highest texel. A ray that lies under it by no more
+  /// than kTouch is not under it, so that one along the surface itself is lit. A position on the way has 52 bits; where
+  /// that is coarser than kTouch, a shadow's edge lies by as much aside. A ray that is not finite, or whose travel
+  /// exceeds kMaxTravel, is as good as level: it is not lit. Of heights without floors.
   [[nodiscard]] bool is_lit(const RisingRay& ray) const;
 
   /// The four texels round a cell of the bilinear surface: at its lower corner, along x, along y, across.

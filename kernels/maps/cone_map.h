@@ -16,8 +16,8 @@ namespace reliefbench {
 /// Conservative ratios for `certified`: the lower bounds of cone_bounds.h on a grid 4 times finer (less where that
 /// would exceed kMaxFineSide) become limits of the interpolated ratio at its points; every texel begins at the least
 /// limit round it and is raised, one after the other, as far as all limits allow. As C is bilinear on each fine cell,
-/// it keeps below the bound of the cell if it does at its corners: no interpolated cone meets the surface. throws:
-/// Error(bad_input) if either side is under 2 texels
+/// it keeps below the bound of the cell if it does at its corners: no interpolated cone meets the surface.
+/// throws: Error(bad_input) if either side is under 2 texels
 [[nodiscard]] std::vector<float> certified_cones(const BakeRequest& request);
 
 inline constexpr MapParam kSearchSteps{.id = "search_steps",
@@ -37,8 +37,8 @@ inline constexpr MapParam kSearchSteps{.id = "search_steps",
 /// [VB22]: 3 x 3 nodes on every level of a max pyramid, Theta(N^2 log N). `quick_naive` is algorithm 1, `quick`
 /// algorithm 2 with the unvisited part of a corner neighbour measured exactly; both are never above bake_conservative,
 /// texel by texel. `quick_published` measures the corners as the authors' shader does, `quick_centre` from the nodes'
-/// centres; both may be too wide. Beyond the paper: sides of any size, repeat, `safe` distances. throws:
-/// Error(bad_input) if either side is under 2 texels, or the row has no such correction
+/// centres; both may be too wide. Beyond the paper: sides of any size, repeat, `safe` distances.
+/// throws: Error(bad_input) if either side is under 2 texels, or the row has no such correction
 [[nodiscard]] std::vector<float> bake_quick_naive(const BakeRequest& request);
 [[nodiscard]] std::vector<float> bake_quick(const BakeRequest& request);
 [[nodiscard]] std::vector<float> bake_quick_published(const BakeRequest& request);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/maps/cell_map.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/distance_map.h"
@@ -298,13 +299,7 @@ const MapRow& find_map(MapKind kind) {
   return *row;
 }
 
-const MapRow& find_map(std::string_view id) {
-  const auto* row = std::ranges::find(kMaps, id, &MapRow::id);
-  if (row != kMaps.end()) return *row;
-  std::string choices;
-  for (const MapRow& candidate : kMaps) choices += fmt::format("{}{}", choices.empty() ? "" : ", ", candidate.id);
-  fail_input("unknown map kind '{}'; the choices are {}", id, choices);
-}
+const MapRow& find_map(std::string_view id) { return find_row(kMaps, "map kind", id); }
 
 std::span<const Correction> corrections() {
   static constexpr std::array kAll{Correction::none, Correction::min3x3, Correction::safe, Correction::certified,
@@ -330,12 +325,12 @@ std::string_view correction_id(Correction correction) {
 }
 
 Correction find_correction(std::string_view id) {
-  std::string choices;
-  for (const Correction candidate : corrections()) {
-    if (correction_id(candidate) == id) return candidate;
-    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", correction_id(candidate));
+  std::vector<std::string_view> known;
+  for (const Correction correction : corrections()) {
+    if (correction_id(correction) == id) return correction;
+    known.push_back(correction_id(correction));
   }
-  fail_input("unknown correction '{}'; the choices are {}", id, choices);
+  fail_unknown("correction", id, known);
 }
 
 int given_value(std::span<const MapValue> values, const MapParam& param) {

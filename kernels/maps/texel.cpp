@@ -9,6 +9,7 @@
 #include <string>
 
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/maps/block_codec.h"
 #include "kernels/maps/map_kind.h"
 
@@ -92,15 +93,6 @@ constexpr std::array kEncodings{
              .guard = kDivisionGuard},
 };
 
-template <typename Rows>
-const typename Rows::value_type& find_row(const Rows& rows, std::string_view id, std::string_view kind) {
-  const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& candidate) { return candidate.id == id; });
-  if (row != rows.end()) return *row;
-  std::string choices;
-  for (const auto& candidate : rows) choices += (choices.empty() ? "" : ", ") + std::string(candidate.id);
-  fail_input("unknown {} '{}'; the choices are {}", kind, id, choices);
-}
-
 }  // namespace
 
 int Format::bits_per_texel() const {
@@ -108,10 +100,10 @@ int Format::bits_per_texel() const {
 }
 
 std::span<const Format> formats() { return kFormats; }
-const Format& find_format(std::string_view id) { return find_row(formats(), id, "texture format"); }
+const Format& find_format(std::string_view id) { return find_row(formats(), "texture format", id); }
 
 std::span<const Encoding> encodings() { return kEncodings; }
-const Encoding& find_encoding(std::string_view id) { return find_row(encodings(), id, "cone encoding"); }
+const Encoding& find_encoding(std::string_view id) { return find_row(encodings(), "cone encoding", id); }
 
 float value_of(std::uint32_t code, TexelType type) {
   switch (type) {

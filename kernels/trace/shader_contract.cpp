@@ -150,8 +150,8 @@ int binding_of(std::string_view sampler) {
 }
 
 std::string shared_contract() {
-  constexpr std::array kWraps{Choice{.id = "repeat", .value = static_cast<int>(Wrap::repeat)},
-                              Choice{.id = "clamp", .value = static_cast<int>(Wrap::clamp)}};
+  std::vector<Choice> wraps;
+  for (const WrapRow& row : kWrapRows) wraps.push_back({.id = row.id, .value = static_cast<int>(row.wrap)});
   constexpr std::array kLayouts{
       Choice{.id = "together", .value = kTogether, .meaning = "height and ratio in one texture"},
       Choice{.id = "split", .value = kSplit, .meaning = "ratios in extra_map"},
@@ -167,7 +167,7 @@ std::string shared_contract() {
                                  Choice{.id = "step_cap", .value = static_cast<int>(PixelStatus::step_cap)},
                                  Choice{.id = "passed", .value = static_cast<int>(PixelStatus::passed)}};
   std::string text = sampler_lines(false);
-  text += "\n" + shared_lines("wrap", kWrapConstant, kWraps);
+  text += "\n" + shared_lines("wrap", kWrapConstant, wraps);
   for (const Param* param : shared_params()) text += param_lines(*param);
   text += shared_lines("layout", kLayoutConstant, kLayouts);
   text += shared_lines("cone_fetch", kConeFetchConstant, kConeFetches);

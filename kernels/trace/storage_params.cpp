@@ -4,15 +4,10 @@
 
 #include <algorithm>
 
+#include "kernels/base/suggest.h"
+
 namespace reliefbench {
 namespace {
-
-template <typename Rows>
-std::vector<std::string_view> ids_of(const Rows& rows) {
-  std::vector<std::string_view> ids;
-  for (const auto& row : rows) ids.push_back(row.id);
-  return ids;
-}
 
 Param baked(Param param, std::string_view active_if = {}) {
   param.stage = Stage::bake;

@@ -34,13 +34,13 @@ struct SurfaceRow {
 
 using Point3 = std::array<double, 3>;
 
-/// One coordinate of a point that moves along a straight line at speed 1, on a stretch of it: how it may differ from
-/// what it is in the middle.
+/// A coordinate of a point on a stretch of a straight line that it follows at speed 1: value and speed in the middle,
+/// and bounds on how far they are from these anywhere on the stretch.
 struct Moving {
-  double value = 0;  ///< in the middle
-  double speed = 0;  ///< there
-  double reach = 0;  ///< how far at most it is from `value` on the stretch
-  double sway = 0;   ///< and its speed from `speed`
+  double value = 0;
+  double speed = 0;
+  double reach = 0;  ///< of `value`
+  double sway = 0;   ///< of `speed`
 };
 /// A point as the surface has it: its height, 1 on the top plate, and where it stands, in sides of the unit square.
 struct Located {

@@ -18,9 +18,8 @@ inline constexpr int kSurfaceVersion = 2;  ///< of exact hits on curved surfaces
 
 /// The exact solid interval along a pixel's ray. t counts as if the plane that touches where the ray enters were the
 /// surface: 0 there, 1 on that plane's bottom plate; a curved surface's bottom may lie beyond. A ray that leaves
-/// through the top plate passes. Cells are told apart by bounds of first and
-/// second order; a stretch that they do not decide at kTouchWay counts as a touch. A hit lies within that of the exact
-/// one.
+/// through the top plate passes. Cells are told apart by bounds of first and second order; a stretch that they do not
+/// decide at kTouchWay counts as a touch. A hit lies within that of the exact one.
 [[nodiscard]] ReferenceHit trace_surface(const ReferenceTracer& tracer, const SurfaceShape& shape,
                                          const SurfaceRay& ray, Wrap wrap);
 inline constexpr double kTouchWay = 1e-11;  ///< in sides of the unit square

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/trace/storage_params.h"
 #include "kernels/trace/technique_rows.h"
 
@@ -59,14 +59,7 @@ const std::vector<Technique>& techniques() {
   return table;
 }
 
-const Technique& find_technique(std::string_view id) {
-  std::string choices;
-  for (const Technique& row : techniques()) {
-    if (row.id == id) return row;
-    choices += fmt::format("{}{}", choices.empty() ? "" : ", ", row.id);
-  }
-  fail_input("unknown technique '{}' (expected one of {})", id, choices);
-}
+const Technique& find_technique(std::string_view id) { return find_row(techniques(), "technique", id); }
 
 std::string_view guarantee_id(Guarantee guarantee) {
   switch (guarantee) {

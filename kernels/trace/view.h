@@ -122,8 +122,8 @@ struct FrameUniforms {
   std::array<std::int32_t, 4> sizes;  ///< frame width, height in px; map width, height in texels
   std::array<float, 4> surface;       ///< radius of a torus' ring, or 0; radius; Scene::above(); SurfaceKind
 
-  /// What one draw is told beside: the occluder its share of the frame, objects.frag
-  /// which one it is, a pass of several its place.
+  /// What one draw is told beside: the occluder its share of the frame, objects.frag which one it is, a pass of several
+  /// its place.
   [[nodiscard]] float& argument() { return forward[3]; }
   [[nodiscard]] SurfaceKind surface_kind() const { return static_cast<SurfaceKind>(static_cast<int>(surface[3])); }
   bool operator==(const FrameUniforms&) const = default;

@@ -189,7 +189,7 @@ function budgetSentence() {
       kept ? ` (all that is shown keeps ${kept})` : ''}:`;
 }
 
-export function drawAnswers() {
+function drawAnswers() {
   const scenes = [...data.scenes.keys()];
   byId('budget').textContent = data.points.length ? budgetSentence() : '';
   refill(byId('answer-cards'), ...scenes.slice(0, kCardsShown).map(answerCard));

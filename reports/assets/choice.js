@@ -125,7 +125,7 @@ export function choose(fields) {
 }
 
 /** Takes what the fragment says. */
-export function readChoice() {
+function readChoice() {
   const texts = readFragment(kNames);
   missing.length = 0;
   for (const name of kNames) choice[name] = kFields[name].read(texts[name]);

@@ -47,7 +47,7 @@ data.points.forEach((point, index) => {
 export const pointsIn = (scene, group) => byPlace.get(`${scene} ${group}`) || [];
 
 /** Lower is better, whatever the metric's direction. */
-export function badness(point, metric) {
+function badness(point, metric) {
   const {lower_is_better, none_is_best} = data.metrics[metric];
   const value = point.errors[metric];
   if (value === null) return none_is_best ? -Infinity : Infinity;

@@ -14,7 +14,7 @@ for (const point of data.points)
   if (point.pictures) byPlaceAndSetting.set(`${point.scene} ${point.setting}`, point);
 
 /** The point whose pictures show a setting in its scene: those of the first device that has them; or null. */
-export const picturedPoint = (point) => byPlaceAndSetting.get(`${point.scene} ${point.setting}`) ?? null;
+const picturedPoint = (point) => byPlaceAndSetting.get(`${point.scene} ${point.setting}`) ?? null;
 export const hasPictures = (point) => picturedPoint(point) !== null;
 
 /** kind: frame, reference, error or taps. A data URI, or null. */

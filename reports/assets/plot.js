@@ -218,7 +218,7 @@ function describePlot() {
 }
 
 /** Only what lies over the dots has changed. */
-export function drawPlotMarks() {
+function drawPlotMarks() {
   if (!plotted.chart) return;
   plotted.marks = marksOptions(plotted.axis, readTheme());
   drawOverlay(plotted.chart, plotted.marks);

@@ -40,9 +40,9 @@ export const comparison = (text) => text.replace('<=', ' ≤ ').replace('>=', ' 
 export const settingOf = (point) => data.settings[point.setting];
 export const techniqueIndex = (point) => settingOf(point).technique;
 export const techniqueName = (index) => data.techniques[index].id.replaceAll('_', ' ');
-export const techniqueOf = (point) => techniqueName(techniqueIndex(point));
+const techniqueOf = (point) => techniqueName(techniqueIndex(point));
 export const sceneName = (scene) => data.scenes[scene].id;
-export const groupLabel = (group) => data.groups[group].label;
+const groupLabel = (group) => data.groups[group].label;
 const devices = new Set(data.groups.map(({device}) => device));
 const isOneRun = new Set(data.groups.map(({run}) => run)).size < 2;
 /** Where all is of one device, the backend alone. */

@@ -256,7 +256,7 @@ function drawNone() {
           .map((text) => make('p', {}, make('code', {}, text), ' ', copyButton(text)))));
 }
 
-export function drawStage() {
+function drawStage() {
   const stage = stageBox();
   stage.className = `stage mode-${choice.mode}`;
   byId('viewing').classList.toggle('wide', choice.mode !== 'split');

@@ -18,7 +18,7 @@ export function withinText({gap, high_ns: high, rival_low_ns: rival}) {
 }
 
 /** "relief linear_steps=32 [0123abcd]" */
-export const tunedName = (setting) => `${data.tune.names[setting].name} [${data.tune.names[setting].key}]`;
+const tunedName = (setting) => `${data.tune.names[setting].name} [${data.tune.names[setting].key}]`;
 
 const power = (value) => fourDigits(Number((10 ** value).toPrecision(2)));
 

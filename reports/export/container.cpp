@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/image/dds.h"
 #include "kernels/image/encode_image.h"
 #include "kernels/image/ktx2.h"
@@ -75,14 +75,7 @@ constexpr std::array kContainers = {
 
 std::span<const Container> containers() { return kContainers; }
 
-const Container& find_container(std::string_view id) {
-  std::vector<std::string_view> ids;
-  for (const Container& container : kContainers) {
-    if (container.id == id) return container;
-    ids.push_back(container.id);
-  }
-  fail_input("unknown kind of texture file '{}'; the choices are {}", id, fmt::join(ids, ", "));
-}
+const Container& find_container(std::string_view id) { return find_row(kContainers, "kind of texture file", id); }
 
 TextureImage turned_over(const TextureImage& image) {
   TextureImage turned = image;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "reports/export/shader_pieces.h"
 
 namespace reliefbench {
@@ -170,14 +170,7 @@ const std::vector<Engine>& all_engines() {
 
 std::span<const Engine> engines() { return all_engines(); }
 
-const Engine& find_engine(std::string_view id) {
-  std::vector<std::string_view> ids;
-  for (const Engine& engine : all_engines()) {
-    if (engine.id == id) return engine;
-    ids.push_back(engine.id);
-  }
-  fail_input("unknown engine '{}'; the choices are {}, all", id, fmt::join(ids, ", "));
-}
+const Engine& find_engine(std::string_view id) { return find_row(all_engines(), "engine", id); }
 
 std::set<std::string> all_export_names() {
   std::set<std::string> names = {"settings.json"};

@@ -125,6 +125,10 @@ class Folder {
 
   void add_normals() {
     TextureImage normals = *source_.normals;
+    if (engine_.id != kPlainEngine) {  // engines make levels of their own
+      normals.levels = 1;
+      normals.texels.resize(image_bytes(normals));
+    }
     if (engine_.green_runs_against_v)
       for (std::size_t i = 1; i < normals.texels.size(); i += 4)
         normals.texels[i] = std::byte{static_cast<unsigned char>(255 - std::to_integer<int>(normals.texels[i]))};

@@ -62,11 +62,14 @@ struct Baked {
 };
 
 TextureImage normals_of(const Heightfield& heights, const ExportJob& job) {
-  const std::vector<std::uint8_t> rgba8 = normal_map(heights, job.wrap, job.relief_depth);
+  std::vector<std::uint8_t> rgba8 = normal_map(heights, job.wrap, job.relief_depth);
+  const bool has_levels = job.settings.active("normals") != nullptr && !job.settings.is("normals", "base");
+  const int levels = has_levels ? append_levels(rgba8, heights.width, heights.height) : 1;
   const auto bytes = std::as_bytes(std::span(rgba8));
   return {.width = heights.width,
           .height = heights.height,
           .layout = {.type = TexelType::unorm8, .channels = 4},
+          .levels = levels,
           .texels = {bytes.begin(), bytes.end()}};
 }
 
@@ -120,7 +123,7 @@ ordered_json settings_json(const ExportJob& job, const Baked& baked, const std::
                        {"source", technique.source},
                        {"guarantee", guarantee_id(guarantee_of(job.settings))},
                        {"heightmap", shipped_heightmap_json(job, baked)},
-                       {"wrap", job.wrap == Wrap::repeat ? "repeat" : "clamp"},
+                       {"wrap", wrap_id(job.wrap)},
                        {"relief_depth", job.relief_depth},
                        {"base", job.base},
                        {"scene", baked.scene ? scene_json(*baked.scene) : nlohmann::json()}};
@@ -146,6 +149,8 @@ Export make_export(const ExportJob& job, Heightmaps heightmaps) {
                job.settings.technique().id);
   if (job.base != 1 && takes_curvature(job.settings))
     fail_input("a ray that bends starts on the surface: {} ships with base 1", setting_id(job.settings));
+  if (job.base != 1 && job.settings.is("depth", "conservative"))
+    fail_input("the relief over the plane is nearer than the plane: {} ships with base 1", setting_id(job.settings));
   if (is_by_compute(job.settings) && takes_derivatives(job.settings))
     fail_input("{}: its relief_trace takes derivatives, which compute shaders have none of (dispatch=compute)",
                setting_id(job.settings));

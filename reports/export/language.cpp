@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "backends/cross_compiler.h"
-#include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 
 namespace reliefbench {
 namespace {
@@ -71,13 +71,6 @@ constexpr std::array kLanguages = {
 
 std::span<const Language> languages() { return kLanguages; }
 
-const Language& find_language(std::string_view id) {
-  std::vector<std::string_view> ids;
-  for (const Language& language : kLanguages) {
-    if (language.id == id) return language;
-    ids.push_back(language.id);
-  }
-  fail_input("unknown shading language '{}'; the choices are {}", id, fmt::join(ids, ", "));
-}
+const Language& find_language(std::string_view id) { return find_row(kLanguages, "shading language", id); }
 
 }  // namespace reliefbench

@@ -150,7 +150,7 @@ std::string shipped_header(const ShippedShader& shipped, std::string_view langua
                                 paper.title, paper.where),
                     "  ");
   text += fmt::format("//\n// Setting, for {}, wrap {}:\n//   {}\n", on_one_line(shipped.heightmap),
-                      shipped.wrap == Wrap::repeat ? "repeat" : "clamp", setting_id(shipped.settings));
+                      wrap_id(shipped.wrap), setting_id(shipped.settings));
   return text + "//\n" + texture_lines(shipped) + "//\n" + guarantee_lines(shipped.settings) + "//\n" +
          use_lines(shipped);
 }

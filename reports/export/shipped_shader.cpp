@@ -270,7 +270,8 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
                   {"normal_maps", maps_of(source, "relief_normal")},
                   {"depth", fmt::format("{:#}", shipped.relief_depth)}};
   if (has_value_of(settings, Query::shadow)) values.flags.insert("shadow");
-  if (has_value_of(settings, Query::depth)) values.flags.insert("fragdepth");
+  if (has_value_of(settings, Query::depth))
+    values.flags.insert({"fragdepth", settings.is("depth", "conservative") ? "conservative" : "write"});
   values.words["lights"] =
       has_value_of(settings, Query::shadow) ? fmt::format(", light, {}", light_radius_text(shipped)) : "";
   values.words["depths"] = has_value_of(settings, Query::depth) ? ", vec2(0.1, 100.0), eye_depths" : "";

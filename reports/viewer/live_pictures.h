@@ -56,7 +56,6 @@ class LivePictures {
   [[nodiscard]] const Pane& left() const { return left_; }
   [[nodiscard]] const Pane& right() const { return right_; }  ///< where the choice has another setting
   [[nodiscard]] const ScreenPicture& reference() const { return *reference_; }
-  [[nodiscard]] bool has_reference() const { return !reference_key_.empty(); }
   /// Whether it is of the view that the left pane shows.
   [[nodiscard]] bool is_reference_current() const { return reference_key_ == left_.picture_key; }
 

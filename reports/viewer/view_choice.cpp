@@ -53,12 +53,7 @@ bool switch_of(std::string_view name, std::string_view text) {
 
 template <typename Rows>
 std::size_t place_among(const Rows& rows, std::string_view name, std::string_view id) {
-  std::vector<std::string_view> ids;
-  ids.reserve(std::size(rows));
-  for (const auto& row : rows) ids.push_back(row.id);
-  const auto found = std::ranges::find(ids, id);
-  if (found == ids.end()) fail_input("{} '{}' is {}", name, id, unknown_text(id, ids));
-  return static_cast<std::size_t>(found - ids.begin());
+  return static_cast<std::size_t>(&find_row(rows, name, id) - &*std::begin(rows));
 }
 
 void set_other(ViewChoice& choice, std::string_view value) {
@@ -132,9 +127,7 @@ const Param* param_called(const Settings& settings, std::string_view name) {
 
 [[noreturn]] void fail_unknown(const Settings& settings, std::string_view name) {
   if (settings.technique().find(name) != nullptr) fail_input("'{}' means nothing with {}", name, setting_id(settings));
-  std::vector<std::string_view> known;
-  known.reserve(kNamed.size());
-  for (const Named& one : kNamed) known.push_back(one.id);
+  std::vector<std::string_view> known = ids_of(kNamed);
   for (const Knob& knob : kKnobs) known.push_back(knob.id);
   for (const SettingValue& given : settings.values()) known.push_back(given.param.id);
   fail_input("'{}' is {}", name, unknown_text(name, known));

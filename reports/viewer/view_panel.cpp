@@ -144,7 +144,7 @@ void draw_scene(const PanelContext& context) {
                         ImGuiSliderFlags_AlwaysClamp | (knob.is_logarithmic ? ImGuiSliderFlags_Logarithmic : 0));
   }
   wrapped(kDim, fmt::format("{}, {} x {} px, wrap {}", heightmap_name(context.choice.spec.heightmap), scene.width_px,
-                            scene.height_px, scene.wrap == Wrap::repeat ? "repeat" : "clamp"));
+                            scene.height_px, wrap_id(scene.wrap)));
 }
 
 void draw_buttons(const PanelContext& context, PanelWishes& wishes) {

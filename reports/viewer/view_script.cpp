@@ -58,12 +58,7 @@ ScriptLine parse_line(const std::vector<std::string>& words, std::string place) 
     row = kVerbs.data();
     next = 0;
   }
-  if (row == kVerbs.end()) {
-    std::vector<std::string_view> known;
-    known.reserve(kVerbs.size());
-    for (const VerbRow& one : kVerbs) known.push_back(one.id);
-    fail_input("'{}' is {}", words[0], unknown_text(words[0], known));
-  }
+  if (row == kVerbs.end()) fail_input("'{}' is {}", words[0], unknown_text(words[0], ids_of(kVerbs)));
   ScriptLine line{.place = std::move(place), .verb = row->verb};
   const int arguments = row->numbers + row->words;
   if (words.size() - next != static_cast<std::size_t>(arguments))

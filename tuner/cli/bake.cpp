@@ -28,7 +28,7 @@ struct BakeArguments {
   std::string correction;
   std::string encoding = "sqrt";
   std::string format;
-  std::string wrap = "repeat";
+  std::string wrap{wrap_id(Wrap::repeat)};
   std::string max_ratio = "1";
   ReadingArguments reading;
   std::map<std::string_view, std::optional<std::string>> parameters;  ///< of map kinds, by id
@@ -79,7 +79,7 @@ BakeJob job_of(const BakeArguments& arguments) {
                                    .encoding = encoding,
                                    .correction = correction,
                                    .max_ratio = max_ratio},
-                       .wrap = choose("--wrap", arguments.wrap, {"repeat", "clamp"}) == 0 ? Wrap::repeat : Wrap::clamp,
+                       .wrap = find_wrap(arguments.wrap),
                        .threads = arguments.threads},
               .repeat = arguments.repeat,
               .verify = arguments.verify,
@@ -131,7 +131,7 @@ void print_figures(const BakeJob& job, const BakeResult& result) {
               {"correction", correction_id(storage.correction)},
               {"encoding", storage.encoding.id},
               {"format", storage.format.id},
-              {"wrap", job.spec.wrap == Wrap::repeat ? "repeat" : "clamp"},
+              {"wrap", wrap_id(job.spec.wrap)},
               {"device", job.device},
               {"width", result.width},
               {"height", result.height},
@@ -189,10 +189,9 @@ void print_text(const BakeJob& job, const BakeResult& result) {
   const Paint paint = paint_for_stdout();
   const bool has_ratios = storage.map.ratios > 0;
   std::vector<std::vector<std::string>> rows{
-      {"map",
-       fmt::format("{}{} of {}, {} x {} texels, {}", storage.map.id,
-                   has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "", job.heightmap.source,
-                   result.width, result.height, job.spec.wrap == Wrap::repeat ? "repeat" : "clamp")},
+      {"map", fmt::format("{}{} of {}, {} x {} texels, {}", storage.map.id,
+                          has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "",
+                          job.heightmap.source, result.width, result.height, wrap_id(job.spec.wrap))},
       {"time", fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
   if (result.device)
     rows.push_back({"device", fmt::format("{} {}: {}, {}", result.device->backend, result.device->index,

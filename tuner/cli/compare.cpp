@@ -56,7 +56,7 @@ bool are_of_one_device(const Run& base, const Run& now) {
 }
 
 void print_warnings(std::span<const std::string> warnings) {
-  for (const std::string& warning : warnings) print_error("warning: " + warning);
+  for (const std::string& warning : warnings) print_warning(warning);
 }
 
 Exit compare_one_device(const Run& base, const Run& now, const CompareArguments& arguments) {

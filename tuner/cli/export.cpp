@@ -9,6 +9,10 @@
 
 #include "kernels/base/console.h"
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
+#include "reports/export/container.h"
+#include "reports/export/language.h"
+#include "reports/export/shipped_shader.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/scene_choice.h"
@@ -83,8 +87,15 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
   warn_of_holes(job.settings, job.heightmap);
   const auto other = differences(scene, heights.sha256);
   if (!other.empty())
-    fmt::print(stderr, "warning: the setting was measured {}: its figures are not those of what ships\n",
-               fmt::join(other, " and "));
+    print_warning(
+        fmt::format("the setting was measured {}: its figures are not those of what ships", fmt::join(other, " and ")));
+  if (const double shift =
+          job.evidence.is_object() ? job.evidence.value("sampler_shift", kShippedSampler.error.shift) : 0;
+      0 < shift && shift < kShippedSampler.error.shift)
+    print_warning(fmt::format(
+        "measured with a sampler that is off by 1/{:.0f} texel at most; what ships allows for 1/{:.0f} and so "
+        "steps shorter: it may take longer and err more",
+        1 / shift, 1 / kShippedSampler.error.shift));
   return make_export(job, std::move(heightmaps));
 }
 
@@ -126,14 +137,23 @@ void add_export_command(CLI::App& app, int& exit_code) {
                    "engines of `reliefbench list engines`, a folder each, or all that can have it; default: "
                    "plain, no engine")
       ->delimiter(',')
-      ->allow_extra_args(false);
+      ->type_name("ID,...")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->take_all();
   command
       ->add_option("--language", arguments->choice.languages,
-                   "of plain: glsl | glsl_es | hlsl | msl | wgsl | spirv | all; default: glsl")
+                   fmt::format("of plain: {} | all; default: glsl", fmt::join(ids_of(languages()), " | ")))
       ->delimiter(',')
-      ->allow_extra_args(false);
-  command->add_option("--textures", arguments->choice.container,
-                      "ktx2 | dds | png | tga | exr; default: what the engine takes without loss");
+      ->type_name("ID,...")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->take_all();
+  command
+      ->add_option(
+          "--textures", arguments->choice.container,
+          fmt::format("{}; default: what the engine takes without loss", fmt::join(ids_of(containers()), " | ")))
+      ->type_name("ID");
   command->add_flag("--normal-map", arguments->choice.normal_map, "a normal map, too");
   command->add_option("-o,--output", arguments->output, "folder; files of an earlier export there are replaced")
       ->required();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "backends/backend.h"
-#include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
 #include "kernels/maps/map_kind.h"
@@ -273,21 +273,14 @@ void print_features(const Paint& paint) {
 }
 
 void list_command(const std::string& what, bool json) {
-  const auto* const list =
-      std::find_if(kLists.begin(), kLists.end(), [&](const ListRow& candidate) { return candidate.id == what; });
-  if (list == kLists.end()) {
-    std::vector<std::string_view> ids;
-    ids.reserve(kLists.size());
-    for (const ListRow& candidate : kLists) ids.push_back(candidate.id);
-    fail_input("list {}: expected one of {}", what, fmt::join(ids, ", "));
-  }
-  const Json rows = list->rows();
+  const ListRow& list = find_row(kLists, "list", what);
+  const Json rows = list.rows();
   const Paint paint = paint_for_stdout();
   if (json) {
     print_json(rows, 2);
-  } else if (list->rows == technique_rows) {
+  } else if (list.rows == technique_rows) {
     print_techniques(rows, paint);
-  } else if (list->rows == feature_rows) {
+  } else if (list.rows == feature_rows) {
     print_features(paint);
   } else {
     put("{}", table(rows, "", paint));
@@ -298,12 +291,8 @@ void list_command(const std::string& what, bool json) {
 
 void add_list_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("list", "techniques, maps, metrics and whatever else a config can name");
-  const CLI::Option* what =
-      command
-          ->add_option("WHAT",
-                       "techniques | features | surfaces | maps | metrics | formats | encodings | heightmaps | views | "
-                       "backends | engines | languages")
-          ->required();
+  const std::string choices = fmt::format("{}", fmt::join(ids_of(kLists), " | "));
+  const CLI::Option* what = command->add_option("WHAT", choices)->required();
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
   command->footer("Example:\n  reliefbench list techniques");
   command->callback([=, &exit_code] {

@@ -89,7 +89,7 @@ void presets_command(const PresetsArguments& arguments) {
   const std::string text = json_text(presets_json(presets), 1) + "\n";
   write_output(arguments.output, text);
   if (!arguments.header.empty()) write_output(arguments.header, presets_header(presets));
-  for (const std::string& warning : presets.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const std::string& warning : presets.warnings) print_warning(warning);
   if (arguments.json) {
     fmt::print("{}", text);
     return;

@@ -44,7 +44,7 @@ struct RecommendArguments {
 
 constexpr std::string_view kIndent = "              ";
 
-Question question_of(const RecommendArguments& arguments, const RunQuestion& own) {
+Question asked_question(const RecommendArguments& arguments, const RunQuestion& own) {
   Question question{.budgets = parse_budgets(arguments.max_error), .error_metric = own.error_metric};
   if (arguments.max_time_ms && !(std::isfinite(*arguments.max_time_ms) && *arguments.max_time_ms > 0)) {
     fail_input("--max-time-ms {}: expected a time above 0", *arguments.max_time_ms);
@@ -227,7 +227,7 @@ void print_filter_notes(std::span<const Answer> answers, const Run& run, const P
 
 Exit recommend_command(const RecommendArguments& arguments) {
   Run stored = load_run(arguments.folder);
-  const Question question = question_of(arguments, question_of(stored));
+  const Question question = asked_question(arguments, question_of(stored));
   if (!arguments.scene.empty()) keep_scene(stored.records, arguments.scene);
   if (!arguments.features.empty()) keep_features(stored.records, arguments.features, arguments.folder);
   if (question.rebake_every) add_bakes(stored.records, *question.rebake_every);

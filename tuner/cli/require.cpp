@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "backends/worker/remote.h"
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "reports/pages/require_page.h"
 #include "tuner/cli/commands.h"
@@ -22,8 +23,6 @@
 
 namespace reliefbench {
 namespace {
-
-constexpr double kMsPerNs = 1e-6;
 
 struct RequireArguments {
   std::string scene;

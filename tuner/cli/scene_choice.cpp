@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "kernels/base/console.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/options.h"
 
@@ -103,7 +104,7 @@ void set_view(Scene& scene, const std::string& id) {
 
 /// What the command line says goes before.
 void apply(const SettingArguments& arguments, Scene& scene) {
-  if (arguments.wrap) scene.wrap = *arguments.wrap == "clamp" ? Wrap::clamp : Wrap::repeat;
+  if (arguments.wrap) scene.wrap = find_wrap(*arguments.wrap);
   if (arguments.relief_depth) scene.relief_depth = *arguments.relief_depth;
   if (arguments.base) scene.base = *arguments.base;
   if (arguments.tiling) scene.tiling = *arguments.tiling;
@@ -164,9 +165,8 @@ void warn_of_holes(const Settings& settings, const HeightmapSpec& heightmap) {
   std::vector<std::string_view> whole;
   for (const Technique& technique : techniques())
     if (technique.is_of_solids()) whole.push_back(technique.id);
-  fmt::print(stderr,
-             "warning: {} sees the upper surface of {}, a solid, alone and fills its holes; {} trace it whole\n",
-             settings.technique().id, heightmap_name(heightmap), fmt::join(whole, ", "));
+  print_warning(fmt::format("{} sees the upper surface of {}, a solid, alone and fills its holes; {} trace it whole",
+                            settings.technique().id, heightmap_name(heightmap), fmt::join(whole, ", ")));
 }
 
 ChosenScene choose_scene(const SettingArguments& arguments, const ChosenSetting& chosen, Heightmaps& heightmaps,

@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 
+#include "backends/filter_audit.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/format.h"
@@ -12,6 +13,8 @@
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
+#include "tuner/results/device_json.h"
+#include "tuner/results/run_question.h"
 #include "tuner/results/store.h"
 #include "tuner/tune/tune.h"
 
@@ -46,8 +49,7 @@ json measurement_of(const Record& record, const std::string& error_metric) {
   return measurement;
 }
 
-/// Of what a case may mean that which was measured, and of this that of the backend that is asked for, where there is
-/// any.
+/// Keeps the records that were measured, if any were, and of these those of the asked backend, if there are any.
 std::vector<const Record*> preferred(std::vector<const Record*> records, const std::string& backend) {
   const auto prefer = [&](const std::function<bool(const Record*)>& is_better) {
     if (std::ranges::any_of(records, is_better)) std::erase_if(records, std::not_fn(is_better));
@@ -62,6 +64,18 @@ void check_scene(const Run& run, const std::string& scene) {
   for (const Record& record : run.records) known.insert(record.scene);
   if (!known.contains(scene))
     fail_input("--scene {}: {} has no such scene (it has {})", scene, run.folder.string(), fmt::join(known, ", "));
+}
+
+/// What the sampler that a case was measured with reads beside its place, in texels, as its audit showed; none: unknown
+std::optional<double> sampler_shift_of(const Run& run, const Record& record) {
+  const json device = device_of(run.info, record.backend);
+  if (!device.is_object()) return std::nullopt;
+  const Settings settings = settings_of(record.technique, record.params);
+  const std::string_view texels = texel_type_id(storage_of(settings).format.type);
+  for (const json& row : device.value("filter", json::array()))
+    if (row.value("texels", "") == texels && row.contains("least"))
+      return FilterPrecision{.least = row.value("least", 0.0), .greatest = row.value("greatest", 0.0)}.error().shift;
+  return std::nullopt;
 }
 
 ChosenSetting of_run(const SettingArguments& arguments) {
@@ -87,16 +101,19 @@ ChosenSetting of_run(const SettingArguments& arguments) {
                status_id(record->status), record->reason);
   const MeasuredScene* const scene = find_scene(run.scenes, record->scene_key);
   if (scene == nullptr) fail_input("--run {}: does not say what scene '{}' is", arguments.run, record->scene);
-  const std::string metric = run.info.value(json::json_pointer("/front/error"), Config{}.front_error);
-  return {.settings = settings_of(record->technique, record->params),
-          .backend = record->backend,
-          .scene_id = record->scene,
-          .evidence = {{"run", arguments.run},
-                       {"backend", record->backend},
-                       {"device", record->device},
-                       {"error_metric", metric},
-                       {"scenes", json::array({measurement_of(*record, metric)})}},
-          .scenes = {*scene}};
+  const std::string metric = question_of(run.info).error_metric;
+  ChosenSetting chosen{.settings = settings_of(record->technique, record->params),
+                       .backend = record->backend,
+                       .scene_id = record->scene,
+                       .evidence = {{"run", arguments.run},
+                                    {"backend", record->backend},
+                                    {"device", record->device},
+                                    {"error_metric", metric},
+                                    {"scenes", json::array({measurement_of(*record, metric)})}},
+                       .scenes = {*scene}};
+  if (const std::optional<double> shift = sampler_shift_of(run, *record); shift && makes_up_for_filter(chosen.settings))
+    chosen.evidence["sampler_shift"] = *shift;
+  return chosen;
 }
 
 /// The case that a tune run picked, in the first of its scenes unless another is named.

@@ -86,7 +86,7 @@ std::vector<double> parse_weights(const std::string& text) {
 
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
-/// Whose bound is asked for, unless another is.
+/// Whether the subject is a scene file: its `visible` is the budget unless --max-error gives one.
 bool is_scene(const std::string& subject) { return is_config(subject) && is_scene_file(read_file(subject), subject); }
 
 SceneOptions scene_options_of(const TuneArguments& arguments) {
@@ -201,7 +201,7 @@ std::filesystem::path default_folder(const TuneArguments& arguments, const Confi
   return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, sha256(question).substr(0, 8));
 }
 
-/// Of what is drawn; in a recorded run it is what it is.
+/// Refuses options that say how frames are drawn: a recorded run's are as they are.
 void refuse_with_replay(const CLI::App& command) {
   for (const char* name :
        {"SUBJECT", "--device", "--channel", "--floor", "--invert", "--normalise", "--relief-depth", "--base",

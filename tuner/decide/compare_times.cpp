@@ -230,7 +230,8 @@ class TimeComparison {
             fmt::format("no control samples of {} in both runs: its times are compared raw, drift included", backend));
       return false;
     }
-    const double ratio = median(raw_times(after.control())) / median(raw_times(before.control()));
+    const double ratio = median(control_times_ns(now_.info, backend, after.control())) /
+                         median(control_times_ns(base_.info, backend, before.control()));
     comparison_.control_ratio.emplace_back(backend, ratio);
     if (options_.metric != "frame_time") return false;
     if (has_drifted(ratio))

@@ -10,6 +10,7 @@
 
 #include "kernels/base/clock.h"
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "tuner/decide/best_loss.h"
 #include "tuner/decide/choose.h"
 #include "tuner/decide/place_times.h"
@@ -224,11 +225,7 @@ Loss combined_loss(std::span<const Loss> losses, std::span<const FleetPlace> pla
 
 std::string_view regret_id(Regret regret) { return std::ranges::find(kRegrets, regret, &RegretRow::regret)->id; }
 
-Regret find_regret(std::string_view id) {
-  const auto* const found = std::ranges::find(kRegrets, id, &RegretRow::id);
-  if (found == kRegrets.end()) fail_input("unknown regret '{}'; the choices are {}", id, fmt::join(regret_ids(), ", "));
-  return found->regret;
-}
+Regret find_regret(std::string_view id) { return find_row(kRegrets, "regret", id).regret; }
 
 std::vector<std::string> regret_ids() {
   std::vector<std::string> ids;
@@ -241,7 +238,12 @@ std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all)
   std::vector<MeasuredDevice> devices;
   devices.reserve(all.size());
   for (const FleetPlace& other : all) devices.push_back(other.device);
-  return fmt::format("{} in {}", device_text(place.device, devices), place.scene);
+  const auto is_namesake = [&](const FleetPlace& other) {
+    return other.scene == place.scene && other.scene_key != place.scene_key;
+  };
+  const bool is_told = std::ranges::any_of(all, is_namesake) && !place.scene_key.hex.empty();
+  const std::string which = is_told ? fmt::format(" ({})", place.scene_key.short_text()) : "";
+  return fmt::format("{} in {}{}", device_text(place.device, devices), place.scene, which);
 }
 
 std::string bounds_text(const FleetOptions& options) {

@@ -11,6 +11,7 @@ namespace reliefbench {
 namespace {
 
 constexpr double kMedianOfSquare = 0.4549;  // of a standard normal variable
+constexpr double kMedianEfficiency = 0.37;  // of the median of squares, beside the mean of squares
 
 int whole_df(double df) { return static_cast<int>(std::min<double>(df, kMostDf)); }
 
@@ -43,6 +44,8 @@ double excess_variance(std::span<const Residual> residuals) {
   }
   return low;
 }
+
+double excess_df(double independent) { return std::max(1.0, kMedianEfficiency * independent); }
 
 double LogRatio::p() const {
   if (df < 1) return 1;
@@ -98,8 +101,10 @@ void LogRatios::set_between_runs(std::span<const RatioCase> cases) {
   for (std::size_t i = 0; i < cases.size(); ++i)
     if (entries_[i].shifts > 0) families[cases[i].family].push_back(&entries_[i]);
   std::vector<Residual> residuals;
+  std::size_t independent = 0;
   for (const auto& [family, members] : families) {
     if (members.size() < 2) continue;  // is its own median
+    independent += members.size() - 1;
     std::vector<double> means;
     for (const Entry* entry : members) means.push_back(entry->mean);
     const double centre = median(means);
@@ -110,11 +115,16 @@ void LogRatios::set_between_runs(std::span<const RatioCase> cases) {
     }
   }
   between_runs_ = std::sqrt(excess_variance(residuals));
+  between_runs_df_ = excess_df(static_cast<double>(independent));
 }
 
 LogRatio LogRatios::of_one(const Entry& entry) const {
   const double shift = entry.shifts * between_runs_;
-  return {.mean = entry.mean, .error = std::sqrt(entry.variance + shift * shift), .df = entry.df, .shift = shift};
+  const double variance = entry.variance + shift * shift;
+  return {.mean = entry.mean,
+          .error = std::sqrt(variance),
+          .df = entry.df == 0 ? 0 : whole_df(df_of_sum(entry.variance, entry.df, shift * shift, between_runs_df_)),
+          .shift = shift};
 }
 
 LogRatio LogRatios::of(std::span<const std::size_t> cases) const {
@@ -147,11 +157,13 @@ LogRatio LogRatios::of(std::span<const std::size_t> cases) const {
   for (const std::size_t i : cases) spread += (entries_[i].mean - mean) * (entries_[i].mean - mean) / (n * (n - 1));
   const double shift = shifts * between_runs_;
   const double shift_variance = shift * shift / static_cast<double>(fewest_blocks);
-  const double variance = std::max(by_rounds, independent) + shift_variance;
-  LogRatio ratio{.mean = mean,
-                 .error = std::sqrt(variance),
-                 .df = whole_df(static_cast<double>(df)),
-                 .shift = std::sqrt(shift_variance)};
+  const double sampling = std::max(by_rounds, independent);
+  const double variance = sampling + shift_variance;
+  LogRatio ratio{
+      .mean = mean,
+      .error = std::sqrt(variance),
+      .df = df == 0 ? 0 : whole_df(df_of_sum(sampling, static_cast<double>(df), shift_variance, between_runs_df_)),
+      .shift = std::sqrt(shift_variance)};
   if (cases.size() >= kSpread && spread > variance) {
     ratio.error = std::sqrt(spread);
     ratio.df = std::min(ratio.df, static_cast<int>(cases.size()) - 1);

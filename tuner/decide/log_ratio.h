@@ -40,6 +40,8 @@ struct Residual {
 /// The variance beside that of sampling with which residuals have the median that normal ones have, so that a few that
 /// are far off have little say; 0 where sampling explains them.
 [[nodiscard]] double excess_variance(std::span<const Residual> residuals);
+/// Its degrees of freedom. independent: how many of the residuals are
+[[nodiscard]] double excess_df(double independent);
 
 /// Ratios of the cases of one device, and what they can be told apart from.
 ///
@@ -47,7 +49,8 @@ struct Residual {
 /// is the scatter within both runs, of few samples and so moderated by the scatter of all cases (VariancePrior). The
 /// other is what shifts a case from one run to the next without a cause (where its map lies in memory, what else the
 /// machine does for a while): between_runs(), estimated from how far the ratios of a family scatter about their median
-/// beyond what sampling explains, robustly, so that a few changed cases do not hide themselves.
+/// beyond what sampling explains, robustly, so that a few changed cases do not hide themselves. It is known only as
+/// well as there are cases to estimate it from, which the degrees of freedom heed.
 ///
 /// A mean over cases is of just these cases, not of others that might have been. Its sampling error is summed by
 /// rounds, so that it does not take a disturbance that all cases of a round share for as many independent ones; the
@@ -87,6 +90,7 @@ class LogRatios {
 
   std::vector<Entry> entries_;
   double between_runs_ = 0;
+  double between_runs_df_ = 1;  ///< of its square
 };
 
 }  // namespace reliefbench

@@ -13,9 +13,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kMedianEfficiency = 0.37;  // of the median of squares, beside the mean of squares
-constexpr int kFitRounds = 10'000;          // of backfitting; two runs need one
-constexpr double kFitRest = 1e-12;          // of a log: what a round may still move
+constexpr int kFitRounds = 10'000;  // of backfitting; two runs need one
+constexpr double kFitRest = 1e-12;  // of a log: what a round may still move
 
 /// A setting in one run.
 struct RunTime {
@@ -115,7 +114,7 @@ class ShiftFit {
       independent += departure.share;
     }
     shifts.variance = excess_variance(residuals) / 2;  // a difference has that of two runs
-    shifts.df = std::max(1.0, kMedianEfficiency * independent);
+    shifts.df = excess_df(independent);
     return shifts;
   }
 
@@ -195,14 +194,6 @@ class ShiftFit {
   std::vector<RunStep> steps_;
   std::vector<Departure> departures_;
 };
-
-/// Degrees of freedom of a sum of two estimated variances. source: Satterthwaite, "An approximate distribution of
-/// estimates of variance components", 1946
-double df_of_sum(double a, double df_a, double b, double df_b) {
-  if (a + b <= 0) return std::max(df_a, 1.0);
-  const double parts = (df_a > 0 ? a * a / df_a : 0) + (df_b > 0 ? b * b / df_b : 0);
-  return std::clamp((a + b) * (a + b) / parts, 1.0, static_cast<double>(kMostDf));
-}
 
 SettingTime mean_time(const std::string& id, std::span<const SettingTimes> runs, const RunShifts& shifts) {
   SettingTime mean;

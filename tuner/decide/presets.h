@@ -98,9 +98,9 @@ struct Presets {
 
 /// One table of levels for all devices of the runs: a level's setting is choose_for_fleet()'s among those whose error
 /// in the worst place is within the level's, but none that is slower anywhere than the next better level or more
-/// accurate. Levels are spaced as those of one device, by the error of the fleet's worst place. fleet: the runs as
-/// tables, parallel to them; levels point into both throws: as make_presets() and choose_for_fleet(); Error(bad_input):
-/// a device with two drivers
+/// accurate. Levels are spaced as those of one device, by the error of the fleet's worst place.
+/// fleet: the runs as tables, parallel to them; levels point into both
+/// throws: as make_presets() and choose_for_fleet(); Error(bad_input): a device with two drivers
 [[nodiscard]] Presets make_common_presets(std::span<const Run> runs, std::span<const FleetRun> fleet,
                                           const PresetQuery& query, Regret regret);
 

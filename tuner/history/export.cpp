@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "tuner/history/moment.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/results/csv.h"
 
 namespace reliefbench {
@@ -17,6 +19,34 @@ constexpr double kNormal95 = 1.959964;
 constexpr double kSigmaOfMad = 1.4826;
 
 bool is_of_ours(const SeriesRow& series) { return series.metric == "frame_time"; }
+
+/// What a view's series are called outside: the case's id, of a benchmark its name. Series of one name (a changed
+/// heightmap's, another device's) have what tells them apart behind it.
+class ExportedNames {
+ public:
+  explicit ExportedNames(const HistoryView& view) {
+    for (const SeriesRow& series : view.series) {
+      Namesakes& namesakes = namesakes_[{series.machine, series.case_id}];
+      namesakes.scene_keys.insert(series.scene_key);
+      namesakes.devices.insert(series.device);
+    }
+  }
+
+  [[nodiscard]] std::string of(const SeriesRow& series) const {
+    const Namesakes& namesakes = namesakes_.at({series.machine, series.case_id});
+    std::string name = series.case_id;
+    if (namesakes.scene_keys.size() > 1) name += fmt::format(" [{}]", short_key(series.scene_key));
+    if (namesakes.devices.size() > 1) name += fmt::format(" [{}]", series.device);
+    return name;
+  }
+
+ private:
+  struct Namesakes {
+    std::set<std::string> scene_keys;
+    std::set<std::string> devices;
+  };
+  std::map<std::pair<std::string, std::string>, Namesakes> namesakes_;  ///< by machine and case
+};
 
 /// Calls `use` with each series of a view of one run and its row there.
 template <typename Use>
@@ -34,8 +64,9 @@ struct ExportedCase {
 std::vector<std::pair<std::string, ExportedCase>> cases_of(const HistoryView& view) {
   std::vector<std::pair<std::string, ExportedCase>> cases;
   std::map<std::string, std::size_t> places;
+  const ExportedNames names(view);
   each_result(view, [&](const SeriesRow& series, const RepetitionRow& row) {
-    const auto [place, is_new] = places.try_emplace(exported_name(series), cases.size());
+    const auto [place, is_new] = places.try_emplace(names.of(series), cases.size());
     if (is_new) cases.emplace_back(place->first, ExportedCase());
     cases[place->second].second.numbers.emplace_back(&series, &row);
   });
@@ -110,7 +141,7 @@ json context_of(const HistoryView& view) {
       context["environment"] = environment.content;
   context.update({{"date", moment_text(run.unix_s)},
                   {"host_name", run.machine},
-                  {"commit", run.build.commit},
+                  {"commit", commit_text(run.build)},
                   {"parent", run.build.parent}});
   return context;
 }
@@ -125,15 +156,11 @@ json bounded(double value, double standard_error) {
   return measure;
 }
 
-std::string column_name(const SeriesRow& series, bool with_machine) {
-  std::string name = exported_name(series);
-  if (!is_of_ours(series)) name += " " + series.metric;
-  return with_machine ? series.machine + " " + name : name;
+std::string column_name(const ExportedNames& names, const SeriesRow& series) {
+  return is_of_ours(series) ? names.of(series) : fmt::format("{} {}", names.of(series), series.metric);
 }
 
 }  // namespace
-
-const std::string& exported_name(const SeriesRow& series) { return series.case_id; }
 
 json google_benchmark_json(const HistoryView& view) {
   json entries = json::array();
@@ -142,22 +169,24 @@ json google_benchmark_json(const HistoryView& view) {
 }
 
 json bencher_json(const HistoryView& view) {
-  json names = json::object();
+  json results = json::object();
+  const ExportedNames names(view);
   each_result(view, [&](const SeriesRow& series, const RepetitionRow& row) {
     if (!row.is_valid) return;
-    json& measures = names[exported_name(series)];
+    json& measures = results[names.of(series)];
     if (is_of_ours(series)) measures["relative-time"] = bounded(row.value, row.standard_error);
     const bool is_time = is_of_ours(series) || series.metric == "real_time";
     measures[is_time ? "latency" : series.metric] = bounded(row.median, row.standard_error);
   });
-  return names;
+  return results;
 }
 
 json github_action_json(const HistoryView& view) {
   json list = json::array();
+  const ExportedNames names(view);
   each_result(view, [&](const SeriesRow& series, const RepetitionRow& row) {
     if (!row.is_valid || !series.lower_is_better) return;
-    list.push_back({{"name", column_name(series, /*with_machine=*/false)},
+    list.push_back({{"name", column_name(names, series)},
                     {"unit", is_of_ours(series) ? "of the control case" : series.unit},
                     {"value", row.value},
                     {"extra", fmt::format("median {:.6g} {}, {} samples", row.median, series.unit, row.n)}});
@@ -169,16 +198,18 @@ json github_action_json(const HistoryView& view) {
 std::string otava_csv(const HistoryView& view) {
   bool with_machine = false;
   for (const RunRow& run : view.runs) with_machine |= run.machine != view.runs.front().machine;
+  const ExportedNames names(view);
   std::vector<std::string> header = {"time", "commit"};
   std::map<std::int64_t, std::vector<std::string>> lines;
   for (const RunRow& run : view.runs) {
     std::vector<std::string>& line = lines[run.id];
     line.resize(2 + view.series.size());
     line[0] = moment_text(run.unix_s);
-    line[1] = run.build.commit;
+    line[1] = commit_text(run.build);
   }
   for (std::size_t i = 0; i < view.series.size(); ++i) {
-    header.push_back(column_name(view.series[i], with_machine));
+    const std::string name = column_name(names, view.series[i]);
+    header.push_back(with_machine ? fmt::format("{} {}", view.series[i].machine, name) : name);
     for (const RepetitionRow& row : view.nights[i])
       if (row.is_valid) lines.at(row.run)[2 + i] = fmt::format("{}", row.value);
   }

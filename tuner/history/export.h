@@ -5,9 +5,6 @@
 
 namespace reliefbench {
 
-/// What a view's rows are called outside: the case's id, of a benchmark its name.
-[[nodiscard]] const std::string& exported_name(const SeriesRow& series);
-
 // A view as other programs read it. Those of one night take a view of one run. What is not valid is left out, unless
 // the format can say so.
 

@@ -82,7 +82,7 @@ std::vector<CalibrationRow> calibrations_of(const Run& run, const SamplesByCase&
     const std::string backend = member_of(device, "backend", "").get<std::string>();
     const auto control = samples.find(control_case_id(backend));
     if (control == samples.end()) continue;
-    const Summary summary = summarise(raw_times(control->second));
+    const Summary summary = summarise(control_times_ns(run.info, backend, control->second));
     rows.push_back({.device = device_name(backend, member_of(device, "name", "").get<std::string>()),
                     .control_ns = summary.median,
                     .mad = summary.mad,

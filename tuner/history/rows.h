@@ -22,6 +22,11 @@ struct BuildRow {
   bool is_dirty = false;
 };
 
+/// "0123abcd-dirty", as `git describe --dirty` has it.
+[[nodiscard]] inline std::string commit_text(const BuildRow& build) {
+  return build.is_dirty ? build.commit + "-dirty" : build.commit;
+}
+
 /// What a device did in a run beside the cases: the control case, whose work never changes.
 struct CalibrationRow {
   std::string device;     ///< backend and name: "vulkan llvmpipe (LLVM 15.0.6, 256 bits)"

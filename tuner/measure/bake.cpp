@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <utility>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/image/heightmaps.h"
 #include "tuner/results/stages.h"
@@ -13,10 +13,9 @@ namespace reliefbench {
 namespace {
 
 std::string bake_key(const MapRow& map, const BakeRequest& request) {
-  return stage_key(
-      {bake_stage(map.id)},
-      {heights_sha256(request.heights), request.wrap == Wrap::repeat ? "repeat" : "clamp",
-       correction_id(request.correction), fmt::format("{}", request.max_ratio), parameters_text(request, map)});
+  return stage_key({bake_stage(map.id)},
+                   {heights_sha256(request.heights), wrap_id(request.wrap), correction_id(request.correction),
+                    fmt::format("{}", request.max_ratio), parameters_text(request, map)});
 }
 
 }  // namespace
@@ -26,10 +25,9 @@ BakeSpec bake_spec(const Settings& settings, Wrap wrap) {
 }
 
 BakedValues timed_bake(const std::function<std::vector<float>()>& make) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start_ns = steady_ns();
   std::vector<float> values = make();
-  return {.time_ns = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count(),
-          .values = std::move(values)};
+  return {.time_ns = steady_ns() - start_ns, .values = std::move(values)};
 }
 
 BakedValues bake_on_cpu(const MapRow& map, const BakeRequest& request, const std::string& /*key*/) {

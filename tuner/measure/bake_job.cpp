@@ -155,7 +155,7 @@ std::map<std::string, std::string> map_metadata(const BakeSpec& spec) {
       {"reliefbench.format", std::string(storage.format.id)},
       {"reliefbench.max_ratio", fmt::format("{}", storage.max_ratio)},
       {"reliefbench.relief_range", "0 1"},
-      {"reliefbench.wrap", spec.wrap == Wrap::repeat ? "repeat" : "clamp"}};
+      {"reliefbench.wrap", std::string(wrap_id(spec.wrap))}};
   // What a reader needs, as a shader does.
   for (const MapParam& param : storage.map.parameters)
     if (param.is_constant)

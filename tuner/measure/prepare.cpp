@@ -129,13 +129,10 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   WallSplit& split = context_.split;
   const Settings& settings = prepared.spec->settings;
   split.book(Part::draw, [&] { context_.session.read_picture(settings, scene.scene, prepared.frame.draw, picture_); });
-  const std::vector<PixelFeature> features = pixel_features(settings);
-  const std::vector<Draw> draws = context_.session.scored(settings, scene.scene, prepared.frame.draw);
-  trace(draws, features);
-  const Reference& reference = reference_of_traced(draws, scene, state, features);
-  const Reference& seen = seen_reference(reference, draws, scene, state, features);
+  const Traced traced = trace_case(settings, scene, state, prepared.frame.draw);
+  const Reference& seen = seen_reference(traced, scene, state);
   JudgedFrame judged = split.book(Part::judge, [&] {
-    JudgedFrame frame = judge_traced(reference, features, state.uploaded);
+    JudgedFrame frame = judge_traced(traced, state.uploaded);
     judge_pictures({.reference = seen.picture,
                     .test = picture_,
                     .width = scene.scene.width_px,
@@ -150,7 +147,7 @@ void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, Scene
   }
   judge_motion(prepared, scene, state).fill_in(judged.score);
   prepared.record.error = judged.score;
-  prepared.record.reference_key = reference.key;
+  prepared.record.reference_key = traced.reference.key;
 }
 
 void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features) {
@@ -160,10 +157,18 @@ void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFea
   });
 }
 
-JudgedFrame Preparer::judge_traced(const Reference& reference, std::span<const PixelFeature> features,
-                                   const UploadedScene& scene) const {
-  JudgedFrame judged = judge(scene.frame, scene.wrap, scene.is_solid, pixels_, reference.hits);
-  judge_features(features, values_, reference.values, judged.pixels, judged.score);
+Preparer::Traced Preparer::trace_case(const Settings& settings, const SceneSpec& scene, SceneState& state,
+                                      const Draw& relief) {
+  std::vector<Draw> score_frame = context_.session.scored(settings, scene.scene, relief);
+  std::vector<PixelFeature> features = pixel_features(settings);
+  trace(score_frame, features);
+  const Reference& reference = reference_of_traced(score_frame, scene, state, features);
+  return {.score_frame = std::move(score_frame), .features = std::move(features), .reference = reference};
+}
+
+JudgedFrame Preparer::judge_traced(const Traced& traced, const UploadedScene& scene) const {
+  JudgedFrame judged = judge(scene.frame, scene.wrap, scene.is_solid, pixels_, traced.reference.hits);
+  judge_features(traced.features, values_, traced.reference.values, judged.pixels, judged.score);
   return judged;
 }
 
@@ -171,11 +176,8 @@ FrameScore Preparer::score(const Case& c, const SceneSpec& scene) {
   const auto make = [&] {
     SceneState& state = state_of(scene);
     const Frame frame = upload(context_.session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
-    const std::vector<PixelFeature> features = pixel_features(c.settings);
-    const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene, frame.draw);
-    trace(draws, features);
-    const Reference& reference = reference_of_traced(draws, scene, state, features);
-    return context_.split.book(Part::judge, [&] { return judge_traced(reference, features, state.uploaded).score; });
+    const Traced traced = trace_case(c.settings, scene, state, frame.draw);
+    return context_.split.book(Part::judge, [&] { return judge_traced(traced, state.uploaded).score; });
   };
   FrameScore score = cached(context_.cache, score_key(c, scene), score_codec(), make).value;
   if (const std::string fault = blank_fault(score); !fault.empty()) fail_input("{}", fault);
@@ -186,15 +188,12 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
   Session& session = context_.session;
   SceneState& state = state_of(scene);
   const Frame frame = upload(session.backend(), context_.library.packed(c.settings, scene), state.uploaded);
-  const std::vector<PixelFeature> features = pixel_features(c.settings);
-  const std::vector<Draw> draws = context_.session.scored(c.settings, scene.scene, frame.draw);
-  trace(draws, features);
-  const Reference& reference = reference_of_traced(draws, scene, state, features);
-  const Reference& seen = seen_reference(reference, draws, scene, state, features);
+  const Traced traced = trace_case(c.settings, scene, state, frame.draw);
+  const Reference& seen = seen_reference(traced, scene, state);
   return context_.split.book(Part::pictures, [&] {
     const int width_px = scene.scene.width_px;
     const int height_px = scene.scene.height_px;
-    const PixelScores scores = judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, reference.hits);
+    const PixelScores scores = judge_pixels(state.uploaded.frame, scene.scene.wrap, pixels_, traced.reference.hits);
     CasePictures pictures{.error = heat_map(scores, width_px, height_px),
                           .taps = taps_map(pixels_, width_px, height_px),
                           .reference = seen.picture};
@@ -223,11 +222,9 @@ std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene&
   return seen;
 }
 
-const Preparer::Reference& Preparer::seen_reference(const Reference& own, std::span<const Draw> score_frame,
-                                                    const SceneSpec& scene, SceneState& state,
-                                                    std::span<const PixelFeature> features) {
-  const auto seen = seen_features_in(scene.scene, features);
-  return seen ? reference_of_traced(score_frame, scene, state, *seen) : own;
+const Preparer::Reference& Preparer::seen_reference(const Traced& traced, const SceneSpec& scene, SceneState& state) {
+  const auto seen = seen_features_in(scene.scene, traced.features);
+  return seen ? reference_of_traced(traced.score_frame, scene, state, *seen) : traced.reference;
 }
 
 const Preparer::Reference& Preparer::reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene,
@@ -295,8 +292,7 @@ std::string Preparer::reference_key(const std::string& rays_hash, const SceneSpe
           ? fmt::format("{} {} {}{}", rays_hash, kSurfaceVersion, sha256(std::as_bytes(std::span(&frame, 1))),
                         mesh_text(scene.scene.surface))
           : rays_hash;
-  return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays,
-                                   scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp"});
+  return stage_key({"reference"}, {context_.library.loaded(scene).sha256, rays, wrap_id(scene.scene.wrap)});
 }
 
 Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const SceneSpec& scene,

@@ -105,22 +105,26 @@ class Preparer {
   void judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state);
   /// Traces into pixels_ and values_.
   void trace(std::span<const Draw> score_frame, std::span<const PixelFeature> features);
-  /// What was traced there. reference: of the same rays and features
-  [[nodiscard]] JudgedFrame judge_traced(const Reference& reference, std::span<const PixelFeature> features,
-                                         const UploadedScene& scene) const;
+  /// What a case's score frame was traced by, into pixels_ and values_, and what it is judged by.
+  struct Traced {
+    std::vector<Draw> score_frame;
+    std::vector<PixelFeature> features;
+    const Reference& reference;
+  };
+  [[nodiscard]] Traced trace_case(const Settings& settings, const SceneSpec& scene, SceneState& state,
+                                  const Draw& relief);
+  [[nodiscard]] JudgedFrame judge_traced(const Traced& traced, const UploadedScene& scene) const;
   /// What reference pictures have in a scene, of the context's seen features or of all where the scene's are complete;
   /// own: of the case, whose objects are in its frame. None: those that it has itself
   [[nodiscard]] std::optional<std::vector<PixelFeature>> seen_features_in(const Scene& scene,
                                                                           std::span<const PixelFeature> own) const;
   [[nodiscard]] std::string score_key(const Case& c, const SceneSpec& scene);
   /// Of the rays that were traced into pixels_.
-  /// draw: that traced them
+  /// score_frame: what traced them
   [[nodiscard]] const Reference& reference_of_traced(std::span<const Draw> score_frame, const SceneSpec& scene,
                                                      SceneState& state, std::span<const PixelFeature> features);
-  /// The one whose picture a case's is compared with. own: of the case's features
-  [[nodiscard]] const Reference& seen_reference(const Reference& own, std::span<const Draw> score_frame,
-                                                const SceneSpec& scene, SceneState& state,
-                                                std::span<const PixelFeature> features);
+  /// The one whose picture a case's is compared with.
+  [[nodiscard]] const Reference& seen_reference(const Traced& traced, const SceneSpec& scene, SceneState& state);
   [[nodiscard]] std::vector<ReferenceHit> hits_of_traced(const SceneSpec& scene, const std::string& key,
                                                          const FrameUniforms& frame);
   /// reference_key: of the hits, which are of pixels_

@@ -1,15 +1,10 @@
 #include "tuner/measure/run_clock.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "tuner/results/store.h"
 
 namespace reliefbench {
-
-double RunClock::steady_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 double goes_on_at_ns(const Run& earlier, double wall_ns) {
   double last_ns = std::max(wall_ns, 0.0);

@@ -1,4 +1,5 @@
 #pragma once
+#include "kernels/base/clock.h"
 
 namespace reliefbench {
 
@@ -14,7 +15,6 @@ class RunClock {
   [[nodiscard]] double now_ns() const { return steady_ns() - began_ns_; }
 
  private:
-  [[nodiscard]] static double steady_ns();
   double began_ns_ = 0;
 };
 

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <set>
 #include <utility>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
@@ -39,10 +39,6 @@ std::string pipeline_key(const std::string& fragment_key, std::span<const SpecCo
   std::string key = fragment_key;
   for (const SpecConstant& constant : constants) key += fmt::format(" {}={}", constant.id, constant.value);
   return key;
-}
-
-double now_ns() {
-  return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace
@@ -166,14 +162,14 @@ void Session::set_vertex(Source& source) {
 }
 
 Session::Compiled Session::compile(const Source& source, const Stages& stages) const {
-  const double start_ns = now_ns();
+  const double start_ns = steady_ns();
   Compiled compiled;
   compiled.pipeline = backend_->compile({.label = std::string(source.shader),
                                          .vertex = *stages.vertex,
                                          .fragment = *stages.fragment,
                                          .constants = source.constants,
                                          .target = source.target});
-  compiled.compile_ns = now_ns() - start_ns;
+  compiled.compile_ns = steady_ns() - start_ns;
   compiled.spirv_sha256 = sha256(std::as_bytes(std::span(*stages.fragment)));
   return compiled;
 }

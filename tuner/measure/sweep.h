@@ -53,11 +53,11 @@ struct SweepSummary {
 };
 
 /// Config -> cases -> maps -> textures -> samples and hits -> scores -> records -> front, into a run folder.
-/// Continues an interrupted run of the same config on the same devices; measures nothing twice, but tries a case once
-/// more whose failure may have passed (may_pass): the next start does, after a crash this one, alone and after all
-/// others. A device that is lost is opened again; only the case that lost it fails. When a device's cases are done,
-/// those that get pictures are drawn once more, also for a run that was complete before.
-/// throws: Error: bad config or input, unwritable folder, another run's folder, no such device. Nothing is written
+/// Continues an interrupted run of the same config on the same devices. Nothing is measured twice, but a case whose
+/// failure may have passed (may_pass) is tried once more: by the next start, or after a crash by this one, by itself
+/// and last. A device that is lost is opened again; only the case that lost it fails. When a device's cases are done,
+/// those that get pictures are drawn once more, also for a run that was complete before. throws: Error: bad config or
+/// input, unwritable folder, another run's folder, no such device. Nothing is written
 ///         before config, heightmaps and devices have been found good.
 [[nodiscard]] SweepSummary run_sweep(Config config, const SweepOptions& options);
 

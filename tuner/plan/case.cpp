@@ -15,7 +15,7 @@ std::string scene_description(const SceneSpec& spec) {
   const Scene& scene = spec.scene;
   std::string text =
       fmt::format("{}: {:g} degrees, {}x{} pixels, relief depth {:g}, {}", spec.id, scene.view.elevation_deg,
-                  scene.width_px, scene.height_px, scene.relief_depth, scene.wrap == Wrap::repeat ? "repeat" : "clamp");
+                  scene.width_px, scene.height_px, scene.relief_depth, wrap_id(scene.wrap));
   if (scene.tiling != 1) text += fmt::format(", {:g} tiles a side", scene.tiling);
   if (const Light& light = scene.light; light != Light{})
     text += fmt::format(", light at {:g}/{:g} degrees", light.elevation_deg, light.azimuth_deg);
@@ -46,8 +46,8 @@ std::string bake_text(const Settings& settings, const SceneSpec& scene) {
     if (param.stage == Stage::bake && param.id != "format" && param.id != "map")
       text += fmt::format("|{}={}", param.id, given.text());
   }
-  return text + fmt::format("|heights={}|wrap={}", texel_type_id(storage_of(settings).format.type),
-                            scene.scene.wrap == Wrap::repeat ? "repeat" : "clamp");
+  return text +
+         fmt::format("|heights={}|wrap={}", texel_type_id(storage_of(settings).format.type), wrap_id(scene.scene.wrap));
 }
 
 Settings settings_of(std::string_view technique, std::span<const std::pair<std::string, std::string>> params) {

@@ -49,7 +49,7 @@ bool same_heightmap(const HeightmapSpec& a, const HeightmapSpec& b) {
 std::string scene_text(const SceneSpec& spec) {
   const Scene& scene = spec.scene;
   return fmt::format("{} at relief depth {}, tiling {}, {}, {}x{} px", spec.heightmap.source, scene.relief_depth,
-                     scene.tiling, scene.wrap == Wrap::repeat ? "repeat" : "clamp", scene.width_px, scene.height_px);
+                     scene.tiling, wrap_id(scene.wrap), scene.width_px, scene.height_px);
 }
 
 void check_ids(const ConfigReader& reader, const JsonNode& node, const std::vector<SceneSpec>& earlier,

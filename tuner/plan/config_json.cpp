@@ -26,7 +26,7 @@ json config_scene_json(const SceneSpec& scene) {
                   {"views", json::array({is_preset(s.view) ? json(s.view.id) : view_json(s.view)})},
                   {"relief_depth", s.relief_depth},
                   {"tiling", s.tiling},
-                  {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
+                  {"wrap", wrap_id(s.wrap)},
                   {"frame_px", {s.width_px, s.height_px}}};
   if (s.pan != 0) written["pan"] = s.pan;
   if (s.light != Light{}) written["light"] = light_json(s.light);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/base/suggest.h"
 #include "kernels/mesh/meshes.h"
 #include "kernels/trace/surface.h"
 #include "tuner/plan/config_reader.h"
@@ -32,14 +33,6 @@ std::string read_name(const ConfigReader& reader, const JsonNode& node) {
   return name;
 }
 
-template <typename Rows>
-std::vector<std::string_view> ids(const Rows& rows) {
-  std::vector<std::string_view> list;
-  list.reserve(std::size(rows));
-  for (const auto& row : rows) list.push_back(row.id);
-  return list;
-}
-
 bool contains(const std::vector<std::string_view>& list, std::string_view word) {
   return std::ranges::find(list, word) != list.end();
 }
@@ -52,12 +45,12 @@ struct NamedHeightmap {
 /// A procedural name, a known name, or a file that is there.
 void resolve_source(const ConfigReader& reader, const JsonNode& node, const std::filesystem::path& folder,
                     HeightmapSpec& spec, bool procedural) {
-  std::vector<std::string_view> names = ids(known_heightmaps());
+  std::vector<std::string_view> names = ids_of(known_heightmaps());
   if (procedural || contains(names, spec.source)) return;
   const std::filesystem::path file = folder / spec.source;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) {
-    for (const std::string_view name : ids(procedurals())) names.push_back(name);
+    for (const std::string_view name : ids_of(procedurals())) names.push_back(name);
     reader.fail(node, fmt::format("'{}' is {}, and there is no file {}", spec.source, unknown_text(spec.source, names),
                                   file.string()));
   }
@@ -70,7 +63,7 @@ NamedHeightmap read_heightmap(const ConfigReader& reader, const JsonNode& node, 
   if (is_object) reader.check_object(node, "heightmap");
   const JsonNode& source = is_object ? reader.required(node, "source") : node;
   spec.source = reader.text(source);
-  const bool procedural = contains(ids(procedurals()), spec.source);
+  const bool procedural = contains(ids_of(procedurals()), spec.source);
   resolve_source(reader, source, folder, spec, procedural);
 
   if (is_object) {
@@ -113,7 +106,8 @@ View read_view(const ConfigReader& reader, const JsonNode& node) {
   if (!node.value.is_object()) {
     const std::string id = reader.text(node);
     const auto found = preset(id);
-    if (found == presets.end()) reader.fail(node, fmt::format("view '{}' is {}", id, unknown_text(id, ids(presets))));
+    if (found == presets.end())
+      reader.fail(node, fmt::format("view '{}' is {}", id, unknown_text(id, ids_of(presets))));
     return *found;
   }
   reader.check_object(node, "view");
@@ -170,15 +164,14 @@ Light read_light(const ConfigReader& reader, const JsonNode& node) {
 Picture read_picture(const ConfigReader& reader, const JsonNode& node) {
   const std::string text = reader.text(node);
   const auto* const found = std::ranges::find(kPictures, text, &PictureRow::id);
-  if (found == kPictures.end()) reader.fail(node, fmt::format("'{}' is {}", text, unknown_text(text, ids(kPictures))));
+  if (found == kPictures.end())
+    reader.fail(node, fmt::format("'{}' is {}", text, unknown_text(text, ids_of(kPictures))));
   return found->kind;
 }
 
 Wrap read_wrap(const ConfigReader& reader, const JsonNode& node) {
   const std::string text = reader.text(node);
-  if (text != "repeat" && text != "clamp")
-    reader.fail(node, fmt::format("'{}' is {}", text, unknown_text(text, {"repeat", "clamp"})));
-  return text == "clamp" ? Wrap::clamp : Wrap::repeat;
+  return reader.at(node, [&] { return find_wrap(text); });
 }
 
 /// The mesh that is named, or an OBJ file that is there; read, so that it is known to the bit.
@@ -196,7 +189,7 @@ void read_mesh(const ConfigReader& reader, const JsonNode& node, const std::file
     if (!std::filesystem::is_regular_file(file, ignored))
       reader.fail(mesh != nullptr ? *mesh : node,
                   fmt::format("'{}' is {}, and there is no file {}", surface.mesh,
-                              unknown_text(surface.mesh, ids(named_meshes())), file.string()));
+                              unknown_text(surface.mesh, ids_of(named_meshes())), file.string()));
     surface.mesh = file.string();
   }
   surface.sha256 = mesh_sha256(scene_mesh(surface.mesh, surface.segments));
@@ -209,7 +202,7 @@ Surface read_surface(const ConfigReader& reader, const JsonNode& node, const std
   const JsonNode& kind = is_object ? reader.required(node, "kind") : node;
   const std::string id = reader.text(kind);
   const SurfaceRow* const row = find_surface(id);
-  if (row == nullptr) reader.fail(kind, fmt::format("'{}' is {}", id, unknown_text(id, ids(surfaces()))));
+  if (row == nullptr) reader.fail(kind, fmt::format("'{}' is {}", id, unknown_text(id, ids_of(surfaces()))));
   Surface surface{.kind = row->kind};
   const auto number = [&](std::string_view key, bool is_its_own, double& value) {
     const JsonNode* const child = is_object ? node.find(key) : nullptr;
@@ -242,11 +235,11 @@ std::pair<int, int> read_frame_px(const ConfigReader& reader, const JsonNode& no
   if (node.value.is_string()) {
     const std::string id = reader.text(node);
     const FrameSize* const size = find_frame_size(id);
-    if (size == nullptr) reader.fail(node, fmt::format("'{}' is {}", id, unknown_text(id, ids(kFrameSizes))));
+    if (size == nullptr) reader.fail(node, fmt::format("'{}' is {}", id, unknown_text(id, ids_of(kFrameSizes))));
     return {size->width_px, size->height_px};
   }
   if (!node.value.is_array() || node.children.size() != 2)
-    reader.fail(node, fmt::format("expected [width, height], or one of {}", fmt::join(ids(kFrameSizes), ", ")));
+    reader.fail(node, fmt::format("expected [width, height], or one of {}", fmt::join(ids_of(kFrameSizes), ", ")));
   const auto side = [&](const JsonNode& child) { return static_cast<int>(reader.integer(child, 1, kFrameSideMax_px)); };
   return {side(node.children[0]), side(node.children[1])};
 }
@@ -287,7 +280,7 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
   const auto add = [&](View view) {
     scene.view = std::move(view);
     for (const std::string& reason : {base_fault(scene), camera_fault(scene)})
-      if (!reason.empty()) reader.fail(*base, reason);
+      if (!reason.empty()) reader.fail(base == nullptr ? node : *base, reason);
     for (const double share : occluded) {
       scene.occluded = share;
       const std::string hidden = share == 0 ? "" : fmt::format("_hidden_{:g}", 100 * share);

@@ -116,12 +116,7 @@ std::vector<std::pair<std::string, std::vector<int>>> read_terms(const ConfigRea
 
 const Technique& read_technique(const ConfigReader& reader, const JsonNode& node) {
   const std::string id = reader.text(node);
-  std::vector<std::string_view> known;
-  for (const Technique& technique : techniques()) {
-    if (technique.id == id) return technique;
-    known.push_back(technique.id);
-  }
-  reader.fail(node, fmt::format("'{}' is {}", id, unknown_text(id, known)));
+  return *reader.at(node, [&] { return &find_technique(id); });
 }
 
 }  // namespace

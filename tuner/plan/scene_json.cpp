@@ -21,17 +21,22 @@ bool is_procedural(const HeightmapSpec& spec) {
   return std::ranges::find(rows, spec.source, &ProceduralRow::id) != rows.end();
 }
 
+/// Whether a value is of the type; any is JSON.
+template <typename T>
+bool fits(const json& value) {
+  if constexpr (std::is_same_v<T, bool>) return value.is_boolean();
+  if constexpr (std::is_integral_v<T>) return value.is_number_integer();
+  if constexpr (std::is_floating_point_v<T>) return value.is_number();
+  if constexpr (std::is_same_v<T, std::string>) return value.is_string();
+  return true;
+}
+
 /// A member of the right type. throws: Error(bad_input)
 template <typename T>
 T member(const json& object, const char* key) {
   const auto found = object.is_object() ? object.find(key) : object.end();
   if (!object.is_object() || found == object.end()) fail_input("'{}' is missing in a scene", key);
-  constexpr bool is_number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;
-  const bool fits = std::is_same_v<T, bool> ? found->is_boolean()
-                    : is_number             ? (std::is_integral_v<T> ? found->is_number_integer() : found->is_number())
-                    : std::is_same_v<T, std::string> ? found->is_string()
-                                                     : true;
-  if (!fits) fail_input("'{}' of a scene is {}, of another type than it must be", key, found->dump());
+  if (!fits<T>(*found)) fail_input("'{}' of a scene is {}, of another type than it must be", key, found->dump());
   return found->get<T>();
 }
 
@@ -92,11 +97,6 @@ Surface parse_surface(const json& scene) {
   return surface;
 }
 
-Wrap parse_wrap(const std::string& text) {
-  if (text != "repeat" && text != "clamp") fail_input("'wrap' of a scene is '{}', neither repeat nor clamp", text);
-  return text == "clamp" ? Wrap::clamp : Wrap::repeat;
-}
-
 /// [width, height], each from 1 to `most`.
 bool is_pair_of(const json& sides, int most) {
   const auto is_side = [&](const json& side) { return side.is_number_integer() && side > 0 && side <= most; };
@@ -146,7 +146,7 @@ json scene_json(const MeasuredScene& scene) {
             {"relief_depth", s.relief_depth},
             {"tiling", s.tiling},
             {"pan", s.pan},
-            {"wrap", s.wrap == Wrap::repeat ? "repeat" : "clamp"},
+            {"wrap", wrap_id(s.wrap)},
             {"frame_px", {s.width_px, s.height_px}}};
   if (s.light != Light{}) j["light"] = light_json(s.light);
   if (s.reference != Picture::point) j["reference"] = picture_id(s.reference);
@@ -168,7 +168,7 @@ MeasuredScene parse_scene(const json& j) {
                                          .relief_depth = member<double>(j, "relief_depth"),
                                          .tiling = member<double>(j, "tiling"),
                                          .pan = member<double>(j, "pan"),
-                                         .wrap = parse_wrap(member<std::string>(j, "wrap")),
+                                         .wrap = find_wrap(member<std::string>(j, "wrap")),
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
                                          .light = parse_light(j),
@@ -212,29 +212,28 @@ std::string difference_text(const MeasuredScene& before, const MeasuredScene& no
   const auto traits = [](const MeasuredScene& scene) {
     const Scene& s = scene.spec.scene;
     const View& v = s.view;
-    return std::array{
-        fmt::format("heights {}", short_key(scene.heights_sha256)),
-        fmt::format("view {}/{}/{}/{}", v.elevation_deg, v.distance, v.fov_deg, v.azimuth_deg),
-        fmt::format("relief depth {}", s.relief_depth),
-        fmt::format("tiling {}", s.tiling),
-        fmt::format("pan {}", s.pan),
-        fmt::format("wrap {}", s.wrap == Wrap::repeat ? "repeat" : "clamp"),
-        fmt::format("frame {}x{}", s.width_px, s.height_px),
-        fmt::format("light {}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg),
-        fmt::format("reference {}", picture_id(s.reference)),
-        fmt::format("occluded {}", s.occluded),
-        fmt::format("base {}", s.base),
-        fmt::format("surface {}{}", is_curved(s.surface.kind) ? surface_text(s.surface) : "plane",
-                    s.surface.kind == SurfaceKind::mesh ? fmt::format(" ({})", short_key(s.surface.sha256)) : "")};
+    return std::vector<std::pair<std::string_view, std::string>>{
+        {"heights", std::string(short_key(scene.heights_sha256))},
+        {"view", fmt::format("{}/{}/{}/{}", v.elevation_deg, v.distance, v.fov_deg, v.azimuth_deg)},
+        {"relief depth", fmt::format("{}", s.relief_depth)},
+        {"tiling", fmt::format("{}", s.tiling)},
+        {"pan", fmt::format("{}", s.pan)},
+        {"wrap", std::string(wrap_id(s.wrap))},
+        {"frame", fmt::format("{}x{}", s.width_px, s.height_px)},
+        {"light", fmt::format("{}/{}/{}", s.light.elevation_deg, s.light.azimuth_deg, s.light.angular_radius_deg)},
+        {"reference", std::string(picture_id(s.reference))},
+        {"occluded", fmt::format("{}", s.occluded)},
+        {"base", fmt::format("{}", s.base)},
+        {"surface",
+         fmt::format("{}{}", is_curved(s.surface.kind) ? surface_text(s.surface) : "plane",
+                     s.surface.kind == SurfaceKind::mesh ? fmt::format(" ({})", short_key(s.surface.sha256)) : "")}};
   };
   const auto old = traits(before);
   const auto fresh = traits(now);
   std::string text;
-  for (std::size_t i = 0; i < old.size(); ++i) {
-    if (old.at(i) == fresh.at(i)) continue;
-    const std::string value = fresh.at(i).substr(fresh.at(i).rfind(' ') + 1);
-    text += fmt::format("{}{}, now {}", text.empty() ? "" : "; ", old.at(i), value);
-  }
+  for (std::size_t i = 0; i < old.size(); ++i)
+    if (const auto& [name, value] = old[i]; value != fresh[i].second)
+      text += fmt::format("{}{} {}, now {}", text.empty() ? "" : "; ", name, value, fresh[i].second);
   return text;
 }
 

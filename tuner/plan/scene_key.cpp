@@ -24,7 +24,7 @@ SceneKey scene_key(std::string_view heights_sha256, const Scene& scene) {
   const auto& [name, elevation_deg, distance, fov_deg, azimuth_deg] = view;
   static_cast<void>(name);  // for people
   std::string text = fmt::format("{}|{}|{}|{}x{}|{}", kLayout, heights_sha256, surface_row(surface.kind).id, width_px,
-                                 height_px, wrap == Wrap::repeat ? "repeat" : "clamp");
+                                 height_px, wrap_id(wrap));
   for (const double number : {relief_depth, tiling, pan, elevation_deg, distance, fov_deg, azimuth_deg})
     text += fmt::format("|{}", positive_zero(number));
   const auto& [light_elevation_deg, light_azimuth_deg, light_radius_deg] = light;

@@ -17,7 +17,7 @@ namespace reliefbench {
 /// [{"timer", "valid", "wall_ratio", "doubling", "reason"}]
 [[nodiscard]] nlohmann::json audit_json(std::span<const TimerAudit> audit);
 
-/// [{"texels", "bits", "rounds", "least", "greatest"}]
+/// [{"texels", "bits", "rounds", "least", "greatest"}]; of texels that the device does not filter {"texels", "refusal"}
 [[nodiscard]] nlohmann::json filter_json(std::span<const FilterAudit> audit);
 
 }  // namespace reliefbench

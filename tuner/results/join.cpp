@@ -330,9 +330,11 @@ JoinedRuns join(std::vector<Run> runs) {
   // The others have no samples here, but may make a division whole.
   for (std::size_t r = 0; r < runs.size(); ++r)
     if (owned[r].empty())
-      for (json& part : parts_of(runs[r]))
-        if (std::ranges::none_of(parts, [&](const json& known) { return part_keys(known) == part_keys(part); }))
-          parts.push_back(std::move(part));
+      for (json& part : parts_of(runs[r])) {
+        if (std::ranges::any_of(parts, [&](const json& known) { return part_key(known) == part_key(part); })) continue;
+        part[kAddsNothing] = true;
+        parts.push_back(std::move(part));
+      }
   set_control_range(joined, parts, first);
   joined.missing = missing_of(parts);
   joined.run.info = info_of(adding, joined, parts, started_ns);

@@ -29,8 +29,7 @@ struct JoinedRuns {
 /// held twice.
 /// runs: in the order in which they count where they hold a case twice; else the order makes no other run
 /// throws: Error(bad_input): two that are not to be joined, in one line that names both; a run of tune; one that has
-/// not
-///         begun; nothing measured
+///         not begun; Error(nothing_measured)
 [[nodiscard]] JoinedRuns join(std::vector<Run> runs);
 
 }  // namespace reliefbench

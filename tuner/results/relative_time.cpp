@@ -1,8 +1,10 @@
 #include "tuner/results/relative_time.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "tuner/results/device_json.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -42,6 +44,25 @@ std::vector<double> raw_times(std::span<const Sample> samples) {
   std::vector<double> times;
   for (const Sample& sample : samples) times.push_back(sample.frame_time_ns);
   return times;
+}
+
+std::vector<double> control_times_ns(const nlohmann::json& info, std::string_view backend,
+                                     std::span<const Sample> control) {
+  std::vector<double> own_ns;  // by part; 0: it does not tell
+  std::map<std::string, std::vector<double>> of_host;
+  for (const nlohmann::json& part : info.value("parts", nlohmann::json::array())) {
+    const nlohmann::json device = device_of(part, backend);
+    own_ns.push_back(device.is_object() ? device.value("control_reference_ns", 0.0) : 0.0);
+    if (own_ns.back() > 0) of_host[part.value(nlohmann::json::json_pointer("/host/name"), "")].push_back(own_ns.back());
+  }
+  std::vector<double> hosts_ns;
+  for (const auto& [host, times_ns] : of_host) hosts_ns.push_back(geometric_mean(times_ns));
+  std::vector<double> times_ns = raw_times(control);
+  for (std::size_t i = 0; i < times_ns.size(); ++i) {
+    const auto part = static_cast<std::size_t>(control[i].part);
+    if (part < own_ns.size() && own_ns[part] > 0) times_ns[i] *= geometric_mean(hosts_ns) / own_ns[part];
+  }
+  return times_ns;
 }
 
 std::vector<double> relative_times(std::span<const Sample> samples, std::span<const Sample> control) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,6 +26,12 @@ using SamplesByCase = std::map<std::string, std::vector<Sample>, std::less<>>;
 
 /// Frame times as measured, ns.
 [[nodiscard]] std::vector<double> raw_times(std::span<const Sample> samples);
+
+/// A backend's control times, ns. Those of a merged run's parts are brought to the mean speed of its hosts, since which
+/// of these drew which part says nothing of any.
+/// info: run.json
+[[nodiscard]] std::vector<double> control_times_ns(const nlohmann::json& info, std::string_view backend,
+                                                   std::span<const Sample> control);
 
 /// Each sample's frame time divided by the median of the control samples round it in time, two before and one after, so
 /// that what slows both (clock rates, other tenants of the machine) cancels. It looks ahead no further than the next

@@ -19,7 +19,7 @@ inline constexpr std::string_view kMarkFile = "in_hand.txt";  ///< while the run
 inline constexpr std::string_view kImagesFolder = "images";
 
 /// The picture of a case (relative to the run folder): images/<hash of key>-<kind>.png
-/// key: a case id, or reference_key(); kind: "frame" (the shaded frame), "error" (heat map of e_xy) or
+/// key: a case id, or reference_image_key(); kind: "frame" (the shaded frame), "error" (heat map of e_xy) or
 /// "taps" (texture instructions of each pixel)
 [[nodiscard]] std::filesystem::path image_path(std::string_view key, std::string_view kind);
 /// Whether image_path() gives files such names.

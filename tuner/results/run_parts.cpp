@@ -80,14 +80,17 @@ std::vector<json> parts_of(const Run& run) {
   return {part_of(run)};
 }
 
+std::string part_key(const json& part) {
+  const json started_ns = part.value("started_unix_ns", json());
+  if (!started_ns.is_number()) return "";
+  return sha256(json_text(json::array({part.value("identity", json()), started_ns}), -1));
+}
+
 std::vector<std::string> part_keys(const json& info) {
-  const json parts = info.is_object() ? info.value("parts", json::array({info})) : json::array();
   std::vector<std::string> keys;
-  for (const json& part : parts) {
-    json known;
-    for (const char* key : {"identity", "host", "started_unix_ns"}) known[key] = part.value(key, json());
-    if (known["started_unix_ns"].is_number()) keys.push_back(sha256(json_text(known, -1)));
-  }
+  if (!info.is_object()) return keys;
+  for (const json& part : info.value("parts", json::array({info})))
+    if (std::string key = part_key(part); !key.empty() && !part.contains(kAddsNothing)) keys.push_back(std::move(key));
   return keys;
 }
 

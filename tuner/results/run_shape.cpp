@@ -43,6 +43,8 @@ constexpr std::array kKeys = {
     KnownKey{"parts.*.identity.devices", Type::array},
     KnownKey{"parts.*.identity.devices.*", Type::object},
     KnownKey{"parts.*.identity.devices.*.backend", Type::text},
+    KnownKey{"parts.*.host", Type::object},
+    KnownKey{"parts.*.host.name", Type::text},
     KnownKey{"parts.*.devices", Type::array},
     KnownKey{"parts.*.devices.*", Type::object},
     KnownKey{"parts.*.devices.*.backend", Type::text},

@@ -144,6 +144,12 @@ double geometric_mean(std::span<const double> values) {
 }
 
 // [Abramowitz & Stegun 26.7.3 and 26.7.4]
+double df_of_sum(double a, double df_a, double b, double df_b) {
+  if (a + b <= 0) return std::max(df_a, 1.0);
+  const double parts = (df_a > 0 ? a * a / df_a : 0) + (df_b > 0 ? b * b / df_b : 0);
+  return std::clamp((a + b) * (a + b) / parts, 1.0, static_cast<double>(kMostDf));
+}
+
 double student_t_p(double t, int df) {
   const int v = std::min(df, kMostDf);
   const double angle = std::atan(std::abs(t) / std::sqrt(v));

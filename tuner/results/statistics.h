@@ -30,6 +30,9 @@ struct Summary {
 
 /// From here on Student's t is taken to be this one: wider than the normal by half a percent.
 inline constexpr int kMostDf = 200;
+/// Degrees of freedom of a sum of two estimated variances. source: Satterthwaite, "An approximate distribution of
+/// estimates of variance components", 1946
+[[nodiscard]] double df_of_sum(double a, double df_a, double b, double df_b);
 /// Two-sided p of Student's t: P(|T| >= |t|). df: at least 1
 [[nodiscard]] double student_t_p(double t, int df);
 /// The t that |T| exceeds with probability p.

@@ -26,8 +26,8 @@ using nlohmann::json;
 /// One line of JSON. Bytes that are no UTF-8 (a driver's strings) are replaced, not refused.
 std::string line_of(const json& j) { return json_text(j, -1); }
 
-constexpr std::size_t kLongestLine_bytes = std::size_t{1} << 20U;  // a record takes 2 kB
-constexpr int kDepthLimit = 64;                                    // values are compared and copied by recursion
+constexpr std::size_t kMostLineBytes = std::size_t{1} << 20U;  // a record takes 2 kB
+constexpr int kDepthLimit = 64;                                // values are compared and copied by recursion
 
 json parse(std::string_view text, const fs::path& path, int line) {
   try {
@@ -58,10 +58,10 @@ template <typename Line>
 void read_json_lines(const fs::path& path, const std::function<void(Line)>& take) {
   if (!fs::exists(path)) return;
   int number = 0;
-  read_lines(path, kLongestLine_bytes, [&](std::string_view text) {
+  read_lines(path, kMostLineBytes, [&](std::string_view text) {
     ++number;
-    if (text.size() > kLongestLine_bytes)
-      fail_input("{}:{}: a line of over {} bytes, expected one record", path.string(), number, kLongestLine_bytes);
+    if (text.size() > kMostLineBytes)
+      fail_input("{}:{}: a line of over {} bytes, expected one record", path.string(), number, kMostLineBytes);
     const json j = parse(text, path, number);
     try {
       take(j.get<Line>());

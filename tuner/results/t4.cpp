@@ -15,8 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMsPerNs = 1e-6;
-
 json configuration_of(const TableRow& row) {
   const Settings& settings = row.settings;
   json configuration = {{"technique", settings.technique().id}, {"backend", row.backend}, {"scene", row.scene}};

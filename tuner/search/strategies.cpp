@@ -37,12 +37,6 @@ constexpr std::array kStrategies{
 
 std::span<const Strategy> strategies() { return kStrategies; }
 
-const Strategy& find_strategy(std::string_view id) {
-  const auto* const found = std::ranges::find(kStrategies, id, &Strategy::id);
-  if (found == kStrategies.end()) fail_input("there is no search strategy '{}'", id);
-  return *found;
-}
-
 Judge::Judge(const RecordedTable& table) {
   std::vector<std::size_t> order;
   slowest_ = -std::numeric_limits<double>::infinity();

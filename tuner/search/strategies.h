@@ -31,8 +31,6 @@ struct Strategy {
 };
 /// random, grid, nsga2, local, ours
 [[nodiscard]] std::span<const Strategy> strategies();
-/// throws: Error(bad_input): no such strategy
-[[nodiscard]] const Strategy& find_strategy(std::string_view id);
 
 /// How good a strategy's answer is when it has timed so many settings; judged by the table's true times.
 struct Checkpoint {

@@ -23,7 +23,7 @@
 namespace reliefbench {
 namespace {
 
-constexpr double kMostOfErrorPass = 0.6;      // of the time limit: then it is cut off
+constexpr double kMostOfErrorPass = 0.6;      // of the time that is left when it begins: then it is cut off
 constexpr double kMuchOfErrorPass = 1 / 3.0;  // of the time limit: rather bisect, where that is possible
 
 bool compares_pictures(const std::vector<Budget>& budgets, std::string_view error_metric) {
@@ -67,11 +67,13 @@ class DeviceSource final : public TuneSource {
       }
       fail_device(Fault::device_lost, "{}", reason);
     };
-    const auto should_stop = [&](std::size_t done) {
+    const double begun_s = clock_.elapsed_s();  // the audit has had its time by then
+    const double until_s = begun_s + kMostOfErrorPass * (clock_.limit_s() - begun_s);
+    const auto should_stop = [&, until_s](std::size_t done) {
       if (end) return true;
       progress.update(static_cast<double>(done) / static_cast<double>(settings_.size()),
                       fmt::format("errors of {} settings", settings_.size()));
-      return clock_.is_over(kMostOfErrorPass * clock_.limit_s());
+      return clock_.is_over(until_s);
     };
     ErrorPass pass(settings_, config_.scenes.size(), {.judge = judge, .should_stop = should_stop});
     const double whole_s = pass.score_coarse();

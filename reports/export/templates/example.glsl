@@ -4,6 +4,8 @@ layout(location = 1) in vec3 in_view_ts;   // from the eye to the plane, in tang
 layout(location = 2) in vec3 in_light_ts;  // towards the light, in tangent space
 ?curvature layout(location = 3) in vec3 in_curvature;  // of the surface, per side of a tile
 layout(location = 0) out vec4 out_color;
+?conservative // No hit is nearer than the plane, so that fragments may be rejected by the plane's depth before they run.
+?conservative layout(depth_greater) out float gl_FragDepth;
 
 void main() {
   vec3 light = normalize(in_light_ts);
@@ -17,6 +19,7 @@ void main() {
 !map   vec3 normal = vec3(0.0, 0.0, 1.0);
   float diffuse = max(dot(normal, light), 0.0);
 ?shadow   diffuse *= surface.shadow;
-?fragdepth   gl_FragDepth = surface.depth;
+?write   gl_FragDepth = surface.depth;
+?conservative   gl_FragDepth = max(surface.depth, gl_FragCoord.z);
   out_color = vec4(vec3(0.62, 0.55, 0.48) * (0.25 + 0.85 * diffuse), 1.0);
 }
