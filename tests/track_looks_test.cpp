@@ -5,6 +5,7 @@
 
 #include "tests/looks.h"
 #include "tests/made_history.h"
+#include "tuner/decide/epochs.h"
 #include "tuner/decide/track.h"
 #include "tuner/decide/track_text.h"
 
@@ -139,7 +140,7 @@ TEST(TrackLooksTest, a_clock_that_is_rounded_up_once_and_down_once_is_no_new_env
     made.view.environments.front().content = {{"num_cpus", 2}, {"mhz_per_cpu", 2400}};
     made.view.environments.push_back({.id = 2, .hash = "bbbbbbbb", .content = row.content});
     for (std::size_t night = 5; night < 10; ++night) made.view.runs[night].environment = 2;
-    EXPECT_EQ(epochs_of(made.view).back(), row.epoch) << row.content;
+    EXPECT_EQ(Epochs(made.view).of_machine(made.view.runs.size() - 1), row.epoch) << row.content;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "tests/looks.h"
 #include "tests/made_history.h"
+#include "tuner/decide/epochs.h"
 #include "tuner/decide/track_text.h"
 
 namespace reliefbench {
@@ -107,6 +108,30 @@ TEST(TrackTest, where_the_control_case_moved_along_and_nothing_that_is_drawn_did
   EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::answer_is_no);
 }
 
+/// Gives the techniques but for one another device, that of another backend.
+void add_device(MadeHistory& made, const std::string& technique) {
+  for (SeriesRow& series : made.view.series) {
+    if (series.technique == technique) continue;
+    series.backend = "opengl";
+    series.device = "opengl fake";
+  }
+  for (RunRow& run : made.view.runs) {
+    run.calibrations.push_back(run.calibrations.front());
+    run.calibrations.back().device = "opengl fake";
+  }
+}
+
+// It hid a regression on one backend that the other's driver became slower in the same night.
+TEST(TrackTest, the_control_case_of_another_device_explains_nothing) {
+  MadeHistory made(40);
+  add_device(made, "cone");
+  made.slow_down("cone", 25, 1.2);
+  for (std::size_t night = 25; night < 40; ++night) made.view.runs[night].calibrations.back().control_ns *= 1.25;
+  EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::answer_is_no);
+  made.slow_control(25, 1.25);
+  EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::done);
+}
+
 // It said "no regression" of two nights, in green.
 TEST(TrackTest, of_too_few_nights_it_says_so) {
   const auto verdict_of = [](std::size_t nights) {
@@ -165,9 +190,55 @@ TEST(TrackTest, a_new_environment_opens_an_epoch_and_is_no_event) {
   for (std::size_t night = 20; night < 40; ++night) made.view.runs[night].environment = 2;
   made.slow_down("", 20, 1.3);  // another driver
   EXPECT_THAT(checked(made.view).events, IsEmpty());
-  EXPECT_EQ(epochs_of(made.view).back(), 1U);
+  EXPECT_EQ(Epochs(made.view).of_machine(made.view.runs.size() - 1), 1U);
   made.slow_down("cone", 30, 1.08);  // within the epoch
   EXPECT_EQ(exit_of(checked(made.view), made.view, false), Exit::answer_is_no);
+}
+
+/// A history on two backends, of which the second is measured in all nights but `missing`.
+HistoryView two_backends(MadeHistory& made, std::size_t missing) {
+  add_device(made, "cone");
+  const auto device = [](const char* backend, const char* driver) {
+    return nlohmann::json{{"backend", backend}, {"name", "fake"}, {"driver", driver}};
+  };
+  HistoryView view = made.view;
+  view.environments = {
+      {.id = 1, .hash = "a", .content = {{"devices", {device("vulkan", "1"), device("opengl", "1")}}}},
+      {.id = 2, .hash = "b", .content = {{"devices", {device("vulkan", "1")}}}},
+      {.id = 3, .hash = "c", .content = {{"devices", {device("vulkan", "1"), device("opengl", "2")}}}}};
+  view.runs[missing].environment = 2;
+  view.runs[missing].calibrations.pop_back();
+  for (std::size_t s = 0; s < view.series.size(); ++s)
+    if (view.series[s].backend == "opengl")
+      view.nights[s].erase(view.nights[s].begin() + static_cast<std::ptrdiff_t>(missing));
+  return view;
+}
+
+TEST(TrackTest, what_becomes_of_another_backend_hides_no_step) {
+  MadeHistory made(40);
+  made.slow_down("cone", 25, 1.2);
+  HistoryView view = two_backends(made, 25);
+  EXPECT_EQ(exit_of(checked(view), view, false), Exit::answer_is_no) << "a night without it";
+  EXPECT_EQ(Epochs(view).of_machine(39), 0U);
+  for (std::size_t night = 26; night < 40; ++night) view.runs[night].environment = 3;
+  EXPECT_EQ(exit_of(checked(view), view, false), Exit::answer_is_no) << "a driver of its own";
+  EXPECT_EQ(Epochs(view).of(39, "vulkan fake"), 0U);
+  EXPECT_EQ(Epochs(view).of(39, "opengl fake"), 26U);
+}
+
+// Two kernels in turns, or two machines of one name.
+TEST(TrackTest, an_environment_that_comes_back_goes_on_with_its_epoch) {
+  MadeHistory made(40);
+  made.view.environments.push_back({.id = 2, .hash = "bbbbbbbb", .content = {}});
+  made.slow_down("cone", 20, 1.2);
+  for (std::size_t night = 1; night < 40; night += 2) {
+    made.view.runs[night].environment = 2;
+    for (auto& nights : made.view.nights) nights[night].value *= 1.4;
+  }
+  const TrackCheck check = checked(made.view);
+  ASSERT_FALSE(check.events.empty());
+  for (const EventRow& event : check.events) EXPECT_THAT(event.what, HasSubstr("technique=cone"));
+  EXPECT_EQ(exit_of(check, made.view, false), Exit::answer_is_no);
 }
 
 TEST(TrackTest, other_errors_are_an_alarm_of_their_own_unless_what_is_drawn_changed) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/clock.h"
+#include "tuner/decide/epochs.h"
 #include "tuner/decide/track_text.h"
 #include "tuner/history/moment.h"
 #include "tuner/history/series_name.h"
@@ -41,7 +42,7 @@ class Places {
 /// A history as the page's lists have it.
 class TrendPage {
  public:
-  TrendPage(const HistoryView& view, const TrackCheck& check) : view_(view), check_(check), epochs_(epochs_of(view)) {
+  TrendPage(const HistoryView& view, const TrackCheck& check) : view_(view), check_(check), epochs_(view) {
     for (const RunRow& run : view.runs) {
       runs_.add(run.id);
       if (std::ranges::find(machines_, run.machine) == machines_.end()) machines_.push_back(run.machine);
@@ -72,7 +73,7 @@ class TrendPage {
     for (std::size_t i = 0; i < view_.runs.size(); ++i) {
       const RunRow& run = view_.runs[i];
       const std::int64_t environment =
-          environments.emplace(std::pair(run.machine, epochs_[i]), run.environment).first->second;
+          environments.emplace(std::pair(run.machine, epochs_.of_machine(i)), run.environment).first->second;
       rows.push_back({{"time", moment_text(run.unix_s)},
                       {"commit", run.build.commit},
                       {"parent", run.build.parent},
@@ -193,9 +194,9 @@ class TrendPage {
     if (series.scene_key.empty()) return 1;
     std::vector<double> control;
     for (std::size_t run = 0; run < view_.runs.size(); ++run) {
-      if (view_.runs[run].machine != series.machine || epochs_[run] != epoch) continue;
+      if (view_.runs[run].machine != series.machine) continue;
       for (const CalibrationRow& row : view_.runs[run].calibrations)
-        if (row.device == series.device) control.push_back(row.control_ns);
+        if (row.device == series.device && epochs_.of(run, row.device) == epoch) control.push_back(row.control_ns);
     }
     return control.empty() ? 1 : median(control);
   }
@@ -205,8 +206,9 @@ class TrendPage {
     const std::vector<RepetitionRow>& nights = view_.nights[s];
     std::map<std::size_t, double> scales;  // by epoch
     const auto scale_of_run = [&](std::size_t run) {
-      const auto [found, is_new] = scales.try_emplace(epochs_[run], 1);
-      if (is_new) found->second = scale_of(row, epochs_[run]);
+      const std::size_t epoch = epochs_.of(run, row.device);
+      const auto [found, is_new] = scales.try_emplace(epoch, 1);
+      if (is_new) found->second = scale_of(row, epoch);
       return found->second;
     };
     json places = json::array();
@@ -293,7 +295,7 @@ class TrendPage {
 
   const HistoryView& view_;
   const TrackCheck& check_;
-  std::vector<std::size_t> epochs_;
+  Epochs epochs_;
   std::vector<std::string> machines_;
   Places runs_;
   Places series_;

@@ -1,7 +1,11 @@
-#include <cmath>
-#include <map>
+#include "tuner/decide/epochs.h"
 
-#include "tuner/decide/track.h"
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "tuner/history/series_name.h"
 
 namespace reliefbench {
 namespace {
@@ -21,42 +25,81 @@ bool is_a_step_of_the_clock(json a, json b) {
   return a == b;
 }
 
-/// The environments of a view's runs.
+/// What of an environment is a device's: all but the other devices. The whole of one that does not list it.
+json part_of(json environment, const std::string& device) {
+  const auto devices = environment.find("devices");
+  if (devices == environment.end()) return environment;
+  for (const json& entry : *devices) {
+    if (device_name(entry.value("backend", ""), entry.value("name", "")) != device) continue;
+    environment["devices"] = json::array({entry});
+    return environment;
+  }
+  return environment;
+}
+
+/// The environments of a view's runs, by device.
 class Environments {
  public:
   explicit Environments(const HistoryView& view) {
     for (const EnvironmentRow& row : view.environments) contents_.emplace(row.id, row.content);
   }
-  [[nodiscard]] bool are_same(std::int64_t a, std::int64_t b) const {
+  [[nodiscard]] bool are_same(std::int64_t a, std::int64_t b, const std::string& device) {
     if (a == b) return true;
+    const auto [known, is_new] = same_.try_emplace({a, b, device}, false);
+    if (!is_new) return known->second;
     const auto first = contents_.find(a);
     const auto second = contents_.find(b);
-    return first != contents_.end() && second != contents_.end() &&
-           is_a_step_of_the_clock(first->second, second->second);
+    if (first == contents_.end() || second == contents_.end()) return false;
+    const json one = part_of(first->second, device);
+    const json other = part_of(second->second, device);
+    return known->second = one == other || is_a_step_of_the_clock(one, other);
   }
 
  private:
   std::map<std::int64_t, json> contents_;
+  std::map<std::tuple<std::int64_t, std::int64_t, std::string>, bool> same_;
 };
+
+/// The devices of each run, their epochs yet unset.
+std::vector<std::map<std::string, std::size_t>> devices_of_runs(const HistoryView& view) {
+  std::map<std::int64_t, std::size_t> places;
+  std::vector<std::map<std::string, std::size_t>> devices(view.runs.size());
+  for (std::size_t run = 0; run < view.runs.size(); ++run) {
+    places[view.runs[run].id] = run;
+    for (const CalibrationRow& control : view.runs[run].calibrations) devices[run][control.device] = 0;
+  }
+  for (std::size_t s = 0; s < view.series.size(); ++s)
+    for (const RepetitionRow& night : view.nights[s]) devices[places.at(night.run)][view.series[s].device] = 0;
+  return devices;
+}
 
 }  // namespace
 
-std::vector<std::size_t> epochs_of(const HistoryView& view) {
-  struct Last {
-    std::int64_t environment = 0;  ///< of its first run
-    std::size_t epoch = 0;
+Epochs::Epochs(const HistoryView& view) : begins_(devices_of_runs(view)), of_machines_(view.runs.size()) {
+  struct Device {
+    std::vector<std::size_t> begins;  ///< of its epochs
+    std::size_t last = 0;             ///< begin of the one that it was in last
   };
-  const Environments environments(view);
-  std::map<std::string, Last> machines;
-  std::vector<std::size_t> epochs;
-  epochs.reserve(view.runs.size());
-  for (const RunRow& run : view.runs) {
-    Last& last = machines.try_emplace(run.machine, Last{.environment = run.environment}).first->second;
-    if (!environments.are_same(last.environment, run.environment))
-      last = {.environment = run.environment, .epoch = last.epoch + 1};
-    epochs.push_back(last.epoch);
+  Environments environments(view);
+  std::map<std::string, std::map<std::string, Device>> machines;
+  std::map<std::string, std::size_t> last_of_machines;
+  for (std::size_t run = 0; run < view.runs.size(); ++run) {
+    const RunRow& row = view.runs[run];
+    bool is_another = false;
+    for (auto& [name, begin] : begins_[run]) {
+      Device& device = machines[row.machine][name];
+      const auto is_its = [&](std::size_t first) {
+        return environments.are_same(view.runs[first].environment, row.environment, name);
+      };
+      const auto known = std::ranges::find_if(device.begins, is_its);
+      const bool is_new = known == device.begins.end();
+      begin = is_new ? run : *known;
+      is_another |= !device.begins.empty() && device.last != begin;
+      if (is_new) device.begins.push_back(run);
+      device.last = begin;
+    }
+    of_machines_[run] = last_of_machines[row.machine] += is_another ? 1 : 0;
   }
-  return epochs;
 }
 
 }  // namespace reliefbench

@@ -13,9 +13,6 @@
 
 namespace reliefbench {
 
-/// The number of each run's epoch on its machine, parallel to view.runs.
-[[nodiscard]] std::vector<std::size_t> epochs_of(const HistoryView& view);
-
 /// A series in one epoch: the nights that were looked at together.
 struct EpochChanges {
   std::size_t series = 0;           ///< index in HistoryView::series

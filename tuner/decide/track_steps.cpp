@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "tuner/decide/epochs.h"
 #include "tuner/decide/night_effect.h"
 #include "tuner/history/series_name.h"
 #include "tuner/history/standard_error.h"
@@ -41,19 +42,20 @@ std::map<std::int64_t, std::size_t> places_of_runs(const HistoryView& view) {
 
 std::string backend_of(const std::string& device) { return device.substr(0, device.find(' ')); }
 
-void add_cases(const HistoryView& view, std::span<const std::size_t> epochs, CheckedPieces& checked) {
+void add_cases(const HistoryView& view, const Epochs& epochs, CheckedPieces& checked) {
   const std::map<std::int64_t, std::size_t> places = places_of_runs(view);
   for (std::size_t s = 0; s < view.series.size(); ++s) {
     const SeriesRow& row = view.series[s];
-    std::optional<std::size_t> epoch;
+    std::map<std::size_t, std::size_t> pieces;  // by epoch
     for (std::size_t night = 0; night < view.nights[s].size(); ++night) {
       const RepetitionRow& value = view.nights[s][night];
       if (!value.is_valid) continue;
       const std::size_t run = places.at(value.run);
-      if (epoch != epochs[run]) {
-        epoch = epochs[run];
+      const std::size_t epoch = epochs.of(run, row.device);
+      const auto [piece, is_new] = pieces.try_emplace(epoch, checked.pieces.size());
+      if (is_new) {
         checked.pieces.push_back({.series = s, .nights = {}, .machine = row.machine, .device = row.device});
-        checked.series.push_back({.traits = {.machine = epoch_name(row.machine, *epoch),
+        checked.series.push_back({.traits = {.machine = epoch_name(row.machine, epoch),
                                              .backend = row.backend,
                                              .technique = row.technique,
                                              .map = row.map,
@@ -63,21 +65,22 @@ void add_cases(const HistoryView& view, std::span<const std::size_t> epochs, Che
                                   .log_values = {},
                                   .standard_errors = {}});
       }
-      checked.pieces.back().nights.push_back(night);
-      checked.series.back().calendar.push_back(run);
-      checked.series.back().log_values.push_back(std::log(value.value));
-      checked.series.back().standard_errors.push_back(value.standard_error);
+      checked.pieces[piece->second].nights.push_back(night);
+      CheckedSeries& series = checked.series[piece->second];
+      series.calendar.push_back(run);
+      series.log_values.push_back(std::log(value.value));
+      series.standard_errors.push_back(value.standard_error);
     }
   }
 }
 
-void add_controls(const HistoryView& view, std::span<const std::size_t> epochs, CheckedPieces& checked) {
+void add_controls(const HistoryView& view, const Epochs& epochs, CheckedPieces& checked) {
   std::map<std::pair<std::string, std::string>, std::size_t> places;  // epoch's name, device
   for (std::size_t run = 0; run < view.runs.size(); ++run) {
     const RunRow& row = view.runs[run];
-    const std::string epoch = epoch_name(row.machine, epochs[run]);
     for (const CalibrationRow& control : row.calibrations) {
       if (!(control.control_ns > 0) || !std::isfinite(control.control_ns)) continue;
+      const std::string epoch = epoch_name(row.machine, epochs.of(run, control.device));
       const auto [found, is_new] = places.try_emplace({epoch, control.device}, checked.pieces.size());
       if (is_new) {
         checked.pieces.push_back({.series = {}, .nights = {}, .machine = row.machine, .device = control.device});
@@ -139,12 +142,15 @@ bool is_at_once(const ChangeEvent& a, const ChangeEvent& b, const CheckedPieces&
          a.good < b.bad && b.good < a.bad;
 }
 
-/// Whether a device's control case moved in the nights of an event, and half as far at least.
+/// Whether the control case of each of an event's devices moved in its nights, and half as far at least.
 bool moved_along(const ChangeEvent& event, std::span<const ChangeEvent> all, const CheckedPieces& checked) {
-  return std::ranges::any_of(all, [&](const ChangeEvent& other) {
-    return is_control_event(other, checked) && is_at_once(event, other, checked) &&
-           std::abs(other.log_ratio) >= 0.5 * std::abs(event.log_ratio);
-  });
+  const auto has_moved = [&](const std::string& device) {
+    return std::ranges::any_of(all, [&](const ChangeEvent& other) {
+      return is_control_event(other, checked) && checked.pieces[other.series.front()].device == device &&
+             is_at_once(event, other, checked) && std::abs(other.log_ratio) >= 0.5 * std::abs(event.log_ratio);
+    });
+  };
+  return std::ranges::all_of(event.series, [&](std::size_t i) { return has_moved(checked.pieces[i].device); });
 }
 
 bool holds_all_of(const ChangeEvent& event, const ChangeEvent& part) {
@@ -287,7 +293,7 @@ struct Together {
 }  // namespace
 
 StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
-  const std::vector<std::size_t> epochs = epochs_of(view);
+  const Epochs epochs(view);
   CheckedPieces checked;
   add_cases(view, epochs, checked);
   add_controls(view, epochs, checked);

@@ -23,8 +23,8 @@ struct StepCheck {
   std::size_t looked_at = 0;
 };
 
-/// Steps and drifts. A machine's nights are looked at epoch by epoch: consecutive runs of one environment; once as they
-/// are, and once without what all cases of a night share.
+/// Steps and drifts. A device's nights are looked at epoch by epoch (epochs.h); once as they are, and once without what
+/// all cases of a night share.
 [[nodiscard]] StepCheck check_steps(const HistoryView& view, const EventOptions& options);
 
 /// Deterministic metrics that have other values from one night to the next, as one event a machine and night.
