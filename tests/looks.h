@@ -15,8 +15,10 @@ inline TrackCheck checked(const HistoryView& view) { return check_history(view, 
 /// What the store would do: the events with their ids.
 inline void keep(HistoryView& view, const TrackCheck& check) {
   view.events = check.events;
-  for (std::size_t i = 0; i < view.events.size(); ++i)
-    if (view.events[i].id == 0) view.events[i].id = static_cast<std::int64_t>(i + 1);
+  std::int64_t last = 0;
+  for (const EventRow& event : view.events) last = std::max(last, event.id);
+  for (EventRow& event : view.events)
+    if (event.id == 0) event.id = ++last;
 }
 
 /// The first nights of a history: what an earlier check saw.

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <optional>
 
 #include "kernels/base/sha256.h"
 #include "tuner/decide/absence.h"
@@ -24,15 +26,15 @@ double overlap(const EventRow& a, const EventRow& b) {
   return static_cast<double>(both) / static_cast<double>(std::min(a.series.size(), b.series.size()));
 }
 
-/// Whether the nights of two events overlap. With more nights a step may be seen a little earlier or later.
+/// Whether the nights of two events overlap. With more nights a step may be seen a little earlier or later; the nights
+/// of what has no size are certain.
 bool is_same_time(const EventRow& a, const EventRow& b, const RunCalendar& calendar) {
-  constexpr std::ptrdiff_t kSlack = 2;
-  return calendar.of(a.good_run) < calendar.of(b.bad_run) + kSlack &&
-         calendar.of(b.good_run) < calendar.of(a.bad_run) + kSlack;
+  const std::ptrdiff_t slack = has_size(a) ? 2 : 0;
+  return calendar.of(a.good_run) < calendar.of(b.bad_run) + slack &&
+         calendar.of(b.good_run) < calendar.of(a.bad_run) + slack;
 }
 
-bool is_same_event(const EventRow& known, const EventRow& found, const RunCalendar& calendar) {
-  if (known.key == found.key) return true;
+bool is_near(const EventRow& known, const EventRow& found, const RunCalendar& calendar) {
   return known.machine == found.machine && known.kind == found.kind && calendar.has(known.bad_run) &&
          is_same_time(known, found, calendar) && overlap(known, found) >= 0.5;
 }
@@ -78,7 +80,7 @@ class Judgement {
       case EventState::recovered:
         return;
       case EventState::confirmed:
-        if (seen.state == EventState::environment) become(seen.state, seen.reason);
+        if (seen.state != EventState::suspect) become(seen.state, seen.reason);
         return;
       case EventState::suspect:
         return become(seen.state, seen.reason);
@@ -90,6 +92,8 @@ class Judgement {
   void miss() {
     if (!is_open(event_)) return;
     if (event_.kind == event_kind::lost) return become(EventState::recovered, "the cases are ok again");
+    if (event_.kind == event_kind::errors)
+      return become(EventState::cleared, "the errors are what they were before it");
     become(EventState::cleared, "further nights took it back");
   }
   /// What is seen as part of another one.
@@ -113,6 +117,40 @@ class Judgement {
   std::int64_t now_;
   bool is_news_ = false;
 };
+
+/// Which of the seen events each known one is: first those of its very key, then those that are near. Of two that may be
+/// the same one, what a person accepted comes first and what was cleared last, so that neither takes the other's place.
+std::vector<std::optional<std::size_t>> partners_of(std::span<const EventRow> known, std::span<const SeenEvent> seen,
+                                                    const RunCalendar& calendar) {
+  const auto rank = [&](std::size_t k) {
+    const EventState state = last_state(known[k]);
+    return state == EventState::accepted ? 0 : (state == EventState::cleared ? 2 : 1);
+  };
+  std::vector<std::size_t> order(known.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, rank);
+  std::vector<std::optional<std::size_t>> partners(known.size());
+  std::vector<bool> is_taken(seen.size(), false);
+  const auto pair_up = [&](const auto& are_same) {
+    for (const std::size_t k : order)
+      for (std::size_t i = 0; i < seen.size() && !partners[k]; ++i) {
+        if (is_taken[i] || !are_same(known[k], seen[i].row)) continue;
+        partners[k] = i;
+        is_taken[i] = true;
+      }
+  };
+  pair_up([](const EventRow& a, const EventRow& b) { return a.key == b.key; });
+  pair_up([&](const EventRow& a, const EventRow& b) { return is_near(a, b, calendar); });
+  return partners;
+}
+
+/// What is known of an event, with what tonight shows of its nights, series and size.
+EventRow updated(EventRow known, EventRow seen) {
+  seen.id = known.id;
+  seen.key = std::move(known.key);
+  seen.states = std::move(known.states);
+  return seen;
+}
 
 /// A regression that a later improvement of the same cases took back, by half of it at least.
 bool is_undone(const EventRow& event, std::span<const SeenEvent> seen, const RunCalendar& calendar) {
@@ -165,35 +203,27 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
   for (SeenEvent& one : seen) one.row.key = key_of(one);
 
   const Absence absence(view, options);
+  const std::vector<std::optional<std::size_t>> partners = partners_of(view.events, seen, calendar);
   std::vector<Judgement> judged;
-  std::vector<bool> is_seen(seen.size(), false);
-  for (const EventRow& known : view.events) {
+  std::vector<bool> is_known(seen.size(), false);
+  for (std::size_t k = 0; k < partners.size(); ++k) {
+    const EventRow& known = view.events[k];
+    if (partners[k]) {
+      const SeenEvent& same = seen[*partners[k]];
+      is_known[*partners[k]] = true;
+      judged.emplace_back(updated(known, same.row), now_unix_s);
+      judged.back().see(same);
+      continue;
+    }
     judged.emplace_back(known, now_unix_s);
-    const auto is_it = [&](const SeenEvent& s) { return is_same_event(known, s.row, calendar); };
-    const auto same = std::ranges::find_if(seen, is_it);
-    if (same == seen.end()) {
-      if (absence.is_gone(known)) judged.back().miss();
-      continue;
-    }
-    const auto index = static_cast<std::size_t>(same - seen.begin());
-    if (is_seen[index]) {
+    if (std::ranges::any_of(seen, [&](const SeenEvent& other) { return is_near(known, other.row, calendar); }))
       judged.back().join();
-      continue;
-    }
-    is_seen[index] = true;
-    EventRow& event = judged.back().event();
-    std::vector<EventStateRow> states = std::move(event.states);
-    const std::int64_t id = event.id;
-    const std::string key = event.key;
-    event = same->row;
-    event.id = id;
-    event.key = key;
-    event.states = std::move(states);
-    judged.back().see(*same);
+    else if (absence.is_gone(known))
+      judged.back().miss();
   }
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto is_whole = [&](const EventRow& known) { return is_part_of(known, seen[i].row, calendar); };
-    if (is_seen[i] || std::ranges::any_of(view.events, is_whole)) continue;
+    if (is_known[i] || std::ranges::any_of(view.events, is_whole)) continue;
     judged.emplace_back(seen[i].row, now_unix_s);
     judged.back().see(seen[i]);
   }

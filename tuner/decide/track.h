@@ -34,9 +34,11 @@ struct TrackCheck {
 /// when enough further nights have it; cleared when they take it back (absence.h); environment when shaders, driver and
 /// stages are the same on both sides while the control case moved along, or when a re-run of both builds did not show
 /// it; recovered when a later change undid it. What a person accepted stays accepted. An event is the same as one that
-/// is known where machine and direction agree, the nights overlap and most of the series do.
+/// is known where the keys are equal, else where machine and direction agree, the nights overlap and most of the series
+/// do. The nights of errors and of lost cases are certain, those of steps within two.
 /// Errors are deterministic: any other value is an event, unless what is drawn (RepetitionRow::code) changed as well;
-/// such a one is accepted from the start.
+/// such a one is accepted from the start. The way back to errors that were there since the last accepted change is no
+/// event; it makes those that led away from them recovered.
 [[nodiscard]] TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s);
 
 /// Whether somebody has to act on it: a regression, suspect or confirmed.

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "tuner/decide/epochs.h"
 #include "tuner/decide/night_effect.h"
@@ -287,8 +288,61 @@ bool is_of_the_case(std::string_view status) {
 /// Series that changed alike between the same two nights.
 struct Together {
   std::vector<std::size_t> series;
+  std::vector<std::size_t> undone;  ///< those that changed back since
   std::string text;
 };
+
+/// From a night to the next that has other errors.
+struct ErrorChange {
+  const RepetitionRow* before = nullptr;
+  const RepetitionRow* after = nullptr;
+  bool is_undone = false;  ///< a later night has the errors from before it again
+};
+
+/// A series' changes of errors, but for those that only lead back: to errors that it had since its base, which is what
+/// came with other code or was accepted last.
+/// is_accepted: whether the change that this run shows first is
+template <typename IsAccepted>
+std::vector<ErrorChange> error_changes(std::span<const RepetitionRow> nights, const IsAccepted& is_accepted) {
+  std::vector<ErrorChange> changes;
+  std::vector<std::int64_t> scores;  // from the base on, each other than those before it
+  std::vector<std::size_t> ways;     // from one of these to the next: changes
+  const RepetitionRow* before = nullptr;
+  for (const RepetitionRow& night : nights) {
+    if (night.score == 0) continue;
+    const RepetitionRow* last = std::exchange(before, &night);
+    if (last == nullptr) scores = {night.score};
+    if (last == nullptr || last->score == night.score) continue;
+    const auto known = std::ranges::find(scores, night.score);
+    const bool leads_back = known != scores.end();
+    if (leads_back) {
+      const auto kept = static_cast<std::size_t>(known - scores.begin());
+      for (std::size_t i = kept; i < ways.size(); ++i) changes[ways[i]].is_undone = true;
+      scores.resize(kept + 1);
+      ways.resize(kept);
+    }
+    const bool is_base = last->code != night.code || is_accepted(night.run);
+    if (leads_back && !is_base) continue;
+    changes.push_back({.before = last, .after = &night});
+    if (is_base) {
+      scores = {night.score};
+      ways.clear();
+    } else {
+      scores.push_back(night.score);
+      ways.push_back(changes.size() - 1);
+    }
+  }
+  return changes;
+}
+
+/// Series and first runs of the other errors that a person accepted.
+std::set<std::pair<std::int64_t, std::int64_t>> accepted_errors(const HistoryView& view) {
+  std::set<std::pair<std::int64_t, std::int64_t>> accepted;
+  for (const EventRow& event : view.events)
+    if (event.kind == event_kind::errors && event.states.back().state == EventState::accepted)
+      for (const std::int64_t series : event.series) accepted.emplace(series, event.bad_run);
+  return accepted;
+}
 
 }  // namespace
 
@@ -324,27 +378,33 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
 std::vector<SeenEvent> changed_errors(const HistoryView& view) {
   std::map<std::int64_t, const nlohmann::json*> scores;
   for (const ScoreRow& score : view.scores) scores[score.id] = &score.values;
+  const std::set<std::pair<std::int64_t, std::int64_t>> accepted = accepted_errors(view);
   std::map<std::tuple<std::string, std::int64_t, std::int64_t, bool>, Together> changes;
   for (std::size_t s = 0; s < view.series.size(); ++s) {
-    const RepetitionRow* before = nullptr;
-    for (const RepetitionRow& night : view.nights[s]) {
-      if (night.score == 0) continue;
-      if (before != nullptr && before->score != night.score) {
-        Together& change = changes[{view.series[s].machine, before->run, night.run, before->code != night.code}];
-        if (change.series.empty()) change.text = changed_metrics(*scores.at(before->score), *scores.at(night.score));
-        change.series.push_back(s);
-      }
-      before = &night;
+    const auto is_accepted = [&](std::int64_t run) { return accepted.contains({view.series[s].id, run}); };
+    for (const ErrorChange& one : error_changes(view.nights[s], is_accepted)) {
+      const RepetitionRow& before = *one.before;
+      const RepetitionRow& after = *one.after;
+      const bool is_code = before.code != after.code;
+      Together& change = changes[{view.series[s].machine, before.run, after.run, is_code}];
+      if (change.series.empty()) change.text = changed_metrics(*scores.at(before.score), *scores.at(after.score));
+      (one.is_undone && !is_code ? change.undone : change.series).push_back(s);
     }
   }
   std::vector<SeenEvent> seen;
   for (const auto& [where, change] : changes) {
     const auto& [machine, good, bad, is_code] = where;
     SeenEvent event{.row = event_between(machine, good, bad)};
-    name_cases(event.row, event_kind::errors, view, change.series);
-    event.state = is_code ? EventState::accepted : EventState::confirmed;
-    event.reason = change.text + (is_code ? "; what is drawn changed as well: shaders, driver or stages"
-                                          : "; shaders, bakers and driver are the same on both sides");
+    const bool is_undone = change.series.empty();
+    name_cases(event.row, event_kind::errors, view, is_undone ? change.undone : change.series);
+    event.state = is_code ? EventState::accepted : (is_undone ? EventState::recovered : EventState::confirmed);
+    event.reason = change.text;
+    if (is_code)
+      event.reason += "; what is drawn changed as well: shaders, driver or stages";
+    else if (is_undone)
+      event.reason += "; the errors from before it are back";
+    else
+      event.reason += "; shaders, bakers and driver are the same on both sides";
     seen.push_back(std::move(event));
   }
   return seen;
