@@ -70,6 +70,18 @@ TEST(ConfirmTest, an_improvement_is_confirmed_on_its_own_side) {
   EXPECT_EQ(judge_reruns(reruns_of({.step = 0.05, .noise = 0.005}, 1), -0.05).state, EventState::cleared);
 }
 
+// +0.1 % [+0.1, +0.1] confirmed an event of +9.9 %: another layout of the binary is worth as much.
+TEST(ConfirmTest, a_step_that_is_certain_and_much_smaller_is_another_one) {
+  for (const double side : {1.0, -1.0}) {
+    const auto judged = [&](double step) {
+      return judge_reruns(reruns_of({.step = side * step, .noise = 0.0002}, 1), side * 0.1).state;
+    };
+    EXPECT_EQ(judged(0.001), EventState::cleared);
+    EXPECT_EQ(judged(0.04), EventState::cleared);
+    EXPECT_EQ(judged(0.06), EventState::confirmed);
+  }
+}
+
 TEST(ConfirmTest, runs_without_a_case_in_common_say_nothing) {
   std::vector<Rerun> reruns = reruns_of({}, 1);
   reruns[5].log_values = {{"another", 1}};

@@ -70,10 +70,10 @@ RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio) {
   const double side = log_ratio > 0 ? 1 : -1;
   const double near = std::min(side * answer.low, side * answer.high);
   const double far = std::max(side * answer.low, side * answer.high);
-  if (near > 0)
-    answer.state = EventState::confirmed;
-  else if (far < std::abs(log_ratio) / 2)
+  if (far < std::abs(log_ratio) / 2)
     answer.state = EventState::cleared;
+  else if (near > 0)
+    answer.state = EventState::confirmed;
   return answer;
 }
 

@@ -41,7 +41,8 @@ struct RerunStep {
 [[nodiscard]] RerunStep rerun_step(std::span<const Rerun> reruns, const std::set<std::string>& keys, double confidence);
 
 /// rerun_step() over all series that every re-run has, at 95 %.
-/// confirmed: the interval lies beyond 1 on the event's side. cleared: it excludes half of what the history showed.
+/// cleared: the interval excludes half of what the history showed; so does one beside 1, since two builds always differ
+/// by a little. confirmed: else, where it lies beyond 1 on the event's side.
 /// reruns: by time, kLeastRounds rounds of good, bad, bad, good at least; log_ratio: of the event
 /// throws: Error(bad_input): no series was measured in all of them
 [[nodiscard]] RerunAnswer judge_reruns(std::span<const Rerun> reruns, double log_ratio);
