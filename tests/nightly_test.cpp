@@ -142,6 +142,17 @@ TEST_P(NightlyOnAFileTest, builds_that_are_measured_again_settle_a_suspect) {
   EXPECT_EQ(json::parse(result.out).at("state"), "confirmed");
   EXPECT_EQ(run({"track", "check", "--db", database_}).exit_code, 1);
 
+  // Without a folder of their own, re-runs of other commands are others.
+  const auto confirm_there = [&](const std::string& bad) {
+    return run({"track", "confirm", "--db", database_, "--event", id, "--good", sweep, "--bad", bad, "--rounds", "2",
+                "--quiet", "--json"});
+  };
+  EXPECT_EQ(json::parse(confirm_there(sweep).out).at("state"), "cleared");
+  EXPECT_EQ(json::parse(confirm_there(sweep + " --inject-slowdown cone:1.08").out).at("state"), "confirmed");
+  const std::filesystem::directory_iterator folders(folder_ / "out/confirm");
+  for (const std::filesystem::path& folder : folders)
+    EXPECT_THAT(folder.filename().string(), testing::MatchesRegex(id + "-[0-9a-f]{8}"));
+
   result = confirm("exit 7", "broken");
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr("'exit 7' ended with exit code 7"));

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "kernels/base/sha256.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/rerun.h"
@@ -25,7 +26,7 @@ struct ConfirmArguments {
   std::string good;
   std::string bad;
   int rounds = 3;
-  fs::path output;  ///< "": out/confirm/EVENT
+  fs::path output;  ///< "": folder_of()
   bool quiet = false;
   bool json = false;
 };
@@ -41,6 +42,15 @@ EventRow event_to_settle(const HistoryView& view, std::int64_t id) {
   if (open.size() == 1) return find_event(view, open.front());
   if (open.empty()) fail_input("no step is open; `reliefbench track check` looks for them");
   fail_input("several steps are open, say which by --event: {}", fmt::join(open, ", "));
+}
+
+/// Where an event is re-run without -o: by its number, and by all that makes it another re-run. Another history's event
+/// may have its number, and another command measures another build.
+fs::path folder_of(const EventRow& event, const HistoryView& view, const ConfirmArguments& arguments) {
+  std::string text = fmt::format("{}\n{}\n{}", event.key, arguments.good, arguments.bad);
+  for (const RunRow& run : view.runs)
+    if (run.id == event.good_run || run.id == event.bad_run) text += '\n' + run.content;
+  return fs::path("out/confirm") / fmt::format("{}-{}", event.id, sha256(text).substr(0, 8));
 }
 
 std::string answer_text(const RerunAnswer& answer, const EventRow& event) {
@@ -67,7 +77,7 @@ Exit confirm_command(ConfirmArguments arguments) {
   History history = History::existing(arguments.database);
   const HistoryView view = history.load({});
   EventRow event = event_to_settle(view, arguments.event);
-  if (arguments.output.empty()) arguments.output = fs::path("out/confirm") / std::to_string(event.id);
+  if (arguments.output.empty()) arguments.output = folder_of(event, view, arguments);
   if (!is_step(event))
     fail_input("--event {} is of the kind '{}': a re-run settles steps of a time only", event.id, event.kind);
   std::set<std::string> keys;
@@ -111,8 +121,8 @@ void add_track_confirm(CLI::App& track, int& exit_code) {
   const CLI::Option* output =
       command
           ->add_option("-o,--output",
-                       "folder of the re-runs, out/confirm/EVENT; those that are there count, so that a killed one "
-                       "goes on")
+                       "folder of the re-runs; those that are there count, so that a killed one goes on. Default: "
+                       "out/confirm/EVENT-KEY, of this event and these commands")
           ->type_name("DIR");
   const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
   const CLI::Option* json = add_switch(*command, "--json", "as JSON");
