@@ -94,11 +94,16 @@ bool is_line_better(const NightFit& kept, double floor) {
          criterion(squares_about_levels(kept), n, 2 * levels - 1, floor);
 }
 
-/// The step that a level of kSoon nights after the last one would have to be.
-double smallest_shift_after(const LevelFit& fit, double least_gain) {
+/// The step that a level of kSoon nights after the last one would have to be: to be told, and for its interval to
+/// exclude the least effect.
+double smallest_shift_after(const NightFit& kept, const ChangeOptions& options) {
+  const LevelFit& fit = kept.fit;
   const std::size_t last = fit.starts().size() - 1;
   const double variance = fit.sigma() * fit.sigma() * mean_inflation(kSoon, fit.autocorrelation()) / double{kSoon};
-  return std::expm1((std::sqrt(least_gain) + kNinetyPercent) * std::sqrt(variance + fit.mean_variance(last)));
+  const double deviation = std::sqrt(variance + fit.mean_variance(last));
+  const double told = std::sqrt(null_gain(std::min(kFalseSteps, options.told_p), kept.nights.size())) * deviation;
+  const double margin = student_t_quantile(1 - options.confidence, fit.df()) * deviation;
+  return std::expm1(std::max(told, std::log1p(options.least_effect) + margin) + kNinetyPercent * deviation);
 }
 
 }  // namespace
@@ -132,7 +137,7 @@ SeriesChanges find_changes(std::span<const double> log_values, std::span<const d
     changes.sigma =
         std::sqrt(squares_about_line(kept.nights, kept.values) / static_cast<double>(kept.nights.size() - 2));
   changes.autocorrelation = fit.autocorrelation();
-  changes.smallest_shift = smallest_shift_after(fit, least_gain);
+  changes.smallest_shift = smallest_shift_after(kept, options);
   return changes;
 }
 

@@ -13,6 +13,7 @@ struct ChangeOptions {
   std::size_t least_nights = 4;  ///< of a level
   double least_effect = 0.015;   ///< a shift whose interval does not exclude this matters to nobody
   double confidence = 0.95;      ///< of the effect's interval
+  double told_p = 1;             ///< that a step must have to be told, of all that are found: for smallest_shift
 };
 
 /// Nights of one level, [first, end).
@@ -50,7 +51,7 @@ struct SeriesChanges {
   std::optional<Drift> drift;       ///< where it is significant and no shift explains it
   double sigma = 0;                 ///< of a night's log value about its level, or about the drift
   double autocorrelation = 0;       ///< at lag one
-  double smallest_shift = 0;        ///< as a share: what would be found within 5 nights in 9 of 10 cases
+  double smallest_shift = 0;        ///< as a share: what would be found and matter within 5 nights in 9 of 10 cases
 };
 
 /// Steps in one series of nights. A step is found (in `shifts`) where one such series in 2,000 without a step would

@@ -104,7 +104,7 @@ class EventSearch {
   void take_out(const Suspect& suspect);
   [[nodiscard]] std::size_t most_events() const;
 
-  const EventOptions& options_;
+  EventOptions options_;
   std::vector<Unit> units_;  // the series first
   std::size_t series_ = 0;
   std::vector<Track> cleaned_;    // of series: without spikes
@@ -131,6 +131,7 @@ EventSearch::EventSearch(std::span<const CheckedSeries> series, const EventOptio
                       .track = {},
                       .changes = {},
                       .suspects = {}});
+  options_.change.told_p = options_.false_discovery_rate / static_cast<double>(std::max<std::size_t>(units_.size(), 1));
   check(std::vector<bool>(series_, true));
   for (std::size_t i = 0; i < series_; ++i) of_series_.push_back(units_[i].changes);
 }

@@ -25,7 +25,7 @@ struct TrackCheck {
   std::vector<EventRow> events;  ///< all that are known: worst first within each state, open ones first
   std::vector<bool> is_news;     ///< parallel: whether this check gave it its last state
   std::vector<EpochChanges> epochs;
-  double case_shift = 0;  ///< median over the series of the last epochs: what would be found within 5 nights in 9 of 10
+  double case_shift = 0;  ///< median over the series of the last epochs: what would be told within 5 nights in 9 of 10
   std::size_t looked_at = 0;       ///< series
   std::size_t nights_to_wait = 0;  ///< more that the machine with most needs until any step in time can show
 };

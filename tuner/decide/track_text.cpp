@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -29,6 +30,9 @@ std::string counted(std::ptrdiff_t count, std::string_view one, std::string_view
 }
 
 std::string size_text(double share) { return fmt::format("{:.1f} %", 100 * std::abs(share)); }
+
+/// Rounded up: what is promised of a size must hold of the one that is printed.
+std::string size_text_up(double share) { return fmt::format("{:.1f} %", std::ceil(1000 * share - 1e-9) / 10); }
 
 bool is_in(const EventRow& event, EventState state) { return event.states.back().state == state; }
 
@@ -98,7 +102,7 @@ std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
                                  counted(static_cast<std::ptrdiff_t>(machines.size()), "machine", "machines"),
                                  counted(static_cast<std::ptrdiff_t>(view.runs.size()), "night", "nights"));
   if (is_calm && check.case_shift > 0)
-    text += fmt::format("; a step of {} in a case would be found within five nights", size_text(check.case_shift));
+    text += fmt::format("; a step of {} in a case would be found within five nights", size_text_up(check.case_shift));
   return text;
 }
 
