@@ -319,7 +319,7 @@ json trend_data_json(const HistoryView& view, const TrackCheck& check, const Eve
           {"verdict",
            {{"exit", exit_of(check, view, false)},
             {"text", verdict_text(view, check)},
-            {"nights_to_wait", check.nights_to_wait}}},
+            {"nights_to_wait", check.coverage.nights_to_wait}}},
           {"machines", page.machines()},
           {"environments", page.environments()},
           {"runs", page.runs()},

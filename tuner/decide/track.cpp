@@ -11,6 +11,7 @@
 
 #include "kernels/base/sha256.h"
 #include "tuner/decide/absence.h"
+#include "tuner/decide/coverage.h"
 #include "tuner/decide/run_calendar.h"
 #include "tuner/decide/track_steps.h"
 #include "tuner/results/statistics.h"
@@ -178,15 +179,6 @@ void sort_worst_first(std::vector<Judgement>& judged) {
   });
 }
 
-/// A step shows by its own nights and as many before them.
-std::size_t nights_to_wait(const HistoryView& view, const EventOptions& options) {
-  std::map<std::string_view, std::size_t> nights;
-  std::size_t most = 0;
-  for (const RunRow& run : view.runs) most = std::max(most, ++nights[run.machine]);
-  const std::size_t least = 2 * options.change.least_nights;
-  return least - std::min(most, least);
-}
-
 }  // namespace
 
 bool is_open(const EventRow& event) {
@@ -234,10 +226,10 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
 
   TrackCheck check{.events = {},
                    .is_news = {},
-                   .epochs = std::move(steps.epochs),
+                   .epochs = {},
                    .case_shift = steps.case_shift,
-                   .looked_at = steps.looked_at,
-                   .nights_to_wait = nights_to_wait(view, options)};
+                   .coverage = coverage_of(view, steps.epochs, options)};
+  check.epochs = std::move(steps.epochs);
   for (Judgement& one : judged) {
     check.is_news.push_back(one.is_news());
     check.events.push_back(std::move(one.event()));

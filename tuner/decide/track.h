@@ -21,13 +21,21 @@ struct EpochChanges {
 };
 
 /// What a check of a history comes to.
+/// Which series a check could compare.
+struct Coverage {
+  std::size_t looked_at = 0;      ///< series, without those that are gone
+  std::size_t gone = 0;           ///< series that had values and have none in the last nights
+  std::int64_t gone_unix_s = 0;   ///< the last night of that one of them that is gone longest
+  std::size_t waiting = 0;        ///< of those looked at: too few nights in their present epoch, on a machine that has enough
+  std::size_t nights_to_wait = 0;  ///< more that the series with most needs until any step in time can show
+};
+
 struct TrackCheck {
   std::vector<EventRow> events;  ///< all that are known: worst first within each state, open ones first
   std::vector<bool> is_news;     ///< parallel: whether this check gave it its last state
   std::vector<EpochChanges> epochs;
   double case_shift = 0;  ///< median over the series of the last epochs: what would be told within 5 nights in 9 of 10
-  std::size_t looked_at = 0;       ///< series
-  std::size_t nights_to_wait = 0;  ///< more that the machine with most needs until any step in time can show
+  Coverage coverage;
 };
 
 /// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed

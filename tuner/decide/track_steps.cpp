@@ -357,21 +357,22 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
   StepCheck result;
   for (const ChangeEvent& event : findings.events)
     if (matters(event, options)) result.events.push_back(seen_step(view, event, findings.events, checked));
-  std::map<std::size_t, double> shifts;  // of each series' last epoch
-  std::set<std::size_t> looked_at;
   for (std::size_t i = 0; i < checked.pieces.size(); ++i) {
     CheckedPiece& piece = checked.pieces[i];
-    if (!piece.series) continue;
-    if (piece.nights.size() >= options.change.least_nights) shifts[*piece.series] = findings.series[i].smallest_shift;
-    looked_at.insert(*piece.series);
-    result.epochs.push_back(
-        {.series = *piece.series, .nights = std::move(piece.nights), .changes = std::move(findings.series[i])});
+    if (piece.series)
+      result.epochs.push_back(
+          {.series = *piece.series, .nights = std::move(piece.nights), .changes = std::move(findings.series[i])});
   }
+  std::ranges::sort(result.epochs, {}, [](const EpochChanges& epoch) {
+    return std::pair(epoch.series, epoch.nights.back());
+  });
+  std::map<std::size_t, double> shifts;  // of each series' last epoch
+  for (const EpochChanges& epoch : result.epochs)
+    if (epoch.nights.size() >= options.change.least_nights) shifts[epoch.series] = epoch.changes.smallest_shift;
   std::vector<double> values;
   for (const auto& [series, shift] : shifts)
     if (std::isfinite(shift) && shift > 0) values.push_back(shift);
   result.case_shift = values.empty() ? 0 : median(values);
-  result.looked_at = looked_at.size();
   return result;
 }
 

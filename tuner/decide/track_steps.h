@@ -20,7 +20,6 @@ struct StepCheck {
   std::vector<SeenEvent> events;
   std::vector<EpochChanges> epochs;
   double case_shift = 0;
-  std::size_t looked_at = 0;
 };
 
 /// Steps and drifts. A device's nights are looked at epoch by epoch (epochs.h); once as they are, and once without what

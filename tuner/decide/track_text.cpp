@@ -20,7 +20,9 @@ const RunRow* find_run(const HistoryView& view, std::int64_t id) {
   return found == view.runs.end() ? nullptr : &*found;
 }
 
-std::string day_of(const RunRow& run) { return moment_text(run.unix_s).substr(0, 10); }
+std::string day_text(std::int64_t unix_s) { return moment_text(unix_s).substr(0, 10); }
+
+std::string day_of(const RunRow& run) { return day_text(run.unix_s); }
 
 std::string commit_text(const RunRow& run) { return run.build.commit.substr(0, 12); }
 
@@ -69,6 +71,7 @@ std::string interval_text(const EventRow& event, const HistoryView& view) {
 }
 
 std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
+  const Coverage& coverage = check.coverage;
   std::vector<std::string> parts;
   const auto add = [&](std::string text) {
     if (!text.empty()) parts.push_back(std::move(text));
@@ -87,10 +90,10 @@ std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
               "loss of cases", "losses of cases"));
   const bool is_calm = parts.empty();
   if (is_calm)
-    parts.push_back(check.nights_to_wait == 0
+    parts.push_back(coverage.nights_to_wait == 0
                         ? "no regression"
-                        : fmt::format("too few nights to tell, {} more {} needed", check.nights_to_wait,
-                                      check.nights_to_wait == 1 ? "is" : "are"));
+                        : fmt::format("too few nights to tell, {} more {} needed", coverage.nights_to_wait,
+                                      coverage.nights_to_wait == 1 ? "is" : "are"));
   std::ptrdiff_t improvements = 0;
   for (std::size_t i = 0; i < check.events.size(); ++i)
     improvements += (check.events[i].kind == event_kind::faster && check.is_news[i] &&
@@ -98,10 +101,16 @@ std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
   add(counted(improvements, "improvement", "improvements"));
   std::set<std::string> machines;
   for (const RunRow& run : view.runs) machines.insert(run.machine);
-  std::string text = fmt::format("{}; {} series on {}, {}", fmt::join(parts, ", "), check.looked_at,
+  std::string text = fmt::format("{}; {} series on {}, {}", fmt::join(parts, ", "), coverage.looked_at,
                                  counted(static_cast<std::ptrdiff_t>(machines.size()), "machine", "machines"),
                                  counted(static_cast<std::ptrdiff_t>(view.runs.size()), "night", "nights"));
-  if (is_calm && check.case_shift > 0)
+  if (coverage.waiting > 0)
+    text += fmt::format("; {} series {} too few nights in the present environment to be compared", coverage.waiting,
+                        coverage.waiting == 1 ? "has" : "have");
+  if (coverage.gone > 0)
+    text += fmt::format("; {} more {} no value since {}", coverage.gone, coverage.gone == 1 ? "has" : "have",
+                        day_text(coverage.gone_unix_s));
+  if (is_calm && coverage.nights_to_wait == 0 && check.case_shift > 0)
     text += fmt::format("; a step of {} in a case would be found within five nights", size_text_up(check.case_shift));
   return text;
 }
@@ -151,7 +160,9 @@ json track_json(const HistoryView& view, const TrackCheck& check) {
   }
   return {{"verdict", verdict_text(view, check)},
           {"runs", view.runs.size()},
-          {"series", check.looked_at},
+          {"series", check.coverage.looked_at},
+          {"series_waiting", check.coverage.waiting},
+          {"series_gone", check.coverage.gone},
           {"smallest_shift", check.case_shift},
           {"events", events}};
 }
