@@ -254,6 +254,44 @@ TEST(TrackTest, what_was_accepted_is_the_new_base) {
   EXPECT_THAT(news_of(check), SizeIs(1));
 }
 
+// It was accepted at 4.7 %, and was so still at 14.9 %.
+TEST(TrackTest, a_drift_that_goes_on_is_open_again) {
+  MadeHistory made(100);
+  for (std::size_t s = 0; s < made.view.series.size(); ++s)
+    for (std::size_t night = 0; night < 100; ++night)
+      made.view.nights[s][night].value *= std::exp(0.002 * static_cast<double>(night));
+  HistoryView view = first_nights(made.view, 60);
+  keep(view, checked(view));
+  ASSERT_THAT(view.events, SizeIs(1));
+  ASSERT_EQ(view.events.front().kind, event_kind::drift);
+  const double accepted = view.events.front().effect;
+  const EventStateRow yes{.unix_s = kNow, .state = EventState::accepted, .by = "ann", .text = ""};
+  view.events.front().states.push_back(yes);
+  std::size_t reopened = 0;
+  for (std::size_t count = 60; count <= 100; ++count) {
+    HistoryView tonight = first_nights(made.view, count);
+    tonight.events = view.events;
+    const TrackCheck check = checked(tonight);
+    ASSERT_THAT(check.events, SizeIs(1)) << count;
+    const EventRow& drift = check.events.front();
+    EXPECT_EQ(exit_of(check, tonight, true) == Exit::answer_is_no, state_of(drift) != EventState::accepted);
+    if (state_of(drift) == EventState::accepted) {
+      EXPECT_EQ(drift.effect, accepted);
+      continue;
+    }
+    EXPECT_THAT(drift.states.back().text, HasSubstr("it went on since it was accepted at 1"));
+    EXPECT_GT(drift.low, accepted + 0.015);
+    ++reopened;
+    keep(view, check);
+    EXPECT_THAT(news_of(checked(tonight)), SizeIs(1)) << "of the events before that were kept";
+    tonight.events = view.events;
+    EXPECT_THAT(news_of(checked(tonight)), IsEmpty());
+    view.events.front().states.push_back(yes);
+  }
+  EXPECT_GE(reopened, 2U);
+  EXPECT_LE(reopened, 5U) << "8 % more in all";
+}
+
 TEST(TrackTest, a_regression_that_was_mended_is_over) {
   MadeHistory made(50);
   made.slow_down("cone", 20, 1.08);

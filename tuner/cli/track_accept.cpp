@@ -14,11 +14,19 @@ namespace {
 void accept_event(const std::string& database, std::int64_t id, const EventStateRow& state) {
   History history = History::existing(database);
   const HistoryView view = history.load({});
-  EventRow event = find_event(view, id);
-  if (event.states.back().state == EventState::accepted) {
-    put("event {} is accepted already\n", event.id);
+  const EventRow& known = find_event(view, id);
+  if (known.states.back().state == EventState::accepted) {
+    put("event {} is accepted already\n", known.id);
     return;
   }
+  // Of the size and the cases that it has by now, which the check that told of it may not have seen.
+  const TrackCheck check = check_history(view, {}, state.unix_s);
+  EventRow event = *std::ranges::find(check.events, id, &EventRow::id);
+  if (event.states.back().state == EventState::recovered) {
+    put("event {} is over: {}\n", event.id, event.states.back().text);
+    return;
+  }
+  event.states = known.states;
   event.states.push_back(state);
   history.add_events({&event, 1});
   put("accepted: {}, {}; the new level is the base from now on\n", event.what, effect_text(event));

@@ -58,6 +58,8 @@ std::string key_of(const SeenEvent& seen) {
                             event.bad_run, fmt::join(series, ","), has_size(event) ? "" : seen.reason));
 }
 
+std::string size_of(const EventRow& event) { return fmt::format("{:.1f} %", 100 * std::abs(event.effect)); }
+
 EventState last_state(const EventRow& event) { return event.states.back().state; }
 
 bool is_regression(const EventRow& event) { return event.kind != event_kind::faster; }
@@ -145,6 +147,12 @@ std::vector<std::optional<std::size_t>> partners_of(std::span<const EventRow> kn
   return partners;
 }
 
+/// Whether a drift went on since a person accepted it, by what would matter by itself.
+bool went_on(const EventRow& accepted, const EventRow& seen, double least_effect) {
+  const double low = std::min(std::abs(std::log1p(seen.low)), std::abs(std::log1p(seen.high)));
+  return low - std::abs(std::log1p(accepted.effect)) > std::log1p(least_effect);
+}
+
 /// What is known of an event, with what tonight shows of its nights, series and size.
 EventRow updated(EventRow known, EventRow seen) {
   seen.id = known.id;
@@ -203,6 +211,12 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
     if (partners[k]) {
       const SeenEvent& same = seen[*partners[k]];
       is_known[*partners[k]] = true;
+      if (known.kind == event_kind::drift && last_state(known) == EventState::accepted) {
+        const bool is_open_again = went_on(known, same.row, options.change.least_effect);
+        judged.emplace_back(is_open_again ? updated(known, same.row) : known, now_unix_s);
+        if (is_open_again) judged.back().become(same.state, "it went on since it was accepted at " + size_of(known));
+        continue;
+      }
       judged.emplace_back(updated(known, same.row), now_unix_s);
       judged.back().see(same);
       continue;

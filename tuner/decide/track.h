@@ -41,7 +41,9 @@ struct TrackCheck {
 /// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed
 /// when enough further nights have it; cleared when they take it back (absence.h); environment when shaders, driver and
 /// stages are the same on both sides while the control case moved along, or when a re-run of both builds did not show
-/// it; recovered when a later change undid it. What a person accepted stays accepted. An event is the same as one that
+/// it; recovered when a later change undid it. What a person accepted stays accepted, but for a drift
+/// that went on: it keeps the size that it was accepted at, and is open again where its interval exceeds that by the
+/// least effect. An event is the same as one that
 /// is known where the keys are equal, else where machine and direction agree, the nights overlap and most of the series
 /// do. The nights of errors and of lost cases are certain, those of steps within two.
 /// Errors are deterministic: any other value is an event, unless what is drawn (RepetitionRow::code) changed as well;
