@@ -70,6 +70,23 @@ TEST_P(TrackCliTest, imports_what_is_new_and_refuses_the_rest_alone) {
   EXPECT_EQ(imports[1]["state"], "refused");
 }
 
+// A clock that was set back made an improvement of a regression, without a word.
+TEST_P(TrackCliTest, says_of_a_night_that_others_are_later) {
+  EXPECT_EQ(output({"ingest", "night1"}), "night1: run 1, 33 cases\n");
+  const std::vector<std::string> early = {"ingest", "night2", "--time", "2026-11-01T12:00:00Z"};
+  EXPECT_EQ(output(early), "night2: run 2, 33 cases\n  1 run of farm is later: is its clock right?\n");
+  database_ = make_database();
+  output({"ingest", "night1"});
+  EXPECT_EQ(output({"ingest", "night2", "--machine", "another", "--time", "2026-11-01T12:00:00Z"}),
+            "night2: run 2, 33 cases\n");
+  database_ = make_database();
+  output({"ingest", "night1"});
+  const json imports = json::parse(
+      output({"ingest", "night2", "--json", "--time", "2026-11-01T12:00:00Z"}));
+  EXPECT_EQ(schema_errors({{"ingest", imports}}, "track"), "");
+  EXPECT_EQ(imports[0]["doubt"], "1 run of farm is later: is its clock right?");
+}
+
 TEST_P(TrackCliTest, labels_a_night) {
   EXPECT_EQ(track({"ingest", "night1", "--time", "yesterday"}).exit_code, 2);
   output(

@@ -45,6 +45,9 @@ struct LabelOptions {
 };
 [[nodiscard]] LabelOptions add_label_options(CLI::App& command);
 
+/// "3 runs of ci-7 are later: is its clock right?", of a run that was just added; "" where it is its machine's newest.
+[[nodiscard]] std::string doubt_of_clock(const History& history, const RunRow& run);
+
 /// How a history is checked, and where the answer goes.
 struct CheckArguments {
   std::string database;

@@ -28,6 +28,7 @@ struct Import {
   std::int64_t run = 0;
   std::size_t cases = 0;
   std::vector<std::string> skipped{};
+  std::string doubt{};
   std::string error{};
 };
 
@@ -35,6 +36,7 @@ nlohmann::json import_json(const Import& import) {
   nlohmann::json entry = {{"source", import.source}, {"state", import.state}};
   if (import.state == "imported")
     entry.update({{"run", import.run}, {"cases", import.cases}, {"skipped", import.skipped}});
+  if (!import.doubt.empty()) entry["doubt"] = import.doubt;
   if (!import.error.empty()) entry["error"] = import.error;
   return entry;
 }
@@ -44,6 +46,7 @@ void print_import(const Import& import) {
   if (import.state == "known") return put("{}: is there already\n", source);
   put("{}: run {}, {} cases{}\n", source, import.run, import.cases,
       import.skipped.empty() ? "" : fmt::format(", {} left out", import.skipped.size()));
+  if (!import.doubt.empty()) put("  {}\n", one_line(import.doubt));
   for (std::size_t i = 0; i < std::min(kMostSkipped, import.skipped.size()); ++i)
     put("  {}\n", one_line(import.skipped[i]));
   if (import.skipped.size() > kMostSkipped)
@@ -75,6 +78,7 @@ Import import_source(const std::string& source, const IngestArguments& arguments
   import.run = run.value_or(0);
   import.cases = night.values.size();
   import.skipped = std::move(night.skipped);
+  if (run) import.doubt = doubt_of_clock(*history, night.run);
   return import;
 }
 
@@ -94,6 +98,13 @@ Exit ingest_command(const IngestArguments& arguments) {
 }
 
 }  // namespace
+
+std::string doubt_of_clock(const History& history, const RunRow& run) {
+  const std::int64_t later = history.runs_after(run.machine, run.unix_s);
+  if (later == 0) return "";
+  return fmt::format("{} of {} {} later: is its clock right?", later == 1 ? "1 run" : fmt::format("{} runs", later),
+                     run.machine, later == 1 ? "is" : "are");
+}
 
 void add_track_ingest(CLI::App& track, int& exit_code) {
   CLI::App* command = track.add_subcommand("ingest", "import runs' folders, or Google Benchmark's JSON files");

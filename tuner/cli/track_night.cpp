@@ -34,7 +34,11 @@ Exit night_command(const NightArguments& arguments) {
   History history(arguments.check.database, History::Access::write);  // before the work, not after
   const SweepSummary summary = run_sweep(arguments.config, arguments.sweep);
   const std::string folder = arguments.sweep.output.string();
-  if (!history.add(read_night(folder, arguments.labels))) print_error(folder + ": is in the history already");
+  const Night night = read_night(folder, arguments.labels);
+  if (!history.add(night))
+    print_error(folder + ": is in the history already");
+  else if (const std::string doubt = doubt_of_clock(history, night.run); !doubt.empty())
+    print_error(folder + ": " + doubt);
   const CheckedHistory checked = checked_history(arguments.check);
   write_trend_page(checked, arguments.check, arguments.page);
   const Exit answer = print_check(checked, arguments.check);

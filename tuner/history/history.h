@@ -61,6 +61,9 @@ class History {
   /// Series without a night in the view are left out; events and their annotations are not, whatever runs they name.
   [[nodiscard]] HistoryView load(const Query& query) const;
 
+  /// How many runs of a machine are later than that.
+  [[nodiscard]] std::int64_t runs_after(const std::string& machine, std::int64_t unix_s) const;
+
   /// annotation: its id unset. throws: Error(bad_input): no such run or event
   void annotate(const AnnotationRow& annotation);
 

@@ -198,4 +198,15 @@ class ViewReader {
 
 HistoryView read_history(soci::session& sql, const History::Query& query) { return ViewReader(sql, query).read(); }
 
+std::int64_t History::runs_after(const std::string& machine, std::int64_t unix_s) const {
+  Database& database = connection_->database;
+  return database.guarded([&] {
+    const Transaction transaction(database, Transaction::Kind::read);
+    return number_of(database.sql(),
+                     "SELECT COUNT(*) FROM run r JOIN machine m ON m.id = r.machine WHERE m.name = :machine"
+                     " AND r.unix_s > :since",
+                     storable(machine), unix_s);
+  });
+}
+
 }  // namespace reliefbench
