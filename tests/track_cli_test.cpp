@@ -81,8 +81,7 @@ TEST_P(TrackCliTest, says_of_a_night_that_others_are_later) {
             "night2: run 2, 33 cases\n");
   database_ = make_database();
   output({"ingest", "night1"});
-  const json imports = json::parse(
-      output({"ingest", "night2", "--json", "--time", "2026-11-01T12:00:00Z"}));
+  const json imports = json::parse(output({"ingest", "night2", "--json", "--time", "2026-11-01T12:00:00Z"}));
   EXPECT_EQ(schema_errors({{"ingest", imports}}, "track"), "");
   EXPECT_EQ(imports[0]["doubt"], "1 run of farm is later: is its clock right?");
 }

@@ -45,6 +45,7 @@ Coverage coverage_of(const HistoryView& view, std::span<const EpochChanges> epoc
   const std::size_t enough = 2 * options.change.least_nights;
   Coverage coverage;
   std::size_t most = 0;
+  std::size_t most_runs = 0;
   for (const auto& [s, nights] : in_epoch) {
     std::vector<std::int64_t> valid;
     for (const RepetitionRow& night : view.nights[s])
@@ -58,8 +59,10 @@ Coverage coverage_of(const HistoryView& view, std::span<const EpochChanges> epoc
     }
     ++coverage.looked_at;
     most = std::max(most, nights);
-    if (nights < enough && runs >= enough) ++coverage.waiting;
+    most_runs = std::max(most_runs, runs);
+    if (nights < enough) ++coverage.waiting;
   }
+  if (most_runs < enough) coverage.waiting = 0;
   coverage.nights_to_wait = enough - std::min(most, enough);
   return coverage;
 }

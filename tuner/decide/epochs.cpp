@@ -26,7 +26,7 @@ bool is_a_step_of_the_clock(json a, json b) {
 }
 
 /// What of an environment is a device's: all but the other devices. The whole of one that does not list it.
-json part_of(json environment, const std::string& device) {
+json environment_of_device(json environment, const std::string& device) {
   const auto devices = environment.find("devices");
   if (devices == environment.end()) return environment;
   for (const json& entry : *devices) {
@@ -50,8 +50,8 @@ class Environments {
     const auto first = contents_.find(a);
     const auto second = contents_.find(b);
     if (first == contents_.end() || second == contents_.end()) return false;
-    const json one = part_of(first->second, device);
-    const json other = part_of(second->second, device);
+    const json one = environment_of_device(first->second, device);
+    const json other = environment_of_device(second->second, device);
     return known->second = one == other || is_a_step_of_the_clock(one, other);
   }
 

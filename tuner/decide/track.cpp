@@ -58,7 +58,7 @@ std::string key_of(const SeenEvent& seen) {
                             event.bad_run, fmt::join(series, ","), has_size(event) ? "" : seen.reason));
 }
 
-std::string size_of(const EventRow& event) { return fmt::format("{:.1f} %", 100 * std::abs(event.effect)); }
+std::string size_when_accepted(const EventRow& event) { return fmt::format("{:.1f} %", 100 * std::abs(event.effect)); }
 
 EventState last_state(const EventRow& event) { return event.states.back().state; }
 
@@ -121,8 +121,9 @@ class Judgement {
   bool is_news_ = false;
 };
 
-/// Which of the seen events each known one is: first those of its very key, then those that are near. Of two that may be
-/// the same one, what a person accepted comes first and what was cleared last, so that neither takes the other's place.
+/// Which of the seen events each known one is: first those of its very key, then those that are near. Of two that may
+/// be the same one, what a person accepted comes first and what was cleared last, so that neither takes the other's
+/// place.
 std::vector<std::optional<std::size_t>> partners_of(std::span<const EventRow> known, std::span<const SeenEvent> seen,
                                                     const RunCalendar& calendar) {
   const auto rank = [&](std::size_t k) {
@@ -214,7 +215,8 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
       if (known.kind == event_kind::drift && last_state(known) == EventState::accepted) {
         const bool is_open_again = went_on(known, same.row, options.change.least_effect);
         judged.emplace_back(is_open_again ? updated(known, same.row) : known, now_unix_s);
-        if (is_open_again) judged.back().become(same.state, "it went on since it was accepted at " + size_of(known));
+        if (is_open_again)
+          judged.back().become(same.state, "it went on since it was accepted at " + size_when_accepted(known));
         continue;
       }
       judged.emplace_back(updated(known, same.row), now_unix_s);
@@ -230,6 +232,8 @@ TrackCheck check_history(const HistoryView& view, const EventOptions& options, s
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto is_whole = [&](const EventRow& known) { return is_part_of(known, seen[i].row, calendar); };
     if (is_known[i] || std::ranges::any_of(view.events, is_whole)) continue;
+    if (std::ranges::any_of(judged, [&](const Judgement& one) { return is_whole(one.event()); }))
+      continue;  // of another epoch, which goes on in turns
     judged.emplace_back(seen[i].row, now_unix_s);
     judged.back().see(seen[i]);
   }

@@ -23,10 +23,10 @@ struct EpochChanges {
 /// What a check of a history comes to.
 /// Which series a check could compare.
 struct Coverage {
-  std::size_t looked_at = 0;      ///< series, without those that are gone
-  std::size_t gone = 0;           ///< series that had values and have none in the last nights
-  std::int64_t gone_unix_s = 0;   ///< the last night of that one of them that is gone longest
-  std::size_t waiting = 0;        ///< of those looked at: too few nights in their present epoch, on a machine that has enough
+  std::size_t looked_at = 0;       ///< series, without those that are gone
+  std::size_t gone = 0;            ///< series that had values and have none in the last nights
+  std::int64_t gone_unix_s = 0;    ///< the last night of that one of them that is gone longest
+  std::size_t waiting = 0;         ///< of those looked at: too few nights in their present epoch; 0 in a young history
   std::size_t nights_to_wait = 0;  ///< more that the series with most needs until any step in time can show
 };
 

@@ -363,9 +363,8 @@ StepCheck check_steps(const HistoryView& view, const EventOptions& options) {
       result.epochs.push_back(
           {.series = *piece.series, .nights = std::move(piece.nights), .changes = std::move(findings.series[i])});
   }
-  std::ranges::sort(result.epochs, {}, [](const EpochChanges& epoch) {
-    return std::pair(epoch.series, epoch.nights.back());
-  });
+  std::ranges::sort(result.epochs, {},
+                    [](const EpochChanges& epoch) { return std::pair(epoch.series, epoch.nights.back()); });
   std::map<std::size_t, double> shifts;  // of each series' last epoch
   for (const EpochChanges& epoch : result.epochs)
     if (epoch.nights.size() >= options.change.least_nights) shifts[epoch.series] = epoch.changes.smallest_shift;

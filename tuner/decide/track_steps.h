@@ -26,9 +26,9 @@ struct StepCheck {
 /// all cases of a night share.
 [[nodiscard]] StepCheck check_steps(const HistoryView& view, const EventOptions& options);
 
-/// Deterministic metrics that have other values from one night to the next, as one event a machine and night, of the cases
-/// that have not had the values from before it again; where all have, it is recovered. The way back is none, unless the
-/// change that it undoes was accepted.
+/// Deterministic metrics that have other values from one night to the next, as one event a machine and night, of the
+/// cases that have not had the values from before it again; where all have, it is recovered. The way back is none,
+/// unless the change that it undoes was accepted.
 [[nodiscard]] std::vector<SeenEvent> changed_errors(const HistoryView& view);
 
 /// Cases that were ok once and failed in the last night that tried them; confirmed from the second such night on, and
