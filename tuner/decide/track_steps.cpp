@@ -293,7 +293,7 @@ struct Together {
 };
 
 /// From a night to the next that has other errors.
-struct ErrorChange {
+struct ScoreChange {
   const RepetitionRow* before = nullptr;
   const RepetitionRow* after = nullptr;
   bool is_undone = false;  ///< a later night has the errors from before it again
@@ -303,8 +303,8 @@ struct ErrorChange {
 /// came with other code or was accepted last.
 /// is_accepted: whether the change that this run shows first is
 template <typename IsAccepted>
-std::vector<ErrorChange> error_changes(std::span<const RepetitionRow> nights, const IsAccepted& is_accepted) {
-  std::vector<ErrorChange> changes;
+std::vector<ScoreChange> error_changes(std::span<const RepetitionRow> nights, const IsAccepted& is_accepted) {
+  std::vector<ScoreChange> changes;
   std::vector<std::int64_t> scores;  // from the base on, each other than those before it
   std::vector<std::size_t> ways;     // from one of these to the next: changes
   const RepetitionRow* before = nullptr;
@@ -382,7 +382,7 @@ std::vector<SeenEvent> changed_errors(const HistoryView& view) {
   std::map<std::tuple<std::string, std::int64_t, std::int64_t, bool>, Together> changes;
   for (std::size_t s = 0; s < view.series.size(); ++s) {
     const auto is_accepted = [&](std::int64_t run) { return accepted.contains({view.series[s].id, run}); };
-    for (const ErrorChange& one : error_changes(view.nights[s], is_accepted)) {
+    for (const ScoreChange& one : error_changes(view.nights[s], is_accepted)) {
       const RepetitionRow& before = *one.before;
       const RepetitionRow& after = *one.after;
       const bool is_code = before.code != after.code;

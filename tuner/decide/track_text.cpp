@@ -24,7 +24,10 @@ std::string day_text(std::int64_t unix_s) { return moment_text(unix_s).substr(0,
 
 std::string day_of(const RunRow& run) { return day_text(run.unix_s); }
 
-std::string commit_text(const RunRow& run) { return run.build.commit.substr(0, 12); }
+std::string short_commit(BuildRow build) {
+  build.commit = build.commit.substr(0, 12);
+  return commit_text(build);
+}
 
 /// "2 regressions"; nothing of none
 std::string counted(std::ptrdiff_t count, std::string_view one, std::string_view many) {
@@ -41,7 +44,7 @@ bool is_in(const EventRow& event, EventState state) { return event.states.back()
 json run_json_of(const HistoryView& view, std::int64_t id) {
   const RunRow* run = find_run(view, id);
   if (run == nullptr) return nullptr;
-  return {{"time", moment_text(run->unix_s)}, {"commit", run->build.commit}, {"source", run->source}};
+  return {{"time", moment_text(run->unix_s)}, {"commit", commit_text(run->build)}, {"source", run->source}};
 }
 
 std::string event_line(const EventRow& event, const HistoryView& view) {
@@ -66,8 +69,8 @@ std::string interval_text(const EventRow& event, const HistoryView& view) {
   const RunRow* good = find_run(view, event.good_run);
   const RunRow* bad = find_run(view, event.bad_run);
   if (good == nullptr || bad == nullptr) return fmt::format("before the nights looked at, on {}", event.machine);
-  return fmt::format("between the nights of {} ({}) and {} ({}) on {}", day_of(*good), commit_text(*good), day_of(*bad),
-                     commit_text(*bad), event.machine);
+  return fmt::format("between the nights of {} ({}) and {} ({}) on {}", day_of(*good), short_commit(good->build),
+                     day_of(*bad), short_commit(bad->build), event.machine);
 }
 
 std::string verdict_text(const HistoryView& view, const TrackCheck& check) {
