@@ -88,8 +88,8 @@ Epochs::Epochs(const HistoryView& view) : begins_(devices_of_runs(view)), of_mac
     bool is_another = false;
     for (auto& [name, begin] : begins_[run]) {
       Device& device = machines[row.machine][name];
-      const auto is_its = [&](std::size_t first) {
-        return environments.are_same(view.runs[first].environment, row.environment, name);
+      const auto is_its = [&, &device_id = name](std::size_t first) {
+        return environments.are_same(view.runs[first].environment, row.environment, device_id);
       };
       const auto known = std::ranges::find_if(device.begins, is_its);
       const bool is_new = known == device.begins.end();
