@@ -70,7 +70,7 @@ awk -F '\t' -v rounds=$round '$1 <= rounds' "$watch" >"$watch.new" && mv "$watch
 echo $round >"$folder/round"
 watch_processes &
 watcher=$!
-trap 'kill $watcher 2>/dev/null' EXIT
+trap 'kill $watcher 2>/dev/null || true' EXIT  # it may be gone, which is no failure
 while [[ ( $round -eq 0 || $SECONDS -lt $seconds ) && $failed -eq 0 ]]; do
   round=$((round + 1))
   echo $round >"$folder/round"

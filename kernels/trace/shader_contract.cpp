@@ -151,6 +151,7 @@ int binding_of(std::string_view sampler) {
 
 std::string shared_contract() {
   std::vector<Choice> wraps;
+  wraps.reserve(kWrapRows.size());
   for (const WrapRow& row : kWrapRows) wraps.push_back({.id = row.id, .value = static_cast<int>(row.wrap)});
   constexpr std::array kLayouts{
       Choice{.id = "together", .value = kTogether, .meaning = "height and ratio in one texture"},

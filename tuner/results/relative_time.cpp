@@ -50,12 +50,14 @@ std::vector<double> control_times_ns(const nlohmann::json& info, std::string_vie
                                      std::span<const Sample> control) {
   std::vector<double> own_ns;  // by part; 0: it does not tell
   std::map<std::string, std::vector<double>> of_host;
-  for (const nlohmann::json& part : info.value("parts", nlohmann::json::array())) {
+  const nlohmann::json parts = info.value("parts", nlohmann::json::array());
+  for (const nlohmann::json& part : parts) {
     const nlohmann::json device = device_of(part, backend);
     own_ns.push_back(device.is_object() ? device.value("control_reference_ns", 0.0) : 0.0);
     if (own_ns.back() > 0) of_host[part.value(nlohmann::json::json_pointer("/host/name"), "")].push_back(own_ns.back());
   }
   std::vector<double> hosts_ns;
+  hosts_ns.reserve(of_host.size());
   for (const auto& [host, times_ns] : of_host) hosts_ns.push_back(geometric_mean(times_ns));
   std::vector<double> times_ns = raw_times(control);
   for (std::size_t i = 0; i < times_ns.size(); ++i) {
