@@ -20,7 +20,6 @@ struct EpochChanges {
   SeriesChanges changes;            ///< its indices are of `nights`
 };
 
-/// What a check of a history comes to.
 /// Which series a check could compare.
 struct Coverage {
   std::size_t looked_at = 0;       ///< series, without those that are gone
@@ -30,6 +29,7 @@ struct Coverage {
   std::size_t nights_to_wait = 0;  ///< more that the series with most needs until any step in time can show
 };
 
+/// What a check of a history comes to.
 struct TrackCheck {
   std::vector<EventRow> events;  ///< all that are known: worst first within each state, open ones first
   std::vector<bool> is_news;     ///< parallel: whether this check gave it its last state
@@ -41,14 +41,15 @@ struct TrackCheck {
 /// Looks for changes in every series of every epoch, and gives each event its state: suspect when it is new; confirmed
 /// when enough further nights have it; cleared when they take it back (absence.h); environment when shaders, driver and
 /// stages are the same on both sides while the control case moved along, or when a re-run of both builds did not show
-/// it; recovered when a later change undid it. What a person accepted stays accepted, but for a drift
-/// that went on: it keeps the size that it was accepted at, and is open again where its interval exceeds that by the
-/// least effect. An event is the same as one that
-/// is known where the keys are equal, else where machine and direction agree, the nights overlap and most of the series
-/// do. The nights of errors and of lost cases are certain, those of steps within two.
+/// it; recovered when a later change undid it. What a person accepted stays accepted. An accepted drift keeps its size,
+/// and is open again where its interval exceeds that by the least effect.
+///
+/// An event is one that is known where the keys are equal, else where machine and direction agree, the nights overlap
+/// and most of the series do. The nights of errors and of lost cases are certain, those of steps within two.
+///
 /// Errors are deterministic: any other value is an event, unless what is drawn (RepetitionRow::code) changed as well;
-/// such a one is accepted from the start. The way back to errors that were there since the last accepted change is no
-/// event; it makes those that led away from them recovered.
+/// such a one is accepted from the start. Errors that were there since the last accepted change and come back are no
+/// event; those that led away from them are recovered.
 [[nodiscard]] TrackCheck check_history(const HistoryView& view, const EventOptions& options, std::int64_t now_unix_s);
 
 /// Whether somebody has to act on it: a regression, suspect or confirmed.
