@@ -330,13 +330,15 @@ TEST(Depth, is_in_ids_and_in_exports_only_where_it_is_chosen) {
   EXPECT_THAT(settings_of("cone", {{"depth", "write"}}).text(), HasSubstr("&depth=write"));
   const auto library = [](const char* id) { return find_language("glsl").write(ShippedCase(id).shader()); };
   EXPECT_THAT(library("relief").library, Not(HasSubstr("relief_window_depth")));
-  for (const char* id : {"relief?depth=write", "relief?depth=conservative", "relief?depth=rtm"}) {
+  for (const auto& [id, written] :
+       {std::pair("relief?depth=write", "surface.depth"), std::pair("relief?depth=rtm", "surface.depth"),
+        std::pair("relief?depth=conservative", "max(surface.depth, gl_FragCoord.z)")}) {
     const ShippedText text = library(id);
     for (const char* words :
          {"relief_window_depth(", "const vec2 planes, const vec2 eye_depth)", "float depth;  // what"})
       EXPECT_THAT(text.library, HasSubstr(words)) << id;
     EXPECT_THAT(text.library, Not(HasSubstr("gl_FragDepth"))) << id;
-    EXPECT_THAT(text.example, HasSubstr("gl_FragDepth = surface.depth;")) << id;
+    EXPECT_THAT(text.example, HasSubstr(fmt::format("gl_FragDepth = {};", written))) << id;
     for (const Dialect dialect : {Dialect::vulkan, Dialect::opengl})
       EXPECT_FALSE(compile_whole_fragment({.name = id, .text = text.example}, dialect).empty());
   }

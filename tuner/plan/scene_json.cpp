@@ -97,6 +97,10 @@ Surface parse_surface(const json& scene) {
   return surface;
 }
 
+Wrap parse_wrap(const json& scene) {
+  return find_row(kWrapRows, "'wrap' of a scene:", member<std::string>(scene, "wrap")).wrap;
+}
+
 /// [width, height], each from 1 to `most`.
 bool is_pair_of(const json& sides, int most) {
   const auto is_side = [&](const json& side) { return side.is_number_integer() && side > 0 && side <= most; };
@@ -168,7 +172,7 @@ MeasuredScene parse_scene(const json& j) {
                                          .relief_depth = member<double>(j, "relief_depth"),
                                          .tiling = member<double>(j, "tiling"),
                                          .pan = member<double>(j, "pan"),
-                                         .wrap = find_wrap(member<std::string>(j, "wrap")),
+                                         .wrap = parse_wrap(j),
                                          .width_px = frame_px[0].get<int>(),
                                          .height_px = frame_px[1].get<int>(),
                                          .light = parse_light(j),
