@@ -13,6 +13,7 @@
 #include "tuner/decide/absence.h"
 #include "tuner/decide/coverage.h"
 #include "tuner/decide/run_calendar.h"
+#include "tuner/decide/track_certain.h"
 #include "tuner/decide/track_steps.h"
 #include "tuner/results/statistics.h"
 
