@@ -53,7 +53,7 @@ constexpr std::array kKnown{
 constexpr std::array<std::string_view, 6> kChannels{"auto", "r", "g", "b", "a", "luminance"};
 
 template <typename Rows>
-const typename Rows::value_type* find_row(const Rows& rows, std::string_view id) {
+const typename Rows::value_type* row_or_none(const Rows& rows, std::string_view id) {
   const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& candidate) { return candidate.id == id; });
   return row == rows.end() ? nullptr : &*row;
 }
@@ -203,12 +203,12 @@ Heightfield generate(const ProceduralRow& row, const HeightmapSpec& spec) {
 }
 
 Heightfield resolve(const HeightmapSpec& spec, std::string& reading) {
-  if (const ProceduralRow* row = find_row(procedurals(), spec.source)) {
+  if (const ProceduralRow* row = row_or_none(procedurals(), spec.source)) {
     Heightfield heights = generate(*row, spec);
     if (spec.normalise) stretch(heights);
     return heights;
   }
-  if (const KnownHeightmapRow* row = find_row(known_heightmaps(), spec.source))
+  if (const KnownHeightmapRow* row = row_or_none(known_heightmaps(), spec.source))
     return read_heightmap(find_known(*row), {spec.channel == "auto" ? row->channel : spec.channel, spec.floor},
                           spec.normalise || row->normalise, reading);
   std::error_code ignored;
@@ -232,7 +232,7 @@ std::vector<fs::path> heightmap_folders() {
 }
 
 bool is_solid(const HeightmapSpec& spec) {
-  const ProceduralRow* const row = find_row(procedurals(), spec.source);
+  const ProceduralRow* const row = row_or_none(procedurals(), spec.source);
   return row == nullptr ? !spec.floor.empty() : row->is_solid;
 }
 

@@ -85,16 +85,12 @@ std::string own_binary() {
   return path.string();
 }
 
-int device_index(const Run& run, const std::string& backend) {
-  const json device = device_of(run.info.at("identity"), backend);
-  return device.is_object() ? device.value("index", 0) : 0;
-}
-
 std::string sweep_command(const std::string& binary, const Run& run, const std::set<std::string>& backends,
                           const fs::path& config) {
   const std::string backend = backends.size() == 1 ? *backends.begin() : std::string("all");
   return fmt::format("{} sweep {} --backend {} --device {} --quiet -o \"$OUT\" >/dev/null", shell_quoted(binary),
-                     shell_quoted(config.string()), backend, device_index(run, *backends.begin()));
+                     shell_quoted(config.string()), backend,
+                     device_of(run.info.at("identity"), *backends.begin()).value("index", 0));
 }
 
 /// The devices that a re-run was measured on must be those of the runs.

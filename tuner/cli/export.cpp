@@ -69,6 +69,21 @@ ExportChoice checked(ExportChoice choice) {
   return choice;
 }
 
+/// Where the measured sampler is finer than what ships allows for.
+void warn_of_sampler(const nlohmann::json& evidence) {
+  const double allowed = kShippedSampler.error.shift;
+  if (!evidence.contains("sampler_shift") || evidence["sampler_shift"] >= allowed) return;
+  print_warning(fmt::format(
+      "measured with a sampler that is off by 1/{:.0f} texel at most; what ships allows for 1/{:.0f} and so "
+      "steps shorter: it may take longer and err more",
+      1 / evidence["sampler_shift"].get<double>(), 1 / allowed));
+}
+
+/// Of one or more, with commas between them.
+void make_list(CLI::Option* option) {
+  option->delimiter(',')->type_name("ID,...")->expected(1)->allow_extra_args(false)->take_all();
+}
+
 Export export_of(const SettingArguments& arguments, ExportJob& job) {
   const ChosenSetting chosen = choose_setting(arguments, "export");
   Heightmaps heightmaps;
@@ -89,13 +104,7 @@ Export export_of(const SettingArguments& arguments, ExportJob& job) {
   if (!other.empty())
     print_warning(
         fmt::format("the setting was measured {}: its figures are not those of what ships", fmt::join(other, " and ")));
-  if (const double shift =
-          job.evidence.is_object() ? job.evidence.value("sampler_shift", kShippedSampler.error.shift) : 0;
-      0 < shift && shift < kShippedSampler.error.shift)
-    print_warning(fmt::format(
-        "measured with a sampler that is off by 1/{:.0f} texel at most; what ships allows for 1/{:.0f} and so "
-        "steps shorter: it may take longer and err more",
-        1 / shift, 1 / kShippedSampler.error.shift));
+  warn_of_sampler(job.evidence);
   return make_export(job, std::move(heightmaps));
 }
 
@@ -132,23 +141,12 @@ void add_export_command(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<ExportArguments>();
   CLI::Option* presets = add_setting_options(*command, arguments->setting);
   command->add_option("--backend", arguments->setting.choice.backend, "whose presets: opengl | vulkan")->needs(presets);
-  command
-      ->add_option("--for", arguments->choice.engines,
-                   "engines of `reliefbench list engines`, a folder each, or all that can have it; default: "
-                   "plain, no engine")
-      ->delimiter(',')
-      ->type_name("ID,...")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
-  command
-      ->add_option("--language", arguments->choice.languages,
-                   fmt::format("of plain: {} | all; default: glsl", fmt::join(ids_of(languages()), " | ")))
-      ->delimiter(',')
-      ->type_name("ID,...")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
+  make_list(command->add_option("--for", arguments->choice.engines,
+                                "engines of `reliefbench list engines`, a folder each, or all that can have it; "
+                                "default: plain, no engine"));
+  make_list(
+      command->add_option("--language", arguments->choice.languages,
+                          fmt::format("of plain: {} | all; default: glsl", fmt::join(ids_of(languages()), " | "))));
   command
       ->add_option(
           "--textures", arguments->choice.container,

@@ -146,8 +146,7 @@ std::string again(const Record& record, const Run& run) {
   if (!std::filesystem::is_regular_file(path, error)) return "";
   const std::optional<std::string> frames = frame_words(path, record, run);
   if (!frames) return "";
-  const nlohmann::json device = device_of(run.info, record.backend);
-  const int index = device.is_object() ? device.value("index", 0) : 0;
+  const int index = device_of(run.info, record.backend).value("index", 0);
   const std::string key = setting_key(parse_setting(record.case_id));
   return fmt::format("reliefbench sweep {} --backend {} --device {} --filter {} --case {}{} -o out/again_{}",
                      shell_quoted(path), record.backend, index, shell_quoted(fmt::format("*@{}?*", record.scene)), key,

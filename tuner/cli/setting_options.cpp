@@ -4,7 +4,6 @@
 #include <functional>
 #include <set>
 
-#include "backends/filter_audit.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "tuner/cli/format.h"
@@ -66,15 +65,13 @@ void check_scene(const Run& run, const std::string& scene) {
     fail_input("--scene {}: {} has no such scene (it has {})", scene, run.folder.string(), fmt::join(known, ", "));
 }
 
-/// What the sampler that a case was measured with reads beside its place, in texels, as its audit showed; none: unknown
-std::optional<double> sampler_shift_of(const Run& run, const Record& record) {
-  const json device = device_of(run.info, record.backend);
-  if (!device.is_object()) return std::nullopt;
-  const Settings settings = settings_of(record.technique, record.params);
+/// What a device's sampler reads beside its place in the settings' map, in texels, as its audit showed; none: unknown,
+/// or they rest on no sampler
+std::optional<double> sampler_shift_of(const json& device, const Settings& settings) {
+  if (!makes_up_for_filter(settings)) return std::nullopt;
   const std::string_view texels = texel_type_id(storage_of(settings).format.type);
   for (const json& row : device.value("filter", json::array()))
-    if (row.value("texels", "") == texels && row.contains("least"))
-      return FilterPrecision{.least = row.value("least", 0.0), .greatest = row.value("greatest", 0.0)}.error().shift;
+    if (row.value("texels", "") == texels && row.contains("least")) return parse_filter_weights(row).error().shift;
   return std::nullopt;
 }
 
@@ -111,7 +108,7 @@ ChosenSetting of_run(const SettingArguments& arguments) {
                                     {"error_metric", metric},
                                     {"scenes", json::array({measurement_of(*record, metric)})}},
                        .scenes = {*scene}};
-  if (const std::optional<double> shift = sampler_shift_of(run, *record); shift && makes_up_for_filter(chosen.settings))
+  if (const auto shift = sampler_shift_of(device_of(run.info, record->backend), chosen.settings))
     chosen.evidence["sampler_shift"] = *shift;
   return chosen;
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <set>
+#include <span>
 #include <system_error>
 #include <utility>
 
@@ -44,13 +46,14 @@ void drop_repeated(const std::vector<std::vector<std::string>>& keys, MeasuredPl
   for (std::size_t k = 0; k < place.runs.size(); ++k) {
     std::map<std::size_t, std::size_t> repeated;  // by the earlier run
     std::vector<const TableRow*> cases;
-    const auto shares_part = [&](std::size_t earlier) {
-      return std::ranges::find_first_of(keys[earlier], keys[place.runs[k]]) != keys[earlier].end();
-    };
+    std::set<std::size_t> sharing;  // earlier runs that have a part of it
+    for (const std::size_t earlier : std::span(place.runs).first(k))
+      if (std::ranges::find_first_of(keys[earlier], keys[place.runs[k]]) != keys[earlier].end())
+        sharing.insert(earlier);
     for (const TableRow* row : place.cases[k]) {
       auto& earlier = seen[setting_id(row->settings)];
       const auto same = std::ranges::find_if(
-          earlier, [&](const auto& one) { return is_repeated(*one.second, *row, shares_part(one.first)); });
+          earlier, [&](const auto& one) { return is_repeated(*one.second, *row, sharing.contains(one.first)); });
       if (same != earlier.end() && same->first != place.runs[k]) {
         ++repeated[same->first];
         continue;

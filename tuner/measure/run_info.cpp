@@ -78,7 +78,7 @@ nlohmann::json device_json(const Session& session) {
 
 std::optional<Calibration> known_calibration(const nlohmann::json& info, const DeviceInfo& device) {
   const nlohmann::json entry = device_of(info, device.backend);
-  if (entry.is_null()) return std::nullopt;
+  if (entry.empty()) return std::nullopt;
   for (const char* key : {"timer", "control_load_steps", "control_frames", "control_reference_ns"})
     if (!entry.contains(key)) fail_input("{}: key 'devices': '{}' of {} is missing", kRunFile, key, device.backend);
   for (const Timer timer : device.timers)

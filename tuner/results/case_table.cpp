@@ -13,19 +13,12 @@
 namespace reliefbench {
 namespace {
 
-/// The control case's time on a backend when the run began, ns. Nothing where the run does not say (no device yet).
-std::optional<double> control_reference_ns(const Run& run, std::string_view backend) {
-  const nlohmann::json device = device_of(run.info, backend);
-  if (!device.contains("control_reference_ns")) return std::nullopt;
-  return device.at("control_reference_ns").get<double>();
-}
-
 std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& samples, const Record& record) {
   const auto own = samples.find(record.case_id);
   const auto control = samples.find(control_case_id(record.backend));
-  const std::optional<double> reference_ns = control_reference_ns(run, record.backend);
-  if (own == samples.end() || control == samples.end() || !reference_ns) return {};
-  return corrected_times_ns(own->second, control->second, *reference_ns);
+  const double reference_ns = control_reference_ns(run.info, record.backend);
+  if (own == samples.end() || control == samples.end() || reference_ns <= 0) return {};
+  return corrected_times_ns(own->second, control->second, reference_ns);
 }
 
 }  // namespace

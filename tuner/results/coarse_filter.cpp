@@ -13,10 +13,10 @@ namespace reliefbench {
 
 CoarseFilter::CoarseFilter(const nlohmann::json& info, std::string_view backend) {
   const nlohmann::json device = device_of(info, backend);
-  if (device.is_null()) return;
+  if (device.empty()) return;
   device_ = fmt::format("{} ({})", device.value("name", ""), backend);
   for (const nlohmann::json& row : device.value("filter", nlohmann::json::array())) {
-    const FilterPrecision precision{.least = row.value("least", 0.0), .greatest = row.value("greatest", 0.0)};
+    const FilterPrecision precision = parse_filter_weights(row);
     if (!precision.is_coarse()) continue;
     texels_.push_back(row.value("texels", ""));
     worst_ = std::max(worst_, precision.worst());

@@ -19,7 +19,11 @@ nlohmann::json device_json(const DeviceInfo& device) {
 nlohmann::json device_of(const nlohmann::json& info, std::string_view backend) {
   for (const nlohmann::json& device : info.value("devices", nlohmann::json::array()))
     if (device.value("backend", "") == backend) return device;
-  return nullptr;
+  return nlohmann::json::object();
+}
+
+double control_reference_ns(const nlohmann::json& info, std::string_view backend) {
+  return device_of(info, backend).value("control_reference_ns", 0.0);
 }
 
 nlohmann::json audit_json(std::span<const TimerAudit> audit) {
@@ -49,6 +53,10 @@ nlohmann::json filter_json(std::span<const FilterAudit> audit) {
                     {"value", row.precision.value}});
   }
   return list;
+}
+
+FilterPrecision parse_filter_weights(const nlohmann::json& entry) {
+  return {.least = entry.value("least", 0.0), .greatest = entry.value("greatest", 0.0)};
 }
 
 }  // namespace reliefbench

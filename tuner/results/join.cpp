@@ -32,8 +32,7 @@ std::string folder_text(const Run& run) { return run.folder.string(); }
 
 /// The processor that draws, where none but the host's does.
 std::string drawing_cpu(const Run& run, std::string_view backend) {
-  const json device = device_of(run.info, backend);
-  const bool is_software = device.is_object() && device.value("software", json(false)) == true;
+  const bool is_software = device_of(run.info, backend).value("software", json(false)) == true;
   return is_software ? run.info.value(json::json_pointer("/host/cpu"), "") : "";
 }
 
@@ -47,7 +46,7 @@ void check_same_devices(const Run& first, const Run& run) {
   for (const json& own : list_in(run.info["identity"], "devices")) {
     const std::string backend = own.value("backend", "");
     const json other = device_of(first.info["identity"], backend);
-    if (other.is_null()) continue;
+    if (other.empty()) continue;
     for (const char* key : {"name", "driver"})
       if (own.value(key, "") != other.value(key, ""))
         fail_input("{}: its {} device has the {} '{}', that of {} '{}'", folder_text(run), backend, key,
@@ -139,19 +138,13 @@ std::vector<Owner> owners_of(const std::vector<Run>& runs, std::size_t& held_twi
   return owners;
 }
 
-/// The control case's time that a run's times were brought to, ns.
-double control_time_ns(const json& info, const std::string& backend) {
-  const json device = device_of(info, backend);
-  return device.is_object() ? device.value("control_reference_ns", 0.0) : 0;
-}
-
 /// By backend: what brings a run's times to the speed of the first run's device.
 std::map<std::string, double> speed_factors(const Run& run, const json& first) {
   std::map<std::string, double> factors;
   for (const json& device : list_in(run.info, "devices")) {
     const std::string backend = device.value("backend", "");
-    const double own_ns = control_time_ns(run.info, backend);
-    const double first_ns = control_time_ns(first, backend);
+    const double own_ns = control_reference_ns(run.info, backend);
+    const double first_ns = control_reference_ns(first, backend);
     if (own_ns > 0 && first_ns > 0) factors.emplace(backend, first_ns / own_ns);
   }
   return factors;
@@ -168,7 +161,7 @@ json united_devices(const std::vector<Run>& runs, const json::json_pointer& wher
   json all = {{"devices", json::array()}};
   for (const Run& run : runs)
     for (const json& device : list_in(run.info.at(where), "devices"))
-      if (device_of(all, device.value("backend", "")).is_null()) all["devices"].push_back(device);
+      if (device_of(all, device.value("backend", "")).empty()) all["devices"].push_back(device);
   return all;
 }
 
@@ -271,7 +264,7 @@ void set_control_range(JoinedRuns& joined, const std::vector<json>& parts, const
   for (const json& part : parts)
     for (const json& device : list_in(part, "devices")) {
       const double own_ns = device.value("control_reference_ns", 0.0);
-      const double first_ns = control_time_ns(first, device.value("backend", ""));
+      const double first_ns = control_reference_ns(first, device.value("backend", ""));
       if (own_ns <= 0 || first_ns <= 0) continue;
       joined.least_control = std::min(joined.least_control, own_ns / first_ns);
       joined.greatest_control = std::max(joined.greatest_control, own_ns / first_ns);

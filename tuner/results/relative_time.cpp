@@ -52,17 +52,18 @@ std::vector<double> control_times_ns(const nlohmann::json& info, std::string_vie
   std::map<std::string, std::vector<double>> of_host;
   const nlohmann::json parts = info.value("parts", nlohmann::json::array());
   for (const nlohmann::json& part : parts) {
-    const nlohmann::json device = device_of(part, backend);
-    own_ns.push_back(device.is_object() ? device.value("control_reference_ns", 0.0) : 0.0);
+    own_ns.push_back(control_reference_ns(part, backend));
     if (own_ns.back() > 0) of_host[part.value(nlohmann::json::json_pointer("/host/name"), "")].push_back(own_ns.back());
   }
+  std::vector<double> times_ns = raw_times(control);
+  if (of_host.empty()) return times_ns;
   std::vector<double> hosts_ns;
   hosts_ns.reserve(of_host.size());
-  for (const auto& [host, times_ns] : of_host) hosts_ns.push_back(geometric_mean(times_ns));
-  std::vector<double> times_ns = raw_times(control);
+  for (const auto& [host, host_ns] : of_host) hosts_ns.push_back(geometric_mean(host_ns));
+  const double mean_ns = geometric_mean(hosts_ns);
   for (std::size_t i = 0; i < times_ns.size(); ++i) {
     const auto part = static_cast<std::size_t>(control[i].part);
-    if (part < own_ns.size() && own_ns[part] > 0) times_ns[i] *= geometric_mean(hosts_ns) / own_ns[part];
+    if (part < own_ns.size() && own_ns[part] > 0) times_ns[i] *= mean_ns / own_ns[part];
   }
   return times_ns;
 }
