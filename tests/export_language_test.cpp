@@ -14,6 +14,7 @@
 #include "reports/export/container.h"
 #include "reports/export/engine.h"
 #include "tests/browser.h"
+#include "tests/command.h"
 #include "tests/export_rig.h"
 #include "tests/thorough.h"
 

@@ -9,6 +9,9 @@
 
 namespace reliefbench {
 
+inline constexpr History::Access kRead = History::Access::read;
+inline constexpr History::Access kWrite = History::Access::write;
+
 /// A PostgreSQL server of Debian's package, in a folder of its own and on a socket there.
 class PostgresServer {
  public:

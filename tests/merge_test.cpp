@@ -3,11 +3,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -15,7 +12,6 @@
 #include <random>
 
 #include "kernels/base/error.h"
-#include "kernels/base/pending_folder.h"
 #include "tests/cli_rig.h"
 #include "tests/schema.h"
 #include "tests/written_run.h"
@@ -380,51 +376,6 @@ TEST_F(MergeTest, two_devices_of_one_model_are_one) {
     run.info["host"]["name"] = "another";
   });
   EXPECT_EQ(merge({shard(1), second, shard(3)}).missing, "");
-}
-
-TEST_F(MergeTest, a_folder_holds_one_shard) {
-  const std::vector<std::string> sweep = {"sweep", kSmoke, "--backend", "null", "--quiet", "-o", "one", "--shard"};
-  const auto with = [&](const std::string& shard) {
-    std::vector<std::string> command = sweep;
-    command.push_back(shard);
-    return command;
-  };
-  EXPECT_EQ(run(with("1/3")).exit_code, 0);
-  EXPECT_EQ(load_run(folder_ / "one").info.at("identity").at("shard"), "1/3");
-  EXPECT_THAT(run(with("1/3")).out, HasSubstr("from an earlier start")) << "gone on with";
-  expect_refused(with("2/3"), 2, R"(holds another run: its 'shard' is "1/3", now it is "2/3")");
-  expect_refused(with("4/3"), 2, "'4/3' is no shard");
-  std::vector<std::string> dry = with("2/3");
-  dry.emplace_back("--dry-run");
-  EXPECT_THAT(run(dry).out, HasSubstr("shard 2 of 3: 3 of 9 cases, "));
-  dry.emplace_back("--json");
-  const json share = json::parse(run(dry).out).at("shard");
-  EXPECT_EQ(share.at("index"), 2);
-  EXPECT_EQ(share.at("cases_of_all"), 9);
-}
-
-TEST(PendingFolder, is_there_as_a_whole_or_not_at_all) {
-  const TempFolder folder;
-  const auto count = [&] { return std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()); };
-  { const PendingFolder left(folder / "out"); }
-  EXPECT_EQ(count(), 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    const PendingFolder killed(folder / "out");
-    std::ofstream(killed.path() / "half") << "half";
-    raise(SIGKILL);
-  }
-  waitpid(child, nullptr, 0);
-  EXPECT_EQ(count(), 1);
-  PendingFolder one(folder / "out/");
-  EXPECT_EQ(count(), 1) << "what the killed one left is gone";
-  const PendingFolder two(folder / "other");
-  EXPECT_EQ(count(), 2) << "and the living one's not";
-  std::ofstream(one.path() / "file") << "whole";
-  fs::create_directory(folder / "out");
-  one.commit();
-  EXPECT_EQ(file_text(folder / "out/file"), "whole");
-  EXPECT_THAT([&] { PendingFolder(folder / "out"); }, ThrowsMessage<Error>(HasSubstr("is not empty")));
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "tests/cli_rig.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {
@@ -120,6 +122,29 @@ TEST(Shard, begins_with_a_map_where_one_is_near) {
   ASSERT_GT(maps, 1);
   for (int index = 1; index <= maps; ++index)
     EXPECT_EQ(shard_of(plan, config, {.index = index, .of = maps}).bakes.size(), 1U);
+}
+
+class ShardedSweep : public CliTest {};
+
+TEST_F(ShardedSweep, a_folder_holds_one_shard) {
+  const std::vector<std::string> sweep = {"sweep", kSmoke, "--backend", "null", "--quiet", "-o", "one", "--shard"};
+  const auto with = [&](const std::string& shard) {
+    std::vector<std::string> command = sweep;
+    command.push_back(shard);
+    return command;
+  };
+  EXPECT_EQ(run(with("1/3")).exit_code, 0);
+  EXPECT_EQ(load_run(folder_ / "one").info.at("identity").at("shard"), "1/3");
+  EXPECT_THAT(run(with("1/3")).out, HasSubstr("from an earlier start")) << "gone on with";
+  expect_refused(with("2/3"), 2, R"(holds another run: its 'shard' is "1/3", now it is "2/3")");
+  expect_refused(with("4/3"), 2, "'4/3' is no shard");
+  std::vector<std::string> dry = with("2/3");
+  dry.emplace_back("--dry-run");
+  EXPECT_THAT(run(dry).out, HasSubstr("shard 2 of 3: 3 of 9 cases, "));
+  dry.emplace_back("--json");
+  const nlohmann::json share = nlohmann::json::parse(run(dry).out).at("shard");
+  EXPECT_EQ(share.at("index"), 2);
+  EXPECT_EQ(share.at("cases_of_all"), 9);
 }
 
 }  // namespace
