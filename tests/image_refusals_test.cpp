@@ -134,6 +134,17 @@ TEST(Image, RefusesTooManyChannelsAndNone) {
   EXPECT_EQ(input_error([] { check_shape(4, 4, 0, "x"); }), "x: has no channels");
 }
 
+// OpenEXR takes memory for a row of tiles, of which the file may claim any size: found by fuzzing, 3 GB for 754 bytes.
+TEST(Image, RefusesAnExrWhoseTilesDwarfIt) {
+  const TempFolder folder;
+  std::string file =
+      read_bytes(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "tests/data/images/tiled_zip_float.exr");
+  const std::size_t tiles = file.find("tiledesc") + sizeof("tiledesc") + 4;  // after its size
+  file.replace(tiles + 4, 4, std::string("\0\0\xc6\0", 4));
+  write_bytes(folder / "map.exr", file);
+  EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.exr"); }), HasSubstr("texels in tiles of "));
+}
+
 /// Most memory that this process ever had, in MiB.
 long peak_memory_mib() {
   rusage usage{};

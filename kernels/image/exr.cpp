@@ -7,12 +7,14 @@
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTileDescription.h>
 #include <OpenEXR/ImfVersion.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <string_view>
@@ -80,6 +82,18 @@ void check_attributes(std::string_view file, const std::string& name) {
   }
 }
 
+/// OpenEXR sets memory aside for a row of tiles, of any size. They may be larger than the image, but not by far.
+void check_tiles(const Imf::Header& header, double width, double height, const std::string& name) {
+  constexpr double kAnyway = 1 << 22;  // texels that a row of tiles may always have
+  constexpr double kTimes = 4.0;       // as many as the image has
+  if (!header.hasTileDescription()) return;
+  const Imf::TileDescription& tiles = header.tileDescription();
+  const double row = std::ceil(width / tiles.xSize) * tiles.xSize * tiles.ySize;
+  if (row > std::max(kAnyway, kTimes * width * height))
+    fail_input("{}: the EXR is truncated or corrupt: it has {}x{} texels in tiles of {}x{}", name, width, height,
+               tiles.xSize, tiles.ySize);
+}
+
 class MemoryWriter : public Imf::OStream {
  public:
   MemoryWriter() : OStream("memory") {}
@@ -129,6 +143,7 @@ Image read_first_part(FileBytes bytes, const std::string& name) {
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
   check_shape(width, height, static_cast<std::int64_t>(channels.size()), name);
+  check_tiles(header, static_cast<double>(width), static_cast<double>(height), name);
   std::ranges::sort(channels, {}, [](const std::string& channel) { return order(channel); });
 
   const auto is_alpha = [](const std::string& channel) { return channel == "A" || channel.ends_with(".A"); };
