@@ -180,6 +180,24 @@ TEST_F(ExportRecipes, o3de_has_linear_presets_that_keep_all_channels) {
   expect_refused("relief?format=r16", "o3de", "takes no DDS but of 8 bits a channel", "dds");
 }
 
+// A setting that reads levels of the normal map was measured with them: the file brings them, or the engine makes them.
+TEST_F(ExportRecipes, a_normal_map_has_the_levels_that_are_read) {
+  for (const Engine& engine : engines()) {
+    if (engine.id == kPlainEngine) continue;
+    for (const char* normals : {"base", "footprint", "gradient"}) {
+      ExportJob one = job(fmt::format("relief?normals={}", normals), std::string(engine.id));
+      one.choice.normal_map = true;
+      const nlohmann::json textures = make_export(one).settings["textures"];
+      ASSERT_EQ(textures.back()["sampler"], "normal_map");
+      const bool reads_levels = std::string_view(normals) != "base";
+      const bool makes_levels = engine.id == "o3de";
+      EXPECT_EQ(textures.back()["levels"], reads_levels && !makes_levels ? 6 : 1) << engine.id << " " << normals;
+      EXPECT_EQ(sheet(one).find("Of `relief.normal.tga` it is on") != std::string::npos, reads_levels && makes_levels)
+          << engine.id << " " << normals;
+    }
+  }
+}
+
 TEST_F(ExportRecipes, godot_takes_dds_as_it_is) {
   const auto levels = files(job("qdm?format=r16", "godot"));
   EXPECT_EQ(read_dds(levels.at("relief.extra.dds")).format, 41U);  // R32_FLOAT: there is no R16_UNORM before Godot 4.5

@@ -125,9 +125,11 @@ class Folder {
 
   void add_normals() {
     TextureImage normals = *source_.normals;
-    if (engine_.id != kPlainEngine) {  // engines make levels of their own
+    const auto is_refused = [&](const Unreadable& row) { return row.is_so(normals); };
+    if (std::ranges::any_of(engine_.unreadable, is_refused)) {  // such an engine makes the levels by itself
       normals.levels = 1;
       normals.texels.resize(image_bytes(normals));
+      values_.flags.insert("makes_levels");
     }
     if (engine_.green_runs_against_v)
       for (std::size_t i = 1; i < normals.texels.size(); i += 4)
