@@ -1,5 +1,5 @@
 // Preloaded into the binary by tests (LD_PRELOAD): makes the n-th call of a kind fail, or ends the process there.
-//   FAULT_CALL    write | pwrite | fsync | rename | open | pthread_create
+//   FAULT_CALL    write | pwrite | fsync | rename | open | mmap | pthread_create
 //   FAULT_AT      which of the calls that match, from 1; 0: each
 //   FAULT_ERRNO   the call fails with this number
 //   FAULT_SHORT   or: of a write, half the bytes are written
@@ -8,6 +8,7 @@
 //   FAULT_UNLINK  or: the call is done, then this file is removed
 //   FAULT_FILE    only files whose path holds this text
 //   FAULT_TEXT    only bytes that hold this text
+//   FAULT_PROCESS only processes whose arguments hold this text
 //   FAULT_MARK    a folder that is made when the fault happens
 // With FAULT_SERVER, "IN OUT", the process runs no command but forks one for each request from the pipe IN: a size, 4
 // bytes, and that much "NAME=VALUE\0", which are put into its environment. How it ended, as waitpid() tells it, goes to
@@ -16,10 +17,13 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -29,6 +33,7 @@
 #include <cstdlib>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace {
 
@@ -46,12 +51,31 @@ std::string path_of(int fd) {
   return length < 0 ? std::string() : std::string(target.data(), static_cast<std::size_t>(length));
 }
 
+/// The process's arguments, each behind a NUL.
+std::string arguments() {
+  std::string text(4096, '\0');
+  const int fd = static_cast<int>(syscall(SYS_open, "/proc/self/cmdline", O_RDONLY));
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(read(fd, text.data(), text.size()), 0)));
+  close(fd);
+  return text;
+}
+
 /// Whether it is this call's turn.
 bool is_due(std::string_view call, std::string_view path, std::string_view bytes) {
   static std::atomic<int> count = 0;
   if (call != setting("FAULT_CALL") || !holds(path, "FAULT_FILE") || !holds(bytes, "FAULT_TEXT")) return false;
+  if (!setting("FAULT_PROCESS").empty() && !holds(arguments(), "FAULT_PROCESS")) return false;
   const int at = number("FAULT_AT");
   return ++count == at || at == 0;
+}
+
+/// What a call returns that failed: a number, or for mmap() MAP_FAILED, which is -1 as a pointer.
+template <typename Result>
+Result failure(int value) {
+  if constexpr (std::is_pointer_v<Result>)
+    return MAP_FAILED;
+  else
+    return static_cast<Result>(value);
 }
 
 template <typename Real, typename Short>
@@ -60,7 +84,7 @@ auto inject(std::string_view call, std::string_view path, std::string_view bytes
   if (const std::string mark(setting("FAULT_MARK")); !mark.empty()) mkdir(mark.c_str(), 0777);
   if (const int error = number("FAULT_ERRNO"); error != 0) {
     errno = error;
-    return static_cast<decltype(real())>(call == "pthread_create" ? error : -1);
+    return failure<decltype(real())>(call == "pthread_create" ? error : -1);
   }
   const int signal = number("FAULT_SIGNAL");
   if (signal != 0 && !setting("FAULT_EARLY").empty()) raise(signal);
@@ -154,6 +178,10 @@ int open(const char* path, int flags, ...) {
   const auto mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
   va_end(arguments);
   return inject("open", path, "", [&] { return next<int(const char*, int, ...)>("open")(path, flags, mode); });
+}
+void* mmap(void* at, std::size_t size, int protection, int flags, int fd, off_t offset) noexcept {
+  const auto real = [&] { return next<decltype(mmap)>("mmap")(at, size, protection, flags, fd, offset); };
+  return fd < 0 ? real() : inject("mmap", path_of(fd), "", real);
 }
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*),
                    void* argument) noexcept {
