@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "kernels/base/error.h"
+
 namespace reliefbench {
 namespace {
 
@@ -78,6 +80,13 @@ std::size_t end_of_deeper(const Lines& lines, std::size_t begin, std::size_t ind
   return begin;
 }
 
+/// The line that ends the block whose lines begin at `begin`.
+std::size_t end_of_block(const Lines& lines, std::size_t begin, std::size_t indent) {
+  const std::size_t end = end_of_deeper(lines, begin, indent);
+  if (end == lines.size()) fail_environment("shader text: \"{}\" opens a block that nothing ends", lines[begin - 1]);
+  return end;
+}
+
 /// The lines of a statement that an `if` at `at` stands before, moved out to its indent, and the lines of its `else`.
 struct Branches {
   Lines then;
@@ -87,7 +96,7 @@ struct Branches {
 
 Lines moved_out(const Lines& lines, std::size_t begin, std::size_t end) {
   Lines out;
-  for (std::size_t i = begin; i < end; ++i) out.push_back(lines[i].empty() ? "" : lines[i].substr(2));
+  for (std::size_t i = begin; i < end; ++i) out.push_back(lines[i].substr(std::min<std::size_t>(lines[i].size(), 2)));
   return out;
 }
 
@@ -95,17 +104,20 @@ Branches branches_of(const Lines& lines, std::size_t at, std::size_t after_condi
   const std::size_t indent = indent_of(lines[at]);
   const std::string_view statement = std::string_view(lines[at]).substr(after_condition);
   Branches branches;
-  branches.end = end_of_deeper(lines, at + 1, indent);
-  branches.then = moved_out(lines, at + 1, branches.end);
   if (!code_of(statement).ends_with('{')) {
+    branches.end = end_of_deeper(lines, at + 1, indent);
+    branches.then = moved_out(lines, at + 1, branches.end);
     if (!code_of(statement).empty())
       branches.then.insert(branches.then.begin(), std::string(indent, ' ') + std::string(statement.substr(1)));
     return branches;
   }
-  const std::size_t middle = branches.end++;
+  const std::size_t middle = end_of_block(lines, at + 1, indent);
+  branches.then = moved_out(lines, at + 1, middle);
+  branches.end = middle + 1;
   if (lines[middle].find("else {") == std::string::npos) return branches;
-  branches.end = end_of_deeper(lines, middle + 1, indent);
-  branches.otherwise = moved_out(lines, middle + 1, branches.end++);
+  const std::size_t last = end_of_block(lines, middle + 1, indent);
+  branches.otherwise = moved_out(lines, middle + 1, last);
+  branches.end = last + 1;
   return branches;
 }
 

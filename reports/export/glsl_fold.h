@@ -20,6 +20,7 @@ using GlslConstants = std::map<std::string, int, std::less<>>;
 /// A function without the `if`s that constants decide: `if (A == B)`, `if (A != B)`, alone or before `&&` or `||`.
 /// After a `return` that is then unconditional, the rest goes. text: laid out by clang-format, as the shaders of this
 /// project are
+/// throws: Error(environment): a block that nothing ends
 [[nodiscard]] std::string folded(std::string_view text, const GlslConstants& constants);
 
 }  // namespace reliefbench

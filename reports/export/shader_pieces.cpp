@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include "kernels/base/embedded.h"
+#include "kernels/base/error.h"
 #include "reports/export/glsl_fold.h"
 #include "reports/export/ray_text.h"
 
@@ -44,16 +45,23 @@ bool is_before_declaration(std::string_view code) {
          (code.starts_with("static inline __attribute__") && code.ends_with("))"));
 }
 
+/// throws: Error(environment): a line has no such word
+std::string word_at(const std::vector<std::string>& words, std::size_t at, std::string_view line) {
+  if (at >= words.size()) fail_environment("shader text: \"{}\" declares nothing", line);
+  return words[at];
+}
+
 /// Says what a piece declares: the macros of preprocessor lines; else the last word before the first of `( = ; { :`.
 void name(Piece& piece) {
   for (const std::string& line : text_lines(piece.text)) {
     const std::string_view code = code_of(line);
-    if (code.starts_with("#define ")) piece.names.push_back(words_of(code).at(1));
+    if (code.starts_with("#define ")) piece.names.push_back(word_at(words_of(code), 1, code));
     if (code.empty() || code.front() == '#' || is_before_declaration(code)) continue;
     if (!piece.names.empty()) return;
     const std::string_view declaration = without_layout(code);
     const std::size_t end = std::min(declaration.find_first_of("(=;{:"), declaration.size());
-    piece.names = {words_of(declaration.substr(0, end)).back()};
+    const std::vector<std::string> words = words_of(declaration.substr(0, end));
+    piece.names = {word_at(words, words.size() - 1, code)};
     piece.is_function = end < declaration.size() && declaration[end] == '(';
     return;
   }
@@ -107,7 +115,7 @@ class PieceReader {
     const auto found = cut_.generated.find(file);
     std::vector<std::string> lines = rays_.written_out(
         text_lines(found != cut_.generated.end() ? found->second : embedded_text(embedded_shaders(), file)));
-    if (!lines.empty() && lines.front().starts_with("#ifndef ")) {  // the guard
+    if (lines.size() > 2 && lines.front().starts_with("#ifndef ")) {  // the guard
       lines.erase(lines.begin(), lines.begin() + 2);
       lines.pop_back();
     }
@@ -171,9 +179,10 @@ GlslConstants specialise(Pieces& pieces, const std::map<int, int>& given) {
   for (Piece& piece : pieces) {
     if (!piece.text.starts_with(kSpecialised)) continue;
     const std::vector<std::string> words = constant_words(piece);
-    const auto choice = choices.find(words.at(3));
-    const int fallback = choice == choices.end() ? number(words.at(3)) : choice->second;
-    const auto found = given.find(number(words_of(piece.text).at(2)));
+    const std::string named = word_at(words, 3, piece.text);
+    const auto choice = choices.find(named);
+    const int fallback = choice == choices.end() ? number(named) : choice->second;
+    const auto found = given.find(number(word_at(words_of(piece.text), 2, piece.text)));
     const int value = found == given.end() ? fallback : found->second;
     piece.text = fmt::format("const int {} = {};\n", words[2], value_text(choices, words[2], value));
     constants.emplace(words[2], value);

@@ -20,6 +20,7 @@ struct Piece {
 using Pieces = std::vector<Piece>;
 
 /// The top-level declarations of a text in GLSL, HLSL, MSL or WGSL as this project, SPIRV-Cross and naga write them.
+/// throws: Error(environment): one that names nothing
 [[nodiscard]] Pieces pieces_of(std::string_view text, const std::string& file = "");
 /// Marks what the roots need, directly or through others, as needed, and nothing else; the comments of files that
 /// something is needed of stay.
@@ -43,7 +44,7 @@ struct GlslCut {
 /// Shader files as one text: every `#include` is put in its place, once, and of all top-level declarations those are
 /// needed, with their comments, that the roots need, without the `if`s that constants decide (glsl_fold.h).
 /// It knows the shaders of this project, not GLSL: includes first, a declaration's last line ends in `;` or `}`.
-/// throws: Error(environment): no such file
+/// throws: Error(environment): no such file, or one that is laid out in another way
 [[nodiscard]] Pieces cut_glsl(const GlslCut& cut);
 
 }  // namespace reliefbench

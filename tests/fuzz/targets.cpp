@@ -23,6 +23,7 @@
 #include "kernels/image/image.h"
 #include "kernels/image/ktx2.h"
 #include "kernels/mesh/obj.h"
+#include "reports/export/shader_pieces.h"
 #include "tests/written_tables.h"
 #include "tuner/history/google_benchmark.h"
 #include "tuner/plan/config.h"
@@ -121,6 +122,14 @@ void reflect_words(std::string_view text) {
   static_cast<void>(remainder_widths(words));
 }
 
+/// A shader file, cut down to what its function `first_hit` needs.
+void cut_shader(std::string_view text) {
+  hold(words_of(text_of(pieces_of(text))) == words_of(text), "pieces are the whole text");
+  const std::string file = "shader.glsl";
+  static_cast<void>(text_of(cut_glsl(
+      {.files = {file}, .roots = {"first_hit"}, .constants = {{0, 1}}, .generated = {{file, std::string(text)}}})));
+}
+
 struct Target {
   std::string_view name;
   std::string_view seeds;  ///< globs below the sources
@@ -163,6 +172,7 @@ const Target kTargets[] = {
     {"glob", "tests/fuzz/seeds/glob*.txt", match_glob},
     {"budget", "tests/fuzz/seeds/budget*.txt", read_budget},
     {"shard", "tests/fuzz/seeds/shard*.txt", [](std::string_view text) { (void)parse_shard(text); }},
+    {"glsl", "tests/fuzz/seeds/*.glsl", cut_shader},
     {"spirv", "tests/fuzz/seeds/*.spv", reflect_words},
 };
 
