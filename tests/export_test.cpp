@@ -14,6 +14,7 @@
 #include "kernels/image/ktx2.h"
 #include "kernels/trace/surface.h"
 #include "reports/export/glsl_fold.h"
+#include "reports/export/shader_pieces.h"
 #include "tests/command.h"
 #include "tests/export_rig.h"
 #include "tests/finished_run.h"
@@ -54,6 +55,16 @@ TEST(GlslFold, ifs_that_constants_decide_vanish) {
   EXPECT_EQ(body("  x = a == ONE ? y : z;\n"), kept("  x = a == ONE ? y : z;\n"));
   EXPECT_EQ(body("  if (x) {\n    if (A == ONE) {\n      if (A == TWO) y;\n      z;\n    }\n  }\n"),
             kept("  if (x) {\n    z;\n  }\n"));
+}
+
+TEST(GlslFold, what_is_laid_out_in_another_way_ends) {
+  const GlslConstants constants = {{"A", 1}, {"ONE", 1}};
+  EXPECT_EQ(folded("  if (A == ONE) return x;", constants), "  return x;\n");  // found by fuzzing: it had no end
+  EXPECT_THAT([&] { (void)folded("  if (A == ONE) {\n    x;\n", constants); },
+              ThrowsMessage<Error>(HasSubstr("shader text: \"  if (A == ONE) {\" opens a block that nothing ends")));
+  EXPECT_THAT([] { (void)pieces_of("#define (\n"); },
+              ThrowsMessage<Error>(HasSubstr("\"#define (\" declares nothing")));
+  EXPECT_THAT([] { (void)pieces_of("= 3;\n"); }, ThrowsMessage<Error>(HasSubstr("\"= 3;\" declares nothing")));
 }
 
 const ExportedFile* file_of(const Export& exported, const std::string& name) {

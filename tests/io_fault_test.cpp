@@ -29,9 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of four cases; of twenty where all is asked for.
+/// Of four cases; of 24 where all is asked for.
 std::string small_config() {
-  const std::string steps = is_thorough() ? R"({"from": 4, "to": 23, "step": 1})" : "[4, 8, 16, 32]";
+  const std::string steps = is_thorough() ? R"({"from": 4, "to": 27, "step": 1})" : "[4, 8, 16, 32]";
   return R"({
     "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]}],
     "measure": {"samples": 2, "batch_ms": 0.01, "warmup_batches_max": 1, "block_cases": 3, "flicker_frames": 0},

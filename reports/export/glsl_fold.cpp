@@ -170,9 +170,9 @@ std::string folded(std::string_view text, const GlslConstants& constants) {
     const Branches branches = branches_of(lines, i, close + 1);
     const Lines& kept = left == "true" ? branches.then : branches.otherwise;
     const bool returns = !kept.empty() && indent == 2 && kept.back().starts_with("  return");
+    const std::size_t end = returns ? std::max(branches.end, lines.size() - 1) : branches.end;  // before the last "}"
     const auto begin = lines.begin() + static_cast<std::ptrdiff_t>(i);
-    const auto end = returns ? lines.end() - 1 : lines.begin() + static_cast<std::ptrdiff_t>(branches.end);
-    lines.insert(lines.erase(begin, end), kept.begin(), kept.end());
+    lines.insert(lines.erase(begin, lines.begin() + static_cast<std::ptrdiff_t>(end)), kept.begin(), kept.end());
   }
   std::string out;
   for (const std::string& line : lines) out += line + "\n";
