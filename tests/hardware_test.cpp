@@ -51,6 +51,7 @@ FleetRun made_run(const MadeDevice& made) {
                  .map = is_cone ? "conservative" : "height",
                  .backend = made.backend,
                  .device = made.device,
+                 .driver = made.driver,
                  .scene = made.scene,
                  .scene_key = {std::string(64, made.key)},
                  .reason = {},

@@ -59,7 +59,8 @@ void expect_same_row(const TableRow& a, const TableRow& b) {
   EXPECT_EQ(&a.settings.technique(), &b.settings.technique());
   EXPECT_EQ(a.settings.text(), b.settings.text());
   EXPECT_EQ(a.map, b.map);
-  EXPECT_EQ(a.backend + a.device + a.scene, b.backend + b.device + b.scene);
+  EXPECT_EQ(measured_device(a), measured_device(b));
+  EXPECT_EQ(a.scene, b.scene);
   EXPECT_EQ(a.scene_key, b.scene_key);
   EXPECT_EQ(a.status, b.status);
   EXPECT_EQ(a.reason, b.reason);

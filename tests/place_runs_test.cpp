@@ -14,6 +14,7 @@
 #include "tests/command.h"
 #include "tests/finished_run.h"
 #include "tests/written_run.h"
+#include "tests/written_tables.h"
 #include "tuner/decide/fleet.h"
 #include "tuner/decide/hardware.h"
 #include "tuner/decide/place_times.h"
@@ -179,6 +180,32 @@ TEST(PlaceRuns, the_commands_say_what_is_given_twice) {
   };
   EXPECT_EQ(choose("b"), "reliefbench: b: 60 of its cases are the same measurement as in a and count once\n");
   EXPECT_THAT(choose("a"), HasSubstr("the same measurement as in a"));
+}
+
+// A software device is as fast as its processor, and a table has the five first digits of the samples it is a copy of.
+TEST(PlaceRuns, a_table_knows_its_processor_and_what_it_is_a_copy_of) {
+  const auto measured_on = [](const char* processor) {
+    reliefbench::Run run = sampled_run({.backends = {"vulkan"}, .scenes = {"s"}, .with_failed = false});
+    run.info["host"]["cpu"] = processor;
+    run.info["devices"][0].update({{"driver", "llvmpipe 15"}, {"software", true}});
+    return run;
+  };
+  const auto table_of = [](const reliefbench::Run& run) {
+    return FleetRun{.name = "table.csv", .rows = parse_case_table(case_table_csv(case_table(run)), "table.csv")};
+  };
+  const reliefbench::Run here = measured_on("CPU A");
+  const FleetRun table = table_of(here);
+  EXPECT_EQ(table.rows.front().driver, "llvmpipe 15");
+  EXPECT_EQ(table.rows.front().machine, "CPU A");
+
+  const std::vector<FleetRun> twice = {fleet_run(here), table};
+  const std::vector<MeasuredPlace> one = places_of(twice);
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one.front().runs, (std::vector<std::size_t>{0}));
+  EXPECT_EQ(one.front().repeated.size(), 1U);
+
+  const std::vector<FleetRun> two = {table, table_of(measured_on("CPU B"))};
+  EXPECT_EQ(places_of(two).size(), 2U);
 }
 
 TEST(PlaceRuns, where_nothing_was_measured_that_is_the_answer) {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/base/error.h"
-#include "tuner/decide/environment.h"
+#include "tuner/results/environment.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {

@@ -9,10 +9,10 @@
 #include <set>
 #include <span>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "kernels/base/error.h"
-#include "tuner/decide/environment.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/run_parts.h"
 #include "tuner/results/run_question.h"
@@ -28,12 +28,14 @@ bool is_in_proportion(const std::vector<double>& samples, const std::vector<doub
   });
 }
 
-/// Whether two cases have the very same samples. Samples that are all equal, as of a coarse timer, say nothing.
+/// Whether two cases have the very same samples, as precisely as a table has them. Samples that are all equal, as of a
+/// coarse timer, say nothing.
 /// share_a_part: their runs do; a merge may have brought its times to another machine's speed
 bool is_repeated(const TableRow& a, const TableRow& b, bool share_a_part) {
   const std::vector<double>& samples = a.samples_ns;
   const bool is_told = std::ranges::adjacent_find(samples, std::not_equal_to{}) != samples.end();
-  return is_told && (samples == b.samples_ns || (share_a_part && is_in_proportion(samples, b.samples_ns)));
+  return is_told && (std::ranges::equal(samples, b.samples_ns, {}, table_sample_ns, table_sample_ns) ||
+                     (share_a_part && is_in_proportion(samples, b.samples_ns)));
 }
 
 /// Takes from later runs of a place what an earlier one holds.
@@ -93,15 +95,6 @@ std::vector<Budget> common_budgets(std::span<const FleetRun> runs) {
   return budgets;
 }
 
-MeasuredDevice measured_device(const nlohmann::json& info, const std::string& backend, const std::string& device) {
-  const Environment environment = measured_environment(info, backend);
-  const bool is_software = trait(environment, "software") == "true";
-  return {.backend = backend,
-          .device = device,
-          .driver = std::string(trait(environment, "driver")),
-          .machine = is_software ? std::string(trait(environment, "CPU")) : std::string()};
-}
-
 std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all) {
   std::string text = fmt::format("{} {}", device.backend, device.device);
   const auto same_name = [&](const MeasuredDevice& other) {
@@ -119,16 +112,18 @@ std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDe
 }
 
 std::vector<MeasuredPlace> places_of(std::span<const FleetRun> runs) {
+  const auto where = [](const TableRow& row) {
+    return std::tie(row.backend, row.device, row.driver, row.machine, row.scene, row.scene_key);
+  };
   std::vector<MeasuredPlace> places;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const TableRow* before = nullptr;
     std::size_t index = 0;
     for (const TableRow& row : runs[i].rows) {
-      const bool goes_on = before != nullptr && before->backend == row.backend && before->device == row.device &&
-                           before->scene == row.scene && before->scene_key == row.scene_key;
+      const bool goes_on = before != nullptr && where(*before) == where(row);
       before = &row;
       if (!goes_on) {
-        const MeasuredDevice device = measured_device(runs[i].info, row.backend, row.device);
+        const MeasuredDevice device = measured_device(row);
         const auto is_it = [&](const MeasuredPlace& place) {
           return place.device == device && place.scene_key == row.scene_key && place.scene == row.scene;
         };

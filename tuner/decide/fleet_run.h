@@ -9,6 +9,7 @@
 
 #include "tuner/plan/config.h"
 #include "tuner/results/case_table.h"
+#include "tuner/results/measured_device.h"
 
 namespace reliefbench {
 
@@ -17,7 +18,7 @@ struct FleetRun {    // NOLINT(bugprone-exception-escape): moving a json does no
   std::string name;  ///< as it was given
   std::vector<TableRow> rows;
   double weight = 1;
-  nlohmann::json info{};  ///< run.json; null of a table, which knows no drivers
+  nlohmann::json info{};  ///< run.json; null of a table
 };
 [[nodiscard]] FleetRun fleet_run(const Run& run);
 /// throws: Error(bad_input): neither a run's folder nor a table
@@ -27,17 +28,6 @@ struct FleetRun {    // NOLINT(bugprone-exception-escape): moving a json does no
 /// throws: Error(bad_input): theirs differ
 [[nodiscard]] std::vector<Budget> common_budgets(std::span<const FleetRun> runs);
 
-/// What a time is of, beside the setting and the scene.
-struct MeasuredDevice {
-  std::string backend;
-  std::string device;
-  std::string driver;   ///< "": a table does not say
-  std::string machine;  ///< the processor's name where the device is software; else ""
-  friend bool operator==(const MeasuredDevice&, const MeasuredDevice&) = default;
-};
-/// info: of the run that measured on it
-[[nodiscard]] MeasuredDevice measured_device(const nlohmann::json& info, const std::string& backend,
-                                             const std::string& device);
 /// "vulkan NVIDIA H200"; with the driver and the machine where another of `all` has the same name.
 [[nodiscard]] std::string device_text(const MeasuredDevice& device, std::span<const MeasuredDevice> all);
 

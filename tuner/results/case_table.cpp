@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "kernels/base/error.h"
 #include "tuner/plan/case.h"
@@ -23,6 +25,10 @@ std::vector<double> corrected_samples_ns(const Run& run, const SamplesByCase& sa
 
 }  // namespace
 
+MeasuredDevice measured_device(const TableRow& row) {
+  return {.backend = row.backend, .device = row.device, .driver = row.driver, .machine = row.machine};
+}
+
 std::optional<double> ns_per_px(const Run& run, const Record& record) {
   const auto scene = std::ranges::find(run.scenes, record.scene_key, [](const MeasuredScene& one) { return one.key; });
   if (scene == run.scenes.end() || !record.frame_time) return std::nullopt;
@@ -32,14 +38,19 @@ std::optional<double> ns_per_px(const Run& run, const Record& record) {
 
 std::vector<TableRow> case_table(const Run& run) {
   const SamplesByCase samples = group_samples(run.samples);
+  std::map<std::pair<std::string, std::string>, MeasuredDevice> devices;
   std::vector<TableRow> rows;
   rows.reserve(run.records.size());
   for (const Record& record : run.records) {
+    const auto [device, is_new] = devices.try_emplace({record.backend, record.device});
+    if (is_new) device->second = measured_device(run.info, record.backend, record.device);
     TableRow row{.case_id = record.case_id,
                  .settings = settings_of(record.technique, record.params),
                  .map = record.map,
                  .backend = record.backend,
                  .device = record.device,
+                 .driver = device->second.driver,
+                 .machine = device->second.machine,
                  .scene = record.scene,
                  .scene_key = record.scene_key,
                  .status = record.status,

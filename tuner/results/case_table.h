@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kernels/trace/technique.h"
+#include "tuner/results/measured_device.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -21,6 +22,8 @@ struct TableRow {
   std::string map;
   std::string backend;
   std::string device;
+  std::string driver{};   ///< as MeasuredDevice has it
+  std::string machine{};  ///< likewise
   std::string scene;
   SceneKey scene_key{};  ///< unknown in tables of earlier versions: then the scene's id has to do
   Status status = Status::ok;
@@ -34,6 +37,11 @@ struct TableRow {
   std::vector<double> samples_ns;     ///< ns a frame, corrected for drift; by time of measurement
 };
 
+[[nodiscard]] MeasuredDevice measured_device(const TableRow& row);
+
+/// A sample as table.csv has it: five digits, as a batch's time says no more.
+[[nodiscard]] double table_sample_ns(double sample_ns);
+
 /// A case's median frame time over the pixels of its scene's frame, to hold frames of several sizes to one another; of
 /// a time in ms it is ms per megapixel. None where the case has no time.
 [[nodiscard]] std::optional<double> ns_per_px(const Run& run, const Record& record);
@@ -44,15 +52,15 @@ struct TableRow {
 /// Of a run's folder, or of a table.csv that stands alone. throws: Error(bad_input): neither
 [[nodiscard]] std::vector<TableRow> load_case_table(const std::filesystem::path& path);
 
-/// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, scene, scene_key,
-/// status, reason, map, every other parameter of the registry (blank where inactive), every metric of the registry
-/// (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns, ci_low_ns,
-/// ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws: Error(bad_input): a
-/// number that is not finite
+/// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, driver, machine,
+/// scene, scene_key, status, reason, map, every other parameter of the registry (blank where inactive), every metric of
+/// the registry (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns,
+/// ci_low_ns, ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws:
+/// Error(bad_input): a number that is not finite
 void write_case_table(std::span<const TableRow> rows, std::ostream& out);
 
-/// Reads table.csv back. A parameter, metric, scene key or time per pixel whose column is missing counts as
-/// blank.
+/// Reads table.csv back. A parameter, metric, driver, machine, scene key or time per pixel whose column is missing
+/// counts as blank.
 /// throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown columns, names or values,
 ///         one scene with two keys
 [[nodiscard]] std::vector<TableRow> parse_case_table(std::string_view text, std::string_view file);

@@ -16,13 +16,14 @@ namespace reliefbench {
 namespace {
 
 /// Columns before the parameters, and after the metrics.
-constexpr std::string_view kLeading[] = {"case",      "technique", "backend", "device", "scene",
-                                         "scene_key", "status",    "reason",  "map"};
+constexpr std::string_view kLeading[] = {"case",  "technique", "backend", "device", "driver", "machine",
+                                         "scene", "scene_key", "status",  "reason", "map"};
 constexpr std::string_view kTrailing[] = {"memory_bytes", "bake_time_ns", "first_draw_ns",    "median_ns", "mad_ns",
                                           "ci_low_ns",    "ci_high_ns",   "median_ns_per_px", "samples_ns"};
-// Tables of earlier versions have neither.
 constexpr std::string_view kSceneKeyColumn = "scene_key";
 constexpr std::string_view kPerPixelColumn = "median_ns_per_px";
+/// Those that tables of earlier versions lack.
+constexpr std::string_view kLater[] = {"driver", "machine", kSceneKeyColumn, kPerPixelColumn};
 constexpr std::string_view kMapColumn = "map";  // the map that the case ran on; where it is a parameter, its value
 
 std::vector<std::string> param_columns() {
@@ -46,21 +47,27 @@ std::string number_text(double value, const TableRow& row, std::string_view colu
   return fmt::format("{}", value);
 }
 
-/// Five digits: a batch's time says no more.
 std::string samples_text(const TableRow& row) {
   std::string text;
   for (const double sample : row.samples_ns) {
-    const double rounded = std::stod(fmt::format("{:.5g}", sample));
     if (!text.empty()) text += ' ';
-    text += number_text(rounded, row, "samples_ns");
+    text += number_text(table_sample_ns(sample), row, "samples_ns");
   }
   return text;
 }
 
 std::vector<std::string> cells_of(const TableRow& row, std::span<const std::string> params) {
-  std::vector<std::string> cells = {
-      row.case_id,       std::string(row.settings.technique().id), row.backend, row.device, row.scene,
-      row.scene_key.hex, std::string(status_id(row.status)),       row.reason,  row.map};
+  std::vector<std::string> cells = {row.case_id,
+                                    std::string(row.settings.technique().id),
+                                    row.backend,
+                                    row.device,
+                                    row.driver,
+                                    row.machine,
+                                    row.scene,
+                                    row.scene_key.hex,
+                                    std::string(status_id(row.status)),
+                                    row.reason,
+                                    row.map};
   for (const std::string& id : params) {
     const Param* const param = row.settings.active(id);
     cells.push_back(param != nullptr ? param->text(row.settings.get(id)) : "");
@@ -159,6 +166,8 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
                .map = cells.text(kMapColumn),
                .backend = cells.text("backend"),
                .device = cells.text("device"),
+               .driver = cells.text("driver"),
+               .machine = cells.text("machine"),
                .scene = cells.text("scene"),
                .scene_key = cells.at(kSceneKeyColumn, [&] { return parse_scene_key(cells.text(kSceneKeyColumn)); }),
                .status = cells.at("status", [&] { return parse_status(cells.text("status")); }),
@@ -183,6 +192,8 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
 
 }  // namespace
 
+double table_sample_ns(double sample_ns) { return std::stod(fmt::format("{:.5g}", sample_ns)); }
+
 void write_case_table(std::span<const TableRow> rows, std::ostream& out) {
   const std::vector<std::string> params = param_columns();
   out << csv_line(columns());
@@ -201,7 +212,7 @@ std::vector<TableRow> parse_case_table(std::string_view text, std::string_view f
   }
   for (const auto& fixed : {std::span<const std::string_view>(kLeading), std::span<const std::string_view>(kTrailing)})
     for (const std::string_view name : fixed)
-      if (!places.contains(name) && name != kSceneKeyColumn && name != kPerPixelColumn)
+      if (!places.contains(name) && std::ranges::find(kLater, name) == std::end(kLater))
         fail_input("{}:1: column '{}': is missing", file, name);
 
   const std::vector<std::string> params = param_columns();

@@ -1,4 +1,4 @@
-#include "tuner/decide/environment.h"
+#include "tuner/results/environment.h"
 
 #include <fmt/format.h>
 

@@ -211,6 +211,8 @@ class DeviceSource final : public TuneSource {
                    .map = std::string(map_of(c.settings).id),
                    .backend = options_.backend,
                    .device = here.device.device,
+                   .driver = here.device.driver,
+                   .machine = here.device.machine,
                    .scene = here.scene,
                    .scene_key = here.scene_key,
                    .reason = {},

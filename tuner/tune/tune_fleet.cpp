@@ -47,9 +47,7 @@ std::vector<FleetRun> runs_in_scene(std::vector<FleetRun> runs, const TunePlace&
 FleetLosses losses_of_others(const std::vector<FleetRun>& runs, const TunePlace& place, const FleetOptions& options) {
   std::vector<FleetRun> others = runs;
   for (FleetRun& run : others)
-    std::erase_if(run.rows, [&](const TableRow& row) {
-      return measured_device(run.info, row.backend, row.device) == place.device;
-    });
+    std::erase_if(run.rows, [&](const TableRow& row) { return measured_device(row) == place.device; });
   std::erase_if(others, [](const FleetRun& run) { return run.rows.empty(); });
   FleetLosses losses{.others = {}, .rule = {.is_worst = options.regret == Regret::minimax, .own_share = 1}};
   if (others.empty()) return losses;

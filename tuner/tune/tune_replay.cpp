@@ -97,15 +97,12 @@ class RecordedSource final : public TuneSource {
     return {setting_id(parse_setting(table_.nearest)), table_.miss};
   }
   TunePlace place() const override {
-    return {.device = measured_device(whole_.info, table_.backend, table_.device),
-            .scene = table_.scene,
-            .scene_key = SceneKey{table_.scene_key}};
+    const auto row = std::ranges::find_if(whole_.rows, [this](const TableRow& one) { return is_replayed(one); });
+    return {.device = measured_device(*row), .scene = table_.scene, .scene_key = SceneKey{table_.scene_key}};
   }
   FleetRun timed_run() override {
     FleetRun run = whole_;
-    std::erase_if(run.rows, [&](const TableRow& row) {
-      return row.backend != table_.backend || row.device != table_.device || row.scene != table_.scene;
-    });
+    std::erase_if(run.rows, [this](const TableRow& row) { return !is_replayed(row); });
     for (TableRow& row : run.rows) row.samples_ns = book_.times(row.case_id);
     std::erase_if(run.rows, [](const TableRow& row) { return row.samples_ns.size() < kLeastTold; });
     return run;
@@ -114,6 +111,9 @@ class RecordedSource final : public TuneSource {
   Progress& progress() override { return progress_; }
 
  private:
+  [[nodiscard]] bool is_replayed(const TableRow& row) const {
+    return row.backend == table_.backend && row.device == table_.device && row.scene == table_.scene;
+  }
   void draw(std::span<const BookSource::Wanted> round) {
     for (const BookSource::Wanted& wanted : round) {
       const std::string& id = table_.space.candidates[wanted.candidate].id;
