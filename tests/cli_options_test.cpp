@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "tests/cli_rig.h"
 #include "tests/finished_run.h"
@@ -109,6 +110,9 @@ TEST_F(CliTest, paths_that_are_no_utf8_come_to_no_harm) {
       "d";
   std::filesystem::rename(null_sweep(folder_), folder_ / odd);
   std::filesystem::copy_file(folder_ / "config.json", folder_ / (odd + ".json"));
+  write("other.csv",
+        std::regex_replace(file_text(folder_ / odd / "table.csv"), std::regex(",null,null,"), ",null,other,"));
+  std::filesystem::rename(folder_ / "other.csv", folder_ / (odd + ".csv"));
   write("scene.json", R"({"scenes": {"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "top",
         "frame_px": [8, 8]}, "features": {"shadow": "linear", "fade": [], "lod": []}, "measure": {"samples": 1}})");
   std::filesystem::rename(folder_ / "scene.json", folder_ / ("scene" + odd + ".json"));
@@ -117,7 +121,7 @@ TEST_F(CliTest, paths_that_are_no_utf8_come_to_no_harm) {
         {"recommend", odd, "--max-error", "e_xy.p99<=100"},
         {"choose", odd, odd, "--max-error", "e_xy.p99<=100"},
         {"compare", odd, odd},
-        {"compare", odd, odd + "/table.csv"},
+        {"compare", odd, odd + ".csv"},
         {"presets", odd, "-o", "presets.json"},
         {"sweep", odd + ".json", "--dry-run", "--backend", "null"},
         {"sweep", odd + ".json", "-o", odd, "--backend", "null", "--quiet"},

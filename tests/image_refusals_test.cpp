@@ -134,6 +134,24 @@ TEST(Image, RefusesTooManyChannelsAndNone) {
   EXPECT_EQ(input_error([] { check_shape(4, 4, 0, "x"); }), "x: has no channels");
 }
 
+// OpenEXR reads by the type: it would take the bytes behind for a text of 1.7 GB (found by fuzzing).
+TEST(Image, RefusesAnExrAttributeThatIsNotAsLongAsItsType) {
+  using namespace std::string_literals;
+  const TempFolder folder;
+  for (const auto& [type, value] : std::vector<std::pair<std::string, std::string>>{
+           {"compression", "\0\0"s},
+           {"chlist", "Y\0 sixteen bytes..."s},
+           {"chlist", "Y\0\1\0\0\0\0\0\0\0\1\0\0\0\1\0\0\0\0more"s},
+           {"preview", "\0\0\1\0\0\0\1\0four"s},
+           {"stringvector", "\1\0\0\0a\xff\0\0\0b"s},
+       }) {
+    const auto size = static_cast<char>(value.size());
+    write_bytes(folder / "map.exr", "v/1\1\2\0\0\0name\0"s + type + "\0"s + size + "\0\0\0"s + value + "\0\0\0\0"s);
+    EXPECT_THAT(input_error([&] { (void)load_image(folder / "map.exr"); }),
+                HasSubstr(fmt::format("an attribute of type {} has {} bytes", type, value.size())));
+  }
+}
+
 // OpenEXR takes memory for a row of tiles, of which the file may claim any size: found by fuzzing, 3 GB for 754 bytes.
 TEST(Image, RefusesAnExrWhoseTilesDwarfIt) {
   const TempFolder folder;

@@ -8,11 +8,9 @@
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTileDescription.h>
-#include <OpenEXR/ImfVersion.h>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
@@ -23,6 +21,7 @@
 #include "kernels/base/error.h"
 #include "kernels/image/decode.h"
 #include "kernels/image/encode_image.h"
+#include "kernels/image/exr_attributes.h"
 
 namespace reliefbench {
 namespace {
@@ -43,44 +42,6 @@ class MemoryReader : public Imf::IStream {
   FileBytes bytes_;
   std::size_t at_ = 0;
 };
-
-std::string_view take_text(std::string_view& rest) {
-  const std::string_view text = rest.substr(0, rest.find('\0'));
-  rest.remove_prefix(std::min(text.size() + 1, rest.size()));
-  return text;
-}
-
-static_assert(std::endian::native == std::endian::little);  // as the file is
-std::uint32_t number_at(std::string_view bytes, std::size_t at) {
-  std::uint32_t number = 0;
-  std::memcpy(&number, bytes.data() + at, sizeof number);
-  return number;
-}
-
-/// OpenEXR sets memory aside for what an attribute claims before it reads it; here none may claim more than the file
-/// has. What else is wrong is left to OpenEXR, also a size that is not its type's: OpenEXR goes by the type.
-void check_attributes(std::string_view file, const std::string& name) {
-  constexpr std::size_t kVersion = 4;
-  constexpr std::size_t kFirstHeader = 8;
-  constexpr std::size_t kSize = 4;
-  if (file.size() < kFirstHeader) return;
-  const bool has_parts = Imf::isMultiPart(static_cast<int>(number_at(file, kVersion)));
-  std::string_view rest = file.substr(kFirstHeader);
-  while (!rest.empty()) {
-    if (take_text(rest).empty()) {  // the end of a header; another at once is that of the last one
-      if (!has_parts || rest.starts_with('\0')) return;
-      continue;
-    }
-    take_text(rest);  // the attribute's type
-    if (rest.size() < kSize) return;
-    const std::uint32_t size = number_at(rest, 0);
-    rest.remove_prefix(kSize);
-    if (size > rest.size())
-      fail_input("{}: the EXR is truncated or corrupt: an attribute claims {} bytes, {} are left", name, size,
-                 rest.size());
-    rest.remove_prefix(size);
-  }
-}
 
 /// OpenEXR sets memory aside for a row of tiles, of any size. They may be larger than the image, but not by far.
 void check_tiles(const Imf::Header& header, double width, double height, const std::string& name) {
@@ -128,7 +89,7 @@ const char* sample_of(Imf::PixelType type) {
 }
 
 Image read_first_part(FileBytes bytes, const std::string& name) {
-  check_attributes({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
+  check_exr_attributes({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, name);
   MemoryReader stream(bytes);
   Imf::MultiPartInputFile file(stream, /*numThreads=*/0);
   const Imf::Header& header = file.header(0);

@@ -245,7 +245,7 @@ HardwareComparison compare_hardware(std::span<const FleetRun> runs, const Hardwa
   comparison.columns = table.columns();
   if (comparison.columns.size() < 2)
     fail_input(
-        "all runs are of one device and backend{}: `compare` holds two runs of one against each other, `track` "
+        "all runs are of one device and backend{}: `compare` holds two run folders of one against each other, `track` "
         "follows more",
         comparison.columns.empty() ? "" : fmt::format(", {}", column_text(comparison, 0)));
   for (const auto& [a, b] : pairs_of(comparison.columns, options.across_backends)) {
