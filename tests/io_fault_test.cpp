@@ -29,9 +29,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of four cases; of 24 where all is asked for.
+/// Of four cases; of 24 where all is asked for. Their times are far enough apart for the null device's noise, which no
+/// two runs share, to change nothing about which of them have pictures.
 std::string small_config() {
-  const std::string steps = is_thorough() ? R"({"from": 4, "to": 27, "step": 1})" : "[4, 8, 16, 32]";
+  const std::string steps = is_thorough() ? "[4, 5, 6, 8, 10, 12, 14, 17, 20, 24, 28, 33, 40, 48, 57, 68, 82, 98, "
+                                            "118, 142, 170, 204, 245, 294]"
+                                          : "[4, 8, 16, 32]";
   return R"({
     "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "oblique", "frame_px": [16, 16]}],
     "measure": {"samples": 2, "batch_ms": 0.01, "warmup_batches_max": 1, "block_cases": 3, "flicker_frames": 0},
