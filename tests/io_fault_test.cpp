@@ -245,27 +245,27 @@ TEST_F(IoFaultTest, at_any_call_of_any_command_loses_nothing) {
 }
 
 // What is too large for messages goes between host and worker through memory that both map. Where one of them cannot,
-// the command says so; given again, it has all.
+// the command says so; given again, it has all. (A sweep's own arguments must not hold "worker".)
 TEST_F(IoFaultTest, memory_that_cannot_be_shared_loses_nothing) {
   if (find_backend("opengl").devices().empty()) GTEST_SKIP() << "no device of opengl";
   const auto sweep = [&](const std::string& out, const std::map<std::string, std::string>& fault) {
     return run_reliefbench({"sweep", "config.json", "-o", out, "--backend", "opengl", "--quiet"}, folder_.path(),
                            {.environment = fault});
   };
-  for (const std::string process : {"sweep", "worker"}) {
-    const CommandResult result = sweep(process, {{"LD_PRELOAD", RELIEFBENCH_FAULTS},
-                                                 {"FAULT_CALL", "mmap"},
-                                                 {"FAULT_AT", "0"},
-                                                 {"FAULT_ERRNO", std::to_string(ENOMEM)},
-                                                 {"FAULT_FILE", "memfd:reliefbench"},
-                                                 {"FAULT_PROCESS", process}});
+  for (const auto& [process, out] : {std::pair("sweep", "of_host"), std::pair("worker", "of_other")}) {
+    const CommandResult result = sweep(out, {{"LD_PRELOAD", RELIEFBENCH_FAULTS},
+                                             {"FAULT_CALL", "mmap"},
+                                             {"FAULT_AT", "0"},
+                                             {"FAULT_ERRNO", std::to_string(ENOMEM)},
+                                             {"FAULT_FILE", "memfd:reliefbench"},
+                                             {"FAULT_PROCESS", process}});
     EXPECT_EQ(result.exit_code, static_cast<int>(Exit::environment)) << result.err;
     EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
     EXPECT_NE(result.err.find("shared memory cannot be mapped"), std::string::npos) << result.err;
-    ASSERT_EQ(sweep(process, {}).exit_code, 0);
-    for (const Record& record : load_run(folder_ / process).records) EXPECT_EQ(record.status, Status::ok);
+    ASSERT_EQ(sweep(out, {}).exit_code, 0);
+    for (const Record& record : load_run(folder_ / out).records) EXPECT_EQ(record.status, Status::ok);
   }
-  EXPECT_EQ(cases_in(folder_ / "sweep"), cases_in(folder_ / "worker"));
+  EXPECT_EQ(cases_in(folder_ / "of_host"), cases_in(folder_ / "of_other"));
 }
 
 }  // namespace
