@@ -105,4 +105,11 @@ struct MadeHistory {
   }
 };
 
+/// A night on which the case was lost.
+inline void crash(RepetitionRow& night) {
+  night.status = "crashed";
+  night.is_valid = false;
+  night.score = 0;
+}
+
 }  // namespace reliefbench

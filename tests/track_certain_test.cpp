@@ -43,12 +43,7 @@ TEST(TrackCertainTest, other_errors_are_an_alarm_of_their_own_unless_what_is_dra
 
 TEST(TrackCertainTest, a_case_that_fails_is_lost_until_it_is_ok_again) {
   MadeHistory made(12);
-  const auto fail = [](RepetitionRow& night) {
-    night.status = "crashed";
-    night.is_valid = false;
-    night.score = 0;
-  };
-  made.change("relief", 11, fail);
+  made.change("relief", 11, crash);
   TrackCheck check = checked(made.view);
   ASSERT_THAT(check.events, SizeIs(1));
   EXPECT_EQ(check.events.front().kind, event_kind::lost);
@@ -56,7 +51,7 @@ TEST(TrackCertainTest, a_case_that_fails_is_lost_until_it_is_ok_again) {
   EXPECT_EQ(exit_of(check, made.view, false), Exit::answer_is_no);
 
   MadeHistory later(13);
-  later.change("relief", 11, fail);
+  later.change("relief", 11, crash);
   keep(later.view, check);
   EXPECT_EQ(state_of(checked(later.view).events.front()), EventState::confirmed);
 
@@ -65,12 +60,6 @@ TEST(TrackCertainTest, a_case_that_fails_is_lost_until_it_is_ok_again) {
   check = checked(mended.view);
   EXPECT_EQ(state_of(check.events.front()), EventState::recovered);
   EXPECT_EQ(exit_of(check, mended.view, false), Exit::done);
-}
-
-void crash(RepetitionRow& night) {
-  night.status = "crashed";
-  night.is_valid = false;
-  night.score = 0;
 }
 
 /// Changes one night of a technique.

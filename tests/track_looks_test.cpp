@@ -111,12 +111,7 @@ TEST(TrackLooksTest, a_drift_that_began_before_the_nights_looked_at_is_the_same)
 
 TEST(TrackLooksTest, a_lost_case_is_found_again_by_a_look_at_fewer_nights_only_if_it_is_ok) {
   MadeHistory made(30);
-  const auto fail = [](RepetitionRow& night) {
-    night.status = "crashed";
-    night.is_valid = false;
-    night.score = 0;
-  };
-  made.change("relief", 11, fail);
+  made.change("relief", 11, crash);
   keep(made.view, checked(made.view));
   ASSERT_THAT(made.view.events, SizeIs(1));
   HistoryView late = without_first_nights(made.view, 15);

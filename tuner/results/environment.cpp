@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tuner/results/device_json.h"
+
 namespace reliefbench {
 namespace {
 
@@ -62,20 +64,12 @@ constexpr TraitRow kTraits[] = {
     {.id = "batch ms", .path = "/config/measure/batch_ms", .of_device = false},
 };
 
-json device_in(const json& info, std::string_view backend) {
-  const auto devices = info.find("devices");
-  if (devices == info.end() || !devices->is_array()) return json::object();
-  for (const json& device : *devices)
-    if (scalar_at(device, "/backend") == backend) return device;
-  return json::object();
-}
-
 }  // namespace
 
 Environment measured_environment(const json& info, std::string_view backend) {
   Environment environment;
   if (!info.is_object()) return environment;
-  const json device = device_in(info, backend);
+  const json device = device_of(info, backend);
   for (const TraitRow& row : kTraits) {
     const std::string value = scalar_at(row.of_device ? device : info, row.path).substr(0, row.digits);
     if (!value.empty()) environment.emplace_back(row.id, value);
