@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "kernels/base/parallel.h"
-#include "kernels/judge/ray_axis.h"
+#include "kernels/judge/cell_walk.h"
 
 namespace reliefbench {
 namespace {
@@ -31,111 +31,43 @@ std::array<double, 2> on_disc(double x, double y) {
 
 }  // namespace
 
-/// A ray on its way up from cell to cell, as Walk goes down. Nodes that it has risen over are skipped.
-class ReferenceTracer::LightWalk {
+/// A ray on its way up. Nodes that it has risen over are skipped.
+class ReferenceTracer::LightWalk : CellWalk {
  public:
-  LightWalk(const ReferenceTracer& map, const RisingRay& ray)
-      : map_(map),
-        x_(start_cell(ray.u, map.width_, map.wrap_), ray.slope_u * map.width_, map.cells_x_, map.wrap_),
-        y_(start_cell(ray.v, map.height_, map.wrap_), ray.slope_v * map.height_, map.cells_y_, map.wrap_),
-        begin_z_(ray.z),
-        lift_(ray.lift) {}
+  LightWalk(const ReferenceTracer& map, const RisingRay& ray) : CellWalk(map, ray, ray.z, 1), lift_(ray.lift) {}
 
   [[nodiscard]] bool is_lit();
 
  private:
-  enum class Entered { inside, by_x, by_y };
-
-  struct Corners {
-    double h00, h10, h01, h11;
-    [[nodiscard]] double at(double fx, double fy) const {
-      return (h00 * (1 - fx) + h10 * fx) * (1 - fy) + (h01 * (1 - fx) + h11 * fx) * fy;
-    }
-  };
-  [[nodiscard]] Corners corners() const;
-  [[nodiscard]] bool is_over(const Bounds& bounds) const { return z_ + s_ >= static_cast<double>(bounds.max); }
   [[nodiscard]] bool is_blocked() const;
-  void advance();
 
-  const ReferenceTracer& map_;
-  RayAxis x_;
-  RayAxis y_;
-  double begin_z_;  ///< RisingRay::z
   double lift_;
-  double z_ = 0;       ///< height where the ray begins
-  double s_ = 0;       ///< entry of the node
-  double s_next_ = 0;  ///< and exit
-  double s_end_ = 0;   ///< at the highest texel
-  int level_ = 0;
-  int top_level_ = 0;
-  bool leaves_by_x_ = false;
-  Entered entered_ = Entered::inside;
 };
 
-ReferenceTracer::LightWalk::Corners ReferenceTracer::LightWalk::corners() const {
-  const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
-  const float* row = &map_.corners_[static_cast<std::size_t>(y_.node) * stride + static_cast<std::size_t>(x_.node)];
-  return {row[0], row[1], row[stride], row[stride + 1]};
-}
-
-/// Whether this cell's surface stands over the ray: the least of f(s) = f0 + b s + a s^2 on its way through.
+/// Whether this cell's surface stands over the ray, at the least gap on its way through.
 bool ReferenceTracer::LightWalk::is_blocked() const {
-  const Corners h = corners();
-  const double fx0 = entered_ == Entered::by_x ? 1 - x_.forward : x_.fraction(s_);
-  const double fy0 = entered_ == Entered::by_y ? 1 - y_.forward : y_.fraction(s_);
-  const bool at_edge = s_next_ < s_end_;
-  const double fx1 = at_edge && leaves_by_x_ ? x_.forward : x_.fraction(s_next_);
-  const double fy1 = at_edge && !leaves_by_x_ ? y_.forward : y_.fraction(s_next_);
-  const double twist = (h.h00 - h.h10) + (h.h11 - h.h01);
-  const double f0 = z_ + s_ - h.at(fx0, fy0);
-  const double f1 = z_ + s_next_ - h.at(fx1, fy1);
-  const double b = 1 - ((h.h10 - h.h00 + twist * fy0) * x_.speed + (h.h01 - h.h00 + twist * fx0) * y_.speed);
-  const double a = -twist * x_.speed * y_.speed;
-  const bool dips = a > 0 && b < 0 && -b < 2 * a * (s_next_ - s_);
-  return std::min(std::min(f0, f1), dips ? f0 - b * b / (4 * a) : f1) < -kTouch;
-}
-
-void ReferenceTracer::LightWalk::advance() {
-  s_ = s_next_;
-  entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
-  RayAxis& crossed = leaves_by_x_ ? x_ : y_;
-  const bool new_parent = (crossed.node & 1) == crossed.forward;
-  crossed.cross(level_);
-  if (!new_parent || level_ == top_level_) return;
-  ++level_;
-  x_.node >>= 1;
-  y_.node >>= 1;
+  const Quadratic f = gap(corners(map_.corners_));
+  const double least = f.dips() ? f.f0 - f.b * f.b / (4 * f.a) : f.f1;
+  return std::min(f.f0, std::min(f.f1, least)) < -kTouch;
 }
 
 bool ReferenceTracer::LightWalk::is_lit() {
-  const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
-  if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return false;
-  x_.seek(0, map_.wrap_);
-  y_.seek(0, map_.wrap_);
-  z_ = std::max(corners().at(x_.fraction(0), y_.fraction(0)), begin_z_) + lift_;
-  s_end_ = static_cast<double>(map_.bounds_.max) - z_;
-  if (s_end_ <= 0) return true;
+  if (is_level()) return false;
+  begin(0, 0);
+  z_ = std::max(corners(map_.corners_).at(x_.fraction(0), y_.fraction(0)), z_) + lift_;
+  t_end_ = static_cast<double>(map_.bounds_.max) - z_;
+  if (t_end_ <= 0) return true;
 
-  top_level_ = static_cast<int>(map_.levels_.size()) - 1;
   for (;;) {
-    const double sx = x_.exit(level_);
-    const double sy = y_.exit(level_);
-    leaves_by_x_ = sx <= sy;
-    s_next_ = std::min(std::max(std::min(sx, sy), s_), s_end_);
+    find_exit();
     if (level_ == 0) {
       if (is_blocked()) return false;
-    } else {
-      const Level& level = map_.levels_[static_cast<std::size_t>(level_)];
-      const std::size_t row = static_cast<std::size_t>(y_.node) * static_cast<std::size_t>(level.width);
-      if (!is_over(level.nodes[row + static_cast<std::size_t>(x_.node)])) {
-        --level_;
-        x_.descend(level_, s_);
-        y_.descend(level_, s_);
-        continue;
-      }
+    } else if (height(t_) < static_cast<double>(bounds().max)) {
+      descend();
+      continue;
     }
-    if (s_next_ == s_end_) return true;
-    advance();
+    if (t_next_ == t_end_) return true;
+    advance(Climb::to_new_parent);
   }
 }
 

@@ -6,8 +6,7 @@
 
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
-#include "kernels/judge/quadratic.h"
-#include "kernels/judge/ray_axis.h"
+#include "kernels/judge/cell_walk.h"
 
 namespace reliefbench {
 namespace {
@@ -22,60 +21,39 @@ struct Root {
   double slope = 0;
 };
 Root first_root(const Quadratic& f, bool crossed) {
-  const bool dips = f.a > 0 && f.b < 0 && -f.b < 2 * f.a * f.length;
-  if (!crossed && !dips) return {};
+  if (!crossed && !f.dips()) return {};
   const double disc = discriminant(f);
   if (!crossed && disc < 0) return {};
   const double root = std::sqrt(std::max(disc, 0.0));
-  const double s = f.b <= 0 ? 2 * f.f0 / (root - f.b) : (f.b + root) / (-2 * f.a);
-  // Also where rounding made 0/0 or a root just beyond the end.
-  return {s < f.length ? s : f.length, -root};
+  return {falling_zero(f, root), -root};
 }
 
 }  // namespace
 
-/// A ray on its way from cell to cell. Crossings are (edge - origin) / speed, never accumulated, and t is carried, so
-/// the F of a shared edge has the same bits on both sides: no ray slips through.
-class ReferenceTracer::Walk {
+/// A ray on its way down, to where it enters the surface and to where it leaves it again.
+class ReferenceTracer::Walk : CellWalk {
  public:
-  Walk(const ReferenceTracer& map, const TextureRay& ray)
-      : map_(map),
-        x_(start_cell(static_cast<double>(ray.u), map.width_, map.wrap_), static_cast<double>(ray.slope_u) * map.width_,
-           map.cells_x_, map.wrap_),
-        y_(start_cell(static_cast<double>(ray.v), map.height_, map.wrap_),
-           static_cast<double>(ray.slope_v) * map.height_, map.cells_y_, map.wrap_) {}
+  Walk(const ReferenceTracer& map, const TextureRay& ray) : CellWalk(map, ray, 1, -1) {}
 
   [[nodiscard]] double enter();  ///< t_enter; the walk then stands in the hit cell
   [[nodiscard]] double leave();  ///< t_exit of what enter() has found
 
  private:
-  enum class Entered { inside, by_x, by_y };
+  /// In the solid, a parent may be skipped that was not before.
+  template <bool kSolid>
+  static constexpr Climb kClimb = kSolid ? Climb::always : Climb::to_new_parent;
 
   template <bool kSolid>
   [[nodiscard]] double find();
   template <bool kSolid>
-  [[nodiscard]] bool can_skip(const Bounds& bounds) const;
+  [[nodiscard]] bool can_skip(const HeightRange& heights) const;
   template <bool kSolid>
   [[nodiscard]] Root solve();
-  template <bool kSolid>
-  void advance();
-  template <bool kSolid>
-  void step(RayAxis& crossed);
   [[nodiscard]] double exit_in_hit_cell() const;
 
-  const ReferenceTracer& map_;
-  RayAxis x_;
-  RayAxis y_;
-  double t_ = 0;       ///< entry of the node
-  double t_next_ = 0;  ///< and exit
-  double t_end_ = 1;   ///< at the lowest texel
-  int level_ = 0;
-  int top_level_ = 0;
-  bool leaves_by_x_ = false;
   bool in_hit_cell_ = false;  ///< enter() has found a crossing
-  Entered entered_ = Entered::inside;
-  Quadratic cell_{};  ///< of the last solved cell
-  Root root_;         ///< and where the ray entered or left the solid in it
+  Quadratic cell_{};          ///< the gap in the last solved cell
+  Root root_;                 ///< and where the ray entered or left the solid in it
 };
 
 ReferenceTracer::ReferenceTracer(const Heightfield& heights, Wrap wrap)
@@ -133,84 +111,30 @@ void ReferenceTracer::build_levels() {
 }
 
 template <bool kSolid>
-bool ReferenceTracer::Walk::can_skip(const Bounds& bounds) const {
-  return kSolid ? 1 - t_ <= bounds.min : 1 - t_next_ > bounds.max;
+bool ReferenceTracer::Walk::can_skip(const HeightRange& heights) const {
+  return kSolid ? height(t_) <= heights.min : height(t_next_) > heights.max;
 }
 
 /// Where the ray enters (kSolid: leaves) the solid in this cell.
 template <bool kSolid>
 Root ReferenceTracer::Walk::solve() {
-  const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
-  const float* row = &map_.corners_[static_cast<std::size_t>(y_.node) * stride + static_cast<std::size_t>(x_.node)];
-  const Bounds low{std::min(row[0], row[1]), std::max(row[0], row[1])};
-  const Bounds high{std::min(row[stride], row[stride + 1]), std::max(row[stride], row[stride + 1])};
-  if (can_skip<kSolid>({std::min(low.min, high.min), std::max(low.max, high.max)})) return {};
-
-  const double h00 = row[0], h10 = row[1], h01 = row[stride], h11 = row[stride + 1];
-  // Exact on the edges, where both neighbours see the same two corners.
-  const auto above = [&](double t, double fx, double fy) {
-    return (1 - t) - ((h00 * (1 - fx) + h10 * fx) * (1 - fy) + (h01 * (1 - fx) + h11 * fx) * fy);
-  };
-  const double fx0 = entered_ == Entered::by_x ? 1 - x_.forward : x_.fraction(t_);
-  const double fy0 = entered_ == Entered::by_y ? 1 - y_.forward : y_.fraction(t_);
-  const bool at_edge = t_next_ < t_end_;
-  const double fx1 = at_edge && leaves_by_x_ ? x_.forward : x_.fraction(t_next_);
-  const double fy1 = at_edge && !leaves_by_x_ ? y_.forward : y_.fraction(t_next_);
-  const double twist = (h00 - h10) + (h11 - h01);
-  const double along_x = (h10 - h00) + twist * fy0;
-  const double along_y = (h01 - h00) + twist * fx0;
-  cell_ = {.f0 = above(t_, fx0, fy0),
-           .b = -1 - (along_x * x_.speed + along_y * y_.speed),
-           .a = -twist * x_.speed * y_.speed,
-           .f1 = above(t_next_, fx1, fy1),
-           .length = t_next_ - t_};
+  const Corners h = corners(map_.corners_);
+  if (can_skip<kSolid>(h.range())) return {};
+  cell_ = gap(h);
   if (kSolid ? cell_.f0 > 0 : cell_.f0 <= 0) return {.s = 0, .slope = cell_.b};
   return kSolid ? first_root(cell_.negated(), cell_.f1 > 0) : first_root(cell_, cell_.f1 <= 0);
-}
-
-template <bool kSolid>
-void ReferenceTracer::Walk::step(RayAxis& crossed) {
-  // Out of the parent too, which may be skipped whole. In the solid it may be even when it was not before.
-  const bool new_parent = (crossed.node & 1) == crossed.forward;
-  crossed.cross(level_);
-  if ((kSolid || new_parent) && level_ < top_level_) {
-    ++level_;
-    x_.node >>= 1;
-    y_.node >>= 1;
-  }
-}
-
-template <bool kSolid>
-void ReferenceTracer::Walk::advance() {
-  t_ = t_next_;
-  entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
-  if (leaves_by_x_) {
-    step<kSolid>(x_);
-  } else {
-    step<kSolid>(y_);
-  }
 }
 
 /// t of the next crossing of the surface, kNever if there is none down to the lowest texel.
 template <bool kSolid>
 double ReferenceTracer::Walk::find() {
   for (;;) {
-    const double tx = x_.exit(level_);
-    const double ty = y_.exit(level_);
-    leaves_by_x_ = tx <= ty;
-    t_next_ = std::min(std::max(std::min(tx, ty), t_), t_end_);
+    find_exit();
     if (level_ > 0) {
-      const Level& level = map_.levels_[static_cast<std::size_t>(level_)];
-      const std::size_t row = static_cast<std::size_t>(y_.node) * static_cast<std::size_t>(level.width);
-      const Bounds& bounds = level.nodes[row + static_cast<std::size_t>(x_.node)];
-      if (!can_skip<kSolid>(bounds)) {
-        if (!kSolid && 1.0 - bounds.max > t_) {
-          t_ = 1.0 - bounds.max;
-          entered_ = Entered::inside;
-        }
-        --level_;
-        x_.descend(level_, t_);
-        y_.descend(level_, t_);
+      const Bounds& here = bounds();
+      if (!can_skip<kSolid>({here.min, here.max})) {
+        if (!kSolid && 1.0 - here.max > t_) move_to(1.0 - here.max);
+        descend();
         continue;
       }
     } else {
@@ -218,7 +142,7 @@ double ReferenceTracer::Walk::find() {
       if (root_.s != kNever) return t_ + root_.s;
     }
     if (t_next_ == t_end_) return kNever;
-    advance<kSolid>();
+    advance(kClimb<kSolid>);
   }
 }
 
@@ -232,19 +156,10 @@ double ReferenceTracer::Walk::exit_in_hit_cell() const {
 }
 
 double ReferenceTracer::Walk::enter() {
-  t_ = std::clamp(1.0 - map_.bounds_.max, 0.0, 1.0);
-  t_end_ = std::clamp(1.0 - map_.bounds_.min, t_, 1.0);
-  const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
-  if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return t_;
-
-  // seek() finds the cell; its ancestor is the node to begin with.
-  x_.seek(t_, map_.wrap_);
-  y_.seek(t_, map_.wrap_);
-  top_level_ = static_cast<int>(map_.levels_.size()) - 1;
-  // A node as wide as the whole travel is hardly ever skipped.
-  level_ = std::min(top_level_, std::ilogb(std::max((t_end_ - t_) * travel, 1.0)));
-  x_.node >>= level_;
-  y_.node >>= level_;
+  const double t_top = std::clamp(1.0 - map_.bounds_.max, 0.0, 1.0);
+  if (is_level()) return t_top;
+  begin(t_top, std::clamp(1.0 - map_.bounds_.min, t_top, 1.0));
+  climb_to_travel();
   const double t_enter = find<false>();
   in_hit_cell_ = t_enter != kNever;
   return in_hit_cell_ ? t_enter : t_end_;  // else at the lowest texel, up to rounding
@@ -254,7 +169,7 @@ double ReferenceTracer::Walk::leave() {
   if (!in_hit_cell_) return kNever;
   const double t_exit = exit_in_hit_cell();
   if (t_exit != kNever || t_next_ == t_end_) return t_exit;
-  advance<true>();
+  advance(kClimb<true>);
   return find<true>();
 }
 

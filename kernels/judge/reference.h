@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -60,15 +61,22 @@ class ReferenceTracer {
   /// exceeds kMaxTravel, is as good as level: it is not lit. Of heights without floors.
   [[nodiscard]] bool is_lit(const RisingRay& ray) const;
 
-  /// The four texels round a cell of the bilinear surface: at its lower corner, along x, along y, across.
-  struct Corners {
-    double h00, h10, h01, h11;
-  };
-  /// Of the cell whose lower texel is (x, y), any whole numbers.
-  [[nodiscard]] Corners corners(std::int64_t x, std::int64_t y) const;
   struct HeightRange {
     double min, max;
   };
+  /// The four texels round a cell of the bilinear surface: at its lower corner, along x, along y, across.
+  struct Corners {
+    double h00, h10, h01, h11;
+    /// At fractions of the cell.
+    [[nodiscard]] double at(double fx, double fy) const {
+      return (h00 * (1 - fx) + h10 * fx) * (1 - fy) + (h01 * (1 - fx) + h11 * fx) * fy;
+    }
+    [[nodiscard]] HeightRange range() const {
+      return {std::min(std::min(h00, h10), std::min(h01, h11)), std::max(std::max(h00, h10), std::max(h01, h11))};
+    }
+  };
+  /// Of the cell whose lower texel is (x, y), any whole numbers.
+  [[nodiscard]] Corners corners(std::int64_t x, std::int64_t y) const;
   /// Of the texels that cells touch, from (x0, y0) to (x1, y1): never too narrow.
   [[nodiscard]] HeightRange height_range(std::int64_t x0, std::int64_t y0, std::int64_t x1, std::int64_t y1) const;
   [[nodiscard]] HeightRange height_range() const { return {bounds_.min, bounds_.max}; }
@@ -91,6 +99,7 @@ class ReferenceTracer {
     int width = 0;
     std::vector<Bounds> nodes;
   };
+  class CellWalk;
   class Walk;
   class LightWalk;
   class SolidWalk;

@@ -24,11 +24,7 @@ ReferenceTracer::Corners ReferenceTracer::corners(std::int64_t x, std::int64_t y
 ReferenceTracer::HeightRange ReferenceTracer::height_range(std::int64_t x0, std::int64_t y0, std::int64_t x1,
                                                            std::int64_t y1) const {
   if (x1 - x0 >= width_ || y1 - y0 >= height_) return height_range();
-  if (x0 == x1 && y0 == y1) {
-    const Corners c = corners(x0, y0);
-    return {std::min(std::min(c.h00, c.h10), std::min(c.h01, c.h11)),
-            std::max(std::max(c.h00, c.h10), std::max(c.h01, c.h11))};
-  }
+  if (x0 == x1 && y0 == y1) return corners(x0, y0).range();
   // One or two spans along each axis, where the map's edge is crossed.
   struct Span {
     int first, last;

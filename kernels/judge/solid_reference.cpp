@@ -3,9 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "kernels/judge/quadratic.h"
-#include "kernels/judge/ray_axis.h"
-#include "kernels/judge/reference.h"
+#include "kernels/judge/cell_walk.h"
 
 namespace reliefbench {
 namespace {
@@ -27,9 +25,7 @@ double falling_root(const Quadratic& f) {
   const double disc = discriminant(f);
   if (!must && disc < 0) return kPasses;
   const double root = std::sqrt(std::max(disc, 0.0));
-  const double s = f.b <= 0 ? 2 * f.f0 / (root - f.b) : (f.b + root) / (-2 * f.a);
-  // Also where rounding made 0/0 or a root just beyond the end.
-  return s < f.length ? s : f.length;
+  return falling_zero(f, root);
 }
 
 /// Where F, not above zero at `from`, rises over it, s in [from, length], or kPasses.
@@ -47,22 +43,15 @@ double rising_root(const Quadratic& f, double from) {
 
 }  // namespace
 
-/// A ray on its way down, as Walk goes. Nodes that hold nothing at the ray's heights are skipped on the way to the
+/// A ray on its way down. Nodes that hold nothing at the ray's heights are skipped on the way to the
 /// solid.
-class ReferenceTracer::SolidWalk {
+class ReferenceTracer::SolidWalk : CellWalk {
  public:
-  SolidWalk(const ReferenceTracer& map, const TextureRay& ray)
-      : map_(map),
-        x_(start_cell(static_cast<double>(ray.u), map.width_, map.wrap_), static_cast<double>(ray.slope_u) * map.width_,
-           map.cells_x_, map.wrap_),
-        y_(start_cell(static_cast<double>(ray.v), map.height_, map.wrap_),
-           static_cast<double>(ray.slope_v) * map.height_, map.cells_y_, map.wrap_) {}
+  SolidWalk(const ReferenceTracer& map, const TextureRay& ray) : CellWalk(map, ray, 1, -1) {}
 
   [[nodiscard]] ReferenceHit trace();
 
  private:
-  enum class Entered { inside, by_x, by_y };
-
   /// How far the ray is over the upper surface and under the lower one, on its way through a cell.
   struct Gaps {
     Quadratic over;
@@ -70,74 +59,17 @@ class ReferenceTracer::SolidWalk {
     [[nodiscard]] bool begin_inside() const { return over.f0 <= 0 && under.f0 <= 0; }
   };
 
-  [[nodiscard]] const Bounds& bounds() const {
-    const Level& level = map_.levels_[static_cast<std::size_t>(level_)];
-    return level.nodes[static_cast<std::size_t>(y_.node) * static_cast<std::size_t>(level.width) +
-                       static_cast<std::size_t>(x_.node)];
-  }
   [[nodiscard]] static bool is_empty(const Bounds& bounds) { return bounds.min > bounds.max; }
   [[nodiscard]] bool is_beside(const Bounds& bounds) const {
-    return is_empty(bounds) || 1 - t_next_ > static_cast<double>(bounds.max) ||
-           1 - t_ < static_cast<double>(bounds.min);
+    return is_empty(bounds) || height(t_next_) > static_cast<double>(bounds.max) ||
+           height(t_) < static_cast<double>(bounds.min);
   }
-  void find_exit();
-  [[nodiscard]] Quadratic gap(const std::vector<float>& corners) const;
-  [[nodiscard]] Gaps gaps() const { return {.over = gap(map_.corners_), .under = gap(map_.floors_).negated()}; }
-  void advance(bool is_inside);
+  [[nodiscard]] Gaps gaps() const {
+    return {.over = gap(corners(map_.corners_)), .under = gap(corners(map_.floors_)).negated()};
+  }
   [[nodiscard]] double enter();
   [[nodiscard]] double leave(double t_enter);
-
-  const ReferenceTracer& map_;
-  RayAxis x_;
-  RayAxis y_;
-  double t_ = 0;       ///< entry of the node
-  double t_next_ = 0;  ///< and exit
-  double t_end_ = 1;   ///< at the lowest floor
-  int level_ = 0;
-  int top_level_ = 0;
-  bool leaves_by_x_ = false;
-  Entered entered_ = Entered::inside;
 };
-
-void ReferenceTracer::SolidWalk::find_exit() {
-  const double tx = x_.exit(level_);
-  const double ty = y_.exit(level_);
-  leaves_by_x_ = tx <= ty;
-  t_next_ = std::min(std::max(std::min(tx, ty), t_), t_end_);
-}
-
-/// Height of the ray over a surface in this cell. Exact on the edges, where both neighbours see the same two corners.
-Quadratic ReferenceTracer::SolidWalk::gap(const std::vector<float>& corners) const {
-  const std::size_t stride = static_cast<std::size_t>(map_.cells_x_) + 1;
-  const float* const row = &corners[static_cast<std::size_t>(y_.node) * stride + static_cast<std::size_t>(x_.node)];
-  const double h00 = row[0], h10 = row[1], h01 = row[stride], h11 = row[stride + 1];
-  const auto above = [&](double t, double fx, double fy) {
-    return (1 - t) - ((h00 * (1 - fx) + h10 * fx) * (1 - fy) + (h01 * (1 - fx) + h11 * fx) * fy);
-  };
-  const double fx0 = entered_ == Entered::by_x ? 1 - x_.forward : x_.fraction(t_);
-  const double fy0 = entered_ == Entered::by_y ? 1 - y_.forward : y_.fraction(t_);
-  const bool at_edge = t_next_ < t_end_;
-  const double fx1 = at_edge && leaves_by_x_ ? x_.forward : x_.fraction(t_next_);
-  const double fy1 = at_edge && !leaves_by_x_ ? y_.forward : y_.fraction(t_next_);
-  const double twist = (h00 - h10) + (h11 - h01);
-  return {.f0 = above(t_, fx0, fy0),
-          .b = -1 - ((h10 - h00 + twist * fy0) * x_.speed + (h01 - h00 + twist * fx0) * y_.speed),
-          .a = -twist * x_.speed * y_.speed,
-          .f1 = above(t_next_, fx1, fy1),
-          .length = t_next_ - t_};
-}
-
-void ReferenceTracer::SolidWalk::advance(bool is_inside) {
-  t_ = t_next_;
-  entered_ = leaves_by_x_ ? Entered::by_x : Entered::by_y;
-  RayAxis& crossed = leaves_by_x_ ? x_ : y_;
-  const bool new_parent = (crossed.node & 1) == crossed.forward;
-  crossed.cross(level_);
-  if (is_inside || !new_parent || level_ == top_level_) return;
-  ++level_;
-  x_.node >>= 1;
-  y_.node >>= 1;
-}
 
 double ReferenceTracer::SolidWalk::enter() {
   for (;;) {
@@ -146,13 +78,8 @@ double ReferenceTracer::SolidWalk::enter() {
     const bool is_skipped = is_beside(here);
     if (level_ > 0 && !is_skipped) {
       const double t_highest = 1.0 - static_cast<double>(here.max);
-      if (t_highest > t_) {
-        t_ = t_highest;
-        entered_ = Entered::inside;
-      }
-      --level_;
-      x_.descend(level_, t_);
-      y_.descend(level_, t_);
+      if (t_highest > t_) move_to(t_highest);
+      descend();
       continue;
     }
     if (!is_skipped) {
@@ -166,7 +93,7 @@ double ReferenceTracer::SolidWalk::enter() {
       if (s != kPasses) return t_ + s;
     }
     if (t_next_ == t_end_) return kPasses;
-    advance(false);
+    advance(Climb::to_new_parent);
   }
 }
 
@@ -180,24 +107,17 @@ double ReferenceTracer::SolidWalk::leave(double t_enter) {
       if (t_end_ < 1) return t_end_;  // under the lowest floor
       return kPasses;
     }
-    advance(true);
+    advance(Climb::never);
     find_exit();
   }
 }
 
 ReferenceHit ReferenceTracer::SolidWalk::trace() {
   constexpr ReferenceHit kNone{.t_enter = kPasses, .t_exit = kPasses};
-  const double travel = std::max(std::abs(x_.speed), std::abs(y_.speed));
-  if (!(travel <= kMaxTravel) || !std::isfinite(x_.start) || !std::isfinite(y_.start)) return kNone;
-  if (is_empty(map_.bounds_)) return kNone;
-  t_ = std::clamp(1.0 - static_cast<double>(map_.bounds_.max), 0.0, 1.0);
-  t_end_ = std::clamp(1.0 - static_cast<double>(map_.bounds_.min), t_, 1.0);
-  x_.seek(t_, map_.wrap_);
-  y_.seek(t_, map_.wrap_);
-  top_level_ = static_cast<int>(map_.levels_.size()) - 1;
-  level_ = std::min(top_level_, std::ilogb(std::max((t_end_ - t_) * travel, 1.0)));
-  x_.node >>= level_;
-  y_.node >>= level_;
+  if (is_level() || is_empty(map_.bounds_)) return kNone;
+  const double t_top = std::clamp(1.0 - static_cast<double>(map_.bounds_.max), 0.0, 1.0);
+  begin(t_top, std::clamp(1.0 - static_cast<double>(map_.bounds_.min), t_top, 1.0));
+  climb_to_travel();
   const double t_enter = enter();
   return t_enter == kPasses ? kNone : ReferenceHit{.t_enter = t_enter, .t_exit = leave(t_enter)};
 }
