@@ -5,13 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/file_error.h"
 #include "tests/faulty_device.h"
 #include "tests/made_claim.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/claims.h"
@@ -34,9 +34,8 @@ using ::testing::ThrowsMessage;
 
 class AttemptTest : public ::testing::Test {
  protected:
-  AttemptTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(AttemptTest, opens_a_lost_device_once_more_and_no_other) {

@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <map>
 
 #include "tests/command.h"
 #include "tests/faulty_device.h"
+#include "tests/own_cache.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/config.h"
@@ -23,8 +23,6 @@ using Statuses = std::map<std::string, int>;
 
 class DeviceFault : public ::testing::Test {
  protected:
-  DeviceFault() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   [[nodiscard]] static Config smoke() {
     return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
   }
@@ -58,6 +56,7 @@ class DeviceFault : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it_fails) {

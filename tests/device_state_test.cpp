@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "backends/backend.h"
 #include "tests/schema.h"
+#include "tests/scoped_variable.h"
 #include "tests/temp_folder.h"
 #include "tuner/results/block_state.h"
 
@@ -22,8 +22,6 @@ constexpr const char* kAddress = "0000:65:00.0";
 
 class DeviceStateTest : public ::testing::Test {
  protected:
-  ~DeviceStateTest() override { unsetenv("FAKE_NVML"); }
-
   void put(const std::string& file, const std::string& text) const {
     std::filesystem::create_directories((sysfs_ / file).parent_path());
     std::ofstream(sysfs_ / file) << text;
@@ -43,12 +41,13 @@ class DeviceStateTest : public ::testing::Test {
   }
   const DeviceInfo gpu_ = made_device("discrete", kAddress);
   const DeviceInfo processor_ = made_device("cpu", "");
+  const ScopedVariable nvml_{"FAKE_NVML", std::nullopt};
   TempFolder folder_;
   std::filesystem::path sysfs_ = folder_ / "sys";
 };
 
 TEST_F(DeviceStateTest, nvml_tells_all_and_only_what_it_knows) {
-  setenv("FAKE_NVML", "0000:65:00.0 clock=1005 max=1980 temperature=88 power=310500 reasons=0x60", 1);
+  nvml_.set("0000:65:00.0 clock=1005 max=1980 temperature=88 power=310500 reasons=0x60");
   const DeviceState all = state(gpu_, RELIEFBENCH_FAKE_NVML);
   EXPECT_EQ(all, (DeviceState{.clock_mhz = 1005,
                               .clock_max_mhz = 1980,
@@ -58,14 +57,14 @@ TEST_F(DeviceStateTest, nvml_tells_all_and_only_what_it_knows) {
                               .held_back = {std::string(kThermalSlowdown)}}));
   EXPECT_EQ(state_text(all), "thermal slowdown, 1005 of 1980 MHz, 88 C, 310 W");
 
-  setenv("FAKE_NVML", "0000:65:00.0 clock=0 temperature=4000000000 reasons=0x103", 1);  // idle, set by somebody
+  nvml_.set("0000:65:00.0 clock=0 temperature=4000000000 reasons=0x103");  // idle, set by somebody
   EXPECT_FALSE(state(gpu_, RELIEFBENCH_FAKE_NVML).is_told());
-  setenv("FAKE_NVML", "0000:65:00.0 reasons=0x8c", 1);
+  nvml_.set("0000:65:00.0 reasons=0x8c");
   EXPECT_THAT(state(gpu_, RELIEFBENCH_FAKE_NVML).held_back, ElementsAre(kHardwareSlowdown, kPowerCap));
-  setenv("FAKE_NVML", "0000:66:00.0 clock=1005", 1);
+  nvml_.set("0000:66:00.0 clock=1005");
   EXPECT_FALSE(state(gpu_, RELIEFBENCH_FAKE_NVML).is_told());  // another device's
   EXPECT_FALSE(state(processor_, RELIEFBENCH_FAKE_NVML).is_told());
-  unsetenv("FAKE_NVML");
+  nvml_.set(std::nullopt);
   EXPECT_FALSE(state(gpu_, RELIEFBENCH_FAKE_NVML).is_told());      // it does not start
   EXPECT_FALSE(state(gpu_, RELIEFBENCH_DRIVER_FAULTS).is_told());  // a library without its functions
 }
@@ -78,7 +77,7 @@ TEST_F(DeviceStateTest, amdgpu_tells_by_its_files) {
   EXPECT_EQ(state_text(state(gpu_)), "1005 of 2475 MHz, 88 C, 310 W");
   EXPECT_FALSE(state(processor_).is_told());
   // Where NVML tells as well, it comes first, and the files fill up.
-  setenv("FAKE_NVML", "0000:65:00.0 clock=1500", 1);
+  nvml_.set("0000:65:00.0 clock=1500");
   EXPECT_EQ(state_text(state(gpu_, RELIEFBENCH_FAKE_NVML)), "1500 of 2475 MHz, 88 C, 310 W");
 }
 

@@ -12,6 +12,7 @@
 #include "kernels/base/error.h"
 #include "kernels/maps/map_texture.h"
 #include "reports/export/export.h"
+#include "tests/own_cache.h"
 #include "tests/temp_folder.h"
 #include "tuner/plan/setting_space.h"
 
@@ -25,8 +26,6 @@ using ::testing::ThrowsMessage;
 
 class ExportRecipes : public ::testing::Test {
  protected:
-  ExportRecipes() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   static ExportJob job(const std::string& id, const std::string& engine) {
     return {.heightmap = {.source = "fbm", .width = 32, .height = 32},
             .settings = parse_setting(id),
@@ -50,6 +49,7 @@ class ExportRecipes : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 /// What a DDS holds.

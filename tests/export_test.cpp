@@ -18,6 +18,7 @@
 #include "tests/command.h"
 #include "tests/export_rig.h"
 #include "tests/finished_run.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tuner/decide/presets.h"
 #include "tuner/plan/setting_space.h"
@@ -74,7 +75,6 @@ const ExportedFile* file_of(const Export& exported, const std::string& name) {
 
 class ExportTest : public ::testing::Test {
  protected:
-  ExportTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
   static ExportJob job(const std::string& id) {
     return {.heightmap = {.source = "fbm", .width = 32, .height = 32}, .settings = parse_setting(id)};
   }
@@ -85,6 +85,7 @@ class ExportTest : public ::testing::Test {
     return names;
   }
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(ExportTest, textures_are_those_that_the_technique_is_measured_with) {

@@ -1,8 +1,8 @@
 #pragma once
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
+#include "tests/own_cache.h"
 #include "tests/synthetic_run.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/sweep.h"
@@ -33,7 +33,7 @@ inline Run sampled_run(const SyntheticRunOptions& options) {
 
 /// Sweeps 61 settings on the null backend: a real run folder, in no time.
 inline std::filesystem::path null_sweep(const TempFolder& folder, const std::string& views = R"("oblique")") {
-  setenv("RELIEFBENCH_CACHE", (folder / "cache").c_str(), 1);
+  const OwnCache cache(folder / "cache");
   std::ofstream(folder / "config.json") << R"({
     "scenes": [{"heightmap": {"source": "fbm", "width": 32, "height": 32}, "frame_px": [64, 64], "views": [)" +
                                                views + R"(]}],

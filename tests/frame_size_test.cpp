@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "tests/command.h"
 #include "tests/faulty_device.h"
+#include "tests/own_cache.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/run_info.h"
 #include "tuner/measure/sweep.h"
@@ -97,8 +97,6 @@ TEST(DefaultFrame, is_for_scenes_that_say_none_and_stands_in_the_text) {
 
 class FrameSizeTest : public ::testing::Test {
  protected:
-  FrameSizeTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   SweepSummary sweep(const Config& config, bool is_hardware, const std::string& name = "run") {
     FaultyDevices devices;
     if (is_hardware) devices.be_hardware();
@@ -118,6 +116,7 @@ class FrameSizeTest : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(FrameSizeTest, hardware_draws_1080p_and_software_what_it_drew) {

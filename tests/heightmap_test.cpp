@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "tests/image_files.h"
+#include "tests/scoped_variable.h"
 #include "tests/temp_folder.h"
 
 namespace reliefbench {
@@ -205,20 +205,9 @@ TEST(Heightmap, ProceduralNamesTakeSizeSeedAndInvert) {
   for (std::size_t i = 0; i < heights.texels.size(); ++i) ASSERT_EQ(inverted.texels[i], 1.0F - heights.texels[i]);
 }
 
-class KnownHeightmaps : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (const char* value = std::getenv("RELIEFBENCH_HEIGHTMAPS")) before_ = value;
-  }
-  void TearDown() override { ::setenv("RELIEFBENCH_HEIGHTMAPS", before_.c_str(), 1); }
-
- private:
-  std::string before_;
-};
-
-TEST_F(KnownHeightmaps, AreTakenFromTheChosenFolder) {
+TEST(KnownHeightmaps, AreTakenFromTheChosenFolder) {
   const TempFolder folder;
-  ::setenv("RELIEFBENCH_HEIGHTMAPS", folder.path().c_str(), 1);
+  const ScopedVariable folders("RELIEFBENCH_HEIGHTMAPS", folder.path());
   EXPECT_THAT(heightmap_folders(), ElementsAre(folder.path()));
   // Height in alpha, as in the real file; the colours hold normals.
   write_image(folder / "rocks_NM_height.tga",
@@ -231,17 +220,17 @@ TEST_F(KnownHeightmaps, AreTakenFromTheChosenFolder) {
   EXPECT_THAT(load("jacksboro"), ElementsAre(0, 0, 1, 0.5F));
 }
 
-TEST_F(KnownHeightmaps, AreElseBesideTheWorkingFolderOrTheExecutable) {
-  ::unsetenv("RELIEFBENCH_HEIGHTMAPS");
+TEST(KnownHeightmaps, AreElseBesideTheWorkingFolderOrTheExecutable) {
+  const ScopedVariable none("RELIEFBENCH_HEIGHTMAPS", std::nullopt);
   const std::vector<std::filesystem::path> folders = heightmap_folders();
   ASSERT_EQ(folders.size(), 2U);
   EXPECT_EQ(folders[0], "build/heightmaps");
   EXPECT_EQ(folders[1], std::filesystem::canonical("/proc/self/exe").parent_path().parent_path() / "heightmaps");
 }
 
-TEST_F(KnownHeightmaps, TellHowToGetThem) {
+TEST(KnownHeightmaps, TellHowToGetThem) {
   const TempFolder folder;
-  ::setenv("RELIEFBENCH_HEIGHTMAPS", folder.path().c_str(), 1);
+  const ScopedVariable folders("RELIEFBENCH_HEIGHTMAPS", folder.path());
   EXPECT_EQ(load_error({.source = "four"}),
             "heightmap 'four': four_NM_height.tga is in none of " + folder.path().string() + "; run `./dev setup`");
 }

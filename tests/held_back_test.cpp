@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 
 #include "tests/command.h"
 #include "tests/faulty_device.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/written_run.h"
@@ -76,7 +76,6 @@ class HeldBackTest : public ::testing::Test {
  protected:
   static constexpr int kAfterFirstBlock = 2;
 
-  HeldBackTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
   [[nodiscard]] static Config smoke() {
     return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
   }
@@ -118,6 +117,7 @@ class HeldBackTest : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(HeldBackTest, a_device_that_tells_nothing_leaves_no_trace) {

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -13,6 +12,7 @@
 #include "kernels/base/error.h"
 #include "tests/command.h"
 #include "tests/full_record.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
@@ -35,8 +35,6 @@ using ::testing::ThrowsMessage;
 
 class IdentityTest : public ::testing::Test {
  protected:
-  IdentityTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   /// A config of one scene, which `scene` completes.
   [[nodiscard]] Config config(const json& scene) const {
     json whole = {{"heightmap", "fbm"}, {"views", "oblique"}, {"frame_px", {32, 32}}};
@@ -60,6 +58,7 @@ class IdentityTest : public ::testing::Test {
     return run_reliefbench(arguments, folder_.path());
   }
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 const json kSmallMap = {{"source", "fbm"}, {"width", 32}, {"height", 32}};

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <map>
 
+#include "tests/own_cache.h"
 #include "tests/remote_device.h"
 #include "tests/temp_folder.h"
 #include "tuner/decide/pareto.h"
@@ -64,8 +64,6 @@ class StruckDevice final : public Backend {
 
 class Isolation : public ::testing::Test {
  protected:
-  Isolation() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   /// A real driver compiles within its first batch, which on a loaded machine takes a second.
   [[nodiscard]] Config config(const std::string& sweeps, int timeout_s = 1) const {
     std::ofstream(folder_ / "config.json") << R"({
@@ -115,6 +113,7 @@ class Isolation : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
   int batches_ = 0;
 
  private:

@@ -13,6 +13,7 @@
 
 #include "kernels/base/error.h"
 #include "tests/cli_rig.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/written_run.h"
 #include "tuner/decide/compare.h"
@@ -37,7 +38,7 @@ class MergeTest : public CliTest {
   static void SetUpTestSuite() {
     std::string name = (fs::temp_directory_path() / "reliefbench_MergeTest_XXXXXX").string();
     swept_ = ::mkdtemp(name.data());
-    setenv("RELIEFBENCH_CACHE", (swept_ / "cache").c_str(), 1);
+    const OwnCache cache(swept_ / "cache");
     sweep(swept_ / "whole", std::nullopt);
     for (int index = 1; index <= 3; ++index) sweep(swept_ / shard_name(index), Shard{.index = index, .of = 3});
   }

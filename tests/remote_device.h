@@ -2,7 +2,7 @@
 #include <sys/socket.h>
 
 #include <array>
-#include <cstdlib>
+#include <list>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,6 +11,7 @@
 #include "backends/worker/remote.h"
 #include "backends/worker/server.h"
 #include "tests/command.h"
+#include "tests/scoped_variable.h"
 #include "tuner/measure/session.h"
 
 namespace reliefbench {
@@ -48,21 +49,13 @@ using Variables = std::map<std::string, std::string>;
 /// crashes does so on purpose, and at once: a sanitizer takes seconds to say where.
 class GivenVariables {
  public:
-  explicit GivenVariables(Variables variables) : variables_(std::move(variables)) {
-    if (std::getenv("ASAN_OPTIONS") != nullptr) before_ = std::getenv("ASAN_OPTIONS");
-    setenv("ASAN_OPTIONS", (std::string(kChildAsanOptions) + ":handle_segv=0").c_str(), 1);
-    for (const auto& [name, value] : variables_) setenv(name.c_str(), value.c_str(), 1);
+  explicit GivenVariables(const Variables& variables) {
+    given_.emplace_back("ASAN_OPTIONS", std::string(kChildAsanOptions) + ":handle_segv=0");
+    for (const auto& [name, value] : variables) given_.emplace_back(name, value);
   }
-  ~GivenVariables() {
-    for (const auto& [name, value] : variables_) unsetenv(name.c_str());
-    before_.empty() ? unsetenv("ASAN_OPTIONS") : setenv("ASAN_OPTIONS", before_.c_str(), 1);
-  }
-  GivenVariables(const GivenVariables&) = delete;
-  GivenVariables& operator=(const GivenVariables&) = delete;
 
  private:
-  Variables variables_;
-  std::string before_;
+  std::list<ScopedVariable> given_;
 };
 
 /// A worker of the built binary.

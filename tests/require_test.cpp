@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -16,6 +15,7 @@
 #include "kernels/image/image.h"
 #include "tests/command.h"
 #include "tests/faulty_device.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/require_space.h"
@@ -151,7 +151,7 @@ TEST(RequireSpace, displaces_nothing_by_the_settings_own_dispatch) {
 
 TEST(Require, audits_timers_by_compute_where_the_setting_is) {
   const TempFolder folder;
-  setenv("RELIEFBENCH_CACHE", (folder / "cache").c_str(), 1);
+  const OwnCache cache(folder / "cache");
   for (const std::string dispatch : {"fragment", "compute"}) {
     FaultyDevices devices;
     const SceneFile file =

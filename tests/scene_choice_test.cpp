@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/atomic_file.h"
 #include "reports/export/export.h"
 #include "tests/command.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/test_heightmap.h"
@@ -29,7 +29,6 @@ using ::testing::Not;
 class SceneChoice : public ::testing::Test {
  protected:
   SceneChoice() {
-    setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1);
     write_heightmap(folder_ / "rocks.pgm", 1);
     write_heightmap(folder_ / "other.pgm", 2);
     write_heightmap(folder_ / "elsewhere/renamed.pgm", 1);
@@ -85,6 +84,7 @@ class SceneChoice : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
   json config_;
   reliefbench::Run run_;
 };

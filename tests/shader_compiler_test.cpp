@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 
 #include "backends/gpu_bake.h"
@@ -12,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "kernels/trace/technique.h"
 #include "tests/command.h"
+#include "tests/own_cache.h"
 #include "tests/temp_folder.h"
 
 namespace reliefbench {
@@ -22,29 +22,6 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 class ShaderCompiler : public ::testing::TestWithParam<Dialect> {};
-
-/// Where translations are kept until the end of the scope: a folder that is empty at first.
-class CacheOfItsOwn {
- public:
-  explicit CacheOfItsOwn(std::filesystem::path folder) : folder_(std::move(folder)) {
-    if (const char* before = std::getenv(kVariable); before != nullptr) before_ = before;
-    setenv(kVariable, folder_.c_str(), 1);
-  }
-  ~CacheOfItsOwn() { before_ ? setenv(kVariable, before_->c_str(), 1) : unsetenv(kVariable); }
-  CacheOfItsOwn(const CacheOfItsOwn&) = delete;
-  CacheOfItsOwn& operator=(const CacheOfItsOwn&) = delete;
-
-  [[nodiscard]] std::vector<std::filesystem::path> files() const {
-    std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) files.push_back(entry.path());
-    return files;
-  }
-
- private:
-  static constexpr const char* kVariable = "RELIEFBENCH_CACHE";
-  std::filesystem::path folder_;
-  std::optional<std::string> before_{};
-};
 
 /// The stored strings of a module, as a debugger shows them (OpName and OpEntryPoint literals).
 bool contains_text(const Spirv& spirv, std::string_view text) {
@@ -78,7 +55,7 @@ TEST_P(ShaderCompiler, the_module_is_the_same_every_time) {
   const TempFolder folder;
   std::vector<Spirv> modules;
   for (const char* cache : {"first", "second"}) {
-    const CacheOfItsOwn empty(folder / cache);
+    const OwnCache empty(folder / cache);
     modules.push_back(compile_fragment("flat", Target::color, GetParam()));
   }
   EXPECT_EQ(modules[0], modules[1]);
@@ -86,7 +63,7 @@ TEST_P(ShaderCompiler, the_module_is_the_same_every_time) {
 
 TEST_P(ShaderCompiler, what_was_translated_is_read_again_unless_it_is_damaged) {
   const TempFolder folder;
-  const CacheOfItsOwn cache(folder / "cache");
+  const OwnCache cache(folder / "cache");
   const Spirv module = compile_load(GetParam());
   ASSERT_EQ(cache.files().size(), 1U);
   const std::filesystem::path kept = cache.files().front();
@@ -101,7 +78,7 @@ TEST_P(ShaderCompiler, what_was_translated_is_read_again_unless_it_is_damaged) {
 
 TEST_P(ShaderCompiler, each_text_dialect_and_include_is_a_translation_of_its_own) {
   const TempFolder folder;
-  const CacheOfItsOwn cache(folder / "cache");
+  const OwnCache cache(folder / "cache");
   for (const char* t : {"0.25", "0.5"}) {
     const std::string text = fmt::format("Hit trace(Ray ray) {{ return Hit({}, STATUS_HIT, 0, 0); }}\n", t);
     (void)compile_fragment({.name = "probe.glsl", .text = text}, Target::score, GetParam());

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <set>
@@ -12,6 +11,7 @@
 #include "kernels/base/error.h"
 #include "tests/command.h"
 #include "tests/faulty_device.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/plan/config.h"
@@ -27,8 +27,6 @@ using ::testing::Key;
 
 class SweepTest : public ::testing::Test {
  protected:
-  SweepTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   [[nodiscard]] static Config smoke() {
     return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
   }
@@ -63,6 +61,7 @@ class SweepTest : public ::testing::Test {
   }
 
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(SweepTest, leaves_a_whole_run) {

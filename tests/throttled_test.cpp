@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "tests/faulty_device.h"
 #include "tests/made_claim.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/claims.h"
@@ -38,9 +38,8 @@ std::function<DeviceState(int)> hot_when(IsHot is_hot) {
 
 class ThrottledTest : public ::testing::Test {
  protected:
-  ThrottledTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
-
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST(ProgressWaits, are_shown_at_once) {

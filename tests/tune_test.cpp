@@ -15,6 +15,7 @@
 #include "kernels/base/error.h"
 #include "tests/command.h"
 #include "tests/finished_run.h"
+#include "tests/own_cache.h"
 #include "tests/schema.h"
 #include "tests/temp_folder.h"
 #include "tests/thorough.h"
@@ -45,7 +46,6 @@ constexpr std::string_view kConfig = R"({
 
 class TuneTest : public ::testing::Test {
  protected:
-  TuneTest() { setenv("RELIEFBENCH_CACHE", (folder_ / "cache").c_str(), 1); }
   [[nodiscard]] static Config config() { return parse_config(std::string(kConfig), "tune_test.json"); }
   [[nodiscard]] TuneOptions options(const std::string& name) const {
     TuneOptions options;
@@ -55,6 +55,7 @@ class TuneTest : public ::testing::Test {
     return options;
   }
   TempFolder folder_;
+  OwnCache cache_{folder_ / "cache"};
 };
 
 TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {

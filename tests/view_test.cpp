@@ -3,13 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "kernels/base/atomic_file.h"
 #include "kernels/image/image.h"
 #include "tests/backend_rig.h"
 #include "tests/command.h"
 #include "tests/finished_run.h"
+#include "tests/scoped_variable.h"
 #include "tuner/decide/presets.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/plan/setting_names.h"
@@ -86,8 +85,6 @@ class ViewCommandTest : public ::testing::Test {
     const std::vector<reliefbench::Run> runs = {load_run(null_sweep(folder_))};
     presets_ = presets_json(make_presets(runs, {}));
     write_atomically(folder_ / "presets.json", presets_.dump(1));
-    unsetenv("DISPLAY");
-    unsetenv("WAYLAND_DISPLAY");
   }
   [[nodiscard]] CommandResult view(const std::vector<std::string>& arguments) const {
     return run_reliefbench(view_of(arguments), folder_.path());
@@ -99,6 +96,8 @@ class ViewCommandTest : public ::testing::Test {
     EXPECT_THAT(result.err, HasSubstr(words));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "view.png"));
   }
+  const ScopedVariable no_x_{"DISPLAY", std::nullopt};
+  const ScopedVariable no_wayland_{"WAYLAND_DISPLAY", std::nullopt};
   TempFolder folder_;
   nlohmann::json presets_;
 };

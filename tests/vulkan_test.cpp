@@ -3,15 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <numeric>
-#include <optional>
 
 #include "backends/shader_compiler.h"
 #include "backends/vulkan/vulkan_device.h"
 #include "backends/vulkan/vulkan_memory.h"
 #include "kernels/base/error.h"
+#include "tests/scoped_variable.h"
 
 namespace reliefbench {
 namespace {
@@ -249,22 +248,6 @@ TEST_F(VulkanTest, MisuseIsAnErrorNotACrash) {
               HasSubstr("3x3"));
   EXPECT_THAT(rig.backend->debug_messages(), IsEmpty());
 }
-
-/// A variable of the environment, put back at the end of the scope.
-class ScopedVariable {
- public:
-  ScopedVariable(const char* name, const char* value) : name_(name) {
-    if (const char* before = std::getenv(name)) before_ = before;
-    setenv(name, value, 1);
-  }
-  ~ScopedVariable() { before_ ? setenv(name_, before_->c_str(), 1) : unsetenv(name_); }
-  ScopedVariable(const ScopedVariable&) = delete;
-  ScopedVariable& operator=(const ScopedVariable&) = delete;
-
- private:
-  const char* name_;
-  std::optional<std::string> before_;
-};
 
 TEST_F(VulkanTest, MissingValidationLayerIsAnEnvironmentError) {
   const ScopedVariable no_layers("VK_LAYER_PATH", "/nonexistent");
