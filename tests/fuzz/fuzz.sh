@@ -2,7 +2,7 @@
 # libFuzzer on every target, as many at once as there are processors: fuzz.sh BINARY SECONDS FOLDER
 # A target goes on from what the seeds and earlier runs in FOLDER found. One line for each: executions and CPU seconds of
 # this run, inputs that are kept, finds; in the end the CPU hours of all runs in FOLDER. Exit code 1: something was
-# found; it stays in FOLDER/finds.
+# found; it stays in FOLDER/finds. FUZZ_SEED chooses the mutations; without it they are others each time.
 set -euo pipefail
 
 # fuzz_target BINARY SECONDS FOLDER TARGET SEEDS: one line of the table
@@ -11,8 +11,9 @@ fuzz_target() {
   mkdir -p "$folder/corpus/$target"
   cp $seeds "$folder/corpus/$target"
   TIMEFORMAT='%U %S'
-  { time nice -n 15 "$binary" --target="$target" -max_total_time="$seconds" -timeout=60 -report_slow_units=60 \
-    -rss_limit_mb=6144 -malloc_limit_mb=3072 -print_final_stats=1 -artifact_prefix="$folder/finds/$target-" \
+  { time nice -n 15 "$binary" --target="$target" -seed="${FUZZ_SEED:-0}" -max_total_time="$seconds" -timeout=60 \
+    -report_slow_units=60 -rss_limit_mb=6144 -malloc_limit_mb=3072 -print_final_stats=1 \
+    -artifact_prefix="$folder/finds/$target-" \
     "$folder/corpus/$target" >"$log" 2>&1; } 2>"$log.time" || code=1
   executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   cpu=$(awk '{ print $1 + $2 }' "$log.time")
