@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "kernels/base/file_error.h"
+#include "kernels/base/uninterrupted.h"
 
 namespace reliefbench {
 namespace {
@@ -25,7 +26,7 @@ bool leads_to(const std::filesystem::path& path, int fd) {
 
 /// Gives a file's bytes, chunk by chunk. throws: as read_file(), and what `take` throws
 void read_chunks(const std::filesystem::path& path, const std::function<void(std::string_view)>& take) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
   if (fd < 0) fail_file(path, "cannot be read", errno);
   const std::unique_ptr<const int, void (*)(const int*)> closes(&fd, [](const int* one) { ::close(*one); });
   struct stat status {};
@@ -34,9 +35,9 @@ void read_chunks(const std::filesystem::path& path, const std::function<void(std
     fail_input("{}: is a {}, expected a file", path.string(), S_ISDIR(status.st_mode) ? "folder" : "device");
   std::array<char, 1 << 16> chunk{};
   for (ssize_t count = 1; count != 0;) {
-    count = ::read(fd, chunk.data(), chunk.size());
+    count = uninterrupted([&] { return ::read(fd, chunk.data(), chunk.size()); });
     if (count > 0) take(std::string_view(chunk.data(), static_cast<std::size_t>(count)));
-    if (count < 0 && errno != EINTR) fail_file(path, "cannot be read", errno);
+    if (count < 0) fail_file(path, "cannot be read", errno);
   }
 }
 
@@ -55,9 +56,9 @@ AppendFile::AppendFile(std::filesystem::path path) : path_(std::move(path)) {
 void AppendFile::open() {
   if (fd_ >= 0) ::close(fd_);
   constexpr int kFlags = O_RDWR | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
-  fd_ = ::open(path_.c_str(), kFlags | O_CREAT | O_EXCL, 0666);
+  fd_ = uninterrupted([&] { return ::open(path_.c_str(), kFlags | O_CREAT | O_EXCL, 0666); });
   is_made_ = fd_ >= 0;
-  if (!is_made_ && errno == EEXIST) fd_ = ::open(path_.c_str(), kFlags);
+  if (!is_made_ && errno == EEXIST) fd_ = uninterrupted([&] { return ::open(path_.c_str(), kFlags); });
   if (fd_ < 0 && errno == ELOOP) fail_input("{}: is a symbolic link", path_.string());
   if (fd_ < 0) fail_file(path_, "cannot be written", errno);
   if (::flock(fd_, LOCK_EX | LOCK_NB) == 0) return;
@@ -84,8 +85,7 @@ void AppendFile::append(std::string_view line) {
   struct stat before {};
   if (::fstat(fd_, &before) != 0) fail_file(path_, "cannot be written", errno);
   for (std::string_view rest = bytes; !rest.empty();) {
-    const ssize_t written = ::write(fd_, rest.data(), rest.size());
-    if (written < 0 && errno == EINTR) continue;
+    const ssize_t written = uninterrupted([&] { return ::write(fd_, rest.data(), rest.size()); });
     if (written > 0) {
       rest.remove_prefix(static_cast<std::size_t>(written));
       continue;

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "kernels/base/file_error.h"
+#include "kernels/base/uninterrupted.h"
 
 namespace reliefbench {
 namespace {
@@ -67,8 +68,7 @@ class FileBuffer final : public std::streambuf {
   void reset() { setp(held_.data(), held_.data() + held_.size()); }
   void write(std::string_view bytes) const {
     while (!bytes.empty()) {
-      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
+      const ssize_t written = uninterrupted([&] { return ::write(fd_, bytes.data(), bytes.size()); });
       if (written <= 0) fail_file(path_, "cannot be written", written < 0 ? errno : ENOSPC);
       bytes.remove_prefix(static_cast<std::size_t>(written));
     }
@@ -105,8 +105,7 @@ PendingFile::PendingFile(fs::path path, const WriteBytes& write) : path_(std::mo
     out.exceptions(std::ios::badbit);  // or it would keep what the buffer throws to itself
     write(out);
     out.flush();
-    while (::fsync(fd_) != 0)
-      if (errno != EINTR) fail_file(path_, "cannot be written", errno);
+    if (uninterrupted([&] { return ::fsync(fd_); }) != 0) fail_file(path_, "cannot be written", errno);
   } catch (...) {
     discard();
     throw;
@@ -139,7 +138,8 @@ void PendingFile::discard() {
 }
 
 void PendingFile::commit() {
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail_file(path_, "cannot be written", errno);
+  if (uninterrupted([&] { return ::rename(temporary_.c_str(), path_.c_str()); }) != 0)
+    fail_file(path_, "cannot be written", errno);
   ::close(std::exchange(fd_, -1));
   // The rename itself lasts only once the folder is on disk; file systems that cannot sync a folder need no such call.
   const int folder = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include "kernels/base/uninterrupted.h"
 
 namespace reliefbench {
 namespace {
@@ -68,8 +68,7 @@ std::string one_line(std::string_view text) {
 
 void write_stderr(std::string_view bytes) noexcept {
   while (!bytes.empty()) {
-    const ssize_t written = ::write(STDERR_FILENO, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
+    const ssize_t written = uninterrupted([&] { return ::write(STDERR_FILENO, bytes.data(), bytes.size()); });
     if (written <= 0) return;
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }

@@ -8,7 +8,8 @@
 namespace reliefbench {
 namespace {
 
-constexpr std::array kOfTheMachine = {ENOSPC, EDQUOT, EFBIG, EIO, EMFILE, ENFILE, ENOMEM, ENOLCK};
+constexpr std::array kOfTheMachine = {ENOSPC, EDQUOT, EFBIG, EIO,    EMFILE,   ENFILE,
+                                      ENOMEM, ENOLCK, EINTR, ESTALE, ETIMEDOUT};
 
 }  // namespace
 

@@ -12,6 +12,7 @@
 
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
+#include "kernels/base/uninterrupted.h"
 
 namespace reliefbench {
 namespace {
@@ -46,9 +47,9 @@ void remove_stale_folders(const fs::path& parent) {
 
 /// To the disk. File systems that cannot sync a folder need no such call.
 void flush_to_disk(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+  const int fd = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC); });
   if (fd < 0) fail_file(path, "cannot be read", errno);
-  const int why = ::fsync(fd) == 0 ? 0 : errno;
+  const int why = uninterrupted([&] { return ::fsync(fd); }) == 0 ? 0 : errno;
   ::close(fd);
   if (why != 0 && why != EINVAL) fail_file(path, "cannot be written", why);
 }
@@ -70,7 +71,7 @@ PendingFolder::PendingFolder(const fs::path& place) : place_(without_slash(place
       if (errno == EEXIST) continue;
       fail_file(place_, "cannot be made", errno);
     }
-    fd_ = ::open(temporary_.c_str(), kFolderFlags);
+    fd_ = uninterrupted([&] { return ::open(temporary_.c_str(), kFolderFlags); });
     if (fd_ < 0 && errno != ENOENT) {
       const int why = errno;
       ::rmdir(temporary_.c_str());
@@ -90,7 +91,8 @@ PendingFolder::~PendingFolder() {
 
 void PendingFolder::commit() {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(temporary_)) flush_to_disk(entry.path());
-  if (::rename(temporary_.c_str(), place_.c_str()) != 0) fail_file(place_, "cannot be made", errno);
+  if (uninterrupted([&] { return ::rename(temporary_.c_str(), place_.c_str()); }) != 0)
+    fail_file(place_, "cannot be made", errno);
   ::close(std::exchange(fd_, -1));
 }
 

@@ -2,7 +2,7 @@
 //   FAULT_CALL    write | pwrite | fsync | rename | open | mmap | pthread_create
 //   FAULT_AT      which of the calls that match, from 1; 0: each
 //   FAULT_ERRNO   the call fails with this number
-//   FAULT_SHORT   or: of a write, half the bytes are written
+//   FAULT_SHORT   or: of a write or pwrite, half the bytes are written
 //   FAULT_SIGNAL  or: the call is done, then the process gets this signal
 //   FAULT_EARLY   or before the call is done
 //   FAULT_UNLINK  or: the call is done, then this file is removed
@@ -159,15 +159,20 @@ ssize_t write(int fd, const void* bytes, std::size_t size) {
       "write", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
 }
 ssize_t pwrite(int fd, const void* bytes, std::size_t size, off_t offset) {
-  return inject("pwrite", path_of(fd), text(bytes, size),
-                [&] { return next<decltype(pwrite)>("pwrite")(fd, bytes, size, offset); });
+  const auto real = [&](std::size_t count) { return next<decltype(pwrite)>("pwrite")(fd, bytes, count, offset); };
+  return inject(
+      "pwrite", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
 }
 ssize_t pwrite64(int fd, const void* bytes, std::size_t size, off64_t offset) {  // SQLite's
-  return inject("pwrite", path_of(fd), text(bytes, size),
-                [&] { return next<decltype(pwrite64)>("pwrite64")(fd, bytes, size, offset); });
+  const auto real = [&](std::size_t count) { return next<decltype(pwrite64)>("pwrite64")(fd, bytes, count, offset); };
+  return inject(
+      "pwrite", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
 }
 int fsync(int fd) {
   return inject("fsync", path_of(fd), "", [&] { return next<decltype(fsync)>("fsync")(fd); });
+}
+int fdatasync(int fd) {  // SQLite's
+  return inject("fsync", path_of(fd), "", [&] { return next<decltype(fdatasync)>("fdatasync")(fd); });
 }
 int rename(const char* from, const char* to) noexcept {
   return inject("rename", to, "", [&] { return next<decltype(rename)>("rename")(from, to); });
@@ -179,8 +184,19 @@ int open(const char* path, int flags, ...) {
   va_end(arguments);
   return inject("open", path, "", [&] { return next<int(const char*, int, ...)>("open")(path, flags, mode); });
 }
+int open64(const char* path, int flags, ...) {  // SQLite's
+  va_list arguments;
+  va_start(arguments, flags);
+  const auto mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
+  va_end(arguments);
+  return inject("open", path, "", [&] { return next<int(const char*, int, ...)>("open64")(path, flags, mode); });
+}
 void* mmap(void* at, std::size_t size, int protection, int flags, int fd, off_t offset) noexcept {
   const auto real = [&] { return next<decltype(mmap)>("mmap")(at, size, protection, flags, fd, offset); };
+  return fd < 0 ? real() : inject("mmap", path_of(fd), "", real);
+}
+void* mmap64(void* at, std::size_t size, int protection, int flags, int fd, off64_t offset) noexcept {  // SQLite's
+  const auto real = [&] { return next<decltype(mmap64)>("mmap64")(at, size, protection, flags, fd, offset); };
   return fd < 0 ? real() : inject("mmap", path_of(fd), "", real);
 }
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*),

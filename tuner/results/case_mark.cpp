@@ -12,6 +12,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/file_error.h"
+#include "kernels/base/uninterrupted.h"
 
 namespace reliefbench {
 namespace {
@@ -27,7 +28,19 @@ constexpr std::string_view kNoCase = "0 \n";
 std::atomic<int> marked_fd = -1;  ///< whose mark a signal clears
 static_assert(std::atomic<int>::is_always_lock_free, "else a handler may not read it");
 
-void clear_mark(int fd) { static_cast<void>(!::pwrite(fd, kNoCase.data(), kNoCase.size(), 0)); }
+/// Whether it was written, also in a handler of signals; else errno says why not.
+bool write_mark(int fd, std::string_view line) {
+  for (std::size_t done = 0; done < line.size();) {
+    const ssize_t written =
+        uninterrupted([&] { return ::pwrite(fd, line.data() + done, line.size() - done, static_cast<off_t>(done)); });
+    if (written == 0) errno = ENOSPC;
+    if (written <= 0) return false;
+    done += static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+void clear_mark(int fd) { static_cast<void>(write_mark(fd, kNoCase)); }
 
 /// Then the process ends as it would have done without.
 extern "C" void on_stop(int signal) {
@@ -57,7 +70,8 @@ std::optional<CaseMark::Death> parse(std::string_view text) {
 }  // namespace
 
 CaseMark::CaseMark(std::filesystem::path path) : path_(std::move(path)) {
-  fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+  constexpr int kFlags = O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  fd_ = uninterrupted([&] { return ::open(path_.c_str(), kFlags, 0666); });
   if (fd_ < 0) fail_file(path_, "cannot be written", errno);
   try {
     death_ = parse(read_file(path_));
@@ -80,8 +94,7 @@ CaseMark::~CaseMark() {
 void CaseMark::set(std::string_view case_id) {
   const int times = death_ && death_->case_id == case_id ? std::min(death_->times, kMostTimes) : 0;
   const std::string line = fmt::format("{} {}\n", times, case_id);
-  if (::pwrite(fd_, line.data(), line.size(), 0) != static_cast<ssize_t>(line.size()))
-    fail_file(path_, "cannot be written", errno != 0 ? errno : ENOSPC);
+  if (!write_mark(fd_, line)) fail_file(path_, "cannot be written", errno);
 }
 
 void CaseMark::clear() noexcept { clear_mark(fd_); }
