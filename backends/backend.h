@@ -194,8 +194,9 @@ class Backend {
   Backend(const Backend&) = delete;
   Backend& operator=(const Backend&) = delete;
 
-  /// How long a batch may take on a device in a process of its own (worker/): then that is killed, and render() throws
-  /// an Error of Fault::timeout. In this process nothing can end what a driver does.
+  /// How long a batch, or a band of a compute job, may take on a device in a process of its own (worker/): then that is
+  /// killed, and render() and compute() throw an Error of Fault::timeout. In this process nothing can end what a driver
+  /// does.
   void set_render_limit(double seconds) { render_limit_s_ = seconds; }
   /// Whether the device is gone, with all that was made on it: its process has ended.
   [[nodiscard]] bool is_gone() const { return is_gone_; }

@@ -17,9 +17,6 @@ constexpr double kOpeningLimit_s = 120;
 // What is asked beside frames: times the limit of a batch. A shader may take long.
 constexpr double kPatience = 10;
 constexpr double kLeastPatience_s = 60;
-// Bands of compute jobs are of about a second; the first on a slow device may take long.
-constexpr double kBandLimit_s = 600;
-constexpr double kSoftwareBandLimit_s = 3600;
 
 /// The arguments of a reply that says `done`. throws: the Error that it says else
 WireReader opened(std::span<const std::byte> reply, SharedMemory* bulk) {
@@ -114,9 +111,8 @@ class RemoteBackend final : public Backend {
     pipelines.reserve(job.passes.size());
     for (const ComputePass& pass : job.passes) pipelines.push_back(id_of(pass.pipeline));
     const auto start = std::chrono::steady_clock::now();
-    const double limit_s = device_.software ? kSoftwareBandLimit_s : kBandLimit_s;
-    WireReader reply =
-        ask("a band of the compute job", limit_s, Call::compute, job.buffers, job.passes, pipelines, job.result);
+    WireReader reply = ask("a band of the compute job", render_limit_s(), Call::compute, job.buffers, job.passes,
+                           pipelines, job.result);
     std::span<const std::byte> bytes;
     ComputeResult result;
     double taken_ns = 0;
@@ -144,7 +140,12 @@ class RemoteBackend final : public Backend {
     WireWriter request(&worker_->memory());
     request(of, unused_.take(), arguments...);
     reply_ = call(request, what, limit_s);
-    return opened(reply_, &worker_->memory());
+    try {
+      return opened(reply_, &worker_->memory());
+    } catch (const Error& error) {
+      if (error.fault() != Fault::device_lost && error.fault() != Fault::out_of_memory) throw;
+      throw Error(error.code(), error.what() + worker_->last_words(), error.fault());
+    }
   }
 
   std::vector<std::byte> call(const WireWriter& request, const std::string& what, double limit_s) {

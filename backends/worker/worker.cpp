@@ -224,7 +224,8 @@ void Worker::take_words() {
   }
 }
 
-std::string Worker::last_words() const {
+std::string Worker::last_words() {
+  if (words_.get() >= 0) take_words();
   std::vector<std::string> lines;
   std::string_view left = said_;
   while (!left.empty() && lines.size() < kSaidLines) {
@@ -260,7 +261,6 @@ void Worker::bury(Event::Kind how, const std::string& what, double limit_s) {
   is_dead_ = true;
   changed_.notify_all();
   const int status = end_process(how == Event::over ? kEndPatience_s : 0);
-  if (words_.get() >= 0) take_words();
   const std::string words = last_words();
   if (how == Event::too_late)
     fail_device(Fault::timeout, "{} did not end within {:.3g} s, and the driver's process was killed{}", what, limit_s,

@@ -46,6 +46,8 @@ class Worker {
   [[nodiscard]] std::vector<std::byte> call(std::span<const std::byte> request, const std::string& what,
                                             double limit_s);
   [[nodiscard]] bool is_dead() const;
+  /// The last that it wrote: "; its last words: ...", or "". Not while another thread calls.
+  [[nodiscard]] std::string last_words();
   [[nodiscard]] SharedMemory& memory() { return memory_; }
   [[nodiscard]] pid_t process() const { return process_; }  ///< 0: it is none of ours
 
@@ -72,7 +74,6 @@ class Worker {
   [[noreturn]] void bury(Event::Kind how, const std::string& what, double limit_s);
   /// returns: what waitpid() says. patience_s: for its own end, then it is killed
   int end_process(double patience_s);
-  [[nodiscard]] std::string last_words() const;
 
   SharedMemory memory_;
   Descriptor words_;  ///< its standard output and error

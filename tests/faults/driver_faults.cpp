@@ -1,8 +1,11 @@
 // A driver that fails: preloaded under OpenGL (libepoxy's pointers to its calls are ours then), and a layer of Vulkan's
-// loader. DRIVER_FAULTS is a list "WHAT after TEXT; WHAT at N; ...":
+// loader. DRIVER_FAULTS is a list "WHAT after TEXT; WHAT at N; WHAT at N of CALL; ...":
 //   WHAT   crash | hang | lost | memory
 //   TEXT   the first draw fails after a shader was made whose code holds this
 //   N      the N-th draw fails, counted over all processes in the file DRIVER_FAULT_COUNT
+//   CALL   draw (also a dispatch, and of Vulkan a submission) | memory (an allocation) | wait (for the device); the
+//   file
+//          holds how many there were of each, as int
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include <dlfcn.h>
@@ -12,7 +15,10 @@
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
+#include <array>
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -24,9 +30,13 @@
 
 namespace {
 
+enum Call : std::size_t { kDraw, kMemory, kWait, kCalls };
+constexpr std::array<const char*, kCalls> kCallNames = {"draw", "memory", "wait"};
+
 struct DriverFault {
   std::string what;
   std::string text;
+  std::string call = kCallNames[kDraw];
   int at = 0;
   bool is_armed = false;
 };
@@ -39,8 +49,10 @@ std::vector<DriverFault>& faults() {
     for (std::string entry; std::getline(entries, entry, ';');) {
       DriverFault fault;
       std::string how;
-      std::istringstream(entry) >> fault.what >> how >> fault.text;
+      std::istringstream words(entry);
+      words >> fault.what >> how >> fault.text;
       if (how == "at") fault.at = std::atoi(fault.text.c_str());
+      if (std::string of; words >> of) words >> fault.call;
       made.push_back(fault);
     }
     return made;
@@ -48,16 +60,16 @@ std::vector<DriverFault>& faults() {
   return list;
 }
 
-/// Of this draw, from 1.
-int count_draw() {
-  static std::atomic<int>* const count = []() -> std::atomic<int>* {
+/// The number of this call, from 1.
+int count(Call call) {
+  using Counts = std::array<std::atomic<int>, kCalls>;
+  static Counts* const counts = []() -> Counts* {
     const char* const path = std::getenv("DRIVER_FAULT_COUNT");
     const int fd = path == nullptr ? -1 : open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (fd < 0 || ftruncate(fd, sizeof(std::atomic<int>)) != 0) return new std::atomic<int>(0);
-    return static_cast<std::atomic<int>*>(
-        mmap(nullptr, sizeof(std::atomic<int>), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0));
+    if (fd < 0 || ftruncate(fd, sizeof(Counts)) != 0) return new Counts{};
+    return static_cast<Counts*>(mmap(nullptr, sizeof(Counts), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0));
   }();
-  return ++*count;
+  return ++counts->at(call);
 }
 
 void see_shader(const void* code, std::size_t bytes) {
@@ -67,11 +79,12 @@ void see_shader(const void* code, std::size_t bytes) {
 }
 
 /// What the caller is to fail with: "lost", "memory" or "".
-std::string_view fault_of_draw() {
-  const int draw = count_draw();
+std::string_view fault_of(Call call) {
+  const int number = count(call);
   for (DriverFault& fault : faults()) {
-    if (!std::exchange(fault.is_armed, false) && draw != fault.at) continue;
-    std::fprintf(stderr, "test driver: %s in draw %d\n", fault.what.c_str(), draw);
+    if (fault.call != kCallNames.at(call)) continue;
+    if (!std::exchange(fault.is_armed, false) && number != fault.at) continue;
+    std::fprintf(stderr, "test driver: %s in %s %d\n", fault.what.c_str(), kCallNames.at(call), number);
     if (fault.what == "crash") std::abort();
     while (fault.what == "hang") pause();
     return fault.what;
@@ -89,11 +102,26 @@ Function* gl(const char* name) {
 bool is_context_lost = false;
 bool is_memory_out = false;
 
-void draw_arrays(GLenum mode, GLint first, GLsizei count) {
-  const std::string_view fault = fault_of_draw();
+/// Whether the call is to be made.
+bool goes_well(Call call) {
+  const std::string_view fault = fault_of(call);
   is_context_lost |= fault == "lost";
   is_memory_out |= fault == "memory";
-  if (fault.empty()) gl<void(GLenum, GLint, GLsizei)>("glDrawArrays")(mode, first, count);
+  return fault.empty();
+}
+
+void draw_arrays(GLenum mode, GLint first, GLsizei count) {
+  if (goes_well(kDraw)) gl<void(GLenum, GLint, GLsizei)>("glDrawArrays")(mode, first, count);
+}
+void dispatch_compute(GLuint x, GLuint y, GLuint z) {
+  if (goes_well(kDraw)) gl<void(GLuint, GLuint, GLuint)>("glDispatchCompute")(x, y, z);
+}
+void texture_storage(GLuint texture, GLsizei levels, GLenum format, GLsizei width, GLsizei height) {
+  if (goes_well(kMemory))
+    gl<void(GLuint, GLsizei, GLenum, GLsizei, GLsizei)>("glTextureStorage2D")(texture, levels, format, width, height);
+}
+void finish() {
+  if (goes_well(kWait)) gl<void()>("glFinish")();
 }
 
 void shader_binary(GLsizei count, const GLuint* shaders, GLenum format, const void* code, GLsizei bytes) {
@@ -156,15 +184,31 @@ VkResult VKAPI_CALL create_shader_module(VkDevice device, const VkShaderModuleCr
   return create(device, info, memory, module);
 }
 
+bool is_device_lost = false;
+
 /// A submission counts as a draw.
 VkResult VKAPI_CALL queue_submit(VkQueue queue, std::uint32_t count, const VkSubmitInfo* submits, VkFence fence) {
-  static bool is_lost = false;
-  const std::string_view fault = fault_of_draw();
-  is_lost |= fault == "lost";
-  if (is_lost) return VK_ERROR_DEVICE_LOST;
+  const std::string_view fault = fault_of(kDraw);
+  is_device_lost |= fault == "lost";
+  if (is_device_lost) return VK_ERROR_DEVICE_LOST;
   if (fault == "memory") return VK_ERROR_OUT_OF_DEVICE_MEMORY;
   const auto submit = reinterpret_cast<PFN_vkQueueSubmit>(next_of_device(the_device, "vkQueueSubmit"));
   return submit(queue, count, submits, fence);
+}
+
+VkResult VKAPI_CALL allocate_memory(VkDevice device, const VkMemoryAllocateInfo* info,
+                                    const VkAllocationCallbacks* callbacks, VkDeviceMemory* memory) {
+  if (fault_of(kMemory) == "memory") return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+  const auto allocate = reinterpret_cast<PFN_vkAllocateMemory>(next_of_device(device, "vkAllocateMemory"));
+  return allocate(device, info, callbacks, memory);
+}
+
+VkResult VKAPI_CALL wait_for_fences(VkDevice device, std::uint32_t count, const VkFence* fences, VkBool32 all,
+                                    std::uint64_t timeout) {
+  is_device_lost |= fault_of(kWait) == "lost";
+  if (is_device_lost) return VK_ERROR_DEVICE_LOST;
+  const auto wait = reinterpret_cast<PFN_vkWaitForFences>(next_of_device(device, "vkWaitForFences"));
+  return wait(device, count, fences, all, timeout);
 }
 
 PFN_vkVoidFunction VKAPI_CALL device_call(VkDevice device, const char* name) {
@@ -172,6 +216,8 @@ PFN_vkVoidFunction VKAPI_CALL device_call(VkDevice device, const char* name) {
   if (call == "vkGetDeviceProcAddr") return reinterpret_cast<PFN_vkVoidFunction>(&device_call);
   if (call == "vkCreateShaderModule") return reinterpret_cast<PFN_vkVoidFunction>(&create_shader_module);
   if (call == "vkQueueSubmit") return reinterpret_cast<PFN_vkVoidFunction>(&queue_submit);
+  if (call == "vkAllocateMemory") return reinterpret_cast<PFN_vkVoidFunction>(&allocate_memory);
+  if (call == "vkWaitForFences") return reinterpret_cast<PFN_vkVoidFunction>(&wait_for_fences);
   return device == VK_NULL_HANDLE ? nullptr : next_of_device(device, name);
 }
 
@@ -189,6 +235,9 @@ PFN_vkVoidFunction VKAPI_CALL instance_call(VkInstance instance, const char* nam
 extern "C" {
 
 void (*epoxy_glDrawArrays)(GLenum, GLint, GLsizei) = draw_arrays;
+void (*epoxy_glDispatchCompute)(GLuint, GLuint, GLuint) = dispatch_compute;
+void (*epoxy_glTextureStorage2D)(GLuint, GLsizei, GLenum, GLsizei, GLsizei) = texture_storage;
+void (*epoxy_glFinish)() = finish;
 void (*epoxy_glShaderBinary)(GLsizei, const GLuint*, GLenum, const void*, GLsizei) = shader_binary;
 GLenum (*epoxy_glGetError)() = get_error;
 GLenum (*epoxy_glGetGraphicsResetStatus)() = get_reset_status;

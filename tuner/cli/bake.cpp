@@ -35,6 +35,7 @@ struct BakeArguments {
   int threads = 0;
   std::string device = "cpu";
   int repeat = 1;
+  std::optional<double> timeout_s;
   std::string output;
   bool verify = false;
   bool json = false;
@@ -83,7 +84,8 @@ BakeJob job_of(const BakeArguments& arguments) {
                        .threads = arguments.threads},
               .repeat = arguments.repeat,
               .verify = arguments.verify,
-              .output = arguments.output};
+              .output = arguments.output,
+              .timeout_s = arguments.timeout_s};
   set_device(job, arguments.device);
   set_reading(job.heightmap, arguments.reading);
   for (const auto& [id, text] : arguments.parameters) {
@@ -256,6 +258,13 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   command->add_option("--repeat", arguments->repeat, "bake so many times, for the median of their times")
       ->check(above_zero())
       ->capture_default_str();
+  command
+      ->add_option("--timeout-s", arguments->timeout_s,
+                   fmt::format("a band of a GPU's bake, about a second's work, that takes longer ends it; default: {}, "
+                               "on a software rasteriser {}",
+                               kBandLimit_s, kSoftwareBandLimit_s))
+      ->check(above_zero())
+      ->type_name("S");
   command->add_option("-o,--output", arguments->output, ".ktx2 (as stored), .exr (decoded) or .png");
   command->add_flag("--verify", arguments->verify, "prove the stored map: exit 1 if it breaks its kind's guarantee");
   command->add_flag("--json", arguments->json, "figures as JSON");

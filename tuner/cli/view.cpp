@@ -7,6 +7,7 @@
 #include <string>
 
 #include "backends/backend.h"
+#include "backends/worker/remote.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/image/image.h"
@@ -60,7 +61,7 @@ class ViewCommand {
   }
 
   void write() {
-    Viewer viewer(backend(), arguments_.device, spec_, std::move(heightmaps_));
+    Viewer viewer(backend(), arguments_.device, spec_, std::move(heightmaps_), open_isolated);
     viewer.choose(start_.chosen.settings);
     const ViewedFrame frame = viewer.draw(spec_.scene.view);
     write_png(arguments_.png, spec_.scene.width_px, spec_.scene.height_px, frame.rgba8);

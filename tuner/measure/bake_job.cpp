@@ -51,6 +51,8 @@ class OpenBaker {
       fail_environment("no GPU baker for {} on {}", map.id, job.device);
     const BackendRow& row = find_backend(job.device);
     backend_ = job.open(row, job.device_index);
+    backend_->set_render_limit(
+        job.timeout_s.value_or(backend_->device().software ? kSoftwareBandLimit_s : kBandLimit_s));
     baker_.emplace(*backend_, row.dialect, map.kind);
   }
   [[nodiscard]] std::optional<DeviceInfo> device() const {

@@ -14,6 +14,9 @@
 
 namespace reliefbench {
 
+inline constexpr double kBandLimit_s = 60;
+inline constexpr double kSoftwareBandLimit_s = 600;
+
 /// One map, from heightmap to file.
 struct BakeJob {
   HeightmapSpec heightmap;
@@ -23,6 +26,9 @@ struct BakeJob {
   int repeat = 1;              ///< bakes; their times' medians are taken
   bool verify = false;
   std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
+  /// A band of a GPU's bake (about a second's work) that takes longer ends it, where the device is in a process of its
+  /// own; none: kBandLimit_s, on a software rasteriser kSoftwareBandLimit_s
+  std::optional<double> timeout_s{};
   OpenDevice open = open_device;
 };
 

@@ -12,6 +12,7 @@
 #include "kernels/base/error.h"
 #include "kernels/base/parallel.h"
 #include "kernels/base/sha256.h"
+#include "kernels/base/size.h"
 #include "kernels/trace/surface.h"
 #include "tuner/measure/frame.h"
 #include "tuner/results/statistics.h"
@@ -51,11 +52,32 @@ Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool
       open_(std::move(open)),
       dialect_(row.dialect),
       split_(split),
-      backend_(open_(row, device_index)) {
-  backend_->set_render_limit(kLeastRenderPatience_s);  // of the audits
-  if (is_timed) audit_now();
-  simulate_filter({});
+      backend_(opened()) {
+  twice([&] {
+    backend_->set_render_limit(kLeastRenderPatience_s);  // of the audits
+    if (is_timed) audit_now();
+    simulate_filter({});
+  });
   backend_->set_render_limit(render_limit_s_);
+}
+
+std::unique_ptr<Backend> Session::opened() const {
+  try {
+    return open_(row_, device_index_);
+  } catch (const Error& error) {
+    if (!needs_reopening(error.fault())) throw;
+    return open_(row_, device_index_);
+  }
+}
+
+void Session::twice(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    if (!helps_reopening(error.fault())) throw;
+    reopen();
+    work();
+  }
 }
 
 int batch_frames(double batch_ms, double frame_ns) {
@@ -68,7 +90,9 @@ void Session::audit_now() {
 }
 
 void Session::audit_compute() {
-  split_.book(Part::audit, [&] { audit_ = with_compute(audit_, audit_timers(*backend_, dialect_, true)); });
+  twice([&] {
+    split_.book(Part::audit, [&] { audit_ = with_compute(audit_, audit_timers(*backend_, dialect_, true)); });
+  });
 }
 
 void Session::simulate_filter(const SimulatedFilter& simulated) {
@@ -336,8 +360,8 @@ double Session::draw_pixel_ns(int width_px, int height_px) {
 void Session::measure_fills(std::span<const SceneSpec> scenes) {
   fills_.clear();
   if (device().software) return;
-  std::set<std::pair<int, int>> sizes;
-  for (const SceneSpec& spec : scenes) sizes.emplace(spec.scene.width_px, spec.scene.height_px);
+  std::set<Size> sizes;
+  for (const SceneSpec& spec : scenes) sizes.insert({spec.scene.width_px, spec.scene.height_px});
   const FrameSize& full = *find_frame_size(kFull);
   for (const auto& [width_px, height_px] : sizes) {
     if (1.0 * width_px * height_px >= 1.0 * full.width_px * full.height_px) continue;
@@ -369,11 +393,14 @@ void Session::make_control() {
 void Session::calibrate(double batch_ms, const Calibration* known) {
   calibration_ =
       known != nullptr ? *known : Calibration{.timer = choose_timer(audit_), .load_steps = kControlSteps, .frames = 1};
-  make_control();
-  if (known != nullptr) return;
-  calibration_.frames = batch_frames(batch_ms, draw_control_ns());
   std::vector<double> frame_ns(kControlBatches);
-  for (double& value : frame_ns) value = draw_control_ns() / calibration_.frames;
+  twice([&] {
+    make_control();
+    if (known != nullptr) return;
+    calibration_.frames = batch_frames(batch_ms, draw_control_ns());
+    for (double& value : frame_ns) value = draw_control_ns() / calibration_.frames;
+  });
+  if (known != nullptr) return;
   calibration_.state = state();
   calibration_.reference_ns = median(frame_ns);
 }

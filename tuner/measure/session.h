@@ -45,7 +45,7 @@ inline constexpr std::size_t kMostSoftwarePipelines = 1024;
 class Session {
  public:
   /// Opens, audits the filter, and the timers unless nothing will be timed.
-  /// throws: Error(environment): no such device
+  /// throws: Error(environment): no such device, or lost twice over its audits
   Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true,
           OpenDevice open = open_device);
 
@@ -65,6 +65,8 @@ class Session {
   /// Whether the device is to be opened again before anything else is drawn.
   [[nodiscard]] bool is_lost(Status status) const { return status == Status::device_lost || backend_->is_gone(); }
   [[nodiscard]] bool is_lost(Fault fault) const { return needs_reopening(fault) || backend_->is_gone(); }
+  /// Whether what no case is to blame for may go well once the device is opened anew.
+  [[nodiscard]] bool helps_reopening(Fault fault) const { return is_lost(fault) || fault == Fault::out_of_memory; }
 
   [[nodiscard]] Backend& backend() { return *backend_; }
   [[nodiscard]] const DeviceInfo& device() const { return backend_->device(); }
@@ -162,6 +164,10 @@ class Session {
   [[nodiscard]] const Spirv& fragment(const Source& source);
   [[nodiscard]] Source source_of(const Settings& settings, const Target& target, const Scene& scene) const;
   [[nodiscard]] Compiled& pipeline(Source source);
+  /// Does what no case is to blame for; where helps_reopening(), once more on the device opened anew.
+  void twice(const std::function<void()>& work);
+  /// A driver that crashes over it is asked once more.
+  [[nodiscard]] std::unique_ptr<Backend> opened() const;
   /// The vertex shader of its target, and its key.
   static void set_vertex(Source& source);
   /// stages: of the source

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 #include <iterator>
-#include <random>
 #include <set>
 
 #include "backends/worker/remote.h"
 #include "kernels/base/clock.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
-#include "tuner/measure/draw_block.h"
+#include "tuner/measure/device_sweep.h"
 #include "tuner/measure/frame_size.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/prepare.h"
@@ -23,7 +22,6 @@
 #include "tuner/plan/plan.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/frame_fill.h"
-#include "tuner/results/relative_time.h"
 #include "tuner/results/run_files.h"
 #include "tuner/results/run_folder.h"
 #include "tuner/results/store.h"
@@ -31,13 +29,9 @@
 namespace reliefbench {
 namespace {
 
-const SceneSpec& scene_of(const Config& config, const Case& c) {
-  return *std::find_if(config.scenes.begin(), config.scenes.end(),
-                       [&](const SceneSpec& s) { return s.id == c.scene_id; });
-}
+using Sessions = std::vector<std::unique_ptr<Session>>;
 
-nlohmann::json identity_of(const Config& config, const SweepOptions& options,
-                           const std::vector<std::unique_ptr<Session>>& sessions) {
+nlohmann::json identity_of(const Config& config, const SweepOptions& options, const Sessions& sessions) {
   nlohmann::json devices = nlohmann::json::array();
   for (const auto& session : sessions) devices.push_back(device_identity(session->device()));
   nlohmann::json identity = {{"schema", kSchemaVersion},
@@ -50,22 +44,6 @@ nlohmann::json identity_of(const Config& config, const SweepOptions& options,
   if (!options.slowdowns.empty()) identity["injected_slowdown"] = options.slowdowns;
   return identity;
 }
-
-/// Fills in the record's time from its samples. Where the device was held back, those of the block are forgotten, and
-/// only a case that an earlier start had drawn all of has them.
-void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration, int samples,
-                    const std::string& held_back) {
-  if (!held_back.empty() && book.samples(record.case_id).size() < static_cast<std::size_t>(samples)) {
-    record.status = Status::throttled;
-    record.reason = held_back;
-    return;
-  }
-  record.frame_time = frame_time(book.samples(record.case_id), book.control_samples(), calibration.reference_ns,
-                                 timer_id(calibration.timer));
-}
-
-/// Cases whose rounds of samples are drawn together.
-using Block = std::vector<const Case*>;
 
 /// A backend's cases that are to be drawn, in blocks; those that an earlier start may have died of come last, each by
 /// itself, so that all others are safe by then.
@@ -104,181 +82,40 @@ void check_complete(const Run& run, const Plan& plan) {
                        (run.folder / kResultsFile).string(), c.id());
 }
 
-/// One device's share of a sweep.
-class DeviceSweep {
- public:
-  DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, const RunClock& clock,
-              Progress& progress)
-      : config_(config),
-        folder_(options.output),
-        split_(split),
-        session_(session),
-        store_(store),
-        book_(book),
-        is_compiled_alone_(store.mark().death() || !store.earlier().failures.empty()),
-        samples_(store, SampleBook::Control{.id = control_case_id(session.device().backend),
-                                            .reference_ns = session.calibration().reference_ns}),
-        timing_({.session = session,
-                 .book = samples_,
-                 .measure = config.measure,
-                 .split = split,
-                 .mark = &store.mark(),
-                 .slowdowns = &options.slowdowns,
-                 .clock = clock,
-                 .cooling_pause_s = options.cooling_pause_s,
-                 .progress = &progress}),
-        preparer_({.session = session,
-                   .library = library,
-                   .cache = cache,
-                   .split = split,
-                   .timeout_s = config.measure.timeout_s,
-                   .flicker_frames = config.measure.flicker_frames}) {}
-
-  /// blocks: of this device's cases that are to be drawn. on_progress: with the number of cases done so far
-  void run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress) {
-    std::size_t done = 0;
-    for (const Block& block : blocks) {
-      run_block(block, [&](double fraction) {
-        on_progress(static_cast<double>(done) + fraction * static_cast<double>(block.size()));
-      });
-      done += block.size();
-    }
+/// One of each backend.
+Sessions open_sessions(const Config& config, const SweepOptions& options, const Plan& plan, WallSplit& split) {
+  Sessions sessions;
+  for (const std::string& id : options.backends) {
+    sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
+    sessions.back()->set_timeout(config.measure.timeout_s);
+    if (has_compute(plan.cases)) sessions.back()->audit_compute();
   }
-  /// pictured: of all devices
-  void draw_pictures(const std::set<const Record*>& pictured, const Plan& plan, Progress& progress) {
-    write_pictures({.session = session_,
-                    .preparer = preparer_,
-                    .split = split_,
-                    .mark = store_.mark(),
-                    .folder = folder_,
-                    .progress = progress},
-                   pictured, plan.cases, config_.scenes);
-  }
-  [[nodiscard]] const Preparer& preparer() const { return preparer_; }
+  return sessions;
+}
 
- private:
-  void run_block(const Block& block, const std::function<void(double)>& on_progress) {
-    if (session_.device().software) session_.drop_old_pipelines(kMostSoftwarePipelines);
-    compile_ahead(block);
-    std::vector<PreparedCase> prepared;
-    prepared.reserve(block.size());
-    for (const Case* c : block) {
-      const auto hold = store_.mark().hold(c->id());
-      prepared.push_back(preparer_.prepare(*c, scene_of(config_, *c)));
-      if (session_.is_lost(prepared.back().record.status)) reopen(prepared);
-      on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
-    }
-    const std::string held_back = draw_block(timing_, [&] {
-      sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
+/// info: run.json of an earlier start. returns: the devices for that of this one
+std::vector<nlohmann::json> calibrate(const Sessions& sessions, const Config& config, const nlohmann::json& info,
+                                      WallSplit& split) {
+  std::vector<nlohmann::json> devices;
+  for (const auto& session : sessions) {
+    const std::optional<Calibration> known = known_calibration(info, session->device());
+    split.book(Part::audit, [&] {
+      session->calibrate(config.measure.batch_ms, known ? &*known : nullptr);
+      session->measure_fills(config.scenes);
     });
-    for (PreparedCase& one : prepared) {
-      Record& record = one.record;
-      if (record.status == Status::ok)
-        set_frame_time(record, samples_, session_.calibration(), config_.measure.samples, held_back);
-      book_.append(record);
-    }
+    devices.push_back(device_json(*session));
   }
+  return devices;
+}
 
-  /// Compiles a block's shaders at once, until the device is lost over it or an earlier start ended in a case: then
-  /// each in its own case, so that it is known which one it was. Software rasterisers compile at the first draw.
-  void compile_ahead(const Block& block) {
-    if (session_.device().software || is_compiled_alone_) return;
-    std::vector<Session::Wanted> wanted;
-    for (const Case* c : block) {
-      const Scene& scene = scene_of(config_, *c).scene;
-      for (const Target& target : {color_target(pixel_features(c->settings), needs_depth(scene)), Target::score})
-        wanted.push_back({.settings = &c->settings, .target = target, .scene = &scene});
-    }
-    const auto hold = store_.mark().hold(block.front()->id());
-    session_.compile_ahead(wanted);
-    if (!session_.backend().is_gone()) return;
-    is_compiled_alone_ = true;
-    preparer_.release();
-    session_.reopen();
-  }
-
-  /// Samples the cases of a block that are ok. One that fails in its frames gets its status, and the others go on.
-  void sample(std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
-    for (int lost_by_control = 0;;) {
-      make_drawable(block);
-      try {
-        time_block(block, on_progress);
-        return;
-      } catch (const CaseFailed& failed) {
-        const auto owner = std::ranges::find_if(
-            block, [&](const PreparedCase& one) { return one.record.case_id == failed.record.case_id; });
-        owner->record = failed.record;
-        owner->release();
-        if (session_.is_lost(failed.record.status)) reopen(block);
-      } catch (const Error& error) {
-        if (!session_.is_lost(error.fault()) || ++lost_by_control > kMostLostByControl) throw;  // it is no case's fault
-        reopen(block);
-      }
-    }
-  }
-
-  /// Warms the cases up, then draws each once a round, in an order that is shuffled anew, until all have their samples.
-  void time_block(const std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
-    const auto wants_more = [&](const Record& record) {
-      return static_cast<int>(samples_.samples(record.case_id).size()) < config_.measure.samples;
-    };
-    std::vector<TimedCase> cases;
-    for (const PreparedCase& one : block)
-      if (one.record.status == Status::ok && wants_more(one.record))
-        cases.push_back(warm_up(timing_, one.record, one.draws));
-    std::mt19937_64 random(config_.seed ^ std::hash<std::string>{}(block.front().record.case_id));
-    for (int round = 1; !cases.empty(); ++round) {
-      std::vector<TimedCase> order = cases;
-      std::shuffle(order.begin(), order.end(), random);
-      time(timing_, order);
-      std::erase_if(cases, [&](const TimedCase& one) { return !wants_more(*one.record); });
-      on_progress(static_cast<double>(round) / config_.measure.samples);
-    }
-  }
-
-  /// Opens the lost device again; what the block had on it is gone.
-  void reopen(std::vector<PreparedCase>& block) {
-    for (PreparedCase& one : block) one.release();
-    preparer_.release();
-    try {
-      session_.reopen();
-    } catch (const Error&) {  // all ends here; the next start draws last what brought this one to its end
-      for (const PreparedCase& one : block)
-        if (one.record.status != Status::ok) book_.append(one.record);
-      throw;
-    }
-  }
-
-  /// Uploads and draws again what a block had on a lost device.
-  void make_drawable(std::vector<PreparedCase>& block) {
-    for (std::size_t i = 0; i < block.size();) {
-      PreparedCase& one = block[i++];
-      if (one.record.status != Status::ok || !one.draws.empty()) continue;
-      PreparedCase again = preparer_.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
-      one.frame = std::move(again.frame);
-      one.draws = std::move(again.draws);
-      one.record.status = again.record.status;
-      one.record.reason = again.record.reason;
-      if (again.record.status == Status::ok || !session_.is_lost(again.record.status)) continue;
-      reopen(block);
-      i = 0;
-    }
-  }
-
-  static constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
-
-  const Config& config_;
-  const std::filesystem::path& folder_;
-  WallSplit& split_;
-  Session& session_;
-  RunStore& store_;
-  RecordBook& book_;
-  bool is_compiled_alone_;
-  SampleBook samples_;
-  Timing timing_;
-  Preparer preparer_;
-};
+/// What has become of the cases of a run that is complete.
+void count_cases(SweepSummary& summary, const Run& run, const RecordBook& book) {
+  for (const Record& record : run.records) summary.statuses[std::string(status_id(record.status))] += 1;
+  summary.open = static_cast<int>(std::ranges::count_if(
+      run.records, [&](const Record& one) { return may_pass(one.status) && !book.is_given_up(one.case_id); }));
+  summary.held_back = static_cast<int>(
+      std::ranges::count_if(run.blocks, [](const BlockState& block) { return !block.held_back.empty(); }));
+}
 
 }  // namespace
 
@@ -310,14 +147,9 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   std::vector<MeasuredScene> measured = library.measured(config.scenes);
   Progress progress(options.quiet);
   for (const std::string& reading : library.readings()) progress.note("read " + reading);
-  std::vector<std::unique_ptr<Session>> sessions;
+  const Sessions sessions = open_sessions(config, options, plan, split);
   std::vector<DeviceInfo> drawing;
-  for (const std::string& id : options.backends) {
-    sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
-    sessions.back()->set_timeout(config.measure.timeout_s);
-    if (has_compute(plan.cases)) sessions.back()->audit_compute();
-    drawing.push_back(sessions.back()->device());
-  }
+  for (const auto& session : sessions) drawing.push_back(session->device());
   std::vector<std::string> notes;
   if (const std::string note = two_devices_note(drawing); !note.empty()) progress.note(notes.emplace_back(note));
   if (has_default_frames(config.scenes)) {
@@ -342,15 +174,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   if (summary.resumed > 0)
     progress.note(fmt::format("resuming: {} of {} cases are done", summary.resumed, plan.cases.size()));
 
-  std::vector<nlohmann::json> devices;
-  for (const auto& session : sessions) {
-    const std::optional<Calibration> known = known_calibration(info, session->device());
-    split.book(Part::audit, [&] {
-      session->calibrate(config.measure.batch_ms, known ? &*known : nullptr);
-      session->measure_fills(config.scenes);
-    });
-    devices.push_back(device_json(*session));
-  }
+  std::vector<nlohmann::json> devices = calibrate(sessions, config, info, split);
   summary.notes = std::move(notes);
   std::ranges::move(small_frame_notes({{"devices", devices}}), std::back_inserter(summary.notes));
   store.write_info(run_info(config, devices, scenes, summary, started_ns, false));
@@ -381,13 +205,9 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   check_complete(run, plan);
   write_results(config, run);
   remove_other_pictures(options.output, pictured_records(run.records, config, options.pictures));
-  for (const Record& record : run.records) summary.statuses[std::string(status_id(record.status))] += 1;
-  summary.open = static_cast<int>(std::ranges::count_if(
-      run.records, [&](const Record& one) { return may_pass(one.status) && !book.is_given_up(one.case_id); }));
+  count_cases(summary, run, book);
   set_costs(summary, library, split);
   set_states(devices, run.blocks);
-  summary.held_back = static_cast<int>(
-      std::ranges::count_if(run.blocks, [](const BlockState& block) { return !block.held_back.empty(); }));
   store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
   return summary;
 }

@@ -7,13 +7,15 @@
 
 namespace reliefbench {
 
-Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps)
+Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps, OpenDevice open)
     : scene_(std::move(scene)),
-      session_(row, device, split_, false),
+      session_(row, device, split_, false, std::move(open)),
       library_(cache_, split_, std::move(heightmaps)),
       heights_(library_.heights(scene_)),
       tracer_(heights_, scene_.scene.wrap),
-      uploaded_(upload(session_.backend(), scene_.scene, heights_)) {}
+      uploaded_(upload(session_.backend(), scene_.scene, heights_)) {
+  session_.set_timeout(MeasureSpec{}.timeout_s);
+}
 
 void Viewer::choose(const Settings& settings) {
   if (const std::string reason = conflict(settings, scene_.scene, heights_.is_solid()); !reason.empty())

@@ -19,9 +19,10 @@ struct ViewedFrame {
 /// Draws single frames of one heightmap, just as a sweep draws and judges them.
 class Viewer {
  public:
-  /// scene: its view does not matter; heightmaps: what has been read already
+  /// scene: its view does not matter; heightmaps: what has been read already. What takes longer than a case may in a
+  /// sweep (MeasureSpec::timeout_s) ends as that does.
   /// throws: Error(bad_input): unreadable heightmap; Error(environment): no such device
-  Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps = {});
+  Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps = {}, OpenDevice open = open_device);
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 

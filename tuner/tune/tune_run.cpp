@@ -160,7 +160,7 @@ void TuneRun::draw(std::span<const Wanted> round) {
     } catch (const CaseFailed&) {
       throw;
     } catch (const Error& error) {
-      if (!is_lost(error.fault()) || ++lost_by_control_ > kMostLostByControl) throw;
+      if (!session_->helps_reopening(error.fault()) || ++lost_by_control_ > kMostLostByControl) throw;
       reopen();
     }
   }

@@ -1,0 +1,186 @@
+#include "tuner/measure/device_sweep.h"
+
+#include <algorithm>
+#include <random>
+#include <string>
+
+#include "tuner/measure/draw_block.h"
+#include "tuner/measure/pictures.h"
+#include "tuner/results/relative_time.h"
+
+namespace reliefbench {
+namespace {
+
+constexpr double kPrepareShare = 0.7;  // of a block's time, for the progress bar
+
+const SceneSpec& scene_of(const Config& config, const Case& c) {
+  return *std::find_if(config.scenes.begin(), config.scenes.end(),
+                       [&](const SceneSpec& s) { return s.id == c.scene_id; });
+}
+
+/// Fills in the record's time from its samples. Where the device was held back, those of the block are forgotten, and
+/// only a case that an earlier start had drawn all of has them.
+void set_frame_time(Record& record, const SampleBook& book, const Calibration& calibration, int samples,
+                    const std::string& held_back) {
+  if (!held_back.empty() && book.samples(record.case_id).size() < static_cast<std::size_t>(samples)) {
+    record.status = Status::throttled;
+    record.reason = held_back;
+    return;
+  }
+  record.frame_time = frame_time(book.samples(record.case_id), book.control_samples(), calibration.reference_ns,
+                                 timer_id(calibration.timer));
+}
+
+}  // namespace
+
+DeviceSweep::DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
+                         const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, const RunClock& clock,
+                         Progress& progress)
+    : config_(config),
+      folder_(options.output),
+      split_(split),
+      session_(session),
+      store_(store),
+      book_(book),
+      is_compiled_alone_(store.mark().death() || !store.earlier().failures.empty()),
+      samples_(store, SampleBook::Control{.id = control_case_id(session.device().backend),
+                                          .reference_ns = session.calibration().reference_ns}),
+      timing_({.session = session,
+               .book = samples_,
+               .measure = config.measure,
+               .split = split,
+               .mark = &store.mark(),
+               .slowdowns = &options.slowdowns,
+               .clock = clock,
+               .cooling_pause_s = options.cooling_pause_s,
+               .progress = &progress}),
+      preparer_({.session = session,
+                 .library = library,
+                 .cache = cache,
+                 .split = split,
+                 .timeout_s = config.measure.timeout_s,
+                 .flicker_frames = config.measure.flicker_frames}) {}
+
+void DeviceSweep::run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress) {
+  std::size_t done = 0;
+  for (const Block& block : blocks) {
+    run_block(block, [&](double fraction) {
+      on_progress(static_cast<double>(done) + fraction * static_cast<double>(block.size()));
+    });
+    done += block.size();
+  }
+}
+
+void DeviceSweep::draw_pictures(const std::set<const Record*>& pictured, const Plan& plan, Progress& progress) {
+  write_pictures({.session = session_,
+                  .preparer = preparer_,
+                  .split = split_,
+                  .mark = store_.mark(),
+                  .folder = folder_,
+                  .progress = progress},
+                 pictured, plan.cases, config_.scenes);
+}
+
+void DeviceSweep::run_block(const Block& block, const std::function<void(double)>& on_progress) {
+  if (session_.device().software) session_.drop_old_pipelines(kMostSoftwarePipelines);
+  compile_ahead(block);
+  std::vector<PreparedCase> prepared;
+  prepared.reserve(block.size());
+  for (const Case* c : block) {
+    const auto hold = store_.mark().hold(c->id());
+    prepared.push_back(preparer_.prepare(*c, scene_of(config_, *c)));
+    if (session_.is_lost(prepared.back().record.status)) reopen(prepared);
+    on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
+  }
+  const std::string held_back = draw_block(timing_, [&] {
+    sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
+  });
+  for (PreparedCase& one : prepared) {
+    Record& record = one.record;
+    if (record.status == Status::ok)
+      set_frame_time(record, samples_, session_.calibration(), config_.measure.samples, held_back);
+    book_.append(record);
+  }
+}
+
+void DeviceSweep::compile_ahead(const Block& block) {
+  if (session_.device().software || is_compiled_alone_) return;
+  std::vector<Session::Wanted> wanted;
+  for (const Case* c : block) {
+    const Scene& scene = scene_of(config_, *c).scene;
+    for (const Target& target : {color_target(pixel_features(c->settings), needs_depth(scene)), Target::score})
+      wanted.push_back({.settings = &c->settings, .target = target, .scene = &scene});
+  }
+  const auto hold = store_.mark().hold(block.front()->id());
+  session_.compile_ahead(wanted);
+  if (!session_.backend().is_gone()) return;
+  is_compiled_alone_ = true;
+  preparer_.release();
+  session_.reopen();
+}
+
+void DeviceSweep::sample(std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
+  for (int lost_by_control = 0;;) {
+    make_drawable(block);
+    try {
+      time_block(block, on_progress);
+      return;
+    } catch (const CaseFailed& failed) {
+      const auto owner = std::ranges::find_if(
+          block, [&](const PreparedCase& one) { return one.record.case_id == failed.record.case_id; });
+      owner->record = failed.record;
+      owner->release();
+      if (session_.is_lost(failed.record.status)) reopen(block);
+    } catch (const Error& error) {
+      if (!session_.helps_reopening(error.fault()) || ++lost_by_control > kMostLostByControl) throw;  // no case's fault
+      reopen(block);
+    }
+  }
+}
+
+void DeviceSweep::time_block(const std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
+  const auto wants_more = [&](const Record& record) {
+    return static_cast<int>(samples_.samples(record.case_id).size()) < config_.measure.samples;
+  };
+  std::vector<TimedCase> cases;
+  for (const PreparedCase& one : block)
+    if (one.record.status == Status::ok && wants_more(one.record))
+      cases.push_back(warm_up(timing_, one.record, one.draws));
+  std::mt19937_64 random(config_.seed ^ std::hash<std::string>{}(block.front().record.case_id));
+  for (int round = 1; !cases.empty(); ++round) {
+    std::vector<TimedCase> order = cases;
+    std::shuffle(order.begin(), order.end(), random);
+    time(timing_, order);
+    std::erase_if(cases, [&](const TimedCase& one) { return !wants_more(*one.record); });
+    on_progress(static_cast<double>(round) / config_.measure.samples);
+  }
+}
+
+void DeviceSweep::reopen(std::vector<PreparedCase>& block) {
+  for (PreparedCase& one : block) one.release();
+  preparer_.release();
+  try {
+    session_.reopen();
+  } catch (const Error&) {  // all ends here; the next start draws last what brought this one to its end
+    for (const PreparedCase& one : block)
+      if (one.record.status != Status::ok) book_.append(one.record);
+    throw;
+  }
+}
+
+void DeviceSweep::make_drawable(std::vector<PreparedCase>& block) {
+  for (std::size_t i = 0; i < block.size();) {
+    PreparedCase& one = block[i++];
+    if (one.record.status != Status::ok || !one.draws.empty()) continue;
+    PreparedCase again = preparer_.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
+    one.frame = std::move(again.frame);
+    one.draws = std::move(again.draws);
+    one.record.status = again.record.status;
+    one.record.reason = again.record.reason;
+    if (again.record.status == Status::ok || !session_.is_lost(again.record.status)) continue;
+    reopen(block);
+    i = 0;
+  }
+}
+
+}  // namespace reliefbench

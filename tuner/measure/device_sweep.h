@@ -1,0 +1,61 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "kernels/base/cache.h"
+#include "tuner/measure/prepare.h"
+#include "tuner/measure/progress.h"
+#include "tuner/measure/record_book.h"
+#include "tuner/measure/session.h"
+#include "tuner/measure/sweep.h"
+#include "tuner/measure/timing.h"
+#include "tuner/plan/plan.h"
+#include "tuner/results/store.h"
+
+namespace reliefbench {
+
+/// Cases whose rounds of samples are drawn together.
+using Block = std::vector<const Case*>;
+
+/// One device's share of a sweep.
+class DeviceSweep {
+ public:
+  DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
+              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, const RunClock& clock,
+              Progress& progress);
+
+  /// blocks: of this device's cases that are to be drawn. on_progress: with the number of cases done so far
+  void run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress);
+  /// pictured: of all devices
+  void draw_pictures(const std::set<const Record*>& pictured, const Plan& plan, Progress& progress);
+  [[nodiscard]] const Preparer& preparer() const { return preparer_; }
+
+ private:
+  void run_block(const Block& block, const std::function<void(double)>& on_progress);
+  /// Compiles a block's shaders at once, until the device is lost over it or an earlier start ended in a case: then
+  /// each in its own case, so that it is known which one it was. Software rasterisers compile at the first draw.
+  void compile_ahead(const Block& block);
+  /// Samples the cases of a block that are ok. One that fails in its frames gets its status, and the others go on.
+  void sample(std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress);
+  /// Warms the cases up, then draws each once a round, in an order that is shuffled anew, until all have their samples.
+  void time_block(const std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress);
+  /// Opens the lost device again; what the block had on it is gone.
+  void reopen(std::vector<PreparedCase>& block);
+  /// Uploads and draws again what a block had on a lost device.
+  void make_drawable(std::vector<PreparedCase>& block);
+
+  const Config& config_;
+  const std::filesystem::path& folder_;
+  WallSplit& split_;
+  Session& session_;
+  RunStore& store_;
+  RecordBook& book_;
+  bool is_compiled_alone_;
+  SampleBook samples_;
+  Timing timing_;
+  Preparer preparer_;
+};
+
+}  // namespace reliefbench
