@@ -146,6 +146,9 @@ TEST(CaseTable, a_broken_table_is_refused_with_line_and_column) {
     EXPECT_THAT([&] { (void)parse_case_table(text, "t.csv"); }, ThrowsMessage<Error>(HasSubstr(words)));
   };
   fails("", "t.csv:1: is empty");
+  fails(std::string(2 << 20, 'x'), "t.csv:1: a row of over 1048576 bytes");
+  fails(good + '"' + std::string(2 << 20, 'x'), "bytes, expected one case");
+  fails(std::string(2 << 20, ','), "t.csv:1: a row of over 1048576 bytes");
   fails(replaced(good, "linear_steps", "linear_stops"), "t.csv:1: column 'linear_stops': unknown");
   fails(replaced(good, "ci_high_ns,", "ci_low_ns,"), "t.csv:1: column 'ci_low_ns': stands twice");
   fails(replaced(good, ",cone,null,", ",cane,null,"), "t.csv:2: column 'technique': technique 'cane' is unknown");

@@ -37,6 +37,9 @@ class AppendFile {
 /// The whole of a file, or of a pipe. throws: FileError, Error(bad_input): missing, unreadable, a folder or a device
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
+/// Of a line of records or of a row of a table: a record takes 2 kB.
+inline constexpr std::size_t kMostLineBytes = std::size_t{1} << 20U;
+
 /// The lines of such a file, one after the other; what follows the last newline is none. Of a line over most_bytes,
 /// take() gets some text that is longer than most_bytes: enough to refuse it.
 /// throws: as read_file(), and what `take` throws

@@ -11,6 +11,8 @@
 namespace reliefbench {
 namespace {
 
+constexpr std::size_t kLongestSlip = 64;  // bytes: what is longer is no slip, and would take long to compare
+
 /// Levenshtein distance.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -31,7 +33,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string unknown_text(std::string_view word, const std::vector<std::string_view>& known) {
   const auto distance = [word](std::string_view other) { return edit_distance(word, other); };
-  const auto nearest = std::ranges::min_element(known, {}, distance);
+  const bool may_be_slip = word.size() <= kLongestSlip;
+  const auto nearest = may_be_slip ? std::ranges::min_element(known, {}, distance) : known.end();
   // A third of the word wrong (two swapped letters of four count as two) is still a slip; more is another word.
   const bool is_slip = nearest != known.end() && distance(*nearest) <= (word.size() + 2) / 3;
   return fmt::format("unknown ({}known: {})", is_slip ? fmt::format("did you mean '{}'?; ", *nearest) : "",

@@ -7,9 +7,9 @@
 #include <set>
 #include <string>
 
-#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/json_file.h"
 #include "kernels/judge/score.h"
 #include "reports/pages/fleet_data.h"
 #include "reports/pages/report_data.h"
@@ -166,14 +166,7 @@ bool is_tune_folder(const std::filesystem::path& folder) {
   return std::filesystem::is_regular_file(folder / kTuneFile, ignored);
 }
 
-json load_tune(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / kTuneFile;
-  try {
-    return json::parse(read_file(path));
-  } catch (const json::exception& error) {
-    fail_input("{}: {}", path.string(), error.what());
-  }
-}
+json load_tune(const std::filesystem::path& folder) { return read_json(folder / kTuneFile); }
 
 void write_tune_page(const TuneResult& result, const std::filesystem::path& folder) {
   const ReportData made = tune_page_data(tune_json(result), folder);

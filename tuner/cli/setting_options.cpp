@@ -6,6 +6,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/json_file.h"
 #include "tuner/cli/format.h"
 #include "tuner/plan/plan.h"
 #include "tuner/plan/scene_json.h"
@@ -116,7 +117,7 @@ ChosenSetting of_run(const SettingArguments& arguments) {
 /// The case that a tune run picked, in the first of its scenes unless another is named.
 SettingArguments of_tune(SettingArguments arguments) {
   const std::string path = fmt::format("{}/{}", arguments.tune, kTuneFile);
-  const json result = json::parse(read_file(path), nullptr, false);
+  const json result = read_json(path);
   const auto setting = json::json_pointer("/pick/setting");
   if (!result.is_object() || !result.contains("pick") || !result.contains("scenes"))
     fail_input("{}: not a tune run's result", path);

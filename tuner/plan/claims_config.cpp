@@ -4,7 +4,7 @@
 #include <array>
 
 #include "kernels/base/error.h"
-#include "kernels/base/json_lines.h"
+#include "kernels/base/json_document.h"
 #include "kernels/judge/metric.h"
 #include "tuner/plan/config_assets.h"
 #include "tuner/plan/config_reader.h"
@@ -107,7 +107,7 @@ bool is_claim_metric(std::string_view id) {
 
 Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
-  const JsonNode root = parse_json_lines(text, path.string());
+  const JsonNode root = parse_json_document(text, path.string());
   reader.check_keys(root, {"source", "about", "scene", "scenes", "metrics", "rows", "checks"});
   std::vector<SceneSpec> scenes;
   const JsonNode* const list = root.find("scenes");

@@ -145,7 +145,7 @@ Config load_config(const std::filesystem::path& path) { return parse_config(read
 
 Config parse_config(std::string text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
-  const JsonNode root = parse_json_lines(text, path.string());
+  const JsonNode root = parse_json_document(text, path.string());
   reader.check_object(root, "config");
 
   Config config{.path = path,

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/base/error.h"
-#include "kernels/base/json_lines.h"
+#include "kernels/base/json_document.h"
 #include "kernels/base/suggest.h"
 #include "tuner/plan/config.h"
 

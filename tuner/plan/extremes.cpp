@@ -61,7 +61,7 @@ void set_if_known(Settings& settings, std::string_view id, const std::string& te
 
 Extremes parse_extremes(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
-  const JsonNode root = parse_json_lines(text, path.string());
+  const JsonNode root = parse_json_document(text, path.string());
   reader.check_keys(root, {"frame_px", "settings", "extremes"});
   Extremes extremes;
   if (const JsonNode* settings = root.find("settings")) extremes.changes = read_changes(reader, *settings);

@@ -103,7 +103,7 @@ std::string joined(const std::set<std::string>& names) { return fmt::format("{}"
 
 std::vector<LoadedPreset> parse_presets(std::string_view text, std::string_view file) {
   const ConfigReader reader{std::string(file)};
-  const JsonNode root = parse_json_lines(text, file);
+  const JsonNode root = parse_json_document(text, file);
   const JsonNode& schema = reader.required(root, "schema");
   if (schema.value != kPresetsSchema)
     reader.fail(schema, fmt::format("is {}, this reliefbench reads {}; make the presets anew", schema.value.dump(),

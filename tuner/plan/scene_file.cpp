@@ -65,7 +65,7 @@ void check_visible(const Budget& visible) {
 }
 
 bool is_scene_file(const std::string& text, const std::filesystem::path& path) {
-  const JsonNode root = parse_json_lines(text, path.string());
+  const JsonNode root = parse_json_document(text, path.string());
   return root.value.is_object() && std::ranges::all_of(root.children, [](const JsonNode& child) {
            return std::ranges::find(kSceneFileKeys, child.key) != kSceneFileKeys.end();
          });
@@ -75,7 +75,7 @@ SceneFile load_scene_file(const std::filesystem::path& path) { return parse_scen
 
 SceneFile parse_scene_file(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
-  const JsonNode root = parse_json_lines(text, path.string());
+  const JsonNode root = parse_json_document(text, path.string());
   reader.check_keys(root, {kSceneFileKeys.begin(), kSceneFileKeys.end()});
   const JsonNode* const setting = root.find("setting");
   SceneFile file{.path = path,

@@ -1,5 +1,6 @@
 #include "tuner/results/csv.h"
 
+#include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -26,6 +27,7 @@ class CsvReader {
 
   CsvRow row() {
     CsvRow row{.line = line_, .cells = {}};
+    row_at_ = at_;
     do row.cells.push_back(cell());
     while (take(','));
     if (take('\r')) {
@@ -42,12 +44,18 @@ class CsvReader {
     return true;
   }
 
+  void check_length(int line) const {
+    if (at_ - row_at_ > kMostLineBytes)
+      fail_input("{}:{}: a row of over {} bytes, expected one case", file_, line, kMostLineBytes);
+  }
+
   std::string cell() {
     if (take('"')) return quoted_cell();
     const std::size_t end = std::min(text_.find_first_of(",\r\n", at_), text_.size());
     const std::string_view plain = text_.substr(at_, end - at_);
     if (plain.find('"') != std::string_view::npos) fail_input("{}:{}: a quote within a cell", file_, line_);
     at_ = end;
+    check_length(line_);
     return std::string(plain);
   }
 
@@ -56,6 +64,7 @@ class CsvReader {
     std::string out;
     for (;;) {
       if (is_done()) fail_input("{}:{}: a quoted cell has no end", file_, begin);
+      check_length(begin);
       const char c = text_[at_++];
       if (c == '\n') ++line_;
       if (c != '"') {
@@ -73,6 +82,7 @@ class CsvReader {
   std::string_view text_;
   std::string_view file_;
   std::size_t at_ = 0;
+  std::size_t row_at_ = 0;  ///< where the row begins
   int line_ = 1;
 };
 

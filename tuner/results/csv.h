@@ -18,7 +18,7 @@ struct CsvRow {
 /// Reads RFC 4180; lines may end in LF alone, a byte order mark is skipped.
 /// file: for messages only
 /// throws: Error(bad_input) "FILE:LINE: ...": an open quote, text after a closing one, a row with more or fewer cells
-///         than the first
+///         than the first, or of over kMostLineBytes
 [[nodiscard]] std::vector<CsvRow> parse_csv(std::string_view text, std::string_view file);
 
 }  // namespace reliefbench

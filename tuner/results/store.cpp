@@ -11,6 +11,7 @@
 
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
+#include "kernels/base/json_file.h"
 #include "tuner/plan/scene_json.h"
 #include "tuner/results/json_text.h"
 #include "tuner/results/run_files.h"
@@ -26,30 +27,12 @@ using nlohmann::json;
 /// One line of JSON. Bytes that are no UTF-8 (a driver's strings) are replaced, not refused.
 std::string line_of(const json& j) { return json_text(j, -1); }
 
-constexpr std::size_t kMostLineBytes = std::size_t{1} << 20U;  // a record takes 2 kB
-constexpr int kDepthLimit = 64;                                // values are compared and copied by recursion
-
 json parse(std::string_view text, const fs::path& path, int line) {
   try {
     return json::parse(text);
   } catch (const json::exception&) {
     fail_input("{}:{}: not JSON: {}", path.string(), line, text.substr(0, 60));
   }
-}
-
-int depth_of(std::string_view json_text) {
-  int depth = 0;
-  int deepest = 0;
-  bool is_in_text = false;
-  for (std::size_t i = 0; i < json_text.size(); ++i) {
-    const char c = json_text[i];
-    if (c == '"') is_in_text = !is_in_text;
-    if (is_in_text && c == '\\') ++i;
-    if (is_in_text) continue;
-    if (c == '[' || c == '{') deepest = std::max(deepest, ++depth);
-    if (c == ']' || c == '}') --depth;
-  }
-  return deepest;
 }
 
 /// The lines of a .jsonl file; what follows the last newline is a torn line and left out. A missing file has none.
@@ -104,9 +87,7 @@ std::vector<Record> latest_of_each_case(std::vector<Record> records) {
 }
 
 json read_info(const fs::path& path) {
-  const std::string text = read_file(path);
-  if (depth_of(text) > kDepthLimit) fail_input("{}: over {} levels deep", path.string(), kDepthLimit);
-  json info = parse(text, path, 1);
+  json info = read_json(path);
   if (!info.is_object() || !info.contains("identity") || !info["identity"].is_object())
     fail_input("{}: key 'identity' is missing: not a run of reliefbench", path.string());
   check_run_shape(info, path);

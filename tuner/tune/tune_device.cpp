@@ -5,9 +5,9 @@
 #include <numeric>
 #include <set>
 
-#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/json_file.h"
 #include "tuner/decide/pareto.h"
 #include "tuner/decide/recommend.h"
 #include "tuner/measure/progress.h"
@@ -280,7 +280,7 @@ class DeviceSource final : public TuneSource {
   }
 
  private:
-  [[nodiscard]] nlohmann::json info() const { return nlohmann::json::parse(read_file(options_.output / kRunFile)); }
+  [[nodiscard]] nlohmann::json info() const { return read_json(options_.output / kRunFile); }
   [[nodiscard]] Case case_of(std::size_t scene, std::size_t setting) const {
     return {.settings = settings_[setting], .scene_id = config_.scenes[scene].id, .backend = options_.backend};
   }

@@ -1,8 +1,8 @@
 #include <memory>
 #include <optional>
 
-#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/json_file.h"
 #include "kernels/base/sha256.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/json_text.h"
@@ -43,7 +43,7 @@ CoarseFilter filter_of(const std::filesystem::path& recorded, std::string_view b
   const std::filesystem::path info = recorded / kRunFile;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(info, ignored)) return {};
-  return {nlohmann::json::parse(read_file(info)), backend};
+  return {read_json(info), backend};
 }
 
 /// A recorded sweep of one scene, whose samples are the noise.

@@ -1,4 +1,4 @@
-#include "kernels/base/json_lines.h"
+#include "kernels/base/json_document.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -12,8 +12,6 @@ namespace reliefbench {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::size_t kDepthLimit = 64;  // the tree is walked by recursion
 
 /// How far the lexer has read. It reads a number up to the character after it, so that the last character read
 /// does not count: after `8\n` the line is still that of the 8.
@@ -118,7 +116,8 @@ class TreeBuilder : public nlohmann::json_sax<json> {
   }
 
   bool open(json empty) {
-    if (open_.size() == kDepthLimit) fail_input("{}:{}: over {} levels deep", file_, counter_.line(), kDepthLimit);
+    if (open_.size() == kJsonDepthLimit)
+      fail_input("{}:{}: over {} levels deep", file_, counter_.line(), kJsonDepthLimit);
     // The pointers stay good: only the innermost open node gets new children.
     open_.push_back(&add(std::move(empty)));
     keys_.emplace_back();
@@ -147,7 +146,7 @@ const JsonNode* JsonNode::find(std::string_view child_key) const {
   return value.is_object() && found != children.end() ? &*found : nullptr;
 }
 
-JsonNode parse_json_lines(std::string_view text, std::string_view file) {
+JsonNode parse_json_document(std::string_view text, std::string_view file) {
   LineCounter counter;
   TreeBuilder builder(counter, file);
   const CountingIterator begin(text.data(), &counter);

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -17,9 +18,13 @@ struct JsonNode {                  // NOLINT(bugprone-exception-escape): moving 
   [[nodiscard]] const JsonNode* find(std::string_view child_key) const;  ///< null: no such key
 };
 
+/// Of arrays and objects within each other: values are walked, compared and copied by recursion.
+inline constexpr std::size_t kJsonDepthLimit = 64;
+
 /// Parses JSON with // and /* */ comments.
 /// file: for messages only
-/// throws: Error(bad_input) "FILE:LINE: ...": a syntax error, a key that stands twice in an object, over 64 levels
-[[nodiscard]] JsonNode parse_json_lines(std::string_view text, std::string_view file);
+/// throws: Error(bad_input) "FILE:LINE: ...": a syntax error, a key that stands twice in an object, deeper than
+/// kJsonDepthLimit
+[[nodiscard]] JsonNode parse_json_document(std::string_view text, std::string_view file);
 
 }  // namespace reliefbench
