@@ -39,7 +39,7 @@ inline StressReport hand_made_stress() {
 
 /// The folder that `stress` leaves of it.
 inline std::filesystem::path write_hand_made_stress(const std::filesystem::path& folder) {
-  prepare_stress_folder(folder);
+  const FolderLock lock = prepare_stress_folder(folder);
   write_stress(hand_made_stress(), folder);
   return folder;
 }

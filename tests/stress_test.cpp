@@ -277,7 +277,9 @@ TEST(Stress, ReportsAreWrittenWhole) {
   const Extremes extremes = parse_extremes(extremes_text(""), "x.json");
   const StressReport report = run_stress(extremes, {.backends = {"null"}, .filter = "relief/*", .quiet = true});
   const TempFolder folder;
-  prepare_stress_folder(folder.path() / "stress");
+  const FolderLock lock = prepare_stress_folder(folder.path() / "stress");
+  EXPECT_THAT([&] { (void)prepare_stress_folder(folder.path() / "stress"); },
+              ::testing::ThrowsMessage<Error>(HasSubstr("stress: another process is writing to it")));
   write_stress(report, folder.path() / "stress");
   const auto data = nlohmann::json::parse(read_file(folder.path() / "stress" / "stress.json"));
   EXPECT_EQ(data["results"].size(), report.results.size());

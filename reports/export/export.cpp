@@ -14,6 +14,7 @@
 #include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
+#include "kernels/base/folder_lock.h"
 #include "kernels/base/sha256.h"
 #include "kernels/trace/view.h"
 #include "reports/export/shipped_shader.h"
@@ -246,6 +247,7 @@ class MadeFolders {
 void write_export(const Export& exported, const fs::path& folder) {
   std::error_code error;
   MadeFolders folders(exported, folder);
+  const FolderLock lock(folder);
   const std::set<std::string> earlier = earlier_files(folder);
   for (const ExportedFile& file : exported.files)
     if (const fs::file_status there = fs::symlink_status(folder / file.name, error);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kernels/base/atomic_file.h"
+#include "kernels/base/folder_lock.h"
 #include "kernels/image/image.h"
 #include "reports/pages/data_uri.h"
 #include "reports/pages/report_data.h"
@@ -70,6 +71,7 @@ void write_sheet(const std::filesystem::path& file, const RequireReport& report)
 
 void write_require(const RequireReport& report, const std::filesystem::path& folder) {
   make_images_folder(folder);
+  const FolderLock lock(folder);
   nlohmann::json data = require_json(report);
   write_output(folder / kRequireFile, json_text(data, 1) + "\n");
   for (std::size_t i = 0; i < report.worth.size(); ++i) {

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "kernels/base/append_file.h"
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/json_file.h"
 #include "kernels/image/image.h"
 #include "reports/pages/data_uri.h"
 #include "reports/pages/report_data.h"
@@ -24,9 +24,7 @@ using nlohmann::json;
 fs::path picture_path(const std::string& technique) { return kImagesFolder / fs::path(technique + ".png"); }
 
 json parse_stress(const fs::path& path) {
-  const std::string text = read_file(path);
-  json stress = json::parse(text, nullptr, false);
-  if (stress.is_discarded()) fail_input("{}: torn, or not JSON", path.string());
+  json stress = read_json(path);
   const json schema = stress.is_object() ? stress.value("schema", json()) : json();
   if (schema != kStressSchema)
     fail_input("{}: key 'schema': is {}, this reliefbench reads {}", path.string(),
@@ -56,9 +54,11 @@ void add_names(json& results) {
 
 }  // namespace
 
-void prepare_stress_folder(const fs::path& folder) {
+FolderLock prepare_stress_folder(const fs::path& folder) {
   make_images_folder(folder);
+  FolderLock lock(folder);
   remove_stale_run_files(folder);
+  return lock;
 }
 
 void write_stress(const StressReport& report, const fs::path& folder) {

@@ -3,14 +3,16 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string_view>
 
+#include "kernels/base/folder_lock.h"
 #include "tuner/measure/stress.h"
 
 namespace reliefbench {
 
 inline constexpr std::string_view kStressPage = "stress.html";
 
-/// Makes the folder. throws: Error(bad_input): unwritable
-void prepare_stress_folder(const std::filesystem::path& folder);
+/// Makes the folder; others are kept out of it for as long as the lock lives.
+/// throws: Error(bad_input): unwritable, or another process writes to it
+[[nodiscard]] FolderLock prepare_stress_folder(const std::filesystem::path& folder);
 
 /// Writes stress.json, images/<technique>.png (the error map of a technique's worst frame) and stress.html. Every file
 /// whole or not at all. throws: Error(bad_input): unwritable

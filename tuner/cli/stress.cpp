@@ -145,6 +145,7 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
   std::optional<SimulatedFilter> simulated;
   if (!arguments.simulate_filter.empty()) simulated = parse_simulated(arguments.simulate_filter);
   heed_interrupts();
+  std::optional<FolderLock> lock;  // until all is written
   const auto words = [&](const StressResult& result) { return fault_line(result, arguments.names, Paint(false)); };
   const StressReport report = run_stress(extremes, {.backends = choose_backends(arguments.backend),
                                                     .device = arguments.device,
@@ -158,7 +159,7 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
                                                     .before_drawing =
                                                         [&] {
                                                           if (!arguments.output.empty())
-                                                            prepare_stress_folder(arguments.output);
+                                                            lock.emplace(prepare_stress_folder(arguments.output));
                                                         },
                                                     .is_interrupted = is_interrupted});
   if (!arguments.output.empty()) write_stress(report, arguments.output);
