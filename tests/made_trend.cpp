@@ -378,17 +378,4 @@ class TrendMaker {
 
 json made_trend(const MadeTrendOptions& options) { return TrendMaker(options).make(); }
 
-json hostile(json data) {
-  constexpr std::array kKept = {"time", "state", "kind", "last", "made", "unit"};
-  for (auto& [key, value] : data.items()) {
-    if (value.is_structured())
-      value = hostile(std::move(value));
-    else if (value.is_string() && std::ranges::find(kKept, key) == kKept.end())
-      value =
-          R"(</script><script>document.body.dataset.hacked = 1</script><img src=x onerror="document.body.dataset.hacked=1"><!-- '&amp; )" +
-          value.get<std::string>();
-  }
-  return data;
-}
-
 }  // namespace reliefbench

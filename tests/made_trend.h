@@ -18,7 +18,4 @@ struct MadeTrendOptions {
 /// not looked at, annotations. The same options give the same data.
 [[nodiscard]] nlohmann::json made_trend(const MadeTrendOptions& options = {});
 
-/// Puts HTML and scripts into every text of the data.
-[[nodiscard]] nlohmann::json hostile(nlohmann::json data);
-
 }  // namespace reliefbench

@@ -1,14 +1,21 @@
 // The pages of stress, tune and tuners, and the report's section of stress, as a browser draws them.
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <set>
+#include <string_view>
 
 #include "kernels/base/append_file.h"
 #include "reports/pages/report.h"
+#include "reports/pages/require_page.h"
 #include "reports/pages/tune_page.h"
 #include "reports/pages/tuners_page.h"
 #include "tests/browser.h"
 #include "tests/finished_run.h"
 #include "tests/hand_made_stress.h"
+#include "tests/hostile_page.h"
+#include "tuner/measure/require_run.h"
+#include "tuner/plan/scene_file.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/recorded_run.h"
@@ -198,6 +205,7 @@ TEST_F(TuneInBrowser, SaysWhatComesNearestWhereNothingDoes) {
 }
 
 using TunersInBrowser = InBrowser;
+using PagesInBrowser = InBrowser;
 
 TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
   const TunerComparison comparison =
@@ -236,6 +244,45 @@ TEST_F(TunersInBrowser, DrawsALineAndRowsOfEveryStrategy) {
   EXPECT_THAT(body, has("printed", "#5b6570"));
   EXPECT_THAT(body, has("hypervolume", fmt::format("{:.4f}", comparison.lines[0].points[1].hypervolume.mean)));
   EXPECT_THAT(body, HasSubstr(fmt::format("{} settings, {} with missed_rate to 0.5", 61, comparison.feasible)));
+}
+
+/// Everything in it is shown; nothing in it runs or becomes an element.
+const char* const kEverythingOpen = R"(
+  for (const part of document.querySelectorAll('details')) part.open = true;
+  for (const button of document.querySelectorAll('main button')) button.click();
+  result.elements = document.querySelectorAll('img[src=x], main script').length;
+  result.told = document.body.textContent.split('dataset.hacked = 1').length > 3;
+)";
+void expect_harmless(const std::string& body) {
+  expect_drawn(body);
+  EXPECT_THAT(body, Not(HasSubstr("data-hacked")));
+  EXPECT_THAT(body, has("elements", 0));
+  EXPECT_THAT(body, has("told", "true"));
+}
+
+// As the report (ReportInBrowser) and the trend page (TrendInBrowser) do.
+TEST_F(PagesInBrowser, HostileNamesAreTexts) {
+  const auto shown = [&](const std::filesystem::path& page, const std::set<std::string_view>& kept) {
+    SCOPED_TRACE(page.string());
+    expect_harmless(body_tag(document(hostile_page(read_file(page), kept), kEverythingOpen)));
+  };
+  shown(write_hand_made_stress(folder_ / "stress") / kStressPage, {"flat", "cone"});
+
+  const std::filesystem::path run = null_sweep(folder_);
+  write_tune_page(replay_tune(run, "", {.quiet = true}), folder_.path());
+  shown(folder_ / std::string(kTunePage), {"setting"});
+
+  write_tuners_page(compare_tuners(load_recorded(run, {}), {.seeds = 2, .shares = {0.5}}), folder_ / "tuners.html");
+  shown(folder_ / "tuners.html", {});
+
+  std::ofstream(folder_ / "scene.json") << R"({
+    "scenes": [{"heightmap": {"source": "fbm", "width": 16, "height": 16}, "views": "oblique", "frame_px": [32, 32],
+                "light": {"elevation_deg": 60, "azimuth_deg": 140}}],
+    "visible": "flip<=0.5", "features": {"shadow": ["linear"], "lod": [], "fade": [], "normals": []},
+    "measure": {"samples": 1}})";
+  write_require(run_require(load_scene_file(folder_ / "scene.json"), {.backend = "null", .quiet = true}),
+                folder_.path());
+  shown(folder_ / std::string(kRequirePage), {"with", "without", "reference"});
 }
 
 }  // namespace

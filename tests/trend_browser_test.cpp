@@ -4,6 +4,7 @@
 
 #include "reports/pages/trend_page.h"
 #include "tests/browser.h"
+#include "tests/hostile_page.h"
 #include "tests/made_trend.h"
 
 namespace reliefbench {
@@ -304,12 +305,13 @@ TEST_F(TrendInBrowser, FitsScreensOfEveryWidthInBothColourSchemes) {
 }
 
 TEST_F(TrendInBrowser, HostileNamesAreTexts) {
-  const std::string body = body_of(hostile(made_trend()), std::string(kEveryView) + R"(
+  const std::string body =
+      body_of(hostile(made_trend(), {"time", "state", "kind", "last", "made", "unit"}), std::string(kEveryView) + R"(
     result.images = all('main img, main script').length;
     result.copies = all('.copy').length;
     result.title = String(texts('#subtitle').startsWith('<\/script><script>'));
   )",
-                                   {.width_px = 390});
+              {.width_px = 390});
   expect_probed(body);
   EXPECT_THAT(body, Not(HasSubstr("data-hacked")));
   EXPECT_THAT(body, has("images", 0));

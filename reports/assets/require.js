@@ -64,3 +64,4 @@ byId('sets').append(dataTable(
     ['features', metric, 'worst view'],
     data.sets.map((set) => [listed(set.features), numberCell(formatNumber(set.value)), set.worst_view])));
 whenColorsChange(() => {});  // printed, it has the colours of paper
+document.body.dataset.rendered = 'true';
