@@ -266,7 +266,8 @@ TEST_F(MergeTest, what_is_missing_is_said_and_the_run_unfinished) {
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_EQ(result.err, "reliefbench: shards 1, 2 of 3 are missing\n");
   EXPECT_TRUE(load_run(folder_ / "merged").info.at("finished").is_null());
-  EXPECT_THAT(run({"track", "ingest", "merged", "--db", "nights.sqlite"}).err, HasSubstr("not finished"));
+  EXPECT_THAT(run({"track", "ingest", "merged", "--db", "nights.sqlite"}).err,
+              AllOf(HasSubstr("not finished; shard"), HasSubstr("merge them, too")));
   EXPECT_EQ(run({"recommend", "merged", "--max-error", "missed_rate<=1"}).exit_code, 0);
 
   // A results file that a full disk or a kill tore.

@@ -83,7 +83,9 @@ void read_run_with(std::string_view file, std::string_view text) {
   for (const Record& record : run.records) static_cast<void>(nlohmann::json(record).dump());
   const std::vector<TableRow> table = case_table(run);
   hold(parse_case_table(case_table_csv(table), "again.csv").size() == table.size(), "a table is read as it is written");
-  static_cast<void>(t4_json(run, table, {}));
+  std::ostringstream t4;
+  write_t4(run, table, {}, t4);
+  hold(nlohmann::json::accept(t4.str()), "T4 is JSON");
 }
 
 /// By its first bytes, or where they say nothing by its name.

@@ -8,6 +8,7 @@
 
 #include "tuner/decide/pareto.h"
 #include "tuner/plan/scene_json.h"
+#include "tuner/results/run_parts.h"
 
 namespace reliefbench {
 namespace {
@@ -60,9 +61,8 @@ void warn_of_host(const Run& base, const Run& now, Comparison& comparison) {
 void warn_of_unfinished(const Run& now, Comparison& comparison) {
   if (comparison.only_base.empty() || !now.info.contains("finished") || !now.info["finished"].is_null()) return;
   comparison.is_unfinished = true;
-  comparison.warnings.push_back(
-      fmt::format("{} is not finished and lacks {} cases of the base: the command that began it goes on with it",
-                  now.folder.string(), comparison.only_base.size()));
+  comparison.warnings.push_back(fmt::format("{} is not finished and lacks {} cases of the base: {}",
+                                            now.folder.string(), comparison.only_base.size(), how_to_finish(now)));
 }
 
 /// Names that mean another scene in each run, which explains why their cases do not match.

@@ -184,8 +184,7 @@ Night read_run(const fs::path& folder) {
   if (run.info["identity"].contains("replay"))
     fail_input("{}: its tune searched a recorded run and measured nothing", folder.string());
   if (!member_of(run.info, "finished", nullptr).is_string())
-    fail_input("{}: key 'finished': the run is not finished; the command that began it goes on with it",
-               (folder / kRunFile).string());
+    fail_input("{}: key 'finished': the run is not finished; {}", (folder / kRunFile).string(), how_to_finish(run));
   const json started_ns = member_of(run.info, "started_unix_ns", nullptr);
   const std::string identity =
       run.info["identity"].dump() + started_ns.dump() + member_of(run.info, "started", "").dump();

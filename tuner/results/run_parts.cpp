@@ -115,4 +115,10 @@ std::string missing_of(std::span<const json> parts) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
+std::string how_to_finish(const Run& run) {
+  if (!run.info.at("identity").contains("merged")) return "the command that began it goes on with it";
+  const std::string missing = missing_of(parts_of(run));
+  return missing.empty() ? "merge its finished parts" : missing + "; merge them, too";
+}
+
 }  // namespace reliefbench

@@ -25,5 +25,7 @@ inline constexpr const char* kAddsNothing = "adds_nothing";
 /// Which shards of a plan are not there, or not finished, for people: "shards 2, 5 of 7 are missing". Where one
 /// division of a plan is whole, nothing is missing of it.
 [[nodiscard]] std::string missing_of(std::span<const nlohmann::json> parts);
+/// What finishes a run that is not, for people.
+[[nodiscard]] std::string how_to_finish(const Run& run);
 
 }  // namespace reliefbench
