@@ -6,7 +6,6 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "kernels/base/error.h"
 #include "tests/command.h"
@@ -28,7 +27,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
-using Side = std::pair<int, int>;
 
 DeviceInfo device_of(const std::string& name, const std::string& backend, bool is_software) {
   DeviceInfo device;
@@ -46,10 +44,10 @@ TEST(DefaultFrame, one_device_that_is_hardware_decides_for_all) {
   EXPECT_FALSE(software.size_px);
   EXPECT_EQ(software.why, "frames are 256x256" + asked + "no device is hardware");
   const DefaultFrame hardware = default_frame(std::vector{kGpu});
-  EXPECT_EQ(hardware.size_px, Side(1920, 1080));
+  EXPECT_EQ(hardware.size_px, (Size{1920, 1080}));
   EXPECT_EQ(hardware.why, "frames are 1920x1080" + asked + "H200 (vulkan) is hardware");
   const DefaultFrame both = default_frame(std::vector{kRasteriser, kGpu});
-  EXPECT_EQ(both.size_px, Side(1920, 1080));
+  EXPECT_EQ(both.size_px, (Size{1920, 1080}));
   EXPECT_EQ(both.why, hardware.why + "; llvmpipe (opengl) draws the same");
   EXPECT_THAT(default_frame({}).why, StartsWith("frames are 1920x1080 on hardware and 256x256 on software"));
 }
@@ -66,9 +64,9 @@ Config config_of(const std::string& frame = "", const std::string& list = "[") {
                       "config.json");
 }
 
-std::vector<Side> sizes_of(std::span<const SceneSpec> scenes) {
-  std::vector<Side> sizes;
-  for (const SceneSpec& spec : scenes) sizes.emplace_back(spec.scene.width_px, spec.scene.height_px);
+std::vector<Size> sizes_of(std::span<const SceneSpec> scenes) {
+  std::vector<Size> sizes;
+  for (const SceneSpec& spec : scenes) sizes.push_back({spec.scene.width_px, spec.scene.height_px});
   return sizes;
 }
 
@@ -79,9 +77,9 @@ TEST(DefaultFrame, is_for_scenes_that_say_none_and_stands_in_the_text) {
     EXPECT_TRUE(has_default_frames(config.scenes));
     set_default_frames(config, {.size_px = std::nullopt, .why = ""});
     EXPECT_EQ(config_sha256(config), config_sha256(before));  // runs of software rasterisers are gone on with
-    set_default_frames(config, {.size_px = Side(48, 32), .why = ""});
-    EXPECT_EQ(sizes_of(config.scenes).front(), Side(48, 32));
-    EXPECT_EQ(sizes_of(config.scenes).back(), list.empty() ? Side(48, 32) : Side(16, 16));
+    set_default_frames(config, {.size_px = Size{48, 32}, .why = ""});
+    EXPECT_EQ(sizes_of(config.scenes).front(), (Size{48, 32}));
+    EXPECT_EQ(sizes_of(config.scenes).back(), list.empty() ? (Size{48, 32}) : (Size{16, 16}));
     EXPECT_NE(config_sha256(config), config_sha256(before));
     const Config again = parse_config(config.text, "config.json");
     EXPECT_EQ(sizes_of(again.scenes), sizes_of(config.scenes));
@@ -91,7 +89,7 @@ TEST(DefaultFrame, is_for_scenes_that_say_none_and_stands_in_the_text) {
   Config all = config_of(R"(, "frame_px": "720p")");
   EXPECT_FALSE(has_default_frames(all.scenes));
   set_frames(all, {48, 32});
-  EXPECT_THAT(sizes_of(all.scenes), Each(Side(48, 32)));
+  EXPECT_THAT(sizes_of(all.scenes), Each((Size{48, 32})));
   EXPECT_EQ(sizes_of(parse_config(all.text, "config.json").scenes), sizes_of(all.scenes));
 }
 
@@ -106,7 +104,7 @@ class FrameSizeTest : public ::testing::Test {
                               .quiet = true,
                               .open = devices.opener()});
   }
-  [[nodiscard]] std::vector<Side> sizes(const std::string& name = "run") const {
+  [[nodiscard]] std::vector<Size> sizes(const std::string& name = "run") const {
     std::vector<SceneSpec> scenes;
     for (const MeasuredScene& scene : load_run(folder_ / name).scenes) {
       EXPECT_EQ(scene.key, scene_key(scene.heights_sha256, scene.spec.scene));
@@ -121,7 +119,7 @@ class FrameSizeTest : public ::testing::Test {
 
 TEST_F(FrameSizeTest, hardware_draws_1080p_and_software_what_it_drew) {
   const SweepSummary hardware = sweep(config_of(), true, "hardware");
-  EXPECT_THAT(sizes("hardware"), ElementsAre(Side(1920, 1080), Side(16, 16)));
+  EXPECT_THAT(sizes("hardware"), ElementsAre((Size{1920, 1080}), (Size{16, 16})));
   EXPECT_THAT(hardware.notes.front(), HasSubstr("since null (null) is hardware"));
   const reliefbench::Run run = load_run(folder_ / "hardware");
   EXPECT_EQ(run.info["config"]["scenes"][0]["frame_px"], (nlohmann::json{1920, 1080}));
@@ -129,7 +127,7 @@ TEST_F(FrameSizeTest, hardware_draws_1080p_and_software_what_it_drew) {
   EXPECT_EQ(sweep(config_of(), true, "hardware").resumed, 2);
 
   const SweepSummary software = sweep(config_of(), false, "software");
-  EXPECT_THAT(sizes("software"), ElementsAre(Side(256, 256), Side(16, 16)));
+  EXPECT_THAT(sizes("software"), ElementsAre((Size{256, 256}), (Size{16, 16})));
   EXPECT_THAT(software.notes, ElementsAre(HasSubstr("since no device is hardware")));
   EXPECT_EQ(load_run(folder_ / "software").info["identity"]["config_sha256"], config_sha256(config_of()));
   EXPECT_THAT(sweep(config_of(R"(, "frame_px": [24, 24])"), false, "said").notes, IsEmpty());
@@ -143,7 +141,7 @@ TEST_F(FrameSizeTest, a_run_goes_on_as_it_was_begun) {
                                      (folder_ / "run").string() + " was begun");
 
   Config said = config_of();
-  set_default_frames(said, {.size_px = Side(48, 32), .why = ""});
+  set_default_frames(said, {.size_px = Size{48, 32}, .why = ""});
   (void)sweep(said, true, "said");
   for (const bool is_hardware : {true, false}) {
     const SweepSummary again = sweep(config_of(), is_hardware, "said");
@@ -166,7 +164,7 @@ TEST_F(FrameSizeTest, a_tuning_does_likewise_with_what_it_holds_out) {
   options.open = devices.opener();
   const TuneRun run(config, options);
   EXPECT_THAT(run.frame_choice(), HasSubstr("null (null) is hardware"));
-  EXPECT_THAT(sizes_of(run.config().scenes), ElementsAre(Side(1920, 1080)));
+  EXPECT_THAT(sizes_of(run.config().scenes), ElementsAre((Size{1920, 1080})));
   EXPECT_EQ(run.tuned().front().spec.scene.width_px, 1920);
   EXPECT_EQ(run.holdout().front().spec.scene.width_px, 1920);
   EXPECT_EQ(run.holdout().front().key,
@@ -185,7 +183,7 @@ TEST_F(FrameSizeTest, sweep_takes_one_for_all_scenes) {
   EXPECT_THAT(command({"--dry-run", "--frame-px", "720p"}).out, ::testing::Not(HasSubstr("frames are")));
   const CommandResult swept = command({"--frame-px", "48x32", "-o", "out", "--pictures", "none"});
   EXPECT_EQ(swept.exit_code, 0) << swept.err;
-  EXPECT_THAT(sizes("out"), Each(Side(48, 32)));
+  EXPECT_THAT(sizes("out"), Each((Size{48, 32})));
   const CommandResult refused = command({"--frame-px", "48x0", "--dry-run"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("--frame-px: 0 is out of range"));

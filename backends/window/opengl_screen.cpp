@@ -103,9 +103,9 @@ class OpenglScreen final : public Screen {
 
   void present(const ImDrawData& drawn, SeenWindow* seen) override {
     context_.make_current();
-    const WindowSize size = window_.size();
+    const Size size = window_.size();
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    glViewport(0, 0, size.width_px, size.height_px);
+    glViewport(0, 0, size.width, size.height);
     glClear(GL_COLOR_BUFFER_BIT);
     draw(panel_mesh(drawn, false), size);
     if (seen != nullptr) *seen = {.size = size, .rgba8 = read(size)};
@@ -123,7 +123,7 @@ class OpenglScreen final : public Screen {
     glVertexArrayAttribBinding(corners_, place, 0);
   }
 
-  void draw(const PanelMesh& mesh, WindowSize size) const {
+  void draw(const PanelMesh& mesh, Size size) const {
     const auto load = [](GLuint buffer, const auto& list) {
       glNamedBufferData(buffer, static_cast<GLsizeiptr>(list.size() * sizeof(list[0])), list.data(), GL_STREAM_DRAW);
     };
@@ -136,7 +136,7 @@ class OpenglScreen final : public Screen {
     glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glEnable(GL_SCISSOR_TEST);
     for (const PanelPart& part : mesh.parts) {
-      glScissor(part.left_px, size.height_px - part.top_px - part.height_px, part.width_px, part.height_px);
+      glScissor(part.left_px, size.height - part.top_px - part.height_px, part.width_px, part.height_px);
       glBindTextureUnit(0, texture_of(*part.picture));
       glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(part.count), GL_UNSIGNED_INT,
                      // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL's own way to take an offset
@@ -148,11 +148,11 @@ class OpenglScreen final : public Screen {
   }
 
   /// The window, rows from the top.
-  static std::vector<std::uint8_t> read(WindowSize size) {
-    const auto row = static_cast<std::size_t>(size.width_px) * 4;
-    std::vector<std::uint8_t> upwards(row * static_cast<std::size_t>(size.height_px));
+  static std::vector<std::uint8_t> read(Size size) {
+    const auto row = static_cast<std::size_t>(size.width) * 4;
+    std::vector<std::uint8_t> upwards(row * static_cast<std::size_t>(size.height));
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, size.width_px, size.height_px, GL_RGBA, GL_UNSIGNED_BYTE, upwards.data());
+    glReadPixels(0, 0, size.width, size.height, GL_RGBA, GL_UNSIGNED_BYTE, upwards.data());
     std::vector<std::uint8_t> downwards;
     downwards.reserve(upwards.size());
     for (std::size_t end = upwards.size(); end > 0; end -= row)

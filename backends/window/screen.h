@@ -6,6 +6,7 @@
 
 #include "backends/backend.h"
 #include "backends/window/window.h"
+#include "kernels/base/size.h"
 
 struct ImDrawData;
 
@@ -24,7 +25,7 @@ struct ScreenPicture {
 
 /// What a window showed. RGBA8, rows from the top.
 struct SeenWindow {
-  WindowSize size{};  ///< then: it may have another one by now
+  Size size{};  ///< then: it may have another one by now
   std::vector<std::uint8_t> rgba8{};
 };
 

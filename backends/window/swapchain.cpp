@@ -123,9 +123,9 @@ void Swapchain::make_images() {
            "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
   extent_ = can.currentExtent;
   if (extent_.width == UINT32_MAX)
-    extent_ = {.width = std::clamp(static_cast<std::uint32_t>(size_.width_px), can.minImageExtent.width,
+    extent_ = {.width = std::clamp(static_cast<std::uint32_t>(size_.width), can.minImageExtent.width,
                                    can.maxImageExtent.width),
-               .height = std::clamp(static_cast<std::uint32_t>(size_.height_px), can.minImageExtent.height,
+               .height = std::clamp(static_cast<std::uint32_t>(size_.height), can.minImageExtent.height,
                                     can.maxImageExtent.height)};
   can_be_read_ = (can.supportedUsageFlags & VK_IMAGE_USAGE_TRANSFER_SRC_BIT) != 0;
   const std::uint32_t most = can.maxImageCount == 0 ? UINT32_MAX : can.maxImageCount;

@@ -51,7 +51,7 @@ class Swapchain {
   Semaphore acquired_;
   Owned<VkFence, &VolkDeviceTable::vkDestroyFence> fence_;
   Owned<VkSwapchainKHR, &VolkDeviceTable::vkDestroySwapchainKHR> chain_;
-  WindowSize size_{};  ///< that the images are for
+  Size size_{};  ///< that the images are for
   VkExtent2D extent_{};
   std::vector<Image> images_;
   std::uint32_t current_ = 0;

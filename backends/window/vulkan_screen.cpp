@@ -110,7 +110,7 @@ class VulkanScreen final : public Screen {
     chain_.end(commands.end());
     if (seen == nullptr) return;
     const auto [width, height] = frame.extent;
-    *seen = {.size = {.width_px = static_cast<int>(width), .height_px = static_cast<int>(height)},
+    *seen = {.size = {.width = static_cast<int>(width), .height = static_cast<int>(height)},
              .rgba8 = as_rgba(copy.bytes)};
   }
 

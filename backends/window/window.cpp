@@ -52,7 +52,7 @@ struct Window::Library {
 Window::Window(const WindowOptions& options) : options_(options), library_(std::make_unique<Library>()) {
   glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
   hint_context(options);
-  window_ = glfwCreateWindow(options.width_px, options.height_px, "reliefbench", nullptr, nullptr);
+  window_ = glfwCreateWindow(options.size.width, options.size.height, "reliefbench", nullptr, nullptr);
   if (window_ == nullptr) fail_glfw();
   ImGui_ImplGlfw_InitForOther(window_, true);
 }
@@ -72,9 +72,9 @@ void Window::take_events(double wait_s) const {
 
 bool Window::is_closed() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
 
-WindowSize Window::size() const {
-  WindowSize size;
-  glfwGetFramebufferSize(window_, &size.width_px, &size.height_px);
+Size Window::size() const {
+  Size size;
+  glfwGetFramebufferSize(window_, &size.width, &size.height);
   return size;
 }
 

@@ -2,6 +2,8 @@
 #include <memory>
 #include <string>
 
+#include "kernels/base/size.h"
+
 struct GLFWwindow;
 
 namespace reliefbench {
@@ -11,15 +13,8 @@ enum class WindowApi { opengl, vulkan };
 
 struct WindowOptions {
   WindowApi api = WindowApi::opengl;
-  int width_px = 0;
-  int height_px = 0;
+  Size size{};         ///< pixels
   bool debug = false;  ///< as BackendOptions
-};
-
-struct WindowSize {
-  int width_px = 0;
-  int height_px = 0;
-  bool operator==(const WindowSize&) const = default;
 };
 
 /// A window with Dear ImGui, which hears of the pointer and the keys in it. One at a time.
@@ -37,7 +32,7 @@ class Window {
   /// Takes in what happened; waits for it, no longer than so many seconds.
   void take_events(double wait_s) const;
   [[nodiscard]] bool is_closed() const;
-  [[nodiscard]] WindowSize size() const;
+  [[nodiscard]] Size size() const;  ///< pixels
   [[nodiscard]] WindowApi api() const { return options_.api; }
   [[nodiscard]] GLFWwindow* handle() const { return window_; }
 

@@ -303,8 +303,9 @@ std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degre
 }
 
 std::optional<double> flip_mean(const PicturePair& pictures, const RayMask& mask) {
-  return with_flip(pictures, kPixelsPerDegree,
-                   [&](const auto& fill) { return mean_of_tiles(pictures.width, pictures.height, mask, fill); });
+  return with_flip(pictures, kPixelsPerDegree, [&](const auto& fill) {
+    return mean_of_tiles(pictures.width, pictures.height, mask, fill).value_or(0);
+  });
 }
 
 }  // namespace reliefbench

@@ -172,13 +172,6 @@ std::optional<double> psnr(const PicturePair& pictures, const RayMask& mask) {
   return 10 * std::log10(255.0 * 255.0 / mean_square);
 }
 
-std::optional<double> mean_flip(const PicturePair& pictures, const RayMask& mask) {
-  return flip_mean(pictures, mask).value_or(0);
-}
-std::optional<double> mean_ssim(const PicturePair& pictures, const RayMask& mask) {
-  return ssim_mean(pictures, mask).value_or(1);
-}
-
 std::span<const MetricRow> metrics() {
   static const Registry registry;
   return registry.rows();

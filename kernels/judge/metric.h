@@ -81,8 +81,6 @@ void taps_values(const JudgedPixels& pixels, UnfilledVector<float>& values);
 [[nodiscard]] float depth_error(float found, float exact);
 [[nodiscard]] std::optional<double> wrong_visible(const PicturePair& pictures, const RayMask& mask);
 [[nodiscard]] std::optional<double> psnr(const PicturePair& pictures, const RayMask& mask);
-[[nodiscard]] std::optional<double> mean_flip(const PicturePair& pictures, const RayMask& mask);
-[[nodiscard]] std::optional<double> mean_ssim(const PicturePair& pictures, const RayMask& mask);
 
 inline constexpr std::array kMetrics{
     Metric{.id = "e_xy",
@@ -130,7 +128,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "LDR-FLIP of the shaded frame, mean: how much of a difference is seen, 0 to 1",
            .no_value = NoValue::unmeasured,
-           .function = mean_flip},
+           .function = flip_mean},
     Metric{.id = "ssim",
            .unit = "1",
            .lower_is_better = false,
@@ -138,7 +136,7 @@ inline constexpr std::array kMetrics{
            .high = 1,
            .description = "structural similarity of the shaded frame, mean, up to 1",
            .no_value = NoValue::unmeasured,
-           .function = mean_ssim},
+           .function = ssim_mean},
     Metric{.id = "flicker",
            .unit = "share",
            .low = 0,

@@ -34,14 +34,14 @@ inline constexpr double kPixelsPerDegree = 67.02;  ///< of the eye: a 0.7 m wide
 /// In float; within 1e-4 of the same in double (tests).
 /// source: Andersson et al., FLIP: A Difference Evaluator for Alternating Images, 2020
 [[nodiscard]] std::vector<float> flip_map(const PicturePair& pictures, double pixels_per_degree = kPixelsPerDegree);
-/// Its mean over the pixels that have a ray; none where there is no such pixel.
+/// Its mean over the pixels that have a ray; 0 where there is no such pixel.
 [[nodiscard]] std::optional<double> flip_mean(const PicturePair& pictures, const RayMask& mask);
 
 /// Structural similarity of every pixel's luma (Rec. 601), -1 to 1: Gaussian window of sigma 1.5, 11 x 11, K1 = 0.01,
 /// K2 = 0.03, population covariance. Edges are mirrored. In float; within 1e-4 of the same in double (tests).
 /// source: Wang et al., Image Quality Assessment: From Error Visibility to Structural Similarity, 2004
 [[nodiscard]] std::vector<float> ssim_map(const PicturePair& pictures);
-/// Its mean, likewise.
+/// Its mean, likewise; 1 where there is no such pixel.
 [[nodiscard]] std::optional<double> ssim_mean(const PicturePair& pictures, const RayMask& mask);
 
 /// How the error of a moving picture trembles: mean |E - E_before| over pixels with a ray in both frames and over their

@@ -56,6 +56,28 @@ class ReferenceTracer::Walk : CellWalk {
   Root root_;                 ///< and where the ray entered or left the solid in it
 };
 
+/// Nodes over 2x2 of what is finer, width x height of it; over 3x3 of corners, which neighbours share.
+template <typename Fine>
+ReferenceTracer::Level ReferenceTracer::coarser(int width, int height, int reach, const Fine& fine) {
+  Level level{.width = (width - reach) / 2 + 1, .nodes = {}};
+  const int rows = (height - reach) / 2 + 1;
+  level.nodes.reserve(static_cast<std::size_t>(level.width) * static_cast<std::size_t>(rows));
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      Bounds bounds = kEmpty;
+      for (int j = 2 * y; j <= std::min(2 * y + reach, height - 1); ++j) {
+        for (int i = 2 * x; i <= std::min(2 * x + reach, width - 1); ++i) {
+          const Bounds part =
+              fine(static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(i));
+          bounds = {std::min(bounds.min, part.min), std::max(bounds.max, part.max)};
+        }
+      }
+      level.nodes.push_back(bounds);
+    }
+  }
+  return level;
+}
+
 ReferenceTracer::ReferenceTracer(const Heightfield& heights, Wrap wrap)
     : wrap_(wrap),
       width_(heights.width),
@@ -72,42 +94,18 @@ ReferenceTracer::ReferenceTracer(const Heightfield& heights, Wrap wrap)
   }
   if (heights.is_solid()) {
     build_solid(heights);
-    return;
+  } else {
+    levels_.resize(1);
+    levels_.push_back(coarser(cells_x_ + 1, cells_y_ + 1, 2, [&](std::size_t i) {
+      return Bounds{corners_[i], corners_[i]};
+    }));
   }
-  const auto [low, high] = std::minmax_element(heights.texels.begin(), heights.texels.end());
-  bounds_ = {*low, *high};
-  build_levels();
-}
-
-void ReferenceTracer::build_levels() {
-  levels_.resize(1);
-  for (int level = 1;; ++level) {
-    const int width = ((cells_x_ - 1) >> level) + 1;
-    const int height = ((cells_y_ - 1) >> level) + 1;
-    Level next{.width = width, .nodes = {}};
-    next.nodes.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    // A node of level 1 is 2x2 cells, so 3x3 corners; above, 2x2 nodes.
-    const bool from_corners = level == 1;
-    const int reach = from_corners ? 2 : 1;
-    const int last_x = from_corners ? cells_x_ : (cells_x_ - 1) >> (level - 1);
-    const int last_y = from_corners ? cells_y_ : (cells_y_ - 1) >> (level - 1);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        Bounds bounds{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
-        for (int j = 2 * y; j <= std::min(2 * y + reach, last_y); ++j) {
-          for (int i = 2 * x; i <= std::min(2 * x + reach, last_x); ++i) {
-            const std::size_t row = static_cast<std::size_t>(j) * static_cast<std::size_t>(last_x + 1);
-            const std::size_t index = row + static_cast<std::size_t>(i);
-            const Bounds part = from_corners ? Bounds{corners_[index], corners_[index]} : levels_.back().nodes[index];
-            bounds = {std::min(bounds.min, part.min), std::max(bounds.max, part.max)};
-          }
-        }
-        next.nodes.push_back(bounds);
-      }
-    }
-    levels_.push_back(std::move(next));
-    if (width == 1 && height == 1) return;
+  while (levels_.back().nodes.size() > 1) {
+    const Level& below = levels_.back();
+    const int below_height = static_cast<int>(below.nodes.size()) / below.width;
+    levels_.push_back(coarser(below.width, below_height, 1, [&](std::size_t i) { return below.nodes[i]; }));
   }
+  bounds_ = levels_.back().nodes.front();
 }
 
 template <bool kSolid>

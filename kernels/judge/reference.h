@@ -94,6 +94,7 @@ class ReferenceTracer {
     float min;
     float max;
   };
+  static constexpr Bounds kEmpty{.min = std::numeric_limits<float>::max(), .max = std::numeric_limits<float>::lowest()};
   /// Nodes of 2^level x 2^level cells, fewer at the far sides, so that every size is covered.
   struct Level {
     int width = 0;
@@ -104,9 +105,10 @@ class ReferenceTracer {
   class LightWalk;
   class SolidWalk;
 
-  void build_levels();
+  template <typename Fine>
+  [[nodiscard]] static Level coarser(int width, int height, int reach, const Fine& fine);
   [[nodiscard]] int padded(std::int64_t cell, int side, int cells) const;
-  void build_solid(const Heightfield& heights);
+  void build_solid(const Heightfield& heights);  ///< floors_, and the level of cells
   [[nodiscard]] ReferenceHit trace_solid(const TextureRay& ray) const;
 
   Wrap wrap_;

@@ -43,8 +43,9 @@ Verdict verdict_of(const ScorePixel& pixel, const ReferenceHit& reference, doubl
   return kOtherVerdicts[(e_xy <= kRecoverableTexels ? 2U : 0U) | (is_before ? 1U : 0U)];
 }
 
-/// Whether it passed, in truth and as it was found; none: neither.
-inline std::optional<PixelScore> scored_passing(const ScorePixel& pixel, const ReferenceHit& reference) {
+}  // namespace
+
+std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference) {
   const bool passed = pixel.status == static_cast<float>(PixelStatus::passed);
   if (reference.passes())
     return PixelScore{.e_xy = 0, .e_z = 0, .verdict = passed ? Verdict::passed : Verdict::false_keep};
@@ -52,12 +53,14 @@ inline std::optional<PixelScore> scored_passing(const ScorePixel& pixel, const R
   return std::nullopt;
 }
 
-inline PixelScore scored(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
+PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
   if (!std::isfinite(pixel.t) || !std::isfinite(e_xy))
     return {.e_xy = std::numeric_limits<float>::max(), .e_z = 1, .verdict = Verdict::missed};
   const double e_z = std::abs(static_cast<double>(pixel.t) - reference.t_enter);
   return {.e_xy = to_float(e_xy), .e_z = to_float(e_z), .verdict = verdict_of(pixel, reference, e_xy)};
 }
+
+namespace {
 
 PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, double map_width, double map_height) {
   if (!has_ray(pixel)) return {};
@@ -65,9 +68,9 @@ PixelScore score_ray(const ScorePixel& pixel, const ReferenceHit& reference, dou
   const double travel_u = static_cast<double>(pixel.ray.slope_u) * map_width;
   const double travel_v = static_cast<double>(pixel.ray.slope_v) * map_height;
   const double travel_texels = std::sqrt(travel_u * travel_u + travel_v * travel_v);
-  if (const auto passed = scored_passing(pixel, reference)) return *passed;
+  if (const auto passed = score_passed(pixel, reference)) return *passed;
   if (!std::isfinite(pixel.t)) return {.e_xy = to_float(travel_texels), .e_z = 1, .verdict = Verdict::missed};
-  return scored(pixel, reference, std::abs(static_cast<double>(pixel.t) - reference.t_enter) * travel_texels);
+  return score_pixel(pixel, reference, std::abs(static_cast<double>(pixel.t) - reference.t_enter) * travel_texels);
 }
 
 /// Calls use(function, numbers) for the metrics whose function is of one kind.
@@ -171,14 +174,6 @@ JudgedFrame judge_blocks(std::span<const ScorePixel> pixels, PixelScores judged,
 }
 
 }  // namespace
-
-PixelScore score_pixel(const ScorePixel& pixel, const ReferenceHit& reference, double e_xy) {
-  return scored(pixel, reference, e_xy);
-}
-
-std::optional<PixelScore> score_passed(const ScorePixel& pixel, const ReferenceHit& reference) {
-  return scored_passing(pixel, reference);
-}
 
 std::vector<TextureRay> rays_of(std::span<const ScorePixel> pixels) {
   std::vector<TextureRay> rays(pixels.size());

@@ -130,7 +130,6 @@ void ReferenceTracer::build_solid(const Heightfield& heights) {
   for (int y = 0; y <= cells_y_; ++y)
     for (int x = 0; x <= cells_x_; ++x)
       floors_.push_back(heights.floor_at(wrapped(x - border, width_, wrap_), wrapped(y - border, height_, wrap_)));
-  constexpr Bounds kEmpty{.min = std::numeric_limits<float>::max(), .max = std::numeric_limits<float>::lowest()};
   Level level{.width = cells_x_, .nodes = {}};
   level.nodes.reserve(static_cast<std::size_t>(cells_x_) * static_cast<std::size_t>(cells_y_));
   const std::size_t stride = static_cast<std::size_t>(cells_x_) + 1;
@@ -145,28 +144,6 @@ void ReferenceTracer::build_solid(const Heightfield& heights) {
       }
       level.nodes.push_back(has_solid ? bounds : kEmpty);
     }
-  int height = cells_y_;
-  while (level.width > 1 || height > 1) {
-    const int fine_width = level.width;
-    const int fine_height = height;
-    Level next{.width = (fine_width - 1) / 2 + 1, .nodes = {}};
-    height = (fine_height - 1) / 2 + 1;
-    next.nodes.reserve(static_cast<std::size_t>(next.width) * static_cast<std::size_t>(height));
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < next.width; ++x) {
-        Bounds bounds = kEmpty;
-        for (int j = 2 * y; j < std::min(2 * y + 2, fine_height); ++j)
-          for (int i = 2 * x; i < std::min(2 * x + 2, fine_width); ++i) {
-            const Bounds& part = level.nodes[static_cast<std::size_t>(j) * static_cast<std::size_t>(fine_width) +
-                                             static_cast<std::size_t>(i)];
-            bounds = {.min = std::min(bounds.min, part.min), .max = std::max(bounds.max, part.max)};
-          }
-        next.nodes.push_back(bounds);
-      }
-    levels_.push_back(std::move(level));
-    level = std::move(next);
-  }
-  bounds_ = level.nodes.front();
   levels_.push_back(std::move(level));
 }
 

@@ -140,8 +140,9 @@ std::vector<float> ssim_map(const PicturePair& pictures) {
 }
 
 std::optional<double> ssim_mean(const PicturePair& pictures, const RayMask& mask) {
-  return with_ssim(pictures,
-                   [&](const auto& fill) { return mean_of_tiles(pictures.width, pictures.height, mask, fill); });
+  return with_ssim(pictures, [&](const auto& fill) {
+    return mean_of_tiles(pictures.width, pictures.height, mask, fill).value_or(1);
+  });
 }
 
 }  // namespace reliefbench

@@ -45,9 +45,9 @@ void set_style() {
   for (const ImGuiCol background : {ImGuiCol_WindowBg, ImGuiCol_PopupBg}) style.Colors[background].w = 1;
 }
 
-WindowSize window_size(const Scene& scene) {
-  return {.width_px = std::max(scene.width_px, kPicturesLeastWidth_px) + kPanelWidth_px,
-          .height_px = std::max(scene.height_px, kPanelLeastHeight_px)};
+Size window_size(const Scene& scene) {
+  return {.width = std::max(scene.width_px, kPicturesLeastWidth_px) + kPanelWidth_px,
+          .height = std::max(scene.height_px, kPanelLeastHeight_px)};
 }
 
 class LiveView {
@@ -56,10 +56,7 @@ class LiveView {
       : choice_(std::move(options.choice)),
         picks_(std::move(options.picks)),
         debug_(options.debug),
-        window_({.api = window_api(*options.row),
-                 .width_px = window_size(choice_.spec.scene).width_px,
-                 .height_px = window_size(choice_.spec.scene).height_px,
-                 .debug = options.debug}),
+        window_({.api = window_api(*options.row), .size = window_size(choice_.spec.scene), .debug = options.debug}),
         pictures_(window_, {.row = options.row,
                             .device = options.device,
                             .debug = options.debug,
@@ -102,7 +99,7 @@ class LiveView {
     std::_Exit(static_cast<int>(Exit::done));
   }
 
-  [[nodiscard]] bool is_minimised() const { return window_.size().width_px == 0 || window_.size().height_px == 0; }
+  [[nodiscard]] bool is_minimised() const { return window_.size().width == 0 || window_.size().height == 0; }
 
   /// returns: whether to go on
   bool frame(const ScriptRun::Wishes& scripted) {
@@ -132,7 +129,7 @@ class LiveView {
   }
 
   void save(const std::filesystem::path& name, const SeenWindow& seen) {
-    write_png(name, seen.size.width_px, seen.size.height_px, seen.rgba8);
+    write_png(name, seen.size.width, seen.size.height, seen.rgba8);
     state_.notice = "written: " + name.string();
     fmt::print("{}\n", state_.notice);
   }

@@ -82,8 +82,8 @@ void print_result(const ClaimResult& result, const Paint& paint) {
 }
 
 /// How large all frames are; none: as the claims have it. why: in a line, where nobody asked for it
-std::optional<std::pair<int, int>> frames_of(const ClaimsArguments& arguments, std::span<const std::string> backend_ids,
-                                             std::string& why) {
+std::optional<Size> frames_of(const ClaimsArguments& arguments, std::span<const std::string> backend_ids,
+                              std::string& why) {
   if (!arguments.frame_px.empty()) return parse_frame_px(arguments.frame_px);
   if (arguments.quick) return std::nullopt;
   const DefaultFrame frame = default_frame(chosen_devices(backend_ids, arguments.device));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <tuple>
 
 #include "backends/worker/remote.h"
 #include "kernels/base/console.h"
@@ -82,12 +81,12 @@ void add_base_option(CLI::App& command, std::optional<double>& base, const std::
       ->check(CLI::Range(0.0, 1.0));
 }
 
-std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit) {
-  std::pair<int, int> size;
+Size parse_size(const std::string& text, std::string_view option, std::string_view unit) {
+  Size size;
   const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.first);
+  const auto width = std::from_chars(text.data(), end, size.width);
   const bool has_height = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
-  const auto height = has_height ? std::from_chars(width.ptr + 1, end, size.second) : width;
+  const auto height = has_height ? std::from_chars(width.ptr + 1, end, size.height) : width;
   if (!has_height || height.ec != std::errc() || height.ptr != end)
     fail_input("{} {}: expected WIDTHxHEIGHT in {}, as in 256x256", option, text, unit);
   return size;
@@ -111,10 +110,10 @@ CLI::Option* add_frame_option(CLI::App& command, std::string_view otherwise) {
   return command.add_option("--frame-px", words)->type_name("WxH");
 }
 
-std::pair<int, int> parse_frame_px(const std::string& text) {
+Size parse_frame_px(const std::string& text) {
   if (const FrameSize* size = find_frame_size(text)) return {size->width_px, size->height_px};
-  const std::pair<int, int> size = parse_size(text, "--frame-px", "pixels");
-  for (const int side : {size.first, size.second})
+  const Size size = parse_size(text, "--frame-px", "pixels");
+  for (const int side : {size.width, size.height})
     if (side < 1 || side > kFrameSideMax_px)
       fail_input("--frame-px: {} is out of range: a side has 1 to {} pixels", side, kFrameSideMax_px);
   return size;
@@ -143,7 +142,9 @@ Slowdowns slowdowns_of(const CLI::Option* option) {
 }
 
 void set_size(HeightmapSpec& spec, const std::string& text) {
-  std::tie(spec.width, spec.height) = parse_size(text, "--size", "texels");
+  const Size size = parse_size(text, "--size", "texels");
+  spec.width = size.width;
+  spec.height = size.height;
 }
 
 }  // namespace reliefbench

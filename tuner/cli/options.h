@@ -5,10 +5,10 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "backends/backend.h"
+#include "kernels/base/size.h"
 #include "kernels/image/heightmap.h"
 #include "tuner/measure/timing.h"
 
@@ -59,14 +59,14 @@ void print_reading(const std::string& reading);
 void add_base_option(CLI::App& command, std::optional<double>& base, const std::string& usual);
 
 /// "WIDTHxHEIGHT". option, unit: for the message. throws: Error(bad_input)
-[[nodiscard]] std::pair<int, int> parse_size(const std::string& text, std::string_view option, std::string_view unit);
+[[nodiscard]] Size parse_size(const std::string& text, std::string_view option, std::string_view unit);
 
 /// The devices of that index on some backends.
 [[nodiscard]] std::vector<DeviceInfo> chosen_devices(std::span<const std::string> backend_ids, int index);
 /// --frame-px, for parse_frame_px(). otherwise: what frames are without it, on hardware and on software rasterisers
 [[nodiscard]] CLI::Option* add_frame_option(CLI::App& command, std::string_view otherwise = {});
 /// "WIDTHxHEIGHT" or a name of kFrameSizes. throws: Error(bad_input)
-[[nodiscard]] std::pair<int, int> parse_frame_px(const std::string& text);
+[[nodiscard]] Size parse_frame_px(const std::string& text);
 
 /// "WIDTHxHEIGHT" into the spec. throws: Error(bad_input)
 void set_size(HeightmapSpec& spec, const std::string& text);

@@ -127,10 +127,10 @@ std::optional<std::string> frame_words(const std::string& path, const Record& re
     if (is_it(config.text)) return "";
     const MeasuredScene* const scene = find_scene(run.scenes, record.scene_key);
     if (scene == nullptr) return std::nullopt;
-    const std::pair<int, int> size{scene->spec.scene.width_px, scene->spec.scene.height_px};
+    const Size size{scene->spec.scene.width_px, scene->spec.scene.height_px};
     Config asked = config;
     set_frames(asked, size);
-    if (is_it(asked.text)) return fmt::format(" --frame-px {}x{}", size.first, size.second);
+    if (is_it(asked.text)) return fmt::format(" --frame-px {}x{}", size.width, size.height);
     Config by_device = config;
     set_default_frames(by_device, {.size_px = size, .why = {}});
     return is_it(by_device.text) ? std::optional(std::string()) : std::nullopt;

@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <system_error>
-#include <tuple>
 
-#include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/json_file.h"
 #include "tuner/plan/config_json.h"
 #include "tuner/plan/scene_key.h"
 #include "tuner/results/run_files.h"
@@ -17,17 +16,16 @@ namespace reliefbench {
 namespace {
 
 using nlohmann::json;
-using Size_px = std::pair<int, int>;
 
 constexpr const char* kFrameKey = "frame_px";
 constexpr std::string_view kOnHardware = "1080p";
 
-std::string choice_text(const Size_px& size, std::string_view why) {
-  return fmt::format("frames are {}x{} where nothing else is asked for (frame_px, --frame-px), {}", size.first,
-                     size.second, why);
+std::string choice_text(Size size, std::string_view why) {
+  return fmt::format("frames are {}x{} where nothing else is asked for (frame_px, --frame-px), {}", size.width,
+                     size.height, why);
 }
 
-Size_px size_of_scene() { return {Scene{}.width_px, Scene{}.height_px}; }
+Size size_of_scene() { return {Scene{}.width_px, Scene{}.height_px}; }
 
 json parsed(const Config& config) { return json::parse(config.text, nullptr, true, /*ignore_comments=*/true); }
 
@@ -36,7 +34,7 @@ json config_in(const std::filesystem::path& folder) {
   std::error_code none;
   if (folder.empty() || !std::filesystem::is_regular_file(folder / kRunFile, none)) return nullptr;
   try {
-    json info = json::parse(read_file(folder / kRunFile), nullptr, /*allow_exceptions=*/false);
+    json info = read_json(folder / kRunFile);
     return info.is_object() && info.contains("config") ? info["config"] : json(nullptr);
   } catch (const Error&) {
     return nullptr;
@@ -48,7 +46,7 @@ bool is_side(const json& side) {
 }
 
 /// What the run that has this config took for the scenes that say nothing in ours; none: Scene's.
-std::optional<Size_px> size_taken(json run_config, const Config& config) {
+std::optional<Size> size_taken(json run_config, const Config& config) {
   json ours = parsed(config);
   const json& own = listed_scenes(ours);
   if (!run_config.is_object() || !run_config.contains("scenes")) return std::nullopt;
@@ -57,7 +55,7 @@ std::optional<Size_px> size_taken(json run_config, const Config& config) {
     if (own[i].contains(kFrameKey) || !scenes[i].is_object() || !scenes[i].contains(kFrameKey)) continue;
     const json& size = scenes[i][kFrameKey];
     if (size.is_array() && size.size() == 2 && is_side(size[0]) && is_side(size[1]))
-      return Size_px{size[0].get<int>(), size[1].get<int>()};
+      return Size{size[0].get<int>(), size[1].get<int>()};
   }
   return std::nullopt;
 }
@@ -66,10 +64,10 @@ std::string name_of(const DeviceInfo& device) { return fmt::format("{} ({})", de
 
 /// Changes the text of a config where it holds for a scene.
 template <typename Holds>
-void write_frames(Config& config, const Size_px& size, const Holds& holds) {
+void write_frames(Config& config, Size size, const Holds& holds) {
   json changed = parsed(config);
   for (json& scene : listed_scenes(changed))
-    if (holds(scene)) scene[kFrameKey] = {size.first, size.second};
+    if (holds(scene)) scene[kFrameKey] = {size.width, size.height};
   config.text = changed.dump(1);
 }
 
@@ -77,13 +75,13 @@ void write_frames(Config& config, const Size_px& size, const Holds& holds) {
 
 DefaultFrame default_frame(std::span<const DeviceInfo> devices) {
   const FrameSize& large = *find_frame_size(kOnHardware);
-  const Size_px on_hardware{large.width_px, large.height_px};
-  const Size_px own = size_of_scene();
+  const Size on_hardware{large.width_px, large.height_px};
+  const Size own = size_of_scene();
   if (devices.empty())
     return {.why = fmt::format(
                 "frames are {}x{} on hardware and {}x{} on software where nothing else is asked for (frame_px, "
                 "--frame-px)",
-                on_hardware.first, on_hardware.second, own.first, own.second)};
+                on_hardware.width, on_hardware.height, own.width, own.height)};
   const auto hardware = std::ranges::find(devices, false, &DeviceInfo::software);
   if (hardware == devices.end()) return {.why = choice_text(own, "since no device is hardware")};
   std::string why = fmt::format("since {} is hardware", name_of(*hardware));
@@ -96,7 +94,7 @@ DefaultFrame default_frame(std::span<const DeviceInfo> devices, const Config& co
                            const std::filesystem::path& folder) {
   const json run_config = config_in(folder);
   if (run_config.is_null()) return default_frame(devices);
-  const std::optional<Size_px> size = size_taken(run_config, config);
+  const std::optional<Size> size = size_taken(run_config, config);
   return {.size_px = size,
           .why = choice_text(size.value_or(size_of_scene()), fmt::format("as when {} was begun", folder.string()))};
 }
@@ -105,9 +103,10 @@ bool has_default_frames(std::span<const SceneSpec> scenes) {
   return std::ranges::any_of(scenes, &SceneSpec::has_default_frame);
 }
 
-void set_frames(std::span<SceneSpec> scenes, const std::pair<int, int>& size_px) {
+void set_frames(std::span<SceneSpec> scenes, Size size_px) {
   for (SceneSpec& scene : scenes) {
-    std::tie(scene.scene.width_px, scene.scene.height_px) = size_px;
+    scene.scene.width_px = size_px.width;
+    scene.scene.height_px = size_px.height;
     scene.has_default_frame = false;
   }
 }
@@ -124,7 +123,7 @@ void set_default_frames(Config& config, const DefaultFrame& frame) {
   write_frames(config, *frame.size_px, [](const json& scene) { return !scene.contains(kFrameKey); });
 }
 
-void set_frames(Config& config, const std::pair<int, int>& size_px) {
+void set_frames(Config& config, Size size_px) {
   set_frames(config.scenes, size_px);
   write_frames(config, size_px, [](const json&) { return true; });
 }

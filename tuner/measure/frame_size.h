@@ -3,18 +3,18 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "backends/backend.h"
+#include "kernels/base/size.h"
 #include "tuner/plan/config.h"
 
 namespace reliefbench {
 
 /// How large frames are of scenes that do not say it (SceneSpec::has_default_frame).
 struct DefaultFrame {
-  std::optional<std::pair<int, int>> size_px{};  ///< none: as Scene has it
-  std::string why;                               ///< in a line
+  std::optional<Size> size_px{};  ///< none: as Scene has it
+  std::string why;                ///< in a line
 };
 
 /// Hardware is measured in frames that fill it, 1080p; software rasterisers, which any frame fills, in Scene's, which
@@ -31,8 +31,8 @@ void set_default_frames(std::span<SceneSpec> scenes, const DefaultFrame& frame);
 /// The same in the config's text, too: another size is another question.
 void set_default_frames(Config& config, const DefaultFrame& frame);
 /// Gives all scenes a size.
-void set_frames(std::span<SceneSpec> scenes, const std::pair<int, int>& size_px);
+void set_frames(std::span<SceneSpec> scenes, Size size_px);
 /// The same in the config's text, too.
-void set_frames(Config& config, const std::pair<int, int>& size_px);
+void set_frames(Config& config, Size size_px);
 
 }  // namespace reliefbench

@@ -2,10 +2,10 @@
 #include <array>
 #include <cmath>
 #include <system_error>
-#include <tuple>
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "kernels/base/size.h"
 #include "kernels/base/suggest.h"
 #include "kernels/mesh/meshes.h"
 #include "kernels/trace/surface.h"
@@ -230,8 +230,7 @@ std::string surface_part(const Surface& surface) {
   return part + "_" + name;
 }
 
-/// Width and height.
-std::pair<int, int> read_frame_px(const ConfigReader& reader, const JsonNode& node) {
+Size read_frame_px(const ConfigReader& reader, const JsonNode& node) {
   if (node.value.is_string()) {
     const std::string id = reader.text(node);
     const FrameSize* const size = find_frame_size(id);
@@ -263,7 +262,11 @@ std::vector<SceneSpec> read_scene(const ConfigReader& reader, const JsonNode& no
       reader.fail(*reference, "the exact shadow of a solid is not traced");
   }
   const JsonNode* frame = node.find("frame_px");
-  if (frame != nullptr) std::tie(scene.width_px, scene.height_px) = read_frame_px(reader, *frame);
+  if (frame != nullptr) {
+    const Size size = read_frame_px(reader, *frame);
+    scene.width_px = size.width;
+    scene.height_px = size.height;
+  }
   if (const JsonNode* surface = node.find("surface")) {
     scene.surface = read_surface(reader, *surface, folder);
     if (const std::string reason = surface_fault(scene); !reason.empty()) reader.fail(*surface, reason);

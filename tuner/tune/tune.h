@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/base/size.h"
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/config.h"
@@ -167,7 +168,7 @@ struct SceneOptions {
   std::vector<std::string> views{};  ///< preset names; of the built-in config only
   std::optional<double> relief_depth{};
   std::optional<double> base{};
-  std::optional<std::pair<int, int>> frame_px{};
+  std::optional<Size> frame_px{};
   std::optional<std::string> wrap{};  ///< repeat | clamp
   std::optional<double> tiling{};
 };

@@ -43,7 +43,7 @@ void apply(const SceneOptions& options, json& scene) {
   if (!options.views.empty()) scene["views"] = options.views;
   if (options.relief_depth) scene["relief_depth"] = *options.relief_depth;
   if (options.base) scene["base"] = *options.base;
-  if (options.frame_px) scene["frame_px"] = {options.frame_px->first, options.frame_px->second};
+  if (options.frame_px) scene["frame_px"] = {options.frame_px->width, options.frame_px->height};
   if (options.wrap) scene["wrap"] = *options.wrap;
   if (options.tiling) scene["tiling"] = *options.tiling;
 }
