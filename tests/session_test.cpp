@@ -78,9 +78,16 @@ TEST(Session, a_type_that_is_not_filtered_leaves_the_others_usable) {
 
 TEST(Session, a_device_that_is_lost_while_its_filter_is_audited_is_not_one_without_a_filter) {
   WallSplit split;
-  FaultyDevices devices;
-  devices.fail(FaultyDevices::upload, 1, Fault::device_lost);
-  EXPECT_THROW(Session(find_backend("vulkan"), 0, split, false, devices.opener()), Error);
+  FaultyDevices once;
+  once.fail(FaultyDevices::upload, 1, Fault::device_lost);
+  const Session session(find_backend("vulkan"), 0, split, false, once.opener());
+  EXPECT_EQ(once.calls(FaultyDevices::open), 2);
+  EXPECT_FALSE(session.filter_audit().empty());
+  for (const FilterAudit& audit : session.filter_audit()) EXPECT_EQ(audit.refusal, "");
+
+  FaultyDevices twice;
+  for (const int nth : {1, 2}) twice.fail(FaultyDevices::upload, nth, Fault::device_lost);
+  EXPECT_THROW(Session(find_backend("vulkan"), 0, split, false, twice.opener()), Error);
 }
 
 TEST(Session, lets_go_of_the_pipelines_that_were_used_longest_ago) {
