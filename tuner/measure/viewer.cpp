@@ -12,9 +12,9 @@ Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps he
       session_(row, device, split_, false, std::move(open)),
       library_(cache_, split_, std::move(heightmaps)),
       heights_(library_.heights(scene_)),
-      tracer_(heights_, scene_.scene.wrap),
-      uploaded_(upload(session_.backend(), scene_.scene, heights_)) {
+      tracer_(heights_, scene_.scene.wrap) {
   session_.set_timeout(MeasureSpec{}.timeout_s);
+  uploaded_ = upload(session_.backend(), scene_.scene, heights_);
 }
 
 void Viewer::choose(const Settings& settings) {
