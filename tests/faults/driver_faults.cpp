@@ -3,9 +3,8 @@
 //   WHAT   crash | hang | lost | memory
 //   TEXT   the first draw fails after a shader was made whose code holds this
 //   N      the N-th draw fails, counted over all processes in the file DRIVER_FAULT_COUNT
-//   CALL   draw (also a dispatch, and of Vulkan a submission) | memory (an allocation) | wait (for the device); the
-//   file
-//          holds how many there were of each, as int
+//   CALL   draw (also a dispatch, and of Vulkan a submission) | memory (an allocation) | wait (for the device)
+// That file holds how many there were of each CALL, as int.
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include <dlfcn.h>
