@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -40,8 +39,6 @@ FleetOptions options_of(const ChooseArguments& arguments, std::span<const FleetR
                        .max_time_ms = arguments.max_time_ms,
                        .error_metric = arguments.error,
                        .regret = find_regret(arguments.regret)};
-  if (options.max_time_ms && !(std::isfinite(*options.max_time_ms) && *options.max_time_ms > 0))
-    fail_input("--max-time-ms {}: expected a number above 0", *options.max_time_ms);
   if (arguments.error.empty()) {
     options.error_metric = question_of(runs.front().info).error_metric;
     for (const FleetRun& run : runs)
@@ -100,11 +97,11 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->allow_extra_args(false)
       ->take_all();
-  const CLI::Option* max_time =
-      command
-          ->add_option("--max-time-ms,--max-time",
-                       "bound on frame time that must hold everywhere: then the most accurate")
-          ->type_name("MS");
+  command
+      ->add_option("--max-time-ms,--max-time", arguments->max_time_ms,
+                   "bound on frame time that must hold everywhere: then the most accurate")
+      ->type_name("MS")
+      ->check(above_zero());
   command->add_option("--error", arguments->error, "with --max-time-ms: what is to be least; default: the runs' error")
       ->type_name("METRIC");
   command->add_option("--weights", arguments->weights, "of the runs, with --regret mean, e.g. 2,1,1")
@@ -126,7 +123,6 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       "Examples:\n  reliefbench choose out/laptop out/h200 out/phone --max-error 'e_xy.p99<=0.5'\n"
       "  reliefbench choose out/laptop out/laptop_again out/phone --max-time-ms 2 --error flip");
   command->callback([=, &exit_code] {
-    if (!max_time->empty()) arguments->max_time_ms = max_time->as<double>();
     choose_command(*arguments);
     exit_code = static_cast<int>(Exit::done);
   });

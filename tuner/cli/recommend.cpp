@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -46,9 +47,6 @@ constexpr std::string_view kIndent = "              ";
 
 Question asked_question(const RecommendArguments& arguments, const RunQuestion& own) {
   Question question{.budgets = parse_budgets(arguments.max_error), .error_metric = own.error_metric};
-  if (arguments.max_time_ms && !(std::isfinite(*arguments.max_time_ms) && *arguments.max_time_ms > 0)) {
-    fail_input("--max-time-ms {}: expected a time above 0", *arguments.max_time_ms);
-  }
   question.max_time_ms = arguments.max_time_ms;
   question.rebake_every = arguments.rebake_every;
   if (!question.budgets.empty()) return question;
@@ -265,22 +263,26 @@ Exit recommend_command(const RecommendArguments& arguments) {
 
 void add_recommend_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("recommend", "the best technique and settings within a budget");
-  const CLI::Option* folder = command->add_option("RUN", "folder of a run")->required();
-  const CLI::Option* max_error =
-      command->add_option("--max-error", "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated; see `list metrics`")
-          ->type_name("BOUND")
-          ->expected(1)
-          ->take_all();
-  const CLI::Option* max_time =
-      command->add_option("--max-time-ms", "bound on frame time: then the most accurate within it")->type_name("MS");
-  const CLI::Option* rebake =
-      command->add_option("--rebake-every", "the heightmap changes every N frames: each bears its share of the bake")
-          ->type_name("N")
-          ->check(CLI::Range(1, 1 << 30));
-  const CLI::Option* scene = command->add_option("--scene", "only this scene, e.g. rocks/grazing")->type_name("ID");
+  const auto arguments = std::make_shared<RecommendArguments>();
+  command->add_option("RUN", arguments->folder, "folder of a run")->required();
+  command
+      ->add_option("--max-error", arguments->max_error,
+                   "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated; see `list metrics`")
+      ->type_name("BOUND")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--max-time-ms", arguments->max_time_ms, "bound on frame time: then the most accurate within it")
+      ->type_name("MS")
+      ->check(above_zero());
+  command
+      ->add_option("--rebake-every", arguments->rebake_every,
+                   "the heightmap changes every N frames: each bears its share of the bake")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1 << 30));
+  command->add_option("--scene", arguments->scene, "only this scene, e.g. rocks/grazing")->type_name("ID");
   const CLI::Option* features = add_features_option(*command);
-  const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  add_names_option(*command, arguments->names);
+  command->add_flag("--json", arguments->json, "as JSON");
   command->footer(
       "Without --max-error: the budgets of the run's config, or what tune was asked; with --max-time-ms those of them\n"
       "that are not on the error itself. Where intervals of time overlap, the pick is the setting with the fewest\n"
@@ -291,17 +293,8 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
       "  reliefbench recommend out/quickstart --max-time-ms 2\n"
       "  reliefbench recommend out/quickstart --rebake-every 4");
   command->callback([=, &exit_code] {
-    RecommendArguments arguments{.folder = folder->as<std::string>(),
-                                 .max_error = value_or(max_error, std::vector<std::string>{}),
-                                 .max_time_ms = std::nullopt,
-                                 .rebake_every = std::nullopt,
-                                 .scene = value_or(scene, std::string()),
-                                 .features = value_or(features, std::string()),
-                                 .names = {.verbose = is_set(verbose)},
-                                 .json = is_set(json)};
-    if (!max_time->empty()) arguments.max_time_ms = max_time->as<double>();
-    if (!rebake->empty()) arguments.rebake_every = rebake->as<int>();
-    exit_code = static_cast<int>(recommend_command(arguments));
+    arguments->features = value_or(features, std::string());
+    exit_code = static_cast<int>(recommend_command(*arguments));
   });
 }
 

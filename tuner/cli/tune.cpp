@@ -31,7 +31,7 @@ struct TuneArguments {
   std::string output;
   std::vector<std::string> scenes;
   std::vector<std::string> max_error;
-  std::string max_time_ms;
+  std::optional<double> max_time_ms{};
   std::vector<std::string> holdout;
   std::string weights;
   std::string features;
@@ -161,7 +161,7 @@ TuneOptions options_of(const TuneArguments& arguments) {
   options.retry_failed = arguments.retry_failed;
   TuneQuestion& question = options.question;
   for (const std::string& text : arguments.max_error) question.max_error.push_back(parse_budget(text));
-  if (!arguments.max_time_ms.empty()) question.max_time_ms = parse_positive("--max-time-ms", arguments.max_time_ms);
+  question.max_time_ms = arguments.max_time_ms;
   question.epsilon = arguments.epsilon;
   question.confidence = arguments.confidence;
   question.seed = arguments.seed;
@@ -193,8 +193,9 @@ std::filesystem::path default_folder(const TuneArguments& arguments, const Confi
   std::string question = config.text + arguments.combine + arguments.weights + options.backend;
   for (const SceneSpec& scene : config.scenes) question += scene.id + "\n";
   for (const std::string& bound : arguments.max_error) question += bound + "\n";
-  question += fmt::format("{} {} {} {} {}", arguments.max_time_ms, arguments.epsilon, arguments.confidence,
-                          arguments.seed, options.device);
+  const std::string max_time = arguments.max_time_ms ? fmt::format("{}", *arguments.max_time_ms) : "";
+  question +=
+      fmt::format("{} {} {} {} {}", max_time, arguments.epsilon, arguments.confidence, arguments.seed, options.device);
   if (options.fleet) question += fleet_sha256(*options.fleet);
   std::string scene = config.scenes.front().id;
   std::ranges::replace(scene, '/', '_');
@@ -271,7 +272,9 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->allow_extra_args(false)
       ->take_all();
-  command->add_option("--max-time-ms", arguments->max_time_ms, "then the most accurate within it")->type_name("MS");
+  command->add_option("--max-time-ms", arguments->max_time_ms, "then the most accurate within it")
+      ->type_name("MS")
+      ->check(above_zero());
   command->add_option("--epsilon", arguments->epsilon, "how much slower than the best the pick may be")
       ->capture_default_str();
   command->add_option("--confidence", arguments->confidence, "of the certificate")->capture_default_str();
