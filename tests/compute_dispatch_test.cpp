@@ -8,6 +8,7 @@
 
 #include "tests/cli_rig.h"
 #include "tests/technique_rig.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/map_library.h"
 #include "tuner/measure/session.h"
 
@@ -52,9 +53,9 @@ class DispatchedScene {
     const UploadedScene scene = upload(backend, spec_.scene, library_.heights(spec_));
     const Frame frame = upload(backend, library_.packed(settings, spec_), scene);
     DispatchedFrame made;
-    made.pixels = trace_frame(backend, session_.scored(settings, spec_.scene, frame.draw));
+    made.pixels = trace_frame(backend, scored_draws(session_, settings, spec_.scene, frame.draw));
     made.values = backend.read_values(pixel_features(settings));
-    session_.draw_picture(settings, spec_.scene, frame.draw, made.picture);
+    draw_picture(session_, settings, spec_.scene, frame.draw, made.picture);
     return made;
   }
   [[nodiscard]] std::vector<std::string> complaints() { return session_.backend().debug_messages(); }

@@ -12,6 +12,7 @@
 #include "kernels/trace/surface.h"
 #include "tests/export_rig.h"
 #include "tests/technique_rig.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/setting_space.h"
 
@@ -62,7 +63,7 @@ struct DepthRig {
     const UploadedScene uploaded = upload(session.backend(), scene, heights);
     const BakedMap map = bake(bake_spec(settings, scene.wrap), heights);
     const Frame frame = upload(session.backend(), pack(settings, map, scene), uploaded);
-    const std::vector<Draw> draws = session.shaded(settings, scene, frame.draw);
+    const std::vector<Draw> draws = shaded_draws(session, settings, scene, frame.draw);
     Drawn drawn{.rgba8 = shade_frame(session.backend(), draws), .depths = {}};
     if (color_target(pixel_features(settings), scene.occluded > 0).has_depth) drawn.depths = depths();
     return drawn;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "tests/technique_rig.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/prepare.h"
 
 namespace reliefbench {
@@ -193,7 +194,7 @@ TEST_P(LinearStepsTest, are_seen_as_the_mean_of_the_frames_they_go_through) {
     Draw relief = frame.draw;
     relief.frame.argument() = static_cast<float>(number);
     const std::vector<std::uint8_t> one =
-        shade_frame(backend, seen.session.shaded(c.settings, seen.spec.scene, relief));
+        shade_frame(backend, shaded_draws(seen.session, c.settings, seen.spec.scene, relief));
     for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += one[i];
     frames.insert(one);
   }

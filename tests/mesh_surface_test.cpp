@@ -13,6 +13,7 @@
 #include "kernels/trace/surface_tracer.h"
 #include "tests/technique_rig.h"
 #include "tests/temp_folder.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/prepare.h"
 #include "tuner/plan/config.h"
 #include "tuner/plan/scene_json.h"
@@ -46,7 +47,7 @@ struct MeshRig {
     const UploadedScene uploaded = upload(session.backend(), scene, heights);
     const BakedMap map = bake(bake_spec(settings, scene.wrap), heights);
     const Frame frame = upload(session.backend(), pack(settings, map, scene), uploaded);
-    return trace_frame(session.backend(), session.scored(settings, scene, frame.draw));
+    return trace_frame(session.backend(), scored_draws(session, settings, scene, frame.draw));
   }
   JudgedFrame judged(const Settings& settings, const Heightfield& heights, const Scene& scene) {
     const std::vector<ScorePixel> pixels = trace(settings, heights, scene);

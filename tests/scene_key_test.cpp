@@ -221,7 +221,8 @@ TEST(StageKeys, of_cases_name_the_stages_that_make_them) {
   const DeviceInfo& device = session.device();
   const auto inputs = [&](const Target& target) {
     return std::array{scene_key(library.loaded(scene).sha256, scene.scene).hex, setting_id(cone.settings),
-                      session.fragment_sha256(cone.settings, target, scene.scene), session.sampler_key(cone.settings)};
+                      session.pipelines().fragment_sha256(session.source_of(cone.settings, target, scene.scene)),
+                      session.sampler_key(cone.settings)};
   };
   const auto key = [&](std::initializer_list<std::string_view> stages, const Target& target) {
     const auto [key_of_scene, setting, shader, sampler] = inputs(target);

@@ -14,11 +14,11 @@ namespace {
 
 const Scene kAnyScene{.view = {}};
 
-std::vector<Session::Wanted> wanted_of(const std::vector<Settings>& settings) {
-  std::vector<Session::Wanted> wanted;
+std::vector<PipelineSource> wanted_of(const Session& session, const std::vector<Settings>& settings) {
+  std::vector<PipelineSource> wanted;
   for (const Settings& one : settings)
     for (const Target* target : {&Target::color, &Target::score})
-      wanted.push_back({.settings = &one, .target = *target, .scene = &kAnyScene});
+      wanted.push_back(session.source_of(one, *target, kAnyScene));
   return wanted;
 }
 
@@ -33,17 +33,17 @@ TEST(Session, what_is_compiled_ahead_is_not_compiled_again) {
   FaultyDevices devices;
   Session session(find_backend("vulkan"), 0, split, false, devices.opener());
   const std::vector<Settings> settings = every_technique();
-  session.compile_ahead(wanted_of(settings));
-  const int compiled = session.shaders_compiled();
+  session.pipelines().compile_ahead(wanted_of(session, settings));
+  const int compiled = session.pipelines().count_compiled();
   EXPECT_EQ(compiled, static_cast<int>(2 * settings.size()));
-  for (const Session::Wanted& one : wanted_of(settings)) {
-    const Session::Compiled& pipeline = session.pipeline(*one.settings, one.target, *one.scene);
+  for (const PipelineSource& one : wanted_of(session, settings)) {
+    const Compiled& pipeline = session.pipelines().get(one);
     EXPECT_NE(pipeline.pipeline, nullptr);
     EXPECT_GT(pipeline.compile_ns, 0);
-    EXPECT_EQ(pipeline.spirv_sha256, session.fragment_sha256(*one.settings, one.target, *one.scene));
+    EXPECT_EQ(pipeline.spirv_sha256, session.pipelines().fragment_sha256(one));
   }
-  session.compile_ahead(wanted_of(settings));
-  EXPECT_EQ(session.shaders_compiled(), compiled);
+  session.pipelines().compile_ahead(wanted_of(session, settings));
+  EXPECT_EQ(session.pipelines().count_compiled(), compiled);
 }
 
 TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
@@ -53,11 +53,11 @@ TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
   const std::vector<Settings> settings = every_technique();
   const int before = devices.calls(FaultyDevices::compile);
   devices.fail(FaultyDevices::compile, before, Fault::other);
-  const std::vector<Session::Wanted> first = {wanted_of(settings).front()};
-  session.compile_ahead(first);
-  EXPECT_EQ(session.shaders_compiled(), 0);
+  const std::vector<PipelineSource> first = {wanted_of(session, settings).front()};
+  session.pipelines().compile_ahead(first);
+  EXPECT_EQ(session.pipelines().count_compiled(), 0);
   EXPECT_NE(session.pipeline(settings.front(), Target::color, kAnyScene).pipeline, nullptr);
-  EXPECT_EQ(session.shaders_compiled(), 1);
+  EXPECT_EQ(session.pipelines().count_compiled(), 1);
 }
 
 // A device need not filter every kind of texel that maps are stored in.
@@ -96,19 +96,21 @@ TEST(Session, lets_go_of_the_pipelines_that_were_used_longest_ago) {
   Session session(find_backend("null"), 0, split, false, devices.opener());
   const std::vector<Settings> settings = every_technique();
   ASSERT_GT(settings.size(), 4U);
-  const auto is_there = [&](std::size_t i) { return session.is_compiled(settings[i], Target::score, kAnyScene); };
+  const auto is_there = [&](std::size_t i) {
+    return session.pipelines().has(session.source_of(settings[i], Target::score, kAnyScene));
+  };
   const auto use = [&](std::size_t i) { static_cast<void>(session.pipeline(settings[i], Target::score, kAnyScene)); };
   for (const std::size_t i : {0, 1, 2, 3, 1}) use(i);
-  session.drop_old_pipelines(4);
+  session.pipelines().drop_old(4);
   for (const std::size_t i : {0, 1, 2, 3}) EXPECT_TRUE(is_there(i)) << i;
-  session.drop_old_pipelines(2);
+  session.pipelines().drop_old(2);
   for (const std::size_t i : {0, 1, 2, 3}) EXPECT_EQ(is_there(i), i == 1 || i == 3) << i;
-  const int compiled = session.shaders_compiled();
+  const int compiled = session.pipelines().count_compiled();
   use(1);
-  EXPECT_EQ(session.shaders_compiled(), compiled);
+  EXPECT_EQ(session.pipelines().count_compiled(), compiled);
   use(0);
-  EXPECT_EQ(session.shaders_compiled(), compiled + 1);
-  session.drop_old_pipelines(0);
+  EXPECT_EQ(session.pipelines().count_compiled(), compiled + 1);
+  session.pipelines().drop_old(0);
   for (const std::size_t i : {0, 1, 2, 3}) EXPECT_FALSE(is_there(i)) << i;
 }
 
@@ -116,8 +118,8 @@ TEST(Session, opengl_compiles_nothing_ahead) {
   WallSplit split;
   Session session(find_backend("opengl"), 0, split, false);
   const std::vector<Settings> settings = every_technique();
-  session.compile_ahead(wanted_of(settings));
-  EXPECT_EQ(session.shaders_compiled(), 0);
+  session.pipelines().compile_ahead(wanted_of(session, settings));
+  EXPECT_EQ(session.pipelines().count_compiled(), 0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "kernels/trace/mesh_frame.h"
 #include "kernels/trace/surface_tracer.h"
 #include "reports/viewer/overlay.h"
+#include "tuner/measure/frame_draws.h"
 
 namespace reliefbench {
 namespace {
@@ -112,7 +113,7 @@ void LivePictures::bring(Pane& pane, const Settings& settings, const SceneSpec& 
     return;
   }
   if (!was_told &&
-      !session_.is_compiled(settings, color_target(pixel_features(settings), needs_depth(spec.scene)), spec.scene)) {
+      !session_.pipelines().has(session_.source_of(settings, shade_target(settings, spec.scene), spec.scene))) {
     pane.compiles_next = true;
     return;
   }
@@ -151,7 +152,7 @@ void LivePictures::fetch_map(Pane& pane, const Settings& settings, const SceneSp
 void LivePictures::draw(Pane& pane, const Settings& settings, const SceneSpec& spec) {
   Backend& backend = session_.backend();
   pane.frame.draw.frame = frame_uniforms(spec.scene, heights_.field.width, heights_.field.height);
-  const std::vector<Draw> shade = session_.shaded(settings, spec.scene, pane.frame.draw);
+  const std::vector<Draw> shade = shaded_draws(session_, settings, spec.scene, pane.frame.draw);
   if (!pane.settings || !(*pane.settings == settings)) backend.render(shade, 1, Timer::fenced_wall);  // it compiles
   pane.settings = settings;
   pane.scene = spec.scene;
@@ -164,7 +165,7 @@ void LivePictures::draw(Pane& pane, const Settings& settings, const SceneSpec& s
 std::vector<double> LivePictures::time_again(int frames) {
   std::vector<double> times_ns;
   if (!left_.settings) return times_ns;
-  const std::vector<Draw> shade = session_.shaded(*left_.settings, left_.scene, left_.frame.draw);
+  const std::vector<Draw> shade = shaded_draws(session_, *left_.settings, left_.scene, left_.frame.draw);
   for (int i = 0; i < frames; ++i) {
     const BatchTime time = session_.backend().render(shade, 1, timer_);
     times_ns.push_back(time.device_ns.value_or(time.wall_ns));
@@ -181,7 +182,7 @@ void LivePictures::keep_time(double ns) {
 void LivePictures::judge_in_background(Pane& pane, const SceneSpec& spec) {
   const Clock::time_point start = Clock::now();
   const Settings& settings = *pane.settings;
-  const std::vector<Draw> score = session_.scored(settings, spec.scene, pane.frame.draw);
+  const std::vector<Draw> score = scored_draws(session_, settings, spec.scene, pane.frame.draw);
   std::vector<PixelFeature> features = pixel_features(settings);
   std::vector<ScorePixel> pixels = trace_frame(session_.backend(), score);
   FeatureValues values = session_.backend().read_values(features);
@@ -210,7 +211,7 @@ void LivePictures::draw_reference(const std::vector<ReferenceHit>& hits, const s
                                   const FeatureValues& values, const FrameUniforms& frame) {
   const std::unique_ptr<Texture> exact = upload_exact(session_.backend(), hits, values, frame);
   const Draw relief = reference_draw(left_.uploaded, *exact, frame);
-  session_.backend().render(session_.shaded_reference(features, left_.scene, relief), 1, Timer::fenced_wall);
+  session_.backend().render(exact_draws(session_, features, left_.scene, relief), 1, Timer::fenced_wall);
   screen_->keep(*reference_);
 }
 

@@ -13,6 +13,7 @@
 #include "kernels/judge/score.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/attempt.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/judged.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/timed_in_turns.h"
@@ -134,7 +135,7 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
   for (const ClaimRow& row : claim.rows) {
     const BakedMap& map = maps.map_of(row.settings);
     const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
-    draws.push_back(session.shaded(row.settings, scene, frame.draw));
+    draws.push_back(shaded_draws(session, row.settings, scene, frame.draw));
     const JudgedFrame judged = judged_by_exact(session, row.settings, scene, frame.draw, uploaded, tracer);
     Values& figures = result.rows.emplace_back().values;
     if (!is_contest(claim)) measure_map(bake_spec(row.settings, scene.wrap), map, heights, figures);

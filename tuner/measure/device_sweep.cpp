@@ -82,7 +82,7 @@ void DeviceSweep::draw_pictures(const std::set<const Record*>& pictured, const P
 }
 
 void DeviceSweep::run_block(const Block& block, const std::function<void(double)>& on_progress) {
-  if (session_.device().software) session_.drop_old_pipelines(kMostSoftwarePipelines);
+  if (session_.device().software) session_.pipelines().drop_old(kMostSoftwarePipelines);
   compile_ahead(block);
   std::vector<PreparedCase> prepared;
   prepared.reserve(block.size());
@@ -105,14 +105,14 @@ void DeviceSweep::run_block(const Block& block, const std::function<void(double)
 
 void DeviceSweep::compile_ahead(const Block& block) {
   if (session_.device().software || is_compiled_alone_) return;
-  std::vector<Session::Wanted> wanted;
+  std::vector<PipelineSource> wanted;
   for (const Case* c : block) {
     const Scene& scene = scene_of(config_, *c).scene;
-    for (const Target& target : {color_target(pixel_features(c->settings), needs_depth(scene)), Target::score})
-      wanted.push_back({.settings = &c->settings, .target = target, .scene = &scene});
+    for (const Target& target : {shade_target(c->settings, scene), Target::score})
+      wanted.push_back(session_.source_of(c->settings, target, scene));
   }
   const auto hold = store_.mark().hold(block.front()->id());
-  session_.compile_ahead(wanted);
+  session_.pipelines().compile_ahead(wanted);
   if (!session_.backend().is_gone()) return;
   is_compiled_alone_ = true;
   preparer_.release();

@@ -12,6 +12,7 @@
 #include "kernels/trace/mesh_frame.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/cached_values.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/stages.h"
 
@@ -106,9 +107,8 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   }
 
   on_failure = Status::compile_error;
-  Session::Compiled& shade =
-      session.pipeline(settings, color_target(pixel_features(settings), needs_depth(scene.scene)), scene.scene);
-  prepared.draws = session.shaded(settings, scene.scene, prepared.frame.draw);
+  Compiled& shade = session.pipeline(settings, shade_target(settings, scene.scene), scene.scene);
+  prepared.draws = shaded_draws(session, settings, scene.scene, prepared.frame.draw);
   // Drivers compile as late as the first draw, once more for each texture format.
   const double draw_ns = context_.split.book(
       Part::compile, [&] { return session.backend().render(prepared.draws, 1, Timer::fenced_wall).wall_ns; });
@@ -128,7 +128,7 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
 void Preparer::judge_drawn(PreparedCase& prepared, const SceneSpec& scene, SceneState& state) {
   WallSplit& split = context_.split;
   const Settings& settings = prepared.spec->settings;
-  split.book(Part::draw, [&] { context_.session.read_picture(settings, scene.scene, prepared.frame.draw, picture_); });
+  split.book(Part::draw, [&] { read_picture(context_.session, settings, scene.scene, prepared.frame.draw, picture_); });
   const Traced traced = trace_case(settings, scene, state, prepared.frame.draw);
   const Reference& seen = seen_reference(traced, scene, state);
   JudgedFrame judged = split.book(Part::judge, [&] {
@@ -159,7 +159,7 @@ void Preparer::trace(std::span<const Draw> score_frame, std::span<const PixelFea
 
 Preparer::Traced Preparer::trace_case(const Settings& settings, const SceneSpec& scene, SceneState& state,
                                       const Draw& relief) {
-  std::vector<Draw> score_frame = context_.session.scored(settings, scene.scene, relief);
+  std::vector<Draw> score_frame = scored_draws(context_.session, settings, scene.scene, relief);
   std::vector<PixelFeature> features = pixel_features(settings);
   trace(score_frame, features);
   const Reference& reference = reference_of_traced(score_frame, scene, state, features);
@@ -197,18 +197,19 @@ CasePictures Preparer::pictures(const Case& c, const SceneSpec& scene) {
     CasePictures pictures{.error = heat_map(scores, width_px, height_px),
                           .taps = taps_map(pixels_, width_px, height_px),
                           .reference = seen.picture};
-    session.draw_picture(c.settings, scene.scene, frame.draw, pictures.frame);
+    draw_picture(session, c.settings, scene.scene, frame.draw, pictures.frame);
     return pictures;
   });
 }
 
 std::string Preparer::score_key(const Case& c, const SceneSpec& scene) {
-  const DeviceInfo& device = context_.session.device();
+  Session& session = context_.session;
+  const DeviceInfo& device = session.device();
   const std::string bake = bake_stage(map_of(c.settings).id);
   return stage_key({bake, "encode", "pack", "trace", "reference", "judge"},
                    {key_of(scene).hex, setting_id(c.settings),
-                    context_.session.fragment_sha256(c.settings, Target::score, scene.scene),
-                    context_.session.sampler_key(c.settings), device.backend, device.name, device.driver});
+                    session.pipelines().fragment_sha256(session.source_of(c.settings, Target::score, scene.scene)),
+                    session.sampler_key(c.settings), device.backend, device.name, device.driver});
 }
 
 std::optional<std::vector<PixelFeature>> Preparer::seen_features_in(const Scene& scene,
@@ -303,7 +304,7 @@ Preparer::MovedFrame Preparer::moved_frame(const PreparedCase& prepared, const S
   MovedFrame moved{.frame = frame_uniforms(moved_scene, map_width, map_height)};
   Draw relief = prepared.frame.draw;
   relief.frame = moved.frame;
-  const std::vector<Draw> draws = context_.session.scored(prepared.spec->settings, scene.scene, relief);
+  const std::vector<Draw> draws = scored_draws(context_.session, prepared.spec->settings, scene.scene, relief);
   trace(draws, {});
   const std::string key = context_.split.book(
       Part::reference, [&] { return reference_key(hash_of(rays_of(pixels_)), scene, moved.frame); });
@@ -326,8 +327,8 @@ MotionJudge Preparer::judge_motion(const PreparedCase& prepared, const SceneSpec
     Draw relief = prepared.frame.draw;
     relief.frame = frames[i].frame;
     std::swap(picture_, picture_before_);
-    context_.split.book(Part::draw,
-                        [&] { context_.session.draw_picture(prepared.spec->settings, scene.scene, relief, picture_); });
+    context_.split.book(
+        Part::draw, [&] { draw_picture(context_.session, prepared.spec->settings, scene.scene, relief, picture_); });
     if (i == 0) continue;
     context_.split.book(Part::judge, [&] {
       const MovedFrame& last = frames[i - 1];
@@ -381,7 +382,7 @@ std::vector<std::uint8_t> Preparer::shade_reference(const Exact& exact, const Sc
     const std::unique_ptr<Texture> texture =
         upload_exact(session.backend(), exact.hits, state.uploaded.mesh ? places : exact.values, frame);
     const Draw draw = reference_draw(state.uploaded, *texture, frame);
-    return shade_frame(session.backend(), session.shaded_reference(exact.features, scene.scene, draw));
+    return shade_frame(session.backend(), exact_draws(session, exact.features, scene.scene, draw));
   });
 }
 

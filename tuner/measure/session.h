@@ -1,17 +1,16 @@
 #pragma once
 #include <functional>
 #include <limits>
-#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "backends/filter_audit.h"
-#include "backends/shader_compiler.h"
 #include "backends/timer_audit.h"
 #include "kernels/trace/technique.h"
 #include "kernels/trace/view.h"
+#include "tuner/measure/pipelines.h"
 #include "tuner/measure/wall_split.h"
 #include "tuner/plan/case.h"
 #include "tuner/results/frame_fill.h"
@@ -37,11 +36,7 @@ using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int
 /// How many frames of a length make a batch of that length at least.
 [[nodiscard]] int batch_frames(double batch_ms, double frame_ns);
 
-/// Pipelines that are kept of a software rasteriser, which takes two to three megabytes for each.
-inline constexpr std::size_t kMostSoftwarePipelines = 1024;
-
-/// One open device of a sweep: its audited timers and filter, its calibration, and its compiled shaders, each compiled
-/// once.
+/// One open device of a sweep: its audited timers and filter, its calibration, and its pipelines.
 class Session {
  public:
   /// Opens, audits the filter, and the timers unless nothing will be timed.
@@ -81,49 +76,13 @@ class Session {
   /// What of that their frames depend on: part of keys.
   [[nodiscard]] std::string sampler_key(const Settings& settings) const;
 
-  struct Compiled {
-    std::unique_ptr<Pipeline> pipeline;
-    std::string spirv_sha256;
-    double compile_ns = 0;
-    double first_draw_ns = 0;   ///< compile and first draw; 0 until it is drawn
-    std::int64_t last_use = 0;  ///< a count of uses
-  };
-  /// The pipeline of a technique for a target, from the run-time settings. Target::score: with what the settings'
-  /// features of the scene put there, too. throws: Error(environment): compiler's words
-  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, const Scene& scene);
-  /// Whether pipeline() has it already.
-  [[nodiscard]] bool is_compiled(const Settings& settings, const Target& target, const Scene& scene) const {
-    return pipelines_.contains(source_of(settings, target, scene).key);
+  [[nodiscard]] Pipelines& pipelines() { return pipelines_; }
+  [[nodiscard]] const Pipelines& pipelines() const { return pipelines_; }
+  /// Of a setting's relief, with its sampler.
+  [[nodiscard]] PipelineSource source_of(const Settings& settings, const Target& target, const Scene& scene) const;
+  [[nodiscard]] Compiled& pipeline(const Settings& settings, const Target& target, const Scene& scene) {
+    return pipelines_.get(source_of(settings, target, scene));
   }
-  /// Lets go of those pipelines that were used longest ago, down to `most`; draws with them count no more.
-  void drop_old_pipelines(std::size_t most);
-  /// What shades the exact hits, with the exact values of these features.
-  [[nodiscard]] Compiled& reference_pipeline(std::span<const PixelFeature> features, const Scene& scene);
-  /// The shaded frame of a setting, in the order of its draws: what hides it, the relief, objects beside it, the sky.
-  /// Only the relief's where the frame has no depth. relief: its textures and uniforms, without a pipeline
-  [[nodiscard]] std::vector<Draw> shaded(const Settings& settings, const Scene& scene, Draw relief);
-  /// What people see of a setting whose shaded frame was drawn last: that, or the mean of those that its dithering goes
-  /// through. RGBA8
-  void read_picture(const Settings& settings, const Scene& scene, Draw relief, std::vector<std::uint8_t>& into);
-  /// Draws the shaded frame, and reads that.
-  void draw_picture(const Settings& settings, const Scene& scene, const Draw& relief, std::vector<std::uint8_t>& into);
-  /// The score frame of a setting, likewise.
-  [[nodiscard]] std::vector<Draw> scored(const Settings& settings, const Scene& scene, Draw relief);
-  /// The shaded frame of exact hits.
-  [[nodiscard]] std::vector<Draw> shaded_reference(std::span<const PixelFeature> features, const Scene& scene,
-                                                   Draw relief);
-  /// What pipeline() is going to be asked for.
-  struct Wanted {
-    const Settings* settings = nullptr;
-    Target target{};
-    const Scene* scene = nullptr;
-  };
-  /// Compiles it beforehand, on all threads, where the device compiles in parallel; what fails is left for pipeline()
-  /// to meet again. compile_ns then is a pipeline's time beside others.
-  void compile_ahead(std::span<const Wanted> wanted);
-  /// Of the settings' SPIR-V, before they are specialised.
-  [[nodiscard]] std::string fragment_sha256(const Settings& settings, const Target& target, const Scene& scene);
-  [[nodiscard]] int shaders_compiled() const { return shaders_compiled_; }
 
   /// `known`: the calibration of an earlier start of the same run, or null to settle one now.
   /// throws: Error(environment): no valid timer
@@ -143,42 +102,13 @@ class Session {
   double draw_ns(std::span<const Draw> frame, int frames);
 
  private:
-  /// What a pipeline is made from.
-  struct Source {
-    std::string key;           ///< its name in pipelines_
-    std::string fragment_key;  ///< in fragments_
-    std::string_view shader;   ///< the shader file's name
-    std::string_view vertex = "fullscreen";
-    bool is_beside = false;  ///< of compile_beside
-    std::vector<PixelFeature> features;
-    SurfaceKind surface = SurfaceKind::plane;
-    Target target;
-    std::vector<SpecConstant> constants;
-  };
-  struct Stages {
-    const Spirv* vertex;
-    const Spirv* fragment;
-  };
-  [[nodiscard]] Stages stages_of(const Source& source);
-  [[nodiscard]] const Spirv& vertex(std::string_view name);
-  [[nodiscard]] const Spirv& fragment(const Source& source);
-  [[nodiscard]] Source source_of(const Settings& settings, const Target& target, const Scene& scene) const;
-  [[nodiscard]] Compiled& pipeline(Source source);
   /// Does what no case is to blame for; where helps_reopening(), once more on the device opened anew.
   void twice(const std::function<void()>& work);
   /// A driver that crashes over it is asked once more.
   [[nodiscard]] std::unique_ptr<Backend> opened() const;
-  /// The vertex shader of its target, and its key.
-  static void set_vertex(Source& source);
-  /// stages: of the source
-  [[nodiscard]] Compiled compile(const Source& source, const Stages& stages) const;
   void make_control();
   /// Time of a pixel of the control case in frames of a size, ns.
   double draw_pixel_ns(int width_px, int height_px);
-  /// argument: FrameUniforms::argument()
-  [[nodiscard]] Draw beside(std::string_view shader, std::string_view vertex, float argument, const Draw& relief);
-  [[nodiscard]] std::vector<Draw> with_what_is_beside(std::span<const PixelFeature> features, const Scene& scene,
-                                                      std::vector<Draw> relief);
 
   const BackendRow& row_;
   int device_index_;
@@ -190,11 +120,7 @@ class Session {
   std::vector<TimerAudit> audit_;
   SimulatedFilter simulated_;
   std::vector<FilterAudit> filter_audit_;
-  std::map<std::string, Spirv, std::less<>> vertices_;  ///< by name
-  std::map<std::string, Spirv, std::less<>> fragments_;
-  std::map<std::string, Compiled, std::less<>> pipelines_;
-  std::int64_t uses_ = 0;  ///< of pipelines
-  int shaders_compiled_ = 0;
+  Pipelines pipelines_;
   Calibration calibration_;
   std::vector<FrameFill> fills_;
   std::unique_ptr<Pipeline> control_pipeline_;

@@ -12,6 +12,7 @@
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/heat_map.h"
 #include "tuner/measure/frame.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/session.h"
 #include "tuner/measure/stress_check.h"
@@ -197,7 +198,7 @@ class StressRun {
     if (textures_) result.skipped = session.device().refusal(textures_->relief.layout.type);
     if (!result.skipped.empty()) return;
     try {
-      if (session.device().software) session.drop_old_pipelines(kMostSoftwarePipelines);
+      if (session.device().software) session.pipelines().drop_old(kMostSoftwarePipelines);
       Backend& backend = session.backend();
       if (device.extreme != planned.extreme) {
         device.extreme = nullptr;
@@ -205,7 +206,7 @@ class StressRun {
         device.extreme = planned.extreme;
       }
       const Frame frame = upload(backend, textures_, device.scene);
-      const std::vector<Draw> draws = session.scored(planned.settings, scene, frame.draw);
+      const std::vector<Draw> draws = scored_draws(session, planned.settings, scene, frame.draw);
       drawn.frame.emplace(backend, draws, planned.settings, device.scene.mesh.get());
       const StressFrame again(backend, draws, planned.settings, device.scene.mesh.get());
       if (!drawn.frame->is_same(again)) result.fault(StressCheck::repeatable) = 1;

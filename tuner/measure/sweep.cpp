@@ -197,7 +197,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
     sweep.draw_pictures(pictured_records(so_far.records, config, options.pictures), plan, picturing);
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
-    summary.shaders += session->shaders_compiled();
+    summary.shaders += session->pipelines().count_compiled();
   }
   progress.finish();
 

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "tuner/measure/frame_draws.h"
 #include "tuner/measure/judged.h"
 
 namespace reliefbench {
@@ -23,18 +24,18 @@ void Viewer::choose(const Settings& settings) {
   frame_ = {};
   settings_ = settings;
   frame_ = upload(session_.backend(), library_.packed(settings, scene_), uploaded_);
-  static_cast<void>(shade_frame(session_.backend(),
-                                session_.shaded(settings, scene_.scene, frame_.draw)));  // the first draw compiles
+  static_cast<void>(shade_frame(
+      session_.backend(), shaded_draws(session_, settings, scene_.scene, frame_.draw)));  // the first draw compiles
 }
 
 ViewedFrame Viewer::draw(const View& view) {
   scene_.scene.view = view;
   frame_.draw.frame = frame_uniforms(scene_.scene, heights_.width, heights_.height);
   Backend& backend = session_.backend();
-  const std::vector<Draw> shade = session_.shaded(*settings_, scene_.scene, frame_.draw);
+  const std::vector<Draw> shade = shaded_draws(session_, *settings_, scene_.scene, frame_.draw);
   ViewedFrame frame;
   frame.wall_ns = backend.render(shade, 1, Timer::fenced_wall).wall_ns;
-  session_.read_picture(*settings_, scene_.scene, frame_.draw, frame.rgba8);
+  read_picture(session_, *settings_, scene_.scene, frame_.draw, frame.rgba8);
   frame.judged = judged_by_exact(session_, *settings_, scene_.scene, frame_.draw, uploaded_, tracer_);
   return frame;
 }

@@ -244,7 +244,7 @@ void TuneRun::write_pictures(const Run& run) {
 void TuneRun::write_info(bool finished) {
   SweepSummary summary{.folder = options_.output, .cases = static_cast<int>(settings_.size())};
   set_costs(summary, library_, split_);
-  summary.shaders = session_->shaders_compiled();
+  summary.shaders = session_->pipelines().count_compiled();
   std::vector<nlohmann::json> devices = {device_json(*session_)};
   if (finished) set_states(devices, load_run(options_.output).blocks);
   nlohmann::json info = run_info(config_, devices, scenes_, summary, started_ns_, finished);
