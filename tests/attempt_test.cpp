@@ -41,7 +41,7 @@ class AttemptTest : public ::testing::Test {
 TEST_F(AttemptTest, opens_a_lost_device_once_more_and_no_other) {
   FaultyDevices devices;
   WallSplit split;
-  Session session(find_backend("null"), 0, split, true, devices.opener());
+  Session session(find_backend("null"), 0, split, {.open = devices.opener()});
   int works = 0;
   int releases = 0;
   const auto failing = [&](int times, Fault fault) {
@@ -75,7 +75,7 @@ TEST_F(AttemptTest, opens_a_lost_device_once_more_and_no_other) {
 
 TEST_F(AttemptTest, says_nothing_of_bad_input_and_full_disks) {
   WallSplit split;
-  Session session(find_backend("null"), 0, split, true, open_device);
+  Session session(find_backend("null"), 0, split);
   EXPECT_THAT([&] { (void)attempt(session, [] { fail_input("a line"); }); }, ThrowsMessage<Error>("a line"));
   EXPECT_THROW((void)attempt(session, [] { fail_file("disk", "cannot be written", ENOSPC); }), FileError);
 }
@@ -95,7 +95,7 @@ std::vector<ClaimVerdict> verdicts_on(FaultyDevices& devices, std::vector<ClaimR
 int draws_before_cases(int opened = 0) {
   FaultyDevices devices;
   WallSplit split;
-  Session session(find_backend("null"), 0, split, true, devices.opener());
+  Session session(find_backend("null"), 0, split, {.open = devices.opener()});
   session.calibrate(5, nullptr);
   for (int i = 0; i < opened; ++i) session.reopen();
   return devices.calls(FaultyDevices::draw);

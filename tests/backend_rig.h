@@ -19,10 +19,15 @@ inline constexpr TexelLayout kFloat{.type = TexelType::float32, .channels = 1};
 inline const Scene kScene{
     .view = {.id = "oblique", .elevation_deg = 30, .distance = 1.6, .fov_deg = 35}, .width_px = 40, .height_px = 24};
 
+/// With the API's debug output.
+inline std::unique_ptr<Backend> open_debug(const BackendRow& row, int index) {
+  return row.open(index, {.debug = true});
+}
+
 /// One open device with what a draw needs.
 struct Rig {
   Rig(const BackendRow& backend_row, int index)
-      : row(backend_row), backend(row.open(index, {.debug = true})), vertex(compile_vertex(row.dialect)) {
+      : row(backend_row), backend(open_debug(row, index)), vertex(compile_vertex(row.dialect)) {
     constexpr std::array<std::byte, 4> kWhite = {std::byte{255}, std::byte{255}, std::byte{255}, std::byte{255}};
     plain = backend->upload({.width = 1, .height = 1, .texels = kWhite});
   }

@@ -44,9 +44,7 @@ struct DispatchedFrame {
 class DispatchedScene {
  public:
   DispatchedScene(std::string_view backend, const SceneSpec& spec)
-      : spec_(spec), session_(find_backend(backend), 0, split_, false, [](const BackendRow& row, int index) {
-          return row.open(index, {.debug = true});
-        }) {}
+      : spec_(spec), session_(find_backend(backend), 0, split_, {.audits = Audits::none, .open = open_debug}) {}
 
   [[nodiscard]] DispatchedFrame frame(const Settings& settings) {
     Backend& backend = session_.backend();

@@ -52,8 +52,7 @@ std::vector<View> extreme_views() {
 /// Whole frames of a session, as sweeps draw them.
 struct DepthRig {
   explicit DepthRig(const BackendRow& row, int device = 0)
-      : session(row, device, split, false,
-                [](const BackendRow& opened, int index) { return opened.open(index, {.debug = true}); }) {}
+      : session(row, device, split, {.audits = Audits::none, .open = open_debug}) {}
 
   struct Drawn {
     std::vector<std::uint8_t> rgba8;

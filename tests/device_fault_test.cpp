@@ -44,7 +44,7 @@ class DeviceFault : public ::testing::Test {
   [[nodiscard]] static int calls_before_cases(FaultyDevices::Call call) {
     FaultyDevices devices;
     WallSplit split;
-    Session session(find_backend("null"), 0, split, true, devices.opener());
+    Session session(find_backend("null"), 0, split, {.open = devices.opener()});
     session.calibrate(smoke().measure.batch_ms, nullptr);
     return devices.calls(call);
   }

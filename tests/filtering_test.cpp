@@ -189,7 +189,7 @@ std::pair<FrameScore, std::vector<std::uint8_t>> seen(std::string_view backend, 
   WallSplit split;
   const Cache cache = Cache::open();
   MapLibrary library(cache, split);
-  Session session(find_backend(backend), 0, split, false);
+  Session session(find_backend(backend), 0, split, {.audits = Audits::none});
   Preparer preparer(
       {.session = session, .library = library, .cache = cache, .split = split, .timeout_s = 20, .flicker_frames = 0});
   const SceneSpec scene{.id = "bricks/far",

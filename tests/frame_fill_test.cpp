@@ -61,7 +61,7 @@ SceneSpec scene_of(int width_px, int height_px) {
 
 std::vector<FrameFill> fills_of(double frame_ns, const std::vector<SceneSpec>& scenes, bool is_software = false) {
   WallSplit split;
-  Session session(find_backend("null"), 0, split, true, slow_to_start(frame_ns, is_software));
+  Session session(find_backend("null"), 0, split, {.open = slow_to_start(frame_ns, is_software)});
   session.calibrate(1, nullptr);
   session.measure_fills(scenes);
   return session.fills();
@@ -70,7 +70,7 @@ std::vector<FrameFill> fills_of(double frame_ns, const std::vector<SceneSpec>& s
 /// Of the control case.
 double null_pixel_ns() {
   WallSplit split;
-  Session session(find_backend("null"), 0, split, true);
+  Session session(find_backend("null"), 0, split);
   session.calibrate(1, nullptr);
   return session.calibration().reference_ns / (256 * 256);
 }

@@ -105,7 +105,7 @@ TEST(Line, upload_names_textures_for_every_sampler_of_a_technique) {
 
 TEST(Line, a_frame_is_traced_and_judged_against_its_own_rays) {
   WallSplit split;
-  Session session(find_backend("null"), 0, split, false);
+  Session session(find_backend("null"), 0, split, {.audits = Audits::none});
   const Heightfield heights = terrain();
   const Settings settings = parse_setting("relief");
   const UploadedScene scene = upload(session.backend(), kSmallScene, heights);
@@ -131,7 +131,7 @@ TEST(Line, a_frame_is_traced_and_judged_against_its_own_rays) {
 class TimedLine : public ::testing::Test {
  protected:
   void open() {
-    session_.emplace(find_backend("null"), 0, split_, true, devices_.opener());
+    session_.emplace(find_backend("null"), 0, split_, SessionOptions{.open = devices_.opener()});
     session_->calibrate(measure_.batch_ms, nullptr);
     scene_ = upload(session_->backend(), kSmallScene, terrain());
     frame_ = upload(session_->backend(), std::nullopt, scene_);

@@ -175,7 +175,7 @@ struct DitheredScene {
   WallSplit split{};
   Cache cache = Cache::open();
   MapLibrary library{cache, split};
-  Session session{find_backend(backend), 0, split, false};
+  Session session{find_backend(backend), 0, split, {.audits = Audits::none}};
   Preparer preparer{
       {.session = session, .library = library, .cache = cache, .split = split, .timeout_s = 20, .flicker_frames = 2}};
 };

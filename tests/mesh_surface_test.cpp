@@ -40,8 +40,7 @@ Heightfield level_map(float height) {
 /// A session that draws score frames of meshes.
 struct MeshRig {
   explicit MeshRig(const BackendRow& row, int device)
-      : session(row, device, split, false,
-                [](const BackendRow& opened, int index) { return opened.open(index, {.debug = true}); }) {}
+      : session(row, device, split, {.audits = Audits::none, .open = open_debug}) {}
 
   std::vector<ScorePixel> trace(const Settings& settings, const Heightfield& heights, const Scene& scene) {
     const UploadedScene uploaded = upload(session.backend(), scene, heights);
@@ -180,7 +179,7 @@ std::pair<FrameScore, CasePictures> prepared_mesh(std::string_view backend, cons
   const Cache cache(folder / "cache");
   WallSplit split;
   MapLibrary library(cache, split);
-  Session session(find_backend(backend), 0, split, false);
+  Session session(find_backend(backend), 0, split, {.audits = Audits::none});
   Preparer preparer(
       {.session = session, .library = library, .cache = cache, .split = split, .timeout_s = 60, .flicker_frames = 0});
   const SceneSpec spec{.id = "map/whole_mesh", .heightmap = heightmap, .scene = scene};

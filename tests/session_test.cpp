@@ -31,7 +31,7 @@ std::vector<Settings> every_technique() {
 TEST(Session, what_is_compiled_ahead_is_not_compiled_again) {
   WallSplit split;
   FaultyDevices devices;
-  Session session(find_backend("vulkan"), 0, split, false, devices.opener());
+  Session session(find_backend("vulkan"), 0, split, {.audits = Audits::none, .open = devices.opener()});
   const std::vector<Settings> settings = every_technique();
   session.pipelines().compile_ahead(wanted_of(session, settings));
   const int compiled = session.pipelines().count_compiled();
@@ -49,7 +49,7 @@ TEST(Session, what_is_compiled_ahead_is_not_compiled_again) {
 TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
   WallSplit split;
   FaultyDevices devices;
-  Session session(find_backend("vulkan"), 0, split, false, devices.opener());
+  Session session(find_backend("vulkan"), 0, split, {.audits = Audits::none, .open = devices.opener()});
   const std::vector<Settings> settings = every_technique();
   const int before = devices.calls(FaultyDevices::compile);
   devices.fail(FaultyDevices::compile, before, Fault::other);
@@ -60,12 +60,36 @@ TEST(Session, what_fails_ahead_is_left_for_the_case_that_asks_for_it) {
   EXPECT_EQ(session.pipelines().count_compiled(), 1);
 }
 
+TEST(Session, a_shader_that_cannot_be_compiled_ahead_keeps_no_other_from_it) {
+  WallSplit split;
+  Session session(find_backend("vulkan"), 0, split, {.audits = Audits::none});
+  const PipelineSource refused{.shader = "no_such_shader", .vertex = "fullscreen", .target = Target::color};
+  std::vector<PipelineSource> wanted = wanted_of(session, every_technique());
+  wanted.insert(wanted.begin() + 1, refused);
+  session.pipelines().compile_ahead(wanted);
+  EXPECT_EQ(session.pipelines().count_compiled(), static_cast<int>(wanted.size()) - 1);
+  EXPECT_THAT([&] { static_cast<void>(session.pipelines().get(refused)); },
+              ::testing::ThrowsMessage<Error>(::testing::HasSubstr("no_such_shader")));
+}
+
+// Whoever asks for an audit later has things on the device, which are to be gone before it is opened again.
+TEST(Session, an_audit_that_comes_later_does_not_reopen_the_device) {
+  for (const auto audit : {&Session::audit_timers, &Session::audit_compute_timers}) {
+    WallSplit split;
+    FaultyDevices devices;
+    Session session(find_backend("null"), 0, split, {.audits = Audits::none, .open = devices.opener()});
+    devices.fail(FaultyDevices::draw, devices.calls(FaultyDevices::draw), Fault::device_lost);
+    EXPECT_THROW((session.*audit)(), Error);
+    EXPECT_EQ(devices.calls(FaultyDevices::open), 1);
+  }
+}
+
 // A device need not filter every kind of texel that maps are stored in.
 TEST(Session, a_type_that_is_not_filtered_leaves_the_others_usable) {
   WallSplit split;
   FaultyDevices devices;
   devices.fail(FaultyDevices::upload, 1, Fault::other);
-  const Session session(find_backend("vulkan"), 0, split, false, devices.opener());
+  const Session session(find_backend("vulkan"), 0, split, {.audits = Audits::none, .open = devices.opener()});
   const std::vector<FilterAudit>& audits = session.filter_audit();
   ASSERT_EQ(audits.size(), 4 + session.device().blocks.size());
   for (std::size_t i = 0; i < audits.size(); ++i) {
@@ -80,20 +104,20 @@ TEST(Session, a_device_that_is_lost_while_its_filter_is_audited_is_not_one_witho
   WallSplit split;
   FaultyDevices once;
   once.fail(FaultyDevices::upload, 1, Fault::device_lost);
-  const Session session(find_backend("vulkan"), 0, split, false, once.opener());
+  const Session session(find_backend("vulkan"), 0, split, {.audits = Audits::none, .open = once.opener()});
   EXPECT_EQ(once.calls(FaultyDevices::open), 2);
   EXPECT_FALSE(session.filter_audit().empty());
   for (const FilterAudit& audit : session.filter_audit()) EXPECT_EQ(audit.refusal, "");
 
   FaultyDevices twice;
   for (const int nth : {1, 2}) twice.fail(FaultyDevices::upload, nth, Fault::device_lost);
-  EXPECT_THROW(Session(find_backend("vulkan"), 0, split, false, twice.opener()), Error);
+  EXPECT_THROW(Session(find_backend("vulkan"), 0, split, {.audits = Audits::none, .open = twice.opener()}), Error);
 }
 
 TEST(Session, lets_go_of_the_pipelines_that_were_used_longest_ago) {
   WallSplit split;
   FaultyDevices devices;
-  Session session(find_backend("null"), 0, split, false, devices.opener());
+  Session session(find_backend("null"), 0, split, {.audits = Audits::none, .open = devices.opener()});
   const std::vector<Settings> settings = every_technique();
   ASSERT_GT(settings.size(), 4U);
   const auto is_there = [&](std::size_t i) {
@@ -116,7 +140,7 @@ TEST(Session, lets_go_of_the_pipelines_that_were_used_longest_ago) {
 
 TEST(Session, opengl_compiles_nothing_ahead) {
   WallSplit split;
-  Session session(find_backend("opengl"), 0, split, false);
+  Session session(find_backend("opengl"), 0, split, {.audits = Audits::none});
   const std::vector<Settings> settings = every_technique();
   session.pipelines().compile_ahead(wanted_of(session, settings));
   EXPECT_EQ(session.pipelines().count_compiled(), 0);

@@ -145,7 +145,7 @@ TEST_P(SimulatedFilterTest, keeps_every_guarantee) {
 
 TEST_P(SimulatedFilterTest, a_session_looks_at_its_filter_and_keeps_what_it_saw) {
   WallSplit split;
-  Session session(row(), row().devices().front().index, split, false);
+  Session session(row(), row().devices().front().index, split, {.audits = Audits::none});
   const Settings settings = sampled("cone");
   const std::size_t types = 4 + session.device().blocks.size();
   EXPECT_EQ(session.filter_audit().size(), types);

@@ -14,6 +14,7 @@
 
 #include "kernels/base/error.h"
 #include "tests/command.h"
+#include "tests/faulty_device.h"
 #include "tests/finished_run.h"
 #include "tests/own_cache.h"
 #include "tests/schema.h"
@@ -57,6 +58,35 @@ class TuneTest : public ::testing::Test {
   TempFolder folder_;
   OwnCache cache_{folder_ / "cache"};
 };
+
+TEST_F(TuneTest, a_device_that_does_not_come_back_ends_the_search_and_loses_nothing) {
+  const auto tuned = [&](const std::string& name, FaultyDevices& devices) {
+    TuneOptions asked = options(name);
+    asked.open = devices.opener();
+    return run_tune(config(), asked);
+  };
+  FaultyDevices counted;
+  const TuneResult whole = tuned("whole", counted);
+  FaultyDevices opened;
+  WallSplit split;
+  Session session(find_backend("null"), 0, split, {.open = opened.opener()});
+  session.calibrate(config().measure.batch_ms, nullptr);
+  const int before = opened.calls(FaultyDevices::draw);
+  const int draws = counted.calls(FaultyDevices::draw);
+  ASSERT_GT(draws, before + 50);
+  for (int nth = before; nth < draws; nth += (draws - before) / 6) {
+    SCOPED_TRACE(nth);
+    const std::string name = "lost" + std::to_string(nth);
+    FaultyDevices devices;
+    devices.fail(FaultyDevices::draw, nth, Fault::device_lost);
+    devices.fail(FaultyDevices::open, 1, Fault::other);
+    EXPECT_THROW(static_cast<void>(tuned(name, devices)), DeviceGone);
+    FaultyDevices healthy;
+    const TuneResult again = tuned(name, healthy);
+    EXPECT_EQ(again.counts.scored, whole.counts.scored);
+    EXPECT_TRUE(again.is_certified());
+  }
+}
 
 TEST_F(TuneTest, answers_every_budget_with_a_certificate_and_leaves_a_run) {
   TuneOptions asked = options("run");

@@ -55,7 +55,7 @@ class ViewOnDevice : public BackendTest {
 TEST_P(ViewOnDevice, the_picture_is_the_sweeps_own) {
   const Cache cache(folder_ / "cache");
   WallSplit split;
-  Session session(row(), 0, split, false);
+  Session session(row(), 0, split, {.audits = Audits::none});
   MapLibrary library(cache, split);
   Preparer preparer(
       {.session = session, .library = library, .cache = cache, .split = split, .timeout_s = 60, .flicker_frames = 0});

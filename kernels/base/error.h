@@ -44,6 +44,12 @@ class Error : public std::runtime_error {
   Fault fault_;
 };
 
+/// A device that was lost and does not work when it is opened again. It is never a case's own failure: all ends.
+class DeviceGone : public Error {
+ public:
+  explicit DeviceGone(const std::string& message) : Error(Exit::environment, message) {}
+};
+
 template <typename... Args>
 [[noreturn]] void fail_input(fmt::format_string<Args...> text, Args&&... args) {
   throw Error(Exit::bad_input, fmt::format(text, std::forward<Args>(args)...));

@@ -43,7 +43,8 @@ std::string overlay_key(const Pane& pane, Overlay overlay) {
 }  // namespace
 
 LivePictures::LivePictures(const Window& window, LivePicturesOptions options)
-    : session_(*options.row, options.device, split_, false, opener_of(window, options.debug)),
+    : session_(*options.row, options.device, split_,
+               {.audits = Audits::none, .open = opener_of(window, options.debug)}),
       screen_(make_screen(window, session_.backend())),
       library_(cache_, background_split_, std::move(options.heightmaps)),
       heights_(library_.loaded(options.spec)),
@@ -60,9 +61,9 @@ const TimerAudit& LivePictures::audit() const {
 }
 
 void LivePictures::audit_timers() {
-  if (session_.audit().empty()) session_.audit_now();
+  if (session_.audit().empty()) session_.audit_timers();
   if (std::exchange(is_compute_audited_, shows_compute() || is_compute_audited_) != is_compute_audited_)
-    session_.audit_compute();
+    session_.audit_compute_timers();
   const bool has_valid = std::ranges::any_of(session_.audit(), &TimerAudit::valid);
   timer_ = has_valid ? choose_timer(session_.audit()) : Timer::fenced_wall;
   times_ns_.clear();  // they may be another timer's

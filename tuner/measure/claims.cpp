@@ -281,9 +281,10 @@ std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOp
   std::vector<ClaimResult> results;
   const auto total = static_cast<double>(claims.size() * options.backends.size());
   for (const std::string& backend : options.backends) {
-    Session session(find_backend(backend), options.device, split, true, options.open);
-    session.set_timeout(kTimeout_s);
-    if (std::ranges::any_of(claims, has_compute_row)) session.audit_compute();
+    Session session(find_backend(backend), options.device, split,
+                    {.audits = audits_for(std::ranges::any_of(claims, has_compute_row)),
+                     .open = options.open,
+                     .timeout_s = kTimeout_s});
     session.calibrate(kBatch_ms, nullptr);
     const Bench bench{
         .session = session, .split = split, .progress = progress, .cooling_pause_s = options.cooling_pause_s};

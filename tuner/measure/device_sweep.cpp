@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <random>
 #include <string>
+#include <utility>
 
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/pictures.h"
@@ -33,33 +34,15 @@ void set_frame_time(Record& record, const SampleBook& book, const Calibration& c
 
 }  // namespace
 
-DeviceSweep::DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-                         const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, const RunClock& clock,
-                         Progress& progress)
-    : config_(config),
-      folder_(options.output),
-      split_(split),
+DeviceSweep::DeviceSweep(Session& session, const RunParts& parts, RecordBook& book, std::filesystem::path folder)
+    : config_(parts.config),
+      split_(parts.split),
       session_(session),
-      store_(store),
+      store_(parts.store),
       book_(book),
-      is_compiled_alone_(store.mark().death() || !store.earlier().failures.empty()),
-      samples_(store, SampleBook::Control{.id = control_case_id(session.device().backend),
-                                          .reference_ns = session.calibration().reference_ns}),
-      timing_({.session = session,
-               .book = samples_,
-               .measure = config.measure,
-               .split = split,
-               .mark = &store.mark(),
-               .slowdowns = &options.slowdowns,
-               .clock = clock,
-               .cooling_pause_s = options.cooling_pause_s,
-               .progress = &progress}),
-      preparer_({.session = session,
-                 .library = library,
-                 .cache = cache,
-                 .split = split,
-                 .timeout_s = config.measure.timeout_s,
-                 .flicker_frames = config.measure.flicker_frames}) {}
+      folder_(std::move(folder)),
+      is_compiled_alone_(store_.mark().death() || !store_.earlier().failures.empty()),
+      run_(session, parts) {}
 
 void DeviceSweep::run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress) {
   std::size_t done = 0;
@@ -73,7 +56,7 @@ void DeviceSweep::run(const std::vector<Block>& blocks, const std::function<void
 
 void DeviceSweep::draw_pictures(const std::set<const Record*>& pictured, const Plan& plan, Progress& progress) {
   write_pictures({.session = session_,
-                  .preparer = preparer_,
+                  .preparer = run_.preparer,
                   .split = split_,
                   .mark = store_.mark(),
                   .folder = folder_,
@@ -88,17 +71,17 @@ void DeviceSweep::run_block(const Block& block, const std::function<void(double)
   prepared.reserve(block.size());
   for (const Case* c : block) {
     const auto hold = store_.mark().hold(c->id());
-    prepared.push_back(preparer_.prepare(*c, scene_of(config_, *c)));
+    prepared.push_back(run_.preparer.prepare(*c, scene_of(config_, *c)));
     if (session_.is_lost(prepared.back().record.status)) reopen(prepared);
     on_progress(kPrepareShare * static_cast<double>(prepared.size()) / static_cast<double>(block.size()));
   }
-  const std::string held_back = draw_block(timing_, [&] {
+  const std::string held_back = draw_block(run_.timing, [&] {
     sample(prepared, [&](double fraction) { on_progress(kPrepareShare + (1 - kPrepareShare) * fraction); });
   });
   for (PreparedCase& one : prepared) {
     Record& record = one.record;
     if (record.status == Status::ok)
-      set_frame_time(record, samples_, session_.calibration(), config_.measure.samples, held_back);
+      set_frame_time(record, run_.samples, session_.calibration(), config_.measure.samples, held_back);
     book_.append(record);
   }
 }
@@ -115,7 +98,7 @@ void DeviceSweep::compile_ahead(const Block& block) {
   session_.pipelines().compile_ahead(wanted);
   if (!session_.backend().is_gone()) return;
   is_compiled_alone_ = true;
-  preparer_.release();
+  run_.preparer.release();
   session_.reopen();
 }
 
@@ -140,17 +123,17 @@ void DeviceSweep::sample(std::vector<PreparedCase>& block, const std::function<v
 
 void DeviceSweep::time_block(const std::vector<PreparedCase>& block, const std::function<void(double)>& on_progress) {
   const auto wants_more = [&](const Record& record) {
-    return static_cast<int>(samples_.samples(record.case_id).size()) < config_.measure.samples;
+    return static_cast<int>(run_.samples.samples(record.case_id).size()) < config_.measure.samples;
   };
   std::vector<TimedCase> cases;
   for (const PreparedCase& one : block)
     if (one.record.status == Status::ok && wants_more(one.record))
-      cases.push_back(warm_up(timing_, one.record, one.draws));
+      cases.push_back(warm_up(run_.timing, one.record, one.draws));
   std::mt19937_64 random(config_.seed ^ std::hash<std::string>{}(block.front().record.case_id));
   for (int round = 1; !cases.empty(); ++round) {
     std::vector<TimedCase> order = cases;
     std::shuffle(order.begin(), order.end(), random);
-    time(timing_, order);
+    time(run_.timing, order);
     std::erase_if(cases, [&](const TimedCase& one) { return !wants_more(*one.record); });
     on_progress(static_cast<double>(round) / config_.measure.samples);
   }
@@ -158,7 +141,7 @@ void DeviceSweep::time_block(const std::vector<PreparedCase>& block, const std::
 
 void DeviceSweep::reopen(std::vector<PreparedCase>& block) {
   for (PreparedCase& one : block) one.release();
-  preparer_.release();
+  run_.preparer.release();
   try {
     session_.reopen();
   } catch (const Error&) {  // all ends here; the next start draws last what brought this one to its end
@@ -172,7 +155,7 @@ void DeviceSweep::make_drawable(std::vector<PreparedCase>& block) {
   for (std::size_t i = 0; i < block.size();) {
     PreparedCase& one = block[i++];
     if (one.record.status != Status::ok || !one.draws.empty()) continue;
-    PreparedCase again = preparer_.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
+    PreparedCase again = run_.preparer.prepare_to_time(*one.spec, scene_of(config_, *one.spec));
     one.frame = std::move(again.frame);
     one.draws = std::move(again.draws);
     one.record.status = again.record.status;

@@ -4,15 +4,9 @@
 #include <set>
 #include <vector>
 
-#include "kernels/base/cache.h"
-#include "tuner/measure/prepare.h"
-#include "tuner/measure/progress.h"
+#include "tuner/measure/device_run.h"
 #include "tuner/measure/record_book.h"
-#include "tuner/measure/session.h"
-#include "tuner/measure/sweep.h"
-#include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
-#include "tuner/results/store.h"
 
 namespace reliefbench {
 
@@ -22,15 +16,14 @@ using Block = std::vector<const Case*>;
 /// One device's share of a sweep.
 class DeviceSweep {
  public:
-  DeviceSweep(const Config& config, const SweepOptions& options, Session& session, MapLibrary& library,
-              const Cache& cache, WallSplit& split, RunStore& store, RecordBook& book, const RunClock& clock,
-              Progress& progress);
+  /// folder: of the run
+  DeviceSweep(Session& session, const RunParts& parts, RecordBook& book, std::filesystem::path folder);
 
   /// blocks: of this device's cases that are to be drawn. on_progress: with the number of cases done so far
   void run(const std::vector<Block>& blocks, const std::function<void(double)>& on_progress);
   /// pictured: of all devices
   void draw_pictures(const std::set<const Record*>& pictured, const Plan& plan, Progress& progress);
-  [[nodiscard]] const Preparer& preparer() const { return preparer_; }
+  [[nodiscard]] const Preparer& preparer() const { return run_.preparer; }
 
  private:
   void run_block(const Block& block, const std::function<void(double)>& on_progress);
@@ -47,15 +40,13 @@ class DeviceSweep {
   void make_drawable(std::vector<PreparedCase>& block);
 
   const Config& config_;
-  const std::filesystem::path& folder_;
   WallSplit& split_;
   Session& session_;
   RunStore& store_;
   RecordBook& book_;
+  std::filesystem::path folder_;
   bool is_compiled_alone_;
-  SampleBook samples_;
-  Timing timing_;
-  Preparer preparer_;
+  DeviceRun run_;
 };
 
 }  // namespace reliefbench

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "kernels/base/clock.h"
@@ -133,6 +134,14 @@ Compiled& Pipelines::get(const PipelineSource& source) {
 void Pipelines::compile_ahead(std::span<const PipelineSource> wanted) {
   if (!backend_->device().compiles_in_parallel) return;
   split_.book(Part::compile, [&] {
+    // What fails comes again, in the case that asks for it.
+    const auto try_to = [](const auto& work) {
+      try {
+        work();
+      } catch (const Error&) {
+      } catch (const std::bad_alloc&) {
+      }
+    };
     struct Missing {
       const PipelineSource* source;
       Stages stages;
@@ -141,16 +150,13 @@ void Pipelines::compile_ahead(std::span<const PipelineSource> wanted) {
     std::map<std::string, Missing> missing;
     for (const PipelineSource& source : wanted)
       if (std::string key = source.key(); !pipelines_.contains(key) && !missing.contains(key))
-        missing.emplace(std::move(key), Missing{.source = &source, .stages = stages_of(source)});
+        try_to([&] { missing.emplace(std::move(key), Missing{.source = &source, .stages = stages_of(source)}); });
     std::vector<Missing*> in_turn;
     in_turn.reserve(missing.size());
     for (auto& [key, one] : missing) in_turn.push_back(&one);
     parallel_for(static_cast<int>(in_turn.size()), 0, [&](int index) {
       Missing& one = *in_turn[static_cast<std::size_t>(index)];
-      try {
-        one.compiled = compile(*one.source, one.stages);
-      } catch (const Error&) {  // it comes again, in the case that asks for it
-      }
+      try_to([&] { one.compiled = compile(*one.source, one.stages); });
     });
     for (auto& [key, one] : missing) {
       if (!one.compiled.pipeline) continue;

@@ -30,7 +30,10 @@ class SceneStudy {
         library_(cache_, split_),
         metric_(find_metric(file_.visible.metric)),
         progress_(options.quiet),
-        session_(find_backend(options.backend), options.device, split_, true, options.open),
+        session_(find_backend(options.backend), options.device, split_,
+                 {.audits = audits_for(is_by_compute(file_.setting)),
+                  .open = options.open,
+                  .timeout_s = file_.measure.timeout_s}),
         preparer_({.session = session_,
                    .library = library_,
                    .cache = cache_,
@@ -41,8 +44,6 @@ class SceneStudy {
     for (const SceneSpec& scene : file_.scenes)
       if (is_solid(scene.heightmap))
         fail_input("{}: light and depth of a solid, a heightmap of two heights a texel, are not traced", scene.id);
-    session_.set_timeout(file_.measure.timeout_s);
-    if (is_by_compute(file_.setting)) session_.audit_compute();
     session_.calibrate(file_.measure.batch_ms, nullptr);
     if (!has_default_frames(file_.scenes)) return;
     const DefaultFrame frame = default_frame({&session_.device(), 1});

@@ -32,18 +32,20 @@ constexpr double kRenderPatience = 10;         // times the limit
 
 std::unique_ptr<Backend> open_device(const BackendRow& row, int device_index) { return row.open(device_index, {}); }
 
-Session::Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed, OpenDevice open)
+Session::Session(const BackendRow& row, int device_index, WallSplit& split, SessionOptions options)
     : row_(row),
       device_index_(device_index),
-      open_(std::move(open)),
+      open_(std::move(options.open)),
       dialect_(row.dialect),
       split_(split),
+      render_limit_s_(std::max(options.timeout_s, kLeastRenderLimit_s)),
       backend_(opened()),
       pipelines_(row.dialect, split) {
   pipelines_.set_backend(*backend_);
   twice([&] {
     backend_->set_render_limit(kLeastRenderPatience_s);  // of the audits
-    if (is_timed) audit_now();
+    if (options.audits != Audits::none) audit_timers();
+    if (options.audits == Audits::of_dispatches) audit_compute_timers();
     simulate_filter({});
   });
   backend_->set_render_limit(render_limit_s_);
@@ -73,14 +75,13 @@ int batch_frames(double batch_ms, double frame_ns) {
   return static_cast<int>(std::clamp(std::ceil(batch_ms * 1e6 / std::max(frame_ns, 1.0)), 1.0, kMost));
 }
 
-void Session::audit_now() {
-  split_.book(Part::audit, [&] { audit_ = audit_timers(*backend_, dialect_); });
+void Session::audit_timers() {
+  split_.book(Part::audit, [&] { audit_ = reliefbench::audit_timers(*backend_, dialect_); });
 }
 
-void Session::audit_compute() {
-  twice([&] {
-    split_.book(Part::audit, [&] { audit_ = with_compute(audit_, audit_timers(*backend_, dialect_, true)); });
-  });
+void Session::audit_compute_timers() {
+  split_.book(Part::audit,
+              [&] { audit_ = with_compute(audit_, reliefbench::audit_timers(*backend_, dialect_, true)); });
 }
 
 void Session::simulate_filter(const SimulatedFilter& simulated) {
@@ -101,11 +102,6 @@ std::string Session::sampler_key(const Settings& settings) const {
   return fmt::format("{} {}", error.shift, error.value);
 }
 
-void Session::set_timeout(double timeout_s) {
-  render_limit_s_ = std::max(timeout_s, kLeastRenderLimit_s);
-  backend_->set_render_limit(render_limit_s_);
-}
-
 void Session::reopen() {
   const std::string name = device().name;
   control_draw_ = {};
@@ -120,7 +116,8 @@ void Session::reopen() {
     if (calibration_.frames > 0) make_control();
     backend_->set_render_limit(render_limit_s_);
   } catch (const Error& error) {
-    fail_environment("{}: {} was lost and does not work when it is opened again: {}", row_.id, name, error.what());
+    throw DeviceGone(
+        fmt::format("{}: {} was lost and does not work when it is opened again: {}", row_.id, name, error.what()));
   }
 }
 

@@ -36,27 +36,42 @@ using OpenDevice = std::function<std::unique_ptr<Backend>(const BackendRow&, int
 /// How many frames of a length make a batch of that length at least.
 [[nodiscard]] int batch_frames(double batch_ms, double frame_ns);
 
+/// Which timers a session audits when it is opened.
+enum class Audits {
+  none,  ///< nothing is going to be timed, or audit_timers() comes later
+  of_frames,
+  of_dispatches,  ///< by work of compute shaders, too
+};
+
+[[nodiscard]] inline Audits audits_for(bool has_compute) {
+  return has_compute ? Audits::of_dispatches : Audits::of_frames;
+}
+
+struct SessionOptions {
+  Audits audits = Audits::of_frames;
+  OpenDevice open = open_device;
+  /// A batch that does not end in that time ends its case (Backend::set_render_limit), though no limit is under a
+  /// second: a busy machine takes that long for anything.
+  double timeout_s = std::numeric_limits<double>::infinity();
+};
+
 /// One open device of a sweep: its audited timers and filter, its calibration, and its pipelines.
 class Session {
  public:
-  /// Opens, audits the filter, and the timers unless nothing will be timed.
+  /// Opens, and audits the filter and the timers.
   /// throws: Error(environment): no such device, or lost twice over its audits
-  Session(const BackendRow& row, int device_index, WallSplit& split, bool is_timed = true,
-          OpenDevice open = open_device);
+  Session(const BackendRow& row, int device_index, WallSplit& split, SessionOptions options = {});
 
-  /// Audits the timers, where the constructor was told that nothing will be timed.
-  void audit_now();
-  /// Audits them once more by work of compute shaders, which a timer may see otherwise: those that fail are not valid.
-  void audit_compute();
+  /// What the constructor left of the audits. throws: Error: the device's, which stays as it is
+  void audit_timers();
+  /// Once more by work of compute shaders, which a timer may see otherwise: those that fail are not valid.
+  void audit_compute_timers();
 
   /// Opens the device again after it was lost, and draws the control case on it. Whatever was made on the lost one must
   /// be gone before; pipelines are compiled anew when they are asked for. Calibration and audit stay.
-  /// throws: Error(environment): it cannot be opened, or does not draw
+  /// throws: DeviceGone: it cannot be opened, or does not draw; nothing but destruction is left for the session then
   void reopen();
 
-  /// A batch that does not end in that time ends its case (Backend::set_render_limit), though no limit is under a
-  /// second: a busy machine takes that long for anything.
-  void set_timeout(double timeout_s);
   /// Whether the device is to be opened again before anything else is drawn.
   [[nodiscard]] bool is_lost(Status status) const { return status == Status::device_lost || backend_->is_gone(); }
   [[nodiscard]] bool is_lost(Fault fault) const { return needs_reopening(fault) || backend_->is_gone(); }
@@ -115,7 +130,7 @@ class Session {
   OpenDevice open_;
   Dialect dialect_;
   WallSplit& split_;
-  double render_limit_s_ = std::numeric_limits<double>::infinity();
+  double render_limit_s_;
   std::unique_ptr<Backend> backend_;  // outlives what it made
   std::vector<TimerAudit> audit_;
   SimulatedFilter simulated_;

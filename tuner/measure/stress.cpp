@@ -65,9 +65,8 @@ class StressRun {
     Settings settings;
   };
   struct Device {
-    Device(const BackendRow& row, int index, const OpenDevice& open) : session(row, index, split, false, open) {
-      session.set_timeout(kFrameTimeout_s);
-    }
+    Device(const BackendRow& row, int index, const OpenDevice& open)
+        : session(row, index, split, {.audits = Audits::none, .open = open, .timeout_s = kFrameTimeout_s}) {}
     WallSplit split;
     Session session;
     const Extreme* extreme = nullptr;  // that `scene` is of

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "backends/worker/remote.h"
-#include "kernels/base/clock.h"
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/measure/device_sweep.h"
@@ -84,28 +83,12 @@ void check_complete(const Run& run, const Plan& plan) {
 
 /// One of each backend.
 Sessions open_sessions(const Config& config, const SweepOptions& options, const Plan& plan, WallSplit& split) {
+  const SessionOptions asked{
+      .audits = audits_for(has_compute(plan.cases)), .open = options.open, .timeout_s = config.measure.timeout_s};
   Sessions sessions;
-  for (const std::string& id : options.backends) {
-    sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, true, options.open));
-    sessions.back()->set_timeout(config.measure.timeout_s);
-    if (has_compute(plan.cases)) sessions.back()->audit_compute();
-  }
+  for (const std::string& id : options.backends)
+    sessions.push_back(std::make_unique<Session>(find_backend(id), options.device, split, asked));
   return sessions;
-}
-
-/// info: run.json of an earlier start. returns: the devices for that of this one
-std::vector<nlohmann::json> calibrate(const Sessions& sessions, const Config& config, const nlohmann::json& info,
-                                      WallSplit& split) {
-  std::vector<nlohmann::json> devices;
-  for (const auto& session : sessions) {
-    const std::optional<Calibration> known = known_calibration(info, session->device());
-    split.book(Part::audit, [&] {
-      session->calibrate(config.measure.batch_ms, known ? &*known : nullptr);
-      session->measure_fills(config.scenes);
-    });
-    devices.push_back(device_json(*session));
-  }
-  return devices;
 }
 
 /// What has become of the cases of a run that is complete.
@@ -163,9 +146,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   const Run& earlier = store.earlier();
   const std::vector<MeasuredScene> scenes = joined_scenes(earlier.scenes, measured, options.output.string());
   make_images_folder(options.output);
-  const nlohmann::json info = earlier.info.is_null() ? nlohmann::json::object() : earlier.info;
-  const double started_ns = info.value("started_unix_ns", unix_ns());
-  const RunClock clock(goes_on_at_ns(earlier, unix_ns() - started_ns));
+  const RunStart start(earlier);
   RecordBook book(store, options.retry_failed);
   for (const auto& session : sessions) book.enter_death(plan.cases, scenes, session->device());
   SweepSummary summary{.folder = options.output, .cases = static_cast<int>(plan.cases.size())};
@@ -174,17 +155,30 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   if (summary.resumed > 0)
     progress.note(fmt::format("resuming: {} of {} cases are done", summary.resumed, plan.cases.size()));
 
-  std::vector<nlohmann::json> devices = calibrate(sessions, config, info, split);
+  std::vector<nlohmann::json> devices;
+  for (const auto& session : sessions) {
+    calibrate(*session, config, earlier, split);
+    devices.push_back(device_json(*session));
+  }
   summary.notes = std::move(notes);
   std::ranges::move(small_frame_notes({{"devices", devices}}), std::back_inserter(summary.notes));
-  store.write_info(run_info(config, devices, scenes, summary, started_ns, false));
+  store.write_info(run_info(config, devices, scenes, summary, start.unix_ns, false));
 
+  const RunParts parts{.config = config,
+                       .library = library,
+                       .cache = cache,
+                       .split = split,
+                       .store = store,
+                       .start = start,
+                       .progress = progress,
+                       .cooling_pause_s = options.cooling_pause_s,
+                       .slowdowns = &options.slowdowns};
   double done_before = summary.resumed;
   for (const auto& session : sessions) {
     const std::vector<Block> blocks = blocks_of(plan, session->device().backend, book, config.measure.block_cases);
     std::size_t pending = 0;
     for (const Block& block : blocks) pending += block.size();
-    DeviceSweep sweep(config, options, *session, library, cache, split, store, book, clock, progress);
+    DeviceSweep sweep(*session, parts, book, options.output);
     sweep.run(blocks, [&](double done) {
       progress.update((done_before + done) / static_cast<double>(plan.cases.size()),
                       fmt::format("{} cases on {}", pending, session->device().name));
@@ -208,7 +202,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   count_cases(summary, run, book);
   set_costs(summary, library, split);
   set_states(devices, run.blocks);
-  store.write_info(run_info(config, devices, scenes, summary, started_ns, true));
+  store.write_info(run_info(config, devices, scenes, summary, start.unix_ns, true));
   return summary;
 }
 

@@ -10,11 +10,11 @@ namespace reliefbench {
 
 Viewer::Viewer(const BackendRow& row, int device, SceneSpec scene, Heightmaps heightmaps, OpenDevice open)
     : scene_(std::move(scene)),
-      session_(row, device, split_, false, std::move(open)),
+      session_(row, device, split_,
+               {.audits = Audits::none, .open = std::move(open), .timeout_s = MeasureSpec{}.timeout_s}),
       library_(cache_, split_, std::move(heightmaps)),
       heights_(library_.heights(scene_)),
       tracer_(heights_, scene_.scene.wrap) {
-  session_.set_timeout(MeasureSpec{}.timeout_s);
   uploaded_ = upload(session_.backend(), scene_.scene, heights_);
 }
 

@@ -84,6 +84,8 @@ bool ErrorPass::score(std::size_t setting) {
     result.scored = Scored::yes;
   } catch (const FileError&) {  // a full disk ends the run: it says nothing about the setting
     throw;
+  } catch (const DeviceGone&) {  // likewise
+    throw;
   } catch (const Error& error) {
     result = {.scored = Scored::failed, .failure = error.what()};
   }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <exception>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -50,27 +49,17 @@ class DeviceSource final : public TuneSource {
     for (const std::string& reading : run_.library().readings()) progress.note("read " + reading);
     if (!run_.frame_choice().empty()) progress.note(run_.frame_choice());
     const bool pictures = compares_pictures(asked(), config_.front_error);
-    // A device that is lost is opened again; where that fails, all ends.
-    std::exception_ptr end;
     const auto judge = [&](std::size_t setting, std::size_t scene) {
-      std::string reason;
       try {
         return run_.score(case_of(scene, setting), config_.scenes[scene], pictures);
       } catch (const Error& error) {
-        if (!run_.is_lost(error.fault()) || end) throw;
-        reason = error.what();
+        if (run_.is_lost(error.fault())) run_.reopen();
+        throw;
       }
-      try {
-        run_.reopen();
-      } catch (const Error&) {
-        end = std::current_exception();
-      }
-      fail_device(Fault::device_lost, "{}", reason);
     };
     const double begun_s = clock_.elapsed_s();  // the audit has had its time by then
     const double until_s = begun_s + kMostOfErrorPass * (clock_.limit_s() - begun_s);
     const auto should_stop = [&, until_s](std::size_t done) {
-      if (end) return true;
       progress.update(static_cast<double>(done) / static_cast<double>(settings_.size()),
                       fmt::format("errors of {} settings", settings_.size()));
       return clock_.is_over(until_s);
@@ -93,7 +82,6 @@ class DeviceSource final : public TuneSource {
       pass.score_rest();
     scores_ = pass.take();
     progress.finish();
-    if (end) std::rethrow_exception(end);
     counts_.settings = static_cast<int>(settings_.size());
     counts_.conflicts = static_cast<int>(run_.conflicts());
     for (const SettingScore& score : scores_) {

@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/frame_size.h"
@@ -57,9 +56,10 @@ TuneRun::TuneRun(Config config, const TuneOptions& options)
       holdout_(named_holdout(library_.measured(options.holdout), tuned_, {})) {
   for (const Case& c : plan_.cases)
     if (c.scene_id == config_.scenes.front().id) settings_.push_back(c.settings);
-  session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_, true, options.open);
-  session_->set_timeout(config_.measure.timeout_s);
-  if (has_compute(plan_.cases)) session_->audit_compute();
+  session_ = std::make_unique<Session>(find_backend(options.backend), options.device, split_,
+                                       SessionOptions{.audits = audits_for(has_compute(plan_.cases)),
+                                                      .open = options.open,
+                                                      .timeout_s = config_.measure.timeout_s});
   set_frames();
   store_ = std::make_unique<RunStore>(options.output, identity_of(config_, options, *session_));
   holdout_ = named_holdout(holdout_, tuned_, store_->earlier().scenes);
@@ -69,32 +69,18 @@ TuneRun::TuneRun(Config config, const TuneOptions& options)
   records_ = std::make_unique<RecordBook>(*store_, options.retry_failed);
   records_->enter_death(all_cases(), scenes_, session_->device());
   const nlohmann::json& info = store_->earlier().info;
-  started_ns_ = info.is_object() ? info.value("started_unix_ns", unix_ns()) : unix_ns();
-  const std::optional<Calibration> known =
-      info.is_object() ? known_calibration(info, session_->device()) : std::nullopt;
-  split_.book(Part::audit, [&] {
-    session_->calibrate(config_.measure.batch_ms, known ? &*known : nullptr);
-    session_->measure_fills(config_.scenes);
-  });
   if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
+  start_.emplace(store_->earlier());
+  calibrate(*session_, config_, store_->earlier(), split_);
   write_info(false);
-  preparer_ = std::make_unique<Preparer>(Preparer::Context{.session = *session_,
-                                                           .library = library_,
-                                                           .cache = cache_,
-                                                           .split = split_,
-                                                           .timeout_s = config_.measure.timeout_s,
-                                                           .flicker_frames = config_.measure.flicker_frames});
-  book_ =
-      std::make_unique<SampleBook>(*store_, SampleBook::Control{.id = control_case_id(options.backend),
-                                                                .reference_ns = session_->calibration().reference_ns});
-  timing_.emplace(Timing{.session = *session_,
-                         .book = *book_,
-                         .measure = config_.measure,
-                         .split = split_,
-                         .mark = &store_->mark(),
-                         .clock = RunClock(goes_on_at_ns(store_->earlier(), unix_ns() - started_ns_)),
-                         .cooling_pause_s = options.cooling_pause_s,
-                         .progress = &progress_});
+  run_ = std::make_unique<DeviceRun>(*session_, RunParts{.config = config_,
+                                                         .library = library_,
+                                                         .cache = cache_,
+                                                         .split = split_,
+                                                         .store = *store_,
+                                                         .start = *start_,
+                                                         .progress = progress_,
+                                                         .cooling_pause_s = options.cooling_pause_s});
 }
 
 void TuneRun::set_frames() {
@@ -134,13 +120,13 @@ FrameScore TuneRun::score(const Case& c, const SceneSpec& scene, bool with_pictu
   const auto hold = store_->mark().hold(id);
   if (!with_pictures) {
     try {
-      return preparer_->score(c, scene);
+      return run_->preparer.score(c, scene);
     } catch (const Error&) {
       keep_failure(c, scene);
       throw;
     }
   }
-  const Record record = preparer_->prepare(c, scene).record;
+  const Record record = run_->preparer.prepare(c, scene).record;
   if (record.status == Status::ok) return *record.error;
   if (may_pass(record.status)) records_->append(record);
   fail_device(session_->is_lost(record.status) ? Fault::device_lost : Fault::other, "{}", record.reason);
@@ -153,14 +139,14 @@ void TuneRun::keep_failure(const Case& c, const SceneSpec& scene) {
 }
 
 void TuneRun::draw(std::span<const Wanted> round) {
-  for (;;) {
+  for (int lost_by_control = 0;;) {
     try {
       draw_once(round);
       return;
     } catch (const CaseFailed&) {
       throw;
     } catch (const Error& error) {
-      if (!session_->helps_reopening(error.fault()) || ++lost_by_control_ > kMostLostByControl) throw;
+      if (!session_->helps_reopening(error.fault()) || ++lost_by_control > kMostLostByControl) throw;
       reopen();
     }
   }
@@ -171,7 +157,7 @@ void TuneRun::draw_once(std::span<const Wanted> round) {
   cases.reserve(round.size());
   for (const Wanted& wanted : round) cases.push_back(ready(wanted));
   const std::string held_back = draw_block(
-      *timing_, [&] { time(*timing_, cases); }, std::numeric_limits<double>::infinity());
+      run_->timing, [&] { time(run_->timing, cases); }, std::numeric_limits<double>::infinity());
   if (!held_back.empty())
     fail_environment("{} is held back: {}; what was timed before is kept, and the same command goes on with it",
                      device().name, held_back);
@@ -183,25 +169,25 @@ const TimedCase& TuneRun::ready(const Wanted& wanted) {
   auto fresh = std::make_unique<Ready>(Ready{.spec = wanted.spec, .prepared = {}, .timed = {}});
   {
     const auto hold = store_->mark().hold(id);
-    fresh->prepared = preparer_->prepare_to_time(fresh->spec, *wanted.scene);
+    fresh->prepared = run_->preparer.prepare_to_time(fresh->spec, *wanted.scene);
   }
   if (fresh->prepared.record.status != Status::ok) throw CaseFailed(fresh->prepared.record);
-  fresh->timed = warm_up(*timing_, fresh->prepared.record, fresh->prepared.draws);
+  fresh->timed = warm_up(run_->timing, fresh->prepared.record, fresh->prepared.draws);
   return ready_.emplace(id, std::move(fresh)).first->second->timed;
 }
 
 const Record& TuneRun::whole_record(const Case& c, const SceneSpec& scene) {
   const std::string id = c.id();
-  const std::vector<Sample>& samples = book_->samples(id);
+  const std::vector<Sample>& samples = run_->samples.samples(id);
   const Record* const known = records_->find(id);
   if (known != nullptr && known->status == Status::ok &&
       known->frame_time->summary.n == static_cast<int>(samples.size()))
     return *known;
   const auto hold = store_->mark().hold(id);
-  Record record = preparer_->prepare(c, scene).record;
+  Record record = run_->preparer.prepare(c, scene).record;
   if (session_->is_lost(record.status)) reopen();
   if (record.status == Status::ok)
-    record.frame_time = frame_time(samples, book_->control_samples(), session_->calibration().reference_ns,
+    record.frame_time = frame_time(samples, run_->samples.control_samples(), session_->calibration().reference_ns,
                                    timer_id(session_->calibration().timer));
   return keep(record);
 }
@@ -222,7 +208,7 @@ void TuneRun::take_failure(const CaseFailed& failed) {
 
 void TuneRun::reopen() {
   ready_.clear();
-  preparer_->release();
+  run_->preparer.release();
   session_->reopen();
 }
 
@@ -232,7 +218,7 @@ void TuneRun::write_pictures(const Run& run) {
   for (const MeasuredScene& scene : holdout_) scenes.push_back(scene.spec);
   const std::set<const Record*> pictured = pictured_records(run.records, config_, Pictured::shown);
   reliefbench::write_pictures({.session = *session_,
-                               .preparer = *preparer_,
+                               .preparer = run_->preparer,
                                .split = split_,
                                .mark = store_->mark(),
                                .folder = options_.output,
@@ -247,7 +233,7 @@ void TuneRun::write_info(bool finished) {
   summary.shaders = session_->pipelines().count_compiled();
   std::vector<nlohmann::json> devices = {device_json(*session_)};
   if (finished) set_states(devices, load_run(options_.output).blocks);
-  nlohmann::json info = run_info(config_, devices, scenes_, summary, started_ns_, finished);
+  nlohmann::json info = run_info(config_, devices, scenes_, summary, start_->unix_ns, finished);
   if (is_bisected_) info[kBisectedKey] = *is_bisected_;
   store_->write_info(info);
 }

@@ -7,10 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "tuner/measure/prepare.h"
-#include "tuner/measure/progress.h"
+#include "tuner/measure/device_run.h"
 #include "tuner/measure/record_book.h"
-#include "tuner/measure/timing.h"
 #include "tuner/plan/plan.h"
 #include "tuner/results/coarse_filter.h"
 #include "tuner/tune/tune.h"
@@ -34,7 +32,7 @@ class TuneRun {
   [[nodiscard]] CoarseFilter filter() const;
   [[nodiscard]] std::vector<std::string> frame_notes() const;
   [[nodiscard]] MapLibrary& library() { return library_; }
-  [[nodiscard]] const SampleBook& book() const { return *book_; }
+  [[nodiscard]] const SampleBook& book() const { return run_->samples; }
   [[nodiscard]] Progress& progress() { return progress_; }
 
   /// Of a case's score frame; with_pictures: of all its frames. throws: Error: it cannot be drawn
@@ -98,12 +96,9 @@ class TuneRun {
   std::unique_ptr<Session> session_;
   std::unique_ptr<RunStore> store_;
   std::unique_ptr<RecordBook> records_;
-  std::unique_ptr<Preparer> preparer_;
-  std::unique_ptr<SampleBook> book_;
-  std::optional<Timing> timing_;
+  std::optional<RunStart> start_;
+  std::unique_ptr<DeviceRun> run_;
   std::map<std::string, std::unique_ptr<Ready>> ready_;  // by case id
-  int lost_by_control_ = 0;
-  double started_ns_ = 0;
   std::optional<bool> is_bisected_;
 };
 
