@@ -120,5 +120,18 @@ TEST(HistorySchemaServerTest, hides_the_password_and_names_the_host) {
     EXPECT_THAT(history_error(url, kRead, Exit::bad_input), ::testing::Not(HasSubstr("ret@")));
 }
 
+TEST(HistorySchemaServerTest, hides_every_password_of_a_query) {
+  const auto shown = [](const std::string& query) {
+    const std::string text = history_error("postgresql://nowhere.invalid/x?" + query, kRead, Exit::environment);
+    return text.substr(0, text.find(": "));
+  };
+  for (const auto& [query, told] : {std::pair("sslpassword=a1&password=b2", "sslpassword=***&password=***"),
+                                    std::pair("password=a1&sslpassword=b2&c=d", "password=***&sslpassword=***&c=d"),
+                                    std::pair("a&password=b2", "a&password=***"),
+                                    std::pair("pass%77ord=b2&c=password", "pass%77ord=***&c=password"),
+                                    std::pair("password", "password"), std::pair("password=&a=b", "password=***&a=b")})
+    EXPECT_EQ(shown(query), fmt::format("postgresql://nowhere.invalid/x?{}", told));
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -25,7 +25,10 @@ bool is_server_url(std::string_view name) {
   return name.starts_with("postgresql://") || name.starts_with("postgres://");
 }
 
-/// The URL with stars for its password.
+/// Whether the value of a URL's key is a secret: libpq has `password` and `sslpassword`, and decodes a key's %70.
+bool is_secret(std::string_view key) { return key.ends_with("password") || key.find('%') != std::string_view::npos; }
+
+/// The URL with stars for its passwords.
 /// throws: Error(bad_input) where it is not certain which part is the password
 std::string without_password(const std::string& url) {
   const std::size_t begin = url.find("://") + 3;
@@ -34,9 +37,12 @@ std::string without_password(const std::string& url) {
   const std::size_t at = url.find('@', begin);
   if (at != url.rfind('@') || (at != std::string::npos && at > end))
     fail_input("the URL of the database has an '@' that does not end its password: write @ as %40, / as %2F, ? as %3F");
-  const std::size_t query = url.find('?', end);
-  const std::size_t key = query == std::string::npos ? query : url.find("password=", query);
-  if (key != std::string::npos) shown.replace(key + 9, url.find('&', key) - key - 9, "***");
+  for (std::size_t key = url.find('?', end); key != std::string::npos; key = shown.find('&', key + 1)) {
+    const std::size_t equals = shown.find('=', key);
+    if (equals == std::string::npos) break;
+    if (is_secret(std::string_view(shown).substr(key + 1, equals - key - 1)))
+      shown.replace(equals + 1, shown.find('&', equals) - equals - 1, "***");
+  }
   const std::size_t colon = at == std::string::npos ? at : url.find(':', begin);
   if (colon < at) shown.replace(colon + 1, at - colon - 1, "***");
   return shown;
