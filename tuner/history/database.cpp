@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <soci/sqlite3/soci-sqlite3.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
@@ -25,12 +27,27 @@ bool is_server_url(std::string_view name) {
   return name.starts_with("postgresql://") || name.starts_with("postgres://");
 }
 
-/// Whether the value of a URL's key is a secret: libpq has `password` and `sslpassword`, and decodes a key's %70.
-bool is_secret(std::string_view key) { return key.ends_with("password") || key.find('%') != std::string_view::npos; }
+/// Whether the value of a URL's key is a secret: libpq has `password` and `sslpassword`, decodes a key's %70 and
+/// refuses capitals, but what stands behind them is as secret.
+bool is_secret(std::string key) {
+  std::ranges::transform(key, key.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return key.ends_with("password") || key.find('%') != std::string::npos;
+}
+
+/// throws: Error(bad_input): a '%' that encodes no character, of which libpq would tell with the text round it
+void check_percent_signs(std::string_view url) {
+  const auto is_digit = [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t at = url.find('%'); at != std::string_view::npos; at = url.find('%', at + 1)) {
+    const std::string_view code = url.substr(at + 1, 2);
+    if (code.size() < 2 || !std::ranges::all_of(code, is_digit) || code == "00")
+      fail_input("the URL of the database has a '%' that encodes no character: write it as %25");
+  }
+}
 
 /// The URL with stars for its passwords.
-/// throws: Error(bad_input) where it is not certain which part is the password
+/// throws: Error(bad_input) where it is not certain which part is the password, or that libpq would not tell it
 std::string without_password(const std::string& url) {
+  check_percent_signs(url);
   const std::size_t begin = url.find("://") + 3;
   const std::size_t end = std::min(url.find_first_of("/?", begin), url.size());
   std::string shown = url;
@@ -40,7 +57,7 @@ std::string without_password(const std::string& url) {
   for (std::size_t key = url.find('?', end); key != std::string::npos; key = shown.find('&', key + 1)) {
     const std::size_t equals = shown.find('=', key);
     if (equals == std::string::npos) break;
-    if (is_secret(std::string_view(shown).substr(key + 1, equals - key - 1)))
+    if (is_secret(shown.substr(key + 1, equals - key - 1)))
       shown.replace(equals + 1, shown.find('&', equals) - equals - 1, "***");
   }
   const std::size_t colon = at == std::string::npos ? at : url.find(':', begin);
@@ -163,8 +180,10 @@ void Database::begin_writing() {
 void Database::begin_reading() { sql_ << (is_server_ ? "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY" : "BEGIN"); }
 
 void Database::fail(const soci::soci_error& error) {
-  const std::string words = words_of(error);
+  std::string words = words_of(error);
   if (is_server_) {
+    // libpq tells some faults of a URL with the whole of it.
+    if (const std::size_t at = words.find(name_); at != std::string::npos) words.replace(at, name_.size(), shown_);
     if (words.find("shared library") != std::string::npos)
       fail_environment("{}: SOCI's part for PostgreSQL is not installed: Debian's package libsoci-postgresql4.0",
                        shown_);
