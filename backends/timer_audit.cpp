@@ -144,8 +144,8 @@ struct Audited {
 };
 
 /// Adds an attempt's rounds to those of each timer, and judges it anew.
-void attempt(const Load& load, const std::array<const Pipeline*, 2>& single_and_twice, int frames,
-             const std::vector<Audited*>& timers) {
+void add_attempt(const Load& load, const std::array<const Pipeline*, 2>& single_and_twice, int frames,
+                 const std::vector<Audited*>& timers) {
   for (std::size_t round = 0; round < kRounds; ++round) {
     for (Audited* one : timers) {
       const BatchTime single = load.time(*single_and_twice[0], frames, one->timer);
@@ -191,7 +191,7 @@ std::vector<TimerAudit> audit_timers(Backend& backend, Dialect dialect, bool by_
     for (Audited& one : timers)
       if (all || is_wanted(one)) wanted.push_back(&one);
     if (wanted.empty()) break;
-    attempt(load, {single.get(), twice.get()}, work.frames, wanted);
+    add_attempt(load, {single.get(), twice.get()}, work.frames, wanted);
   }
   std::vector<TimerAudit> audits;
   audits.reserve(timers.size());

@@ -59,47 +59,37 @@ class DeviceFault : public ::testing::Test {
   OwnCache cache_{folder_ / "cache"};
 };
 
-TEST_F(DeviceFault, a_lost_device_is_opened_again_and_only_the_case_that_lost_it_fails) {
+TEST_F(DeviceFault, a_device_that_is_lost_or_hangs_is_opened_again_and_only_the_case_of_it_fails) {
   FaultyDevices counted;
   const Statuses whole = sweep("whole", counted);
   ASSERT_EQ(whole.size(), 1U);
   const int cases = whole.at("ok");
-  int with_a_case = 0;
-  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 9) {
-    SCOPED_TRACE(nth);
-    const std::string name = "lost" + std::to_string(nth);
-    FaultyDevices devices;
-    devices.fail(FaultyDevices::draw, nth, Fault::device_lost);
-    Statuses statuses = sweep(name, devices);
-    EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
-    // Where it was the control case that lost it, no case fails.
-    EXPECT_LE(statuses["device_lost"], 1);
-    EXPECT_EQ(statuses["ok"] + statuses["device_lost"], cases);
-    with_a_case += statuses["device_lost"];
-    for (const auto& [id, error] : errors(name)) EXPECT_EQ(error, errors("whole").at(id)) << id;
+  const std::map<std::string, double> whole_errors = errors("whole");
+  struct Row {
+    Fault fault;
+    std::string status;
+    int step;
+  };
+  for (const Row& row : {Row{Fault::device_lost, "device_lost", 9}, Row{Fault::timeout, "timeout", 11}}) {
+    int with_a_case = 0;
+    for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += row.step) {
+      const std::string name = row.status + std::to_string(nth);
+      SCOPED_TRACE(name);
+      FaultyDevices devices;
+      devices.fail(FaultyDevices::draw, nth, row.fault);
+      Statuses statuses = sweep(name, devices);
+      EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
+      // Where it was a frame of the control case, no case fails.
+      EXPECT_LE(statuses[row.status], 1);
+      EXPECT_EQ(statuses["ok"] + statuses[row.status], cases);
+      with_a_case += statuses[row.status];
+      for (const auto& [id, error] : errors(name)) EXPECT_EQ(error, whole_errors.at(id)) << id;
 
-    EXPECT_EQ(sweep(name), whole);  // the same command tries it again
-    EXPECT_EQ(errors(name), errors("whole"));
+      EXPECT_EQ(sweep(name), whole);  // the same command tries it again
+      EXPECT_EQ(errors(name), whole_errors);
+    }
+    EXPECT_GT(with_a_case, 3) << row.status;
   }
-  EXPECT_GT(with_a_case, 3);
-}
-
-TEST_F(DeviceFault, a_frame_that_does_not_end_costs_its_case_alone) {
-  FaultyDevices counted;
-  const Statuses whole = sweep("whole", counted);
-  int with_a_case = 0;
-  for (int nth = calls_before_cases(FaultyDevices::draw); nth < counted.calls(FaultyDevices::draw); nth += 11) {
-    SCOPED_TRACE(nth);
-    const std::string name = "hung" + std::to_string(nth);
-    FaultyDevices devices;
-    devices.fail(FaultyDevices::draw, nth, Fault::timeout);
-    Statuses statuses = sweep(name, devices);
-    EXPECT_EQ(devices.calls(FaultyDevices::open), 2);
-    EXPECT_EQ(statuses["ok"] + statuses["timeout"], whole.at("ok"));
-    with_a_case += statuses["timeout"];
-    EXPECT_EQ(sweep(name), whole);  // the same command tries it again
-  }
-  EXPECT_GT(with_a_case, 3);
 }
 
 TEST_F(DeviceFault, every_upload_and_compilation_may_lose_the_device) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "tests/forwarding_backend.h"
 #include "tuner/measure/session.h"
 
 namespace reliefbench {
@@ -37,40 +38,33 @@ class FaultyDevices {
   }
 
  private:
-  class Device final : public Backend {
+  class Device final : public ForwardingBackend {
    public:
     Device(FaultyDevices& devices, std::unique_ptr<Backend> inner)
-        : devices_(devices), inner_(std::move(inner)), info_(inner_->device()) {
+        : ForwardingBackend(std::move(inner)), devices_(devices) {
       info_.software &= !devices.is_hardware_;
       set_state_source([this] {
         const int nth = devices_.states_told_++;
         return devices_.state_of_ ? devices_.state_of_(nth) : inner_->state();
       });
     }
-    const DeviceInfo& device() const override { return info_; }
     std::unique_ptr<Texture> upload(const TextureDesc& desc) override {
       enter(FaultyDevices::upload);
-      return inner_->upload(desc);
+      return ForwardingBackend::upload(desc);
     }
     std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
       enter(FaultyDevices::compile);
       if (desc.label == "load" && desc.target.by_compute) devices_.had_compute_audit_ = true;
-      return inner_->compile(desc);
+      return ForwardingBackend::compile(desc);
     }
     BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
       const int nth = devices_.calls(draw);
       const bool is_timed = enter(draw) != Fault::invalid_timer;
-      BatchTime time = inner_->render(frame, frames, timer);
+      BatchTime time = ForwardingBackend::render(frame, frames, timer);
       if (!is_timed) time.wall_ns = 0;
       if (nth >= devices_.slow_from_ && nth < devices_.slow_to_) time.wall_ns *= devices_.factor_;
       return time;
     }
-    std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
-    std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
-      return inner_->compile_compute(desc);
-    }
-    ComputeResult compute(const ComputeJob& job) override { return inner_->compute(job); }
-    std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
 
    private:
     Fault enter(Call call) {
@@ -85,8 +79,6 @@ class FaultyDevices {
     }
 
     FaultyDevices& devices_;
-    std::unique_ptr<Backend> inner_;
-    DeviceInfo info_;
     bool is_lost_ = false;
   };
 

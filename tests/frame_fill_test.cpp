@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "kernels/base/error.h"
+#include "tests/forwarding_backend.h"
 #include "tests/temp_folder.h"
 #include "tuner/measure/session.h"
 #include "tuner/measure/sweep.h"
@@ -24,28 +25,19 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 /// Hardware as the null device draws, and beside that a fixed time for each frame.
-class SlowToStart final : public Backend {
+class SlowToStart final : public ForwardingBackend {
  public:
   SlowToStart(std::unique_ptr<Backend> inner, double frame_ns, bool is_software)
-      : inner_(std::move(inner)), info_(inner_->device()), frame_ns_(frame_ns) {
+      : ForwardingBackend(std::move(inner)), frame_ns_(frame_ns) {
     info_.software = is_software;
   }
-  const DeviceInfo& device() const override { return info_; }
-  std::unique_ptr<Texture> upload(const TextureDesc& desc) override { return inner_->upload(desc); }
-  std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override { return inner_->compile(desc); }
   BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
-    BatchTime time = inner_->render(frame, frames, timer);
+    BatchTime time = ForwardingBackend::render(frame, frames, timer);
     time.wall_ns += frames * frame_ns_;
     return time;
   }
-  std::span<const std::uint8_t> read(std::string_view attachment) override { return inner_->read(attachment); }
-  std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override { return inner_->compile_compute(desc); }
-  ComputeResult compute(const ComputeJob& job) override { return inner_->compute(job); }
-  std::vector<std::string> debug_messages() const override { return inner_->debug_messages(); }
 
  private:
-  std::unique_ptr<Backend> inner_;
-  DeviceInfo info_;
   double frame_ns_;
 };
 

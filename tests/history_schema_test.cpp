@@ -120,5 +120,28 @@ TEST(HistorySchemaServerTest, hides_the_password_and_names_the_host) {
     EXPECT_THAT(history_error(url, kRead, Exit::bad_input), ::testing::Not(HasSubstr("ret@")));
 }
 
+TEST(HistorySchemaServerTest, hides_every_password_of_a_query) {
+  const auto shown = [](const std::string& query) {
+    const std::string text = history_error("postgresql://nowhere.invalid/x?" + query, kRead, Exit::environment);
+    return text.substr(0, text.find(": "));
+  };
+  for (const auto& [query, told] :
+       {std::pair("sslpassword=a1&password=b2", "sslpassword=***&password=***"),
+        std::pair("password=a1&sslpassword=b2&c=d", "password=***&sslpassword=***&c=d"),
+        std::pair("a&password=b2", "a&password=***"),
+        std::pair("pass%77ord=b2&c=password", "pass%77ord=***&c=password"), std::pair("PASSWORD=b2", "PASSWORD=***"),
+        std::pair("password", "password"), std::pair("password=&a=b", "password=***&a=b")})
+    EXPECT_EQ(shown(query), fmt::format("postgresql://nowhere.invalid/x?{}", told));
+}
+
+TEST(HistorySchemaServerTest, no_fault_of_a_url_tells_its_password) {
+  for (const std::string url : {"postgresql://me:secr%et@host/x", "postgresql://me:secret%@host/x",
+                                "postgresql://me:secret%00@host/x", "postgresql://host/x?password=secret%2"})
+    EXPECT_THAT(history_error(url, kRead, Exit::bad_input),
+                ::testing::AllOf(HasSubstr("%25"), ::testing::Not(HasSubstr("secr"))));
+  EXPECT_THAT(history_error("postgresql://me:secret@[::1/x", kRead, Exit::environment),
+              ::testing::AllOf(HasSubstr("me:***@[::1"), ::testing::Not(HasSubstr("secret"))));
+}
+
 }  // namespace
 }  // namespace reliefbench

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "kernels/base/rounding.h"
+
 namespace reliefbench {
 namespace {
 
@@ -22,7 +24,7 @@ constexpr std::int64_t kDay_s = 86400;
 
 std::string utc(std::int64_t unix_s) { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(unix_s)); }
 std::string hex(std::uint64_t number, int digits) { return fmt::format("{:016x}", number).substr(0, digits); }
-double five_digits(double value) { return std::stod(fmt::format("{:.5g}", value)); }
+double five_digits(double value) { return rounded_to_digits(value, 5); }
 
 struct Traits {
   std::string technique, map, format, scene, backend;

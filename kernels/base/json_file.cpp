@@ -28,9 +28,13 @@ std::size_t depth_of(std::string_view json_text) {
 
 }  // namespace
 
+void check_json_depth(std::string_view text, std::string_view name) {
+  if (depth_of(text) > kJsonDepthLimit) fail_input("{}: over {} levels deep", name, kJsonDepthLimit);
+}
+
 nlohmann::json read_json(const std::filesystem::path& path) {
   const std::string text = read_file(path);
-  if (depth_of(text) > kJsonDepthLimit) fail_input("{}: over {} levels deep", path.string(), kJsonDepthLimit);
+  check_json_depth(text, path.string());
   nlohmann::json value = nlohmann::json::parse(text, nullptr, false);
   if (value.is_discarded()) fail_input("{}: torn, or not JSON", path.string());
   return value;

@@ -1,13 +1,12 @@
 #include "reports/pages/trend_data.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/clock.h"
+#include "kernels/base/rounding.h"
 #include "tuner/decide/epochs.h"
 #include "tuner/decide/track_text.h"
 #include "tuner/history/moment.h"
@@ -20,9 +19,7 @@ namespace {
 using nlohmann::json;
 
 /// Numbers take most of the page: six digits tell more than any night does.
-json short_number(double value) {
-  return std::isfinite(value) ? json(std::stod(fmt::format("{:.6g}", value))) : json(nullptr);
-}
+json short_number(double value) { return std::isfinite(value) ? json(rounded_to_digits(value, 6)) : json(nullptr); }
 
 /// Rows by their ids: a page's lists name each other by place.
 class Places {

@@ -106,6 +106,32 @@ Function* next(const char* name) {
 
 std::string_view text(const void* bytes, std::size_t size) { return {static_cast<const char*>(bytes), size}; }
 
+/// A call that writes; real: writes that many of the bytes.
+template <typename Real>
+ssize_t inject_writing(std::string_view call, int fd, std::string_view bytes, const Real& real) {
+  return inject(
+      call, path_of(fd), bytes, [&] { return real(bytes.size()); }, [&] { return real((bytes.size() + 1) / 2); });
+}
+
+// What has two symbols, of which SQLite uses the one that ends in 64.
+static_assert(std::is_same_v<off_t, off64_t>);
+
+ssize_t pwrite_as(const char* symbol, int fd, std::string_view bytes, off_t offset) {
+  return inject_writing("pwrite", fd, bytes, [&](std::size_t count) {
+    return next<decltype(pwrite)>(symbol)(fd, bytes.data(), count, offset);
+  });
+}
+
+int open_as(const char* symbol, const char* path, int flags, va_list arguments) {
+  const auto mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
+  return inject("open", path, "", [&] { return next<int(const char*, int, ...)>(symbol)(path, flags, mode); });
+}
+
+void* mmap_as(const char* symbol, void* at, std::size_t size, int protection, int flags, int fd, off_t offset) {
+  const auto real = [&] { return next<decltype(mmap)>(symbol)(at, size, protection, flags, fd, offset); };
+  return fd < 0 ? real() : inject("mmap", path_of(fd), "", real);
+}
+
 using Main = int(int, char**, char**);
 Main* command = nullptr;
 
@@ -154,19 +180,14 @@ int __libc_start_main(Main* main, int argc, char** argv, void (*init)(), void (*
 }
 
 ssize_t write(int fd, const void* bytes, std::size_t size) {
-  const auto real = [&](std::size_t count) { return next<decltype(write)>("write")(fd, bytes, count); };
-  return inject(
-      "write", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
+  return inject_writing("write", fd, text(bytes, size),
+                        [&](std::size_t count) { return next<decltype(write)>("write")(fd, bytes, count); });
 }
 ssize_t pwrite(int fd, const void* bytes, std::size_t size, off_t offset) {
-  const auto real = [&](std::size_t count) { return next<decltype(pwrite)>("pwrite")(fd, bytes, count, offset); };
-  return inject(
-      "pwrite", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
+  return pwrite_as("pwrite", fd, text(bytes, size), offset);
 }
-ssize_t pwrite64(int fd, const void* bytes, std::size_t size, off64_t offset) {  // SQLite's
-  const auto real = [&](std::size_t count) { return next<decltype(pwrite64)>("pwrite64")(fd, bytes, count, offset); };
-  return inject(
-      "pwrite", path_of(fd), text(bytes, size), [&] { return real(size); }, [&] { return real((size + 1) / 2); });
+ssize_t pwrite64(int fd, const void* bytes, std::size_t size, off64_t offset) {
+  return pwrite_as("pwrite64", fd, text(bytes, size), offset);
 }
 int fsync(int fd) {
   return inject("fsync", path_of(fd), "", [&] { return next<decltype(fsync)>("fsync")(fd); });
@@ -180,24 +201,22 @@ int rename(const char* from, const char* to) noexcept {
 int open(const char* path, int flags, ...) {
   va_list arguments;
   va_start(arguments, flags);
-  const auto mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
+  const int fd = open_as("open", path, flags, arguments);
   va_end(arguments);
-  return inject("open", path, "", [&] { return next<int(const char*, int, ...)>("open")(path, flags, mode); });
+  return fd;
 }
-int open64(const char* path, int flags, ...) {  // SQLite's
+int open64(const char* path, int flags, ...) {
   va_list arguments;
   va_start(arguments, flags);
-  const auto mode = (flags & O_CREAT) != 0 ? va_arg(arguments, mode_t) : 0;
+  const int fd = open_as("open64", path, flags, arguments);
   va_end(arguments);
-  return inject("open", path, "", [&] { return next<int(const char*, int, ...)>("open64")(path, flags, mode); });
+  return fd;
 }
 void* mmap(void* at, std::size_t size, int protection, int flags, int fd, off_t offset) noexcept {
-  const auto real = [&] { return next<decltype(mmap)>("mmap")(at, size, protection, flags, fd, offset); };
-  return fd < 0 ? real() : inject("mmap", path_of(fd), "", real);
+  return mmap_as("mmap", at, size, protection, flags, fd, offset);
 }
-void* mmap64(void* at, std::size_t size, int protection, int flags, int fd, off64_t offset) noexcept {  // SQLite's
-  const auto real = [&] { return next<decltype(mmap64)>("mmap64")(at, size, protection, flags, fd, offset); };
-  return fd < 0 ? real() : inject("mmap", path_of(fd), "", real);
+void* mmap64(void* at, std::size_t size, int protection, int flags, int fd, off64_t offset) noexcept {
+  return mmap_as("mmap64", at, size, protection, flags, fd, offset);
 }
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*start)(void*),
                    void* argument) noexcept {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/fleet_text.h"
@@ -22,10 +21,6 @@ std::string name_of(const TuneResult& result, const Names& names, const std::str
 /// What the answer is for.
 void print_subject(const TuneResult& result) {
   for (const std::string& subject : result.subjects) put("  for {}\n", subject);
-}
-
-std::string percent(double ratio) {
-  return std::isfinite(ratio) ? fmt::format("{:.2f} %", 100 * ratio) : std::string("an unknown share");
 }
 
 std::string interval(double time_ns, double high_ns) {
@@ -56,7 +51,7 @@ void print_certificate(const TuneResult& result, const Paint& paint) {
   const SearchResult& search = result.search;
   const auto assumed = std::ranges::count(search.states, Evidence::assumed, &CandidateState::evidence);
   put("  {} of {} settings timed, {} ruled out by fewer steps of the same chain (slack {})\n", search.measured,
-      result.space.candidates.size(), assumed, percent(search.slack));
+      result.space.candidates.size(), assumed, gap_text(search.slack));
   if (search.samples > 0)
     put("  {} samples, those of a round correlated by at most {:.2f}\n", search.samples, search.correlation);
   put("  {} audits of what was ruled out, {} wrong\n", search.audits, search.audit_failures);
@@ -70,7 +65,7 @@ void print_answers(const TuneResult& result, const Paint& paint, const Names& na
       {paint.bold(result.error_metric + " at most"), paint.bold("time"), paint.bold(within), paint.bold("setting")}};
   for (const BudgetAnswer& answer : result.search.answers)
     rows.push_back({format_number(result.space.candidates[answer.pick].error), format_time_ns(answer.time_ns),
-                    percent(answer.gap), name_of(result, names, result.space.candidates[answer.pick].id)});
+                    gap_text(answer.gap), name_of(result, names, result.space.candidates[answer.pick].id)});
   put("\n{}\n", columns(rows));
 }
 
@@ -122,7 +117,7 @@ void print_common(const TuneResult& result, const Paint& paint, const Names& nam
   for (const std::string& text : result.fleet->fleet.repeated) put("{}\n", paint.dim(text));
   put("{}\n",
       paint.dim(fmt::format("Of all that were scored, timed or not: none loses less than {}, this one at most {}.",
-                            percent(result.fleet->low), percent(result.fleet->high))));
+                            gap_text(result.fleet->low), gap_text(result.fleet->high))));
 }
 
 }  // namespace
@@ -134,7 +129,7 @@ void print_tune_result(const TuneResult& result, const Names& names) {
   if (result.pick) {
     put("\n{} {}\n", paint.bold("pick"), paint.good(name_of(result, names, result.pick->setting)));
     put("  {}   {} {}   within {} of the best{}\n", interval(result.pick->time_ns, result.pick->high_ns),
-        result.error_metric, format_number(result.pick->error), percent(result.pick->gap),
+        result.error_metric, format_number(result.pick->error), gap_text(result.pick->gap),
         result.counts.unscored > 0 ? " of those scored" : "");
     if (!result.pick->tie.empty())
       put("  tie with {}:\n  the pick is the simpler or smaller of settings that time does not tell apart\n",

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <soci/sqlite3/soci-sqlite3.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
@@ -25,18 +27,39 @@ bool is_server_url(std::string_view name) {
   return name.starts_with("postgresql://") || name.starts_with("postgres://");
 }
 
-/// The URL with stars for its password.
-/// throws: Error(bad_input) where it is not certain which part is the password
+/// Whether the value of a URL's key is a secret: libpq has `password` and `sslpassword`, decodes a key's %70 and
+/// refuses capitals, but what stands behind them is as secret.
+bool is_secret(std::string key) {
+  std::ranges::transform(key, key.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return key.ends_with("password") || key.find('%') != std::string::npos;
+}
+
+/// throws: Error(bad_input): a '%' that encodes no character, of which libpq would tell with the text round it
+void check_percent_signs(std::string_view url) {
+  const auto is_digit = [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; };
+  for (std::size_t at = url.find('%'); at != std::string_view::npos; at = url.find('%', at + 1)) {
+    const std::string_view code = url.substr(at + 1, 2);
+    if (code.size() < 2 || !std::ranges::all_of(code, is_digit) || code == "00")
+      fail_input("the URL of the database has a '%' that encodes no character: write it as %25");
+  }
+}
+
+/// The URL with stars for its passwords.
+/// throws: Error(bad_input) where it is not certain which part is the password, or that libpq would not tell it
 std::string without_password(const std::string& url) {
+  check_percent_signs(url);
   const std::size_t begin = url.find("://") + 3;
   const std::size_t end = std::min(url.find_first_of("/?", begin), url.size());
   std::string shown = url;
   const std::size_t at = url.find('@', begin);
   if (at != url.rfind('@') || (at != std::string::npos && at > end))
     fail_input("the URL of the database has an '@' that does not end its password: write @ as %40, / as %2F, ? as %3F");
-  const std::size_t query = url.find('?', end);
-  const std::size_t key = query == std::string::npos ? query : url.find("password=", query);
-  if (key != std::string::npos) shown.replace(key + 9, url.find('&', key) - key - 9, "***");
+  for (std::size_t key = url.find('?', end); key != std::string::npos; key = shown.find('&', key + 1)) {
+    const std::size_t equals = shown.find('=', key);
+    if (equals == std::string::npos) break;
+    if (is_secret(shown.substr(key + 1, equals - key - 1)))
+      shown.replace(equals + 1, shown.find('&', equals) - equals - 1, "***");
+  }
   const std::size_t colon = at == std::string::npos ? at : url.find(':', begin);
   if (colon < at) shown.replace(colon + 1, at - colon - 1, "***");
   return shown;
@@ -157,8 +180,10 @@ void Database::begin_writing() {
 void Database::begin_reading() { sql_ << (is_server_ ? "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY" : "BEGIN"); }
 
 void Database::fail(const soci::soci_error& error) {
-  const std::string words = words_of(error);
+  std::string words = words_of(error);
   if (is_server_) {
+    // libpq tells some faults of a URL with the whole of it.
+    if (const std::size_t at = words.find(name_); at != std::string::npos) words.replace(at, name_.size(), shown_);
     if (words.find("shared library") != std::string::npos)
       fail_environment("{}: SOCI's part for PostgreSQL is not installed: Debian's package libsoci-postgresql4.0",
                        shown_);

@@ -9,6 +9,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
+#include "kernels/base/json_file.h"
 #include "kernels/base/sha256.h"
 #include "tuner/history/moment.h"
 #include "tuner/history/standard_error.h"
@@ -20,22 +21,16 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kDeepest = 64;  // values are copied by recursion
-
 /// The text with `null` for NaN and Infinity, with their signs, between strings.
-std::string without_non_numbers(std::string_view text, const std::string& file) {
+std::string without_non_numbers(std::string_view text) {
   std::string clean;
   clean.reserve(text.size());
-  int depth = 0;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = i + 1;
     if (text[i] == '"') {
       while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
       end = std::min(end + 1, text.size());
     }
-    if (text[i] == '[' || text[i] == '{') ++depth;
-    if (text[i] == ']' || text[i] == '}') --depth;
-    if (depth > kDeepest) fail_input("{}: over {} levels deep", file, kDeepest);
     const std::size_t sign = text[i] == '-' ? 1 : 0;
     for (const std::string_view word : {"NaN", "nan", "Infinity", "inf"})
       if (text.substr(i + sign).starts_with(word)) {
@@ -194,7 +189,8 @@ std::string name_of(const json& entry) {
 }  // namespace
 
 json parse_tolerant_json(std::string_view text, const std::string& file) {
-  const std::string clean = without_non_numbers(text, file);
+  check_json_depth(text, file);
+  const std::string clean = without_non_numbers(text);
   try {
     return json::parse(clean);
   } catch (const json::parse_error& error) {

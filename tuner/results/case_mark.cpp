@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
@@ -17,11 +16,10 @@
 namespace reliefbench {
 namespace {
 
-// The file is one line, "T CASE": Death::times in one digit, and the case's id, which is empty between cases. It is
-// written in place, in one call, so that it costs a batch of frames next to nothing; what an earlier, longer line
-// leaves behind the new line's end does not count.
+// The file is one line, "T CASE": 1 where the start before ended in this case for the first time, else 0, and the
+// case's id, which is empty between cases. It is written in place, in one call, so that it costs a batch of frames next
+// to nothing; what an earlier, longer line leaves behind the new line's end does not count.
 constexpr std::size_t kCaseAt = 2;
-constexpr int kMostTimes = 9;
 
 constexpr std::string_view kNoCase = "0 \n";
 
@@ -62,8 +60,8 @@ std::optional<CaseMark::Death> parse(std::string_view text) {
   if (line.size() == text.size() || line.size() <= kCaseAt) return std::nullopt;
   CaseMark::Death death{.case_id = std::string(line.substr(kCaseAt))};
   int times = 0;
-  std::from_chars(line.data(), line.data() + kCaseAt, times);
-  death.times = times + 1;
+  std::from_chars(line.data(), line.data() + 1, times);
+  death.times = times % 2 + 1;  // earlier builds counted on, to 9
   return death;
 }
 
@@ -92,8 +90,8 @@ CaseMark::~CaseMark() {
 }
 
 void CaseMark::set(std::string_view case_id) {
-  const int times = death_ && death_->case_id == case_id ? std::min(death_->times, kMostTimes) : 0;
-  const std::string line = fmt::format("{} {}\n", times, case_id);
+  const bool has_ended_once = death_ && death_->case_id == case_id && !death_->is_its_fault();
+  const std::string line = fmt::format("{} {}\n", has_ended_once ? 1 : 0, case_id);
   if (!write_mark(fd_, line)) fail_file(path_, "cannot be written", errno);
 }
 

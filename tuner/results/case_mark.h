@@ -15,11 +15,11 @@ class CaseMark {
   /// Where the earlier start ended in the middle of a case.
   struct Death {
     std::string case_id;
-    int times = 1;  ///< such ends, one after the other, in this case
+    int times = 1;  ///< such ends, one after the other, in this case: 1 or 2
 
     /// One end says nothing (kill -9, power), a second one that the case is at fault. What comes after that is counted
     /// anew: whoever asks again is obeyed again.
-    [[nodiscard]] bool is_its_fault() const { return times % 2 == 0; }
+    [[nodiscard]] bool is_its_fault() const { return times == 2; }
   };
 
   /// Reads what the earlier start left and holds the file from now on. throws: FileError

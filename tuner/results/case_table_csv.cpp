@@ -8,6 +8,7 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "kernels/base/rounding.h"
 #include "tuner/plan/registry_params.h"
 #include "tuner/results/case_table.h"
 #include "tuner/results/csv.h"
@@ -192,7 +193,7 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
 
 }  // namespace
 
-double table_sample_ns(double sample_ns) { return std::stod(fmt::format("{:.5g}", sample_ns)); }
+double table_sample_ns(double sample_ns) { return rounded_to_digits(sample_ns, 5); }
 
 void write_case_table(std::span<const TableRow> rows, std::ostream& out) {
   const std::vector<std::string> params = param_columns();

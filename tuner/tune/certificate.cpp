@@ -7,13 +7,10 @@
 #include "tuner/tune/tune.h"
 
 namespace reliefbench {
-namespace {
 
-std::string percent(double ratio) {
-  return std::isfinite(ratio) ? fmt::format("{:.2f} %", 100 * ratio) : std::string("an unknown share");
+std::string gap_text(double gap) {
+  return std::isfinite(gap) ? fmt::format("{:.2f} %", 100 * gap) : std::string("an unknown share");
 }
-
-}  // namespace
 
 bool TuneResult::is_certified() const { return search.is_certified && counts.unscored == 0; }
 
@@ -27,14 +24,14 @@ std::string TuneResult::claim() const {
     part = fmt::format("{} of the {} settings were not scored: no statement about the whole space", counts.unscored,
                        counts.settings);
   if (search.answers.empty()) return "not certified: " + (part.empty() ? "there is no answer" : part);
-  std::string within = fmt::format("every answer is within {} of the best", percent(search.worst_gap));
+  std::string within = fmt::format("every answer is within {} of the best", gap_text(search.worst_gap));
   if (fleet)
-    within += fmt::format(", the fleet's setting loses at most {} where none loses less than {}", percent(fleet->high),
-                          percent(fleet->low));
+    within += fmt::format(", the fleet's setting loses at most {} where none loses less than {}", gap_text(fleet->high),
+                          gap_text(fleet->low));
   within += fmt::format(", with {:.4g} % confidence", 100 * question.confidence);
   if (!part.empty()) return fmt::format("not certified: {}. Of the {} that were, {}", part, counts.scored, within);
   if (is_certified()) return "certified: " + within;
-  return fmt::format("not certified to {}: {}", percent(question.epsilon), within);
+  return fmt::format("not certified to {}: {}", gap_text(question.epsilon), within);
 }
 
 }  // namespace reliefbench

@@ -146,6 +146,9 @@ struct TuneResult {
   [[nodiscard]] std::string claim() const;
 };
 
+/// What people are told of a gap, a loss or a slack: "1.23 %", "an unknown share" where it is not finite.
+[[nodiscard]] std::string gap_text(double gap);
+
 /// Tunes on a device: scores, then times what the search asks for, into a run folder that also holds the records and
 /// samples of what was measured. Goes on where an earlier start of the same question was killed.
 /// throws: Error: bad config or input, another run's folder, no such device; a hold-out that is tuned on; a fleet's run
