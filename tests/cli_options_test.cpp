@@ -53,10 +53,11 @@ TEST_F(CliTest, lists_leave_the_word_after_them_alone) {
   }
 }
 
-TEST_F(CliTest, tune_takes_one_word_an_option) {
+TEST_F(CliTest, options_of_lists_take_one_word) {
   for (const std::string option : {"--scene", "--max-error", "--holdout"})
     expect_refused({"tune", option, option == "--max-error" ? "flip<=1" : "grazing", "typo.png", "-o", "run"}, 2,
                    "HEIGHTMAP: 'typo.png' is unknown");
+  expect_refused({"recommend", "r", "--max-error", "flip<=1", "word"}, 2, "was not expected: word");
 }
 
 TEST_F(CliTest, numbers_are_refused_in_words) {

@@ -12,6 +12,7 @@
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
+#include "kernels/image/heightmaps.h"
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/features_option.h"
@@ -20,8 +21,10 @@
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/tune_text.h"
+#include "tuner/measure/run_info.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/scene_file.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -167,17 +170,26 @@ Exit exit_of(const TuneResult& result) {
 
 /// out/tune_HEIGHTMAP_VIEW_KEY: the key stands for the whole question, so that another question has another folder.
 std::filesystem::path default_folder(const TuneArguments& arguments, const Config& config, const TuneOptions& options) {
-  std::string question =
-      fmt::format("{}{}{}{}", config.text, arguments.combine, fmt::join(arguments.weights, ","), options.backend);
-  for (const SceneSpec& scene : config.scenes) question += scene.id + "\n";
-  for (const std::string& bound : budget_texts(arguments.max_error)) question += bound + "\n";
-  const std::string max_time = arguments.max_time_ms ? fmt::format("{}", *arguments.max_time_ms) : "";
-  question +=
-      fmt::format("{} {} {} {} {}", max_time, arguments.epsilon, arguments.confidence, arguments.seed, options.device);
-  if (options.fleet) question += fleet_sha256(*options.fleet);
+  std::vector<std::string> question = {config_sha256(config),
+                                       arguments.combine,
+                                       fmt::format("{}", fmt::join(arguments.weights, ",")),
+                                       options.backend,
+                                       fmt::format("{}", options.device),
+                                       fmt::format("{}", fmt::join(budget_texts(arguments.max_error), ",")),
+                                       arguments.max_time_ms ? fmt::format("{}", *arguments.max_time_ms) : "",
+                                       fmt::format("{}", arguments.epsilon),
+                                       fmt::format("{}", arguments.confidence),
+                                       fmt::format("{}", arguments.seed),
+                                       options.fleet ? fleet_sha256(*options.fleet) : ""};
+  Heightmaps heightmaps;  // no config says what their files hold
+  for (const SceneSpec& spec : config.scenes) {
+    question.push_back(spec.id);
+    question.push_back(measured_scene(spec, heightmaps.read(spec.heightmap)).key.hex);
+  }
+  const std::string key = sha256(fmt::format("{}", fmt::join(question, "\n"))).substr(0, 8);
   std::string scene = config.scenes.front().id;
   std::ranges::replace(scene, '/', '_');
-  return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, sha256(question).substr(0, 8));
+  return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, key);
 }
 
 /// Refuses options that say how frames are drawn: a recorded run's are as they are.
