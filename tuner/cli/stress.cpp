@@ -209,7 +209,9 @@ void add_stress_command(CLI::App& app, Exit& exit_code) {
   add_names_option(*command, arguments->names);
   add_quiet_option(*command, arguments->quiet);
   command->add_flag("--json", arguments->json, "all results on standard output");
-  command->footer("Example:\n  reliefbench stress --backend all -o out/stress");
+  command->footer(
+      "Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end it with what was drawn.\n"
+      "Example:\n  reliefbench stress --backend all -o out/stress");
   command->callback([arguments, &exit_code] { exit_code = stress_command(*arguments); });
 }
 

@@ -324,7 +324,7 @@ void add_tune_command(CLI::App& app, Exit& exit_code) {
   command->footer(
       "Exit code 1 where nothing meets the bounds, with --fleet on all devices; 4 where the precision was not "
       "reached.\n"
-      "Ctrl-C and SIGTERM end the search with the answer so far.\n"
+      "Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end the search with the answer so far.\n"
       "With --fleet the search ends with what `choose` says of these runs and this one. It times where that is "
       "decided:\n"
       "this device's best setting, and those that lose little on the others.\n"
