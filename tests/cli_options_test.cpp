@@ -1,4 +1,5 @@
 // Options that were misread: what is given twice, in lists, in other bytes, or where it means nothing.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -52,10 +53,11 @@ TEST_F(CliTest, lists_leave_the_word_after_them_alone) {
   }
 }
 
-TEST_F(CliTest, tune_takes_one_word_an_option) {
+TEST_F(CliTest, options_of_lists_take_one_word) {
   for (const std::string option : {"--scene", "--max-error", "--holdout"})
     expect_refused({"tune", option, option == "--max-error" ? "flip<=1" : "grazing", "typo.png", "-o", "run"}, 2,
                    "HEIGHTMAP: 'typo.png' is unknown");
+  expect_refused({"recommend", "r", "--max-error", "flip<=1", "word"}, 2, "was not expected: word");
 }
 
 TEST_F(CliTest, numbers_are_refused_in_words) {
@@ -74,6 +76,34 @@ TEST_F(CliTest, numbers_are_refused_in_words) {
   expect_refused({"tune", "fbm", "--relief-depth", "nan"}, 2, "expected a number of at least 0");
   expect_refused({"tune", "fbm", "--epsilon", "inf", "-o", "run"}, 2, "--epsilon");
   expect_refused({"tune", "fbm", "--weights", "inf,1", "-o", "run"}, 2, "--weights 'inf': expected a number above 0");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"tune", "fbm", "-o", "run"}, {"choose", "a", "b", "--regret", "mean"}})
+    for (const auto& [weights, wrong] : {std::pair("2,1,", ""), std::pair("2,,1", ""), std::pair("1,x", "x")}) {
+      std::vector<std::string> words = command;
+      words.insert(words.end(), {"--weights", weights});
+      expect_refused(words, 2, fmt::format("--weights '{}': expected a number above 0", wrong));
+    }
+  for (const char* confidence : {"0.5", "1", "nan"})
+    expect_refused({"tune", "fbm", "--confidence", confidence, "-o", "run"}, 2,
+                   fmt::format("--confidence: '{}': expected a number between 0.5 and 1", confidence));
+  for (const char* threshold : {"0", "inf"})
+    expect_refused({"compare", "a", "b", "--threshold", threshold}, 2,
+                   fmt::format("--threshold: '{}': expected a share above 0", threshold));
+  for (const char* share : {"1", "-0.1"})
+    expect_refused({"track", "check", "--db", "h.db", "--least-effect", share}, 2,
+                   fmt::format("--least-effect: '{}': expected a share from 0 to 1", share));
+  for (const char* nights : {"3", "-1"})
+    expect_refused({"track", "check", "--db", "h.db", "--least-nights", nights}, 2,
+                   fmt::format("--least-nights: '{}': expected at least 4", nights));
+  // Four runs a round: their number is an int, too.
+  for (const char* rounds : {"1", "600000000"})
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"compare", "a", "b", "--rerun"},
+          {"track", "confirm", "--db", "h.db", "--good", "true", "--bad", "true"}}) {
+      std::vector<std::string> words = command;
+      words.insert(words.end(), {"--rounds", rounds});
+      expect_refused(words, 2, fmt::format("--rounds: Value {} not in range 2 to 10000", rounds));
+    }
   expect_refused({"sweep", kSmoke, "--inject-slowdown", "cone:inf"}, 2, "--inject-slowdown cone:inf");
   for (const char* duration : {"inf", "5x", "s", "-1m", "1mm"})
     expect_refused({"tune", "fbm", "--time-limit", duration, "-o", "run"}, 2, "--time-limit");
@@ -234,6 +264,10 @@ TEST_F(TunedTest, view_draws_the_pick_of_a_tune) {
 TEST_F(TunedTest, a_scene_that_a_run_has_not_is_named_with_those_that_it_has) {
   expect_refused({"export", "--tune", "t", "--scene", "nope", "-o", "run"}, 2,
                  "--scene nope: t has no such scene (it has fbm_32x32/oblique)");
+  expect_refused({"recommend", "t", "--scene", "nope"}, 2,
+                 "--scene nope: the run has no such scene (it has fbm_32x32/oblique)");
+  expect_refused({"tune", "config.json", "--scene", "nope", "--backend", "null", "-o", "run"}, 2,
+                 "--scene nope: config.json has no such scene (it has fbm_32x32/oblique)");
 }
 
 // A case that failed on one backend once hid that it was measured on another.

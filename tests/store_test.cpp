@@ -14,6 +14,7 @@
 
 #include "kernels/base/atomic_file.h"
 #include "kernels/base/file_error.h"
+#include "kernels/base/stop_signals.h"
 #include "reports/pages/report_data.h"
 #include "tests/full_record.h"
 #include "tests/synthetic_run.h"
@@ -317,7 +318,7 @@ TEST_F(Store, TheCaseInHandIsKnownAfterADeath) {
 
 TEST_F(Store, WhoStopsTheProcessSaysNothingOfTheCase) {
   const fs::path path = root_ / "mark";
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : kStopSignals) {
     const pid_t child = fork();
     if (child == 0) {
       std::signal(signal, SIG_DFL);

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "backends/worker/protocol.h"
+#include "kernels/base/stop_signals.h"
 #include "tests/backend_rig.h"
 #include "tests/remote_device.h"
 #include "tests/thorough.h"
@@ -176,7 +177,7 @@ TEST_F(WorkerEnd, it_ends_with_its_device) {
 }
 
 TEST_F(WorkerEnd, signals_to_the_whole_group_leave_it) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) kill(process_, signal);
+  for (const int signal : kStopSignals) kill(process_, signal);
   EXPECT_NE(device_->upload({.width = 1, .height = 1, .texels = std::vector<std::byte>(4)}), nullptr);
 }
 
@@ -184,7 +185,7 @@ TEST(WorkerStart, signals_to_the_whole_group_leave_it) {
   for (int i = 0; i < 24; ++i) {
     auto worker = start_worker();
     std::this_thread::sleep_for(std::chrono::microseconds(i / 3 * 1000));
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) kill(worker->process(), signal);
+    for (const int signal : kStopSignals) kill(worker->process(), signal);
     EXPECT_NO_THROW(static_cast<void>(open_remote(std::move(worker), find_backend("null"), 0, {}))) << i;
   }
 }

@@ -28,6 +28,7 @@
 #include "backends/worker/remote.h"
 #include "backends/worker/server.h"
 #include "kernels/base/console.h"
+#include "kernels/base/stop_signals.h"
 
 namespace reliefbench {
 namespace {
@@ -61,13 +62,11 @@ void close_all_but(int a, int b) {
   close_from(high + 1, std::numeric_limits<int>::max());
 }
 
-constexpr std::array kEndsOfGroup{SIGINT, SIGTERM, SIGHUP};
-
 /// What a terminal or a batch system sends to the whole group: a worker is started with it blocked, and ignores it.
 sigset_t ends_of_group() {
   sigset_t ends;
   ::sigemptyset(&ends);
-  for (const int signal : kEndsOfGroup) ::sigaddset(&ends, signal);
+  for (const int signal : kStopSignals) ::sigaddset(&ends, signal);
   return ends;
 }
 
@@ -284,7 +283,7 @@ std::optional<int> run_worker(int argc, char** argv) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (socket < 0 || memory < 0 || ::getppid() != number_of(argv[4])) return EXIT_FAILURE;
   // The host may still need its device; when it ends, so do we.
-  for (const int signal : kEndsOfGroup) std::signal(signal, SIG_IGN);
+  for (const int signal : kStopSignals) std::signal(signal, SIG_IGN);
   const sigset_t blocked = ends_of_group();
   ::sigprocmask(SIG_UNBLOCK, &blocked, nullptr);
   close_all_but(socket, memory);

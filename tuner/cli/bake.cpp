@@ -212,15 +212,14 @@ void print_text(const BakeJob& job, const BakeResult& result) {
   put("{}", columns(rows));
 }
 
-void bake_command(const BakeArguments& arguments, int& exit_code) {
+Exit bake_command(const BakeArguments& arguments) {
   BakeJob job = job_of(arguments);
   job.open = open_isolated;
   const BakeResult result = run_bake(job);
   print_reading(result.reading);
   arguments.json ? print_figures(job, result) : print_text(job, result);
-  if (!result.verdict) return;
-  if (result.verdict->broken) exit_code = static_cast<int>(Exit::answer_is_no);
-  if (result.verdict->undecided) exit_code = static_cast<int>(Exit::inconclusive);
+  if (result.verdict && result.verdict->undecided) return Exit::inconclusive;
+  return result.verdict && result.verdict->broken ? Exit::answer_is_no : Exit::done;
 }
 
 /// Kinds may share a parameter.
@@ -238,7 +237,7 @@ void add_map_options(CLI::App& command, std::map<std::string_view, std::optional
 
 }  // namespace
 
-void add_bake_command(CLI::App& app, int& exit_code) {
+void add_bake_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("bake", "bake one map, prove it, write it");
   const auto arguments = std::make_shared<BakeArguments>();
   command->add_option("HEIGHTMAP", arguments->heightmap, "a file, or a name of `reliefbench list heightmaps`")
@@ -271,7 +270,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   command->footer(
       "Example:\n  reliefbench bake rocks --map conservative --correction safe --verify -o rocks.ktx2\n"
       "Exit: 0 done, 1 the guarantee is broken, 4 neither proved nor broken.");
-  command->callback([arguments, &exit_code] { bake_command(*arguments, exit_code); });
+  command->callback([arguments, &exit_code] { exit_code = bake_command(*arguments); });
 }
 
 }  // namespace reliefbench

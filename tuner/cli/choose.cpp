@@ -24,7 +24,7 @@ namespace {
 
 struct ChooseArguments {
   std::vector<std::string> runs;
-  std::vector<std::string> max_error;
+  std::vector<Budget> max_error;
   std::optional<double> max_time_ms{};
   std::string error;
   std::vector<double> weights;
@@ -35,7 +35,7 @@ struct ChooseArguments {
 };
 
 FleetOptions options_of(const ChooseArguments& arguments, std::span<const FleetRun> runs) {
-  FleetOptions options{.budgets = parse_budgets(arguments.max_error),
+  FleetOptions options{.budgets = arguments.max_error,
                        .max_time_ms = arguments.max_time_ms,
                        .error_metric = arguments.error,
                        .regret = find_regret(arguments.regret)};
@@ -59,14 +59,13 @@ std::vector<FleetRun> runs_of(const ChooseArguments& arguments) {
   for (std::size_t i = 0; i < arguments.runs.size(); ++i) {
     FleetRun run = load_fleet_run(arguments.runs[i]);
     if (!arguments.weights.empty()) run.weight = arguments.weights[i];
-    if (!(run.weight > 0)) fail_input("--weights {}: expected a number above 0", run.weight);
     for (const TableRow& row : run.rows) scenes.insert(row.scene);
     if (!arguments.scene.empty())
       std::erase_if(run.rows, [&](const TableRow& row) { return row.scene != arguments.scene; });
     runs.push_back(std::move(run));
   }
   if (!arguments.scene.empty() && !scenes.contains(arguments.scene))
-    fail_input("--scene {}: the runs have no such scene (they have {})", arguments.scene, fmt::join(scenes, ", "));
+    fail_scene(arguments.scene, scenes, "the runs", true);
   return runs;
 }
 
@@ -83,20 +82,16 @@ void choose_command(const ChooseArguments& arguments) {
 
 }  // namespace
 
-void add_choose_command(CLI::App& app, int& exit_code) {
+void add_choose_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("choose", "one setting for several devices and scenes, and what each loses");
   const auto arguments = std::make_shared<ChooseArguments>();
   command->add_option("RUNS", arguments->runs, "run folders, or their table.csv, of the devices")
       ->expected(1, -1)
       ->required();
-  command
-      ->add_option("--max-error", arguments->max_error,
-                   "bound that must hold everywhere; default: the runs' budgets, with --max-time-ms those that are not "
-                   "on the error itself")
-      ->type_name("METRIC<=X")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
+  add_bounds_option(*command, "--max-error", arguments->max_error,
+                    "bound that must hold everywhere; default: the runs' budgets, with --max-time-ms those that are "
+                    "not on the error itself")
+      ->type_name("METRIC<=X");
   command
       ->add_option("--max-time-ms,--max-time", arguments->max_time_ms,
                    "bound on frame time that must hold everywhere: then the most accurate")
@@ -104,17 +99,14 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       ->check(above_zero());
   command->add_option("--error", arguments->error, "with --max-time-ms: what is to be least; default: the runs' error")
       ->type_name("METRIC");
-  command->add_option("--weights", arguments->weights, "of the runs, with --regret mean, e.g. 2,1,1")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("W,...");
+  add_weights_option(*command, arguments->weights, "of the runs, with --regret mean, e.g. 2,1,1");
   command->add_option("--regret", arguments->regret, "minimax: the least worst loss | mean: the least weighted mean")
       ->check(CLI::IsMember(regret_ids()))
       ->type_name("RULE")
       ->capture_default_str();
   command->add_option("--scene", arguments->scene, "only this scene of each run");
   add_names_option(*command, arguments->names);
-  command->add_flag("--json", arguments->json, "as JSON");
+  add_json_option(*command, arguments->json);
   command->footer(
       "A loss is the time against the fastest that was measured there within the bounds; with a bound on time, the "
       "error\nbeyond the least there. Several runs of a device count as one place, and what shifts a case between them "
@@ -122,10 +114,7 @@ void add_choose_command(CLI::App& app, int& exit_code) {
       "Exit code 1 where no setting is within the bounds everywhere, 5 where nothing was measured in a place.\n"
       "Examples:\n  reliefbench choose out/laptop out/h200 out/phone --max-error 'e_xy.p99<=0.5'\n"
       "  reliefbench choose out/laptop out/laptop_again out/phone --max-time-ms 2 --error flip");
-  command->callback([=, &exit_code] {
-    choose_command(*arguments);
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { choose_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -27,7 +27,7 @@ struct ClaimsArguments {
   std::string backend = "all";
   int device = 0;
   std::string filter;
-  std::string frame_px;
+  std::optional<Size> frame_px;
   bool quick = false;
   bool quiet = false;
   bool json = false;
@@ -84,14 +84,14 @@ void print_result(const ClaimResult& result, const Paint& paint) {
 /// How large all frames are; none: as the claims have it. why: in a line, where nobody asked for it
 std::optional<Size> frames_of(const ClaimsArguments& arguments, std::span<const std::string> backend_ids,
                               std::string& why) {
-  if (!arguments.frame_px.empty()) return parse_frame_px(arguments.frame_px);
+  if (arguments.frame_px) return arguments.frame_px;
   if (arguments.quick) return std::nullopt;
   const DefaultFrame frame = default_frame(chosen_devices(backend_ids, arguments.device));
   if (frame.size_px) why = frame.why + "; --quick draws the claims' own";
   return frame.size_px;
 }
 
-void claims_command(const ClaimsArguments& arguments, int& exit_code) {
+void claims_command(const ClaimsArguments& arguments) {
   std::vector<Claim> claims = built_in_claims();
   std::erase_if(claims, [&](const Claim& claim) {
     return !arguments.filter.empty() && !glob_matches(arguments.filter, claim.id);
@@ -115,28 +115,23 @@ void claims_command(const ClaimsArguments& arguments, int& exit_code) {
     }
     if (has_software) put("* ms on a software rasteriser: its ratios decide nothing\n");
   }
-  exit_code = static_cast<int>(Exit::done);
 }
 
 }  // namespace
 
-void add_claims_command(CLI::App& app, int& exit_code) {
+void add_claims_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command =
       app.add_subcommand("claims", "the papers' tables re-run: their figures beside ours, a verdict each");
   const auto arguments = std::make_shared<ClaimsArguments>();
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
-  command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
+  add_device_option(*command, arguments->device);
   command->add_option("--filter", arguments->filter, "only claims whose id matches this glob, e.g. 'bvbv24*'");
-  const CLI::Option* frame_px =
-      add_frame_option(*command, "1080p on hardware, the claims' own on software rasterisers");
+  add_frame_option(*command, arguments->frame_px, "1080p on hardware, the claims' own on software rasterisers");
   command->add_flag("--quick", arguments->quick, "the claims' own small frames on hardware, too");
-  command->add_flag("--quiet", arguments->quiet, "no progress");
-  command->add_flag("--json", arguments->json, "as JSON");
+  add_quiet_option(*command, arguments->quiet);
+  add_json_option(*command, arguments->json);
   command->footer("Example:\n  reliefbench claims --backend vulkan");
-  command->callback([arguments, frame_px, &exit_code] {
-    arguments->frame_px = value_or(frame_px, std::string());
-    claims_command(*arguments, exit_code);
-  });
+  command->callback([arguments] { claims_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +16,7 @@
 #include "tuner/cli/compare_rerun.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
+#include "tuner/cli/rerun.h"
 #include "tuner/decide/compare_text.h"
 #include "tuner/decide/hardware.h"
 #include "tuner/results/run_question.h"
@@ -26,7 +26,7 @@ namespace {
 
 struct CompareArguments {
   std::vector<std::string> runs;
-  CompareOptions options;
+  CompareOptions options{};
   bool across_backends = false;
   std::string error;  ///< of the fronts; "": the runs'
   bool rerun = false;
@@ -109,9 +109,6 @@ Exit compare_devices(std::span<const FleetRun> runs, const CompareArguments& arg
 }
 
 Exit compare_command(const CompareArguments& arguments) {
-  const double threshold = arguments.options.threshold;
-  if (!std::isfinite(threshold) || threshold <= 0)
-    fail_input("--threshold {}: expected a share above 0, e.g. 0.05", threshold);
   if (arguments.runs.size() != 2 || arguments.across_backends || is_table(arguments.runs[0]) ||
       is_table(arguments.runs[1])) {
     std::vector<FleetRun> runs;
@@ -126,44 +123,50 @@ Exit compare_command(const CompareArguments& arguments) {
 
 }  // namespace
 
-void add_compare_command(CLI::App& app, int& exit_code) {
+void add_compare_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("compare", "what changed between two runs, or how devices differ");
-  const RerunArguments usual;
-  const std::string rounds_text = fmt::format("of the re-run; {}", usual.rounds);
-  const std::string cases_text = fmt::format("most cases of the re-run; {}", usual.most_cases);
-  const auto runs = std::make_shared<std::vector<std::string>>();
-  command->add_option("RUNS", *runs, "two runs of one device, earlier one first; or runs (or table.csv) of several")
+  const auto arguments = std::make_shared<CompareArguments>();
+  CompareOptions& options = arguments->options;
+  RerunArguments& again = arguments->again;
+  command
+      ->add_option("RUNS", arguments->runs,
+                   "two runs of one device, earlier one first; or runs (or table.csv) of several")
       ->expected(1, -1)
       ->required();
-  const CLI::Option* metric =
-      command
-          ->add_option("--metric", "frame_time (relative to the control case), frame_time_raw, or an error metric's id")
-          ->type_name("ID");
-  const CLI::Option* threshold =
-      command->add_option("--threshold", "change that matters, as a share; 0.05")->type_name("SHARE");
-  const CLI::Option* across_drivers =
-      add_switch(*command, "--across-drivers", "one device with two drivers: the change is named, not refused");
-  const CLI::Option* across_backends =
-      add_switch(*command, "--across-backends", "OpenGL against Vulkan, within one run or several");
-  const CLI::Option* error =
-      command->add_option("--error", "of several devices: the fronts' error; default: the runs'")->type_name("METRIC");
-  CLI::Option* rerun =
-      add_switch(*command, "--rerun", "measure the doubtful cases again, in turns (base, new, new, base)");
-  const CLI::Option* binary_a =
-      command->add_option("--binary-a", "with --rerun: the build of BASE; this one")->type_name("FILE")->needs(rerun);
-  const CLI::Option* binary_b =
-      command->add_option("--binary-b", "with --rerun: the build of NEW; this one")->type_name("FILE")->needs(rerun);
-  const CLI::Option* rounds = command->add_option("--rounds", rounds_text)->type_name("N");
-  const CLI::Option* cases = command->add_option("--rerun-cases", cases_text)->type_name("N")->check(above_zero());
-  const CLI::Option* output =
-      command->add_option("-o,--output", "folder of the re-runs; those that are there count")->type_name("DIR");
-  const CLI::Option* all = add_switch(*command, "--all", "every case, not only the changed ones");
-  const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
-  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress of the re-run");
-  CLI::Option* json = add_switch(*command, "--json", "as JSON");
-  const CLI::Option* markdown = add_switch(*command, "--markdown", "as Markdown, for a pull request")->excludes(json);
-  const CLI::Option* junit =
-      command->add_option("--junit", "write JUnit XML to a file, too; slower ones fail")->type_name("FILE");
+  command
+      ->add_option("--metric", options.metric,
+                   "frame_time (relative to the control case), frame_time_raw, or an error metric's id")
+      ->type_name("ID");
+  command->add_option("--threshold", options.threshold, "change that matters, as a share; 0.05")
+      ->type_name("SHARE")
+      ->check(expect_number("a share above 0, e.g. 0.05", [](double share) { return share > 0; }));
+  command->add_flag("--across-drivers", options.across_drivers,
+                    "one device with two drivers: the change is named, not refused");
+  command->add_flag("--across-backends", arguments->across_backends,
+                    "OpenGL against Vulkan, within one run or several");
+  command->add_option("--error", arguments->error, "of several devices: the fronts' error; default: the runs'")
+      ->type_name("METRIC");
+  CLI::Option* rerun = command->add_flag("--rerun", arguments->rerun,
+                                         "measure the doubtful cases again, in turns (base, new, new, base)");
+  command->add_option("--binary-a", again.binary_a, "with --rerun: the build of BASE; this one")
+      ->type_name("FILE")
+      ->needs(rerun);
+  command->add_option("--binary-b", again.binary_b, "with --rerun: the build of NEW; this one")
+      ->type_name("FILE")
+      ->needs(rerun);
+  add_rounds_option(*command, again.rounds, "of the re-run");
+  command->add_option("--rerun-cases", again.most_cases, fmt::format("most cases of the re-run; {}", again.most_cases))
+      ->type_name("N")
+      ->check(above_zero());
+  command->add_option("-o,--output", again.output, "folder of the re-runs; those that are there count")
+      ->type_name("DIR");
+  command->add_flag("--all", arguments->detail.all, "every case, not only the changed ones");
+  add_names_option(*command, arguments->detail.names);
+  command->add_flag("--quiet", again.quiet, "no progress of the re-run");
+  CLI::Option* json = add_json_option(*command, arguments->json);
+  command->add_flag("--markdown", arguments->markdown, "as Markdown, for a pull request")->excludes(json);
+  command->add_option("--junit", arguments->junit, "write JUnit XML to a file, too; slower ones fail")
+      ->type_name("FILE");
   command->footer(
       "One device twice: each case, and those of a technique, a map, a format and all as one, by the geometric mean\n"
       "of their ratios, which shows smaller changes. `same`: the interval lies within the threshold; `slower`,\n"
@@ -179,27 +182,7 @@ void add_compare_command(CLI::App& app, int& exit_code) {
       "  reliefbench compare out/driver_535 out/driver_550 --across-drivers\n"
       "  reliefbench compare out/quickstart --across-backends\n"
       "  reliefbench compare out/laptop out/desktop out/phone");
-  command->callback([=, &exit_code] {
-    CompareArguments arguments{.runs = *runs,
-                               .options = {},
-                               .across_backends = is_set(across_backends),
-                               .error = value_or(error, std::string()),
-                               .rerun = is_set(rerun),
-                               .detail = {.all = is_set(all), .names = {.verbose = is_set(verbose)}},
-                               .json = is_set(json),
-                               .markdown = is_set(markdown),
-                               .junit = value_or(junit, std::string())};
-    arguments.options.metric = value_or(metric, arguments.options.metric);
-    arguments.options.threshold = value_or(threshold, arguments.options.threshold);
-    arguments.options.across_drivers = is_set(across_drivers);
-    arguments.again = {.binary_a = value_or(binary_a, std::string()),
-                       .binary_b = value_or(binary_b, std::string()),
-                       .rounds = value_or(rounds, usual.rounds),
-                       .most_cases = value_or(cases, usual.most_cases),
-                       .output = value_or(output, std::string()),
-                       .quiet = is_set(quiet)};
-    exit_code = static_cast<int>(compare_command(arguments));
-  });
+  command->callback([arguments, &exit_code] { exit_code = compare_command(*arguments); });
 }
 
 }  // namespace reliefbench

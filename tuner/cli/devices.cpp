@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -173,15 +174,14 @@ Exit devices_command(const DevicesArguments& arguments) {
 
 }  // namespace
 
-void add_devices_command(CLI::App& app, int& exit_code) {
+void add_devices_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("devices", "OpenGL and Vulkan devices, and which of their timers to believe");
-  const CLI::Option* backend =
-      command->add_option("--backend", "opengl | vulkan | null; every real one")->type_name("ID");
-  const CLI::Option* device = command->add_option("--device", "index on the backend")->type_name("INDEX");
-  const CLI::Option* audit =
-      add_switch(*command, "--audit",
-                 "check every timer against known work and the wall clock, and how exactly the sampler weighs");
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const auto arguments = std::make_shared<DevicesArguments>();
+  command->add_option("--backend", arguments->backend, "opengl | vulkan | null; every real one")->type_name("ID");
+  command->add_option("--device", arguments->device, "index on the backend")->type_name("INDEX");
+  command->add_flag("--audit", arguments->audit,
+                    "check every timer against known work and the wall clock, and how exactly the sampler weighs");
+  add_json_option(*command, arguments->json);
   command->footer(
       "An audited timer is believed where it agrees with the fenced wall clock (`of wall` near 1) and doubles\n"
       "with the work (`doubling` near 2), of fragments and, for dispatch=compute, of compute shaders. The linear\n"
@@ -190,14 +190,7 @@ void add_devices_command(CLI::App& app, int& exit_code) {
       "Clock, temperature, power and why the clock is held back are told where driver or system know them. Exit\n"
       "code 3 where there is no device, or one has no timer to measure with.\n"
       "Example:\n  reliefbench devices --audit --backend vulkan");
-  command->callback([=, &exit_code] {
-    DevicesArguments arguments{.backend = value_or(backend, std::string()),
-                               .device = std::nullopt,
-                               .audit = is_set(audit),
-                               .json = is_set(json)};
-    if (!device->empty()) arguments.device = device->as<int>();
-    exit_code = static_cast<int>(devices_command(arguments));
-  });
+  command->callback([arguments, &exit_code] { exit_code = devices_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -80,9 +80,7 @@ void warn_of_sampler(const nlohmann::json& evidence) {
 }
 
 /// Of one or more, with commas between them.
-void make_list(CLI::Option* option) {
-  option->delimiter(',')->type_name("ID,...")->expected(1)->allow_extra_args(false)->take_all();
-}
+void make_list(CLI::Option* option) { take_each(option)->delimiter(',')->type_name("ID,..."); }
 
 Export export_of(const SettingArguments& arguments, ExportJob& job) {
   const ChosenSetting chosen = choose_setting(arguments, "export");
@@ -135,7 +133,7 @@ void export_command(const ExportArguments& arguments) {
 
 }  // namespace
 
-void add_export_command(CLI::App& app, int& exit_code) {
+void add_export_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command =
       app.add_subcommand("export", "what ships: textures, shaders, the settings, for an engine or none");
   const auto arguments = std::make_shared<ExportArguments>();
@@ -166,10 +164,7 @@ void add_export_command(CLI::App& app, int& exit_code) {
       "  reliefbench export --tune out/tune --for three -o shipped\n"
       "  reliefbench export --run out/tune --case 'relief@rocks/grazing?...' -o shipped\n"
       "  reliefbench export rocks --case 'relief?linear_steps=32&format=r16' -o shipped");
-  command->callback([=, &exit_code] {
-    export_command(*arguments);
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { export_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -6,11 +6,11 @@
 
 namespace reliefbench {
 
-CLI::Option* add_features_option(CLI::App& command) {
+void add_features_option(CLI::App& command, std::string& features) {
   const std::string words =
       "only settings that show all of these, as `require` names them, e.g. shadow,penumbra or shadow=cone; see `list "
       "features`";
-  return command.add_option("--features", words)->type_name("LIST");
+  command.add_option("--features", features, words)->type_name("LIST");
 }
 
 void keep_features(std::vector<Record>& records, const std::string& features, const std::string& run) {

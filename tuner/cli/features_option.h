@@ -8,7 +8,7 @@
 namespace reliefbench {
 
 /// Adds --features, by the names that `require` answers with.
-CLI::Option* add_features_option(CLI::App& command);
+void add_features_option(CLI::App& command, std::string& features);
 
 /// Only settings that show these features stay. run: for messages
 /// throws: Error(bad_input): no such feature; nothing stays

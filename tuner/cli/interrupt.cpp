@@ -3,6 +3,8 @@
 #include <atomic>
 #include <csignal>
 
+#include "kernels/base/stop_signals.h"
+
 namespace reliefbench {
 namespace {
 
@@ -13,7 +15,10 @@ extern "C" void on_interrupt(int) { interrupted = true; }
 }  // namespace
 
 void heed_interrupts() {
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_interrupt);
+  for (const int signal : kStopSignals) {
+    struct sigaction now {};
+    if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) std::signal(signal, on_interrupt);
+  }
 }
 
 bool is_interrupted() { return interrupted; }

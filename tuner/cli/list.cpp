@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -272,11 +273,16 @@ void print_features(const Paint& paint) {
   }
 }
 
-void list_command(const std::string& what, bool json) {
-  const ListRow& list = find_row(kLists, "list", what);
+struct ListArguments {
+  std::string what;
+  bool json = false;
+};
+
+void list_command(const ListArguments& arguments) {
+  const ListRow& list = find_row(kLists, "list", arguments.what);
   const Json rows = list.rows();
   const Paint paint = paint_for_stdout();
-  if (json) {
+  if (arguments.json) {
     print_json(rows, 2);
   } else if (list.rows == technique_rows) {
     print_techniques(rows, paint);
@@ -289,16 +295,13 @@ void list_command(const std::string& what, bool json) {
 
 }  // namespace
 
-void add_list_command(CLI::App& app, int& exit_code) {
+void add_list_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("list", "techniques, maps, metrics and whatever else a config can name");
-  const std::string choices = fmt::format("{}", fmt::join(ids_of(kLists), " | "));
-  const CLI::Option* what = command->add_option("WHAT", choices)->required();
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const auto arguments = std::make_shared<ListArguments>();
+  command->add_option("WHAT", arguments->what, fmt::format("{}", fmt::join(ids_of(kLists), " | ")))->required();
+  add_json_option(*command, arguments->json);
   command->footer("Example:\n  reliefbench list techniques");
-  command->callback([=, &exit_code] {
-    list_command(what->as<std::string>(), is_set(json));
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { list_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -51,7 +51,7 @@ class FittedHelp : public CLI::Formatter {
   }
 };
 
-int run(int argc, char** argv) {
+Exit run(int argc, char** argv) {
   check_descriptors();
   CLI::App app{"reliefbench: measure and tune per-pixel displacement mapping"};
   app.formatter(std::make_shared<FittedHelp>());  // before the commands, which inherit it
@@ -61,7 +61,7 @@ int run(int argc, char** argv) {
       "Drivers run in processes of their own; RELIEFBENCH_IN_PROCESS=1 keeps them in this one, for debuggers.");
   app.set_version_flag("--version", fmt::format("reliefbench {} ({})", version(), git_sha()));
   app.require_subcommand(1);
-  int exit_code = 0;
+  Exit exit_code = Exit::done;
   add_sweep_command(app, exit_code);
   add_merge_command(app, exit_code);
   add_recommend_command(app, exit_code);
@@ -87,10 +87,11 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
     return exit_code;
   } catch (const CLI::Success& asked) {  // --help, --version
-    return app.exit(asked);
+    app.exit(asked);
+    return Exit::done;
   } catch (const CLI::ParseError& error) {
     print_error(fmt::format("{} (see --help)", error.what()));
-    return static_cast<int>(Exit::bad_input);
+    return Exit::bad_input;
   }
 }
 
@@ -102,18 +103,18 @@ std::string unforeseen(const std::exception& error) {
   return std::string(mark == std::string_view::npos ? what : what.substr(mark + 2));
 }
 
-int run_and_tell(int argc, char** argv) {
+Exit run_and_tell(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const Error& error) {
     print_error(error.what());
-    return static_cast<int>(error.code());
+    return error.code();
   } catch (const std::bad_alloc&) {
     print_error("out of memory");
   } catch (const std::exception& error) {
     if (std::ferror(stdout) == 0) print_error(unforeseen(error));  // else main() tells it
   }
-  return static_cast<int>(Exit::environment);
+  return Exit::environment;
 }
 
 }  // namespace
@@ -123,10 +124,10 @@ int main(int argc, char** argv) {
   reliefbench::keep_freed_memory();
   std::signal(SIGXFSZ, SIG_IGN);  // a file over its size limit then fails as one on a full disk
   if (const std::optional<int> status = reliefbench::run_worker(argc, argv)) return *status;
-  int exit_code = reliefbench::run_and_tell(argc, argv);
+  reliefbench::Exit exit_code = reliefbench::run_and_tell(argc, argv);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     reliefbench::print_error("standard output cannot be written: " + std::generic_category().message(errno));
-    exit_code = static_cast<int>(reliefbench::Exit::environment);
+    exit_code = reliefbench::Exit::environment;
   }
-  return exit_code;
+  return static_cast<int>(exit_code);
 }

@@ -19,6 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+struct MergeArguments {
+  std::vector<fs::path> folders;
+  fs::path output;
+  bool json = false;
+};
+
 void print_merged_json(const JoinedRuns& joined) {
   const nlohmann::json& info = joined.run.info;
   const nlohmann::json out = {
@@ -47,27 +53,27 @@ void print_merged(const JoinedRuns& joined) {
 
 }  // namespace
 
-void add_merge_command(CLI::App& app, int& exit_code) {
+void add_merge_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("merge", "join shards of a sweep, or other runs of a config, into one run");
-  const auto folders = std::make_shared<std::vector<fs::path>>();
-  command->add_option("DIR", *folders, "run folders; of a case that two hold, the times of the earlier one count")
+  const auto arguments = std::make_shared<MergeArguments>();
+  command
+      ->add_option("DIR", arguments->folders,
+                   "run folders; of a case that two hold, the times of the earlier one count")
       ->required()
       ->expected(1, -1);
-  const CLI::Option* output =
-      command->add_option("-o,--output", "folder of the joined run, which must not be there yet")
-          ->type_name("DIR")
-          ->required();
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  command->add_option("-o,--output", arguments->output, "folder of the joined run, which must not be there yet")
+      ->type_name("DIR")
+      ->required();
+  add_json_option(*command, arguments->json);
   command->footer(
       "Kernels, config, scenes, devices' names and drivers must be equal, and so must the errors of a case that two\n"
       "folders hold; else nothing is written. Shards that are missing are named, and the run then counts as "
       "unfinished.\n"
       "Example:\n  reliefbench merge out/shard_* -o out/merged");
-  command->callback([=, &exit_code] {
-    const JoinedRuns joined = merge_runs(*folders, output->as<std::string>());
-    is_set(json) ? print_merged_json(joined) : print_merged(joined);
+  command->callback([arguments] {
+    const JoinedRuns joined = merge_runs(arguments->folders, arguments->output);
+    arguments->json ? print_merged_json(joined) : print_merged(joined);
     if (!joined.missing.empty()) print_error(joined.missing);
-    exit_code = static_cast<int>(Exit::done);
   });
 }
 

@@ -20,6 +20,8 @@ std::string Names::whole_case(std::string_view case_id) const {
   return fmt::format("{} in {}, {}", named(spec.settings), spec.scene_id, spec.backend);
 }
 
-void add_names_option(CLI::App& command, Names& names) { command.add_flag("--verbose", names.verbose, Names::kHelp); }
+void add_names_option(CLI::App& command, Names& names) {
+  command.add_flag("--verbose", names.verbose, "settings by their whole ids");
+}
 
 }  // namespace reliefbench

@@ -10,7 +10,6 @@ namespace reliefbench {
 
 /// Settings and cases as a command prints them: short and with their key, or by their whole ids.
 struct Names {
-  static constexpr const char* kHelp = "settings by their whole ids";
   bool verbose = false;
 
   /// id: setting_id() or a case's id. "cone cone_steps=64 [4cc2dca1]"
@@ -19,7 +18,7 @@ struct Names {
   [[nodiscard]] std::string whole_case(std::string_view case_id) const;
 };
 
-/// Adds --verbose; `names` must outlive the parse.
+/// Adds --verbose.
 void add_names_option(CLI::App& command, Names& names);
 
 }  // namespace reliefbench

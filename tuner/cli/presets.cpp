@@ -28,7 +28,7 @@ struct PresetsArguments {
   std::string features;
   PresetQuery query;
   bool common = false;
-  Regret regret = Regret::minimax;
+  std::string regret{regret_id(Regret::minimax)};
   Names names;
   bool json = false;
 };
@@ -84,8 +84,9 @@ void presets_command(const PresetsArguments& arguments) {
   std::vector<FleetRun> fleet;
   if (arguments.common)
     for (const Run& run : runs) fleet.push_back(fleet_run(run));
-  const Presets presets = arguments.common ? make_common_presets(runs, fleet, arguments.query, arguments.regret)
-                                           : make_presets(runs, arguments.query);
+  const Presets presets = arguments.common
+                              ? make_common_presets(runs, fleet, arguments.query, find_regret(arguments.regret))
+                              : make_presets(runs, arguments.query);
   const std::string text = json_text(presets_json(presets), 1) + "\n";
   write_output(arguments.output, text);
   if (!arguments.header.empty()) write_output(arguments.header, presets_header(presets));
@@ -104,34 +105,31 @@ void presets_command(const PresetsArguments& arguments) {
 
 }  // namespace
 
-void add_presets_command(CLI::App& app, int& exit_code) {
+void add_presets_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("presets", "a table of quality levels for each device, from finished runs");
-  const auto folders = std::make_shared<std::vector<std::string>>();
-  command->add_option("RUN", *folders, "folders of runs: of two measurements of a setting the later folder's counts")
+  const auto arguments = std::make_shared<PresetsArguments>();
+  command
+      ->add_option("RUN", arguments->folders,
+                   "folders of runs: of two measurements of a setting the later folder's counts")
       ->required();
-  const CLI::Option* output = command->add_option("-o,--output", "file to write, e.g. presets.json")->required();
-  const CLI::Option* header = command->add_option("--header", "also as `#define`s for C++ and GLSL, e.g. presets.h");
-  const CLI::Option* error =
-      command->add_option("--error", "metric of the error, and of the levels' spacing; default: the runs', and FLIP's")
-          ->type_name("METRIC");
-  const CLI::Option* constraints =
-      command
-          ->add_option("--constraint",
-                       "bound that every level keeps, e.g. 'e_xy.p99<=2'; may be repeated; default: the constraints "
-                       "and the budgets of the runs")
-          ->type_name("BOUND")
-          ->expected(1)
-          ->take_all();
+  command->add_option("-o,--output", arguments->output, "file to write, e.g. presets.json")->required();
+  command->add_option("--header", arguments->header, "also as `#define`s for C++ and GLSL, e.g. presets.h");
+  command
+      ->add_option("--error", arguments->query.error_metric,
+                   "metric of the error, and of the levels' spacing; default: the runs', and FLIP's")
+      ->type_name("METRIC");
+  add_bounds_option(*command, "--constraint", arguments->query.constraints,
+                    "bound that every level keeps, e.g. 'e_xy.p99<=2'; may be repeated; default: the constraints and "
+                    "the budgets of the runs");
   CLI::Option* common =
-      add_switch(*command, "--common", "one table for all devices of the runs, with its price on each");
-  const CLI::Option* regret =
-      command->add_option("--regret", "with --common: minimax (the least worst price) | mean; minimax")
-          ->check(CLI::IsMember(regret_ids()))
-          ->type_name("RULE")
-          ->needs(common);
-  const CLI::Option* features = add_features_option(*command);
-  const CLI::Option* verbose = add_switch(*command, "--verbose", Names::kHelp);
-  const CLI::Option* json = add_switch(*command, "--json", "print it as JSON");
+      command->add_flag("--common", arguments->common, "one table for all devices of the runs, with its price on each");
+  command->add_option("--regret", arguments->regret, "with --common: minimax (the least worst price) | mean; minimax")
+      ->check(CLI::IsMember(regret_ids()))
+      ->type_name("RULE")
+      ->needs(common);
+  add_features_option(*command, arguments->features);
+  add_names_option(*command, arguments->names);
+  command->add_flag("--json", arguments->json, "print it as JSON");
   command->footer(
       "Level 0 is the cheapest setting within the runs' budgets, level 100 the most accurate as far as is seen; "
       "between\n"
@@ -145,21 +143,7 @@ void add_presets_command(CLI::App& app, int& exit_code) {
       "  reliefbench presets out/quickstart -o presets.json --header presets.h\n"
       "  reliefbench presets out/rocks out/bricks -o presets.json\n"
       "  reliefbench presets out/laptop out/desktop --common -o presets.json");
-  command->callback([=, &exit_code] {
-    PresetsArguments arguments{.folders = *folders,
-                               .output = output->as<std::string>(),
-                               .header = value_or(header, std::string()),
-                               .features = value_or(features, std::string()),
-                               .query = {},
-                               .common = is_set(common),
-                               .regret = find_regret(value_or(regret, std::string(regret_id(Regret::minimax)))),
-                               .names = {.verbose = is_set(verbose)},
-                               .json = is_set(json)};
-    if (!error->empty()) arguments.query.error_metric = error->as<std::string>();
-    if (!constraints->empty()) arguments.query.constraints = parse_budgets(constraints->as<std::vector<std::string>>());
-    presets_command(arguments);
-    exit_code = 0;
-  });
+  command->callback([arguments] { presets_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -34,7 +34,7 @@ namespace {
 
 struct RecommendArguments {
   std::string folder;
-  std::vector<std::string> max_error;
+  std::vector<Budget> max_error;
   std::optional<double> max_time_ms;
   std::optional<int> rebake_every;
   std::string scene;
@@ -46,7 +46,7 @@ struct RecommendArguments {
 constexpr std::string_view kIndent = "              ";
 
 Question asked_question(const RecommendArguments& arguments, const RunQuestion& own) {
-  Question question{.budgets = parse_budgets(arguments.max_error), .error_metric = own.error_metric};
+  Question question{.budgets = arguments.max_error, .error_metric = own.error_metric};
   question.max_time_ms = arguments.max_time_ms;
   question.rebake_every = arguments.rebake_every;
   if (!question.budgets.empty()) return question;
@@ -59,10 +59,7 @@ Question asked_question(const RecommendArguments& arguments, const RunQuestion& 
 }
 
 void keep_scene(std::vector<Record>& records, const std::string& scene) {
-  std::set<std::string> known;
-  for (const Record& record : records) known.insert(record.scene);
-  if (!known.contains(scene))
-    fail_input("--scene {}: the run has no such scene (it has {})", scene, fmt::join(known, ", "));
+  if (const auto known = scenes_of(records); !known.contains(scene)) fail_scene(scene, known, "the run");
   std::erase_if(records, [&](const Record& record) { return record.scene != scene; });
 }
 
@@ -261,16 +258,12 @@ Exit recommend_command(const RecommendArguments& arguments) {
 
 }  // namespace
 
-void add_recommend_command(CLI::App& app, int& exit_code) {
+void add_recommend_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("recommend", "the best technique and settings within a budget");
   const auto arguments = std::make_shared<RecommendArguments>();
   command->add_option("RUN", arguments->folder, "folder of a run")->required();
-  command
-      ->add_option("--max-error", arguments->max_error,
-                   "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated; see `list metrics`")
-      ->type_name("BOUND")
-      ->expected(1)
-      ->take_all();
+  add_bounds_option(*command, "--max-error", arguments->max_error,
+                    "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated; see `list metrics`");
   command->add_option("--max-time-ms", arguments->max_time_ms, "bound on frame time: then the most accurate within it")
       ->type_name("MS")
       ->check(above_zero());
@@ -280,9 +273,9 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
       ->type_name("N")
       ->check(CLI::Range(1, 1 << 30));
   command->add_option("--scene", arguments->scene, "only this scene, e.g. rocks/grazing")->type_name("ID");
-  const CLI::Option* features = add_features_option(*command);
+  add_features_option(*command, arguments->features);
   add_names_option(*command, arguments->names);
-  command->add_flag("--json", arguments->json, "as JSON");
+  add_json_option(*command, arguments->json);
   command->footer(
       "Without --max-error: the budgets of the run's config, or what tune was asked; with --max-time-ms those of them\n"
       "that are not on the error itself. Where intervals of time overlap, the pick is the setting with the fewest\n"
@@ -292,10 +285,7 @@ void add_recommend_command(CLI::App& app, int& exit_code) {
       "  reliefbench recommend out/quickstart --max-error 'e_xy.p99<=0.5' --max-error 'missed_rate<=0.001'\n"
       "  reliefbench recommend out/quickstart --max-time-ms 2\n"
       "  reliefbench recommend out/quickstart --rebake-every 4");
-  command->callback([=, &exit_code] {
-    arguments->features = value_or(features, std::string());
-    exit_code = static_cast<int>(recommend_command(*arguments));
-  });
+  command->callback([arguments, &exit_code] { exit_code = recommend_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -45,7 +45,7 @@ void report_command(const ReportArguments& arguments) {
 
 }  // namespace
 
-void add_report_command(CLI::App& app, int& exit_code) {
+void add_report_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("report", "write the HTML report of one or more runs, or of a stress folder");
   const auto arguments = std::make_shared<ReportArguments>();
   command
@@ -60,10 +60,7 @@ void add_report_command(CLI::App& app, int& exit_code) {
       "Examples:\n  reliefbench report out/quickstart\n"
       "  reliefbench report out/quickstart --stress out/stress -o out/report.html\n"
       "  reliefbench report out/llvmpipe out/h200 -o hardware.html");
-  command->callback([arguments, &exit_code] {
-    report_command(*arguments);
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { report_command(*arguments); });
 }
 
 }  // namespace reliefbench

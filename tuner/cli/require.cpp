@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,7 @@ struct RequireArguments {
   std::string visible;
   std::string search;
   std::string output;
-  std::string frame_px;
+  std::optional<Size> frame_px;
   bool quiet = false;
   bool json = false;
 };
@@ -146,7 +148,7 @@ Exit require_command(const RequireArguments& arguments) {
     file.visible = parse_budget(arguments.visible);
     check_visible(file.visible);
   }
-  if (!arguments.frame_px.empty()) set_frames(file.scenes, parse_frame_px(arguments.frame_px));
+  if (arguments.frame_px) set_frames(file.scenes, *arguments.frame_px);
   std::string backend = arguments.backend;
   if (backend.empty()) backend = choose_backends("all").back();
   const RequireReport report = run_require(file, {.backend = choose_backends(backend).front(),
@@ -167,44 +169,38 @@ Exit require_command(const RequireArguments& arguments) {
 
 }  // namespace
 
-void add_require_command(CLI::App& app, int& exit_code) {
+void add_require_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("require", "what a scene requires: features that nobody would miss, prices");
-  const CLI::Option* scene =
-      command->add_option("SCENE", "a scene file, e.g. configs/scenes/wall.json (configs/schema/scene.schema.json)")
-          ->required();
-  const CLI::Option* visible =
-      command->add_option("--visible", "what nobody sees, e.g. 'flip<=0.01'; default: the scene's, else that")
-          ->type_name("BOUND");
-  const CLI::Option* backend =
-      command->add_option("--backend", "opengl | vulkan | null; default: the last one that has a device");
-  const CLI::Option* device = command->add_option("--device", "index on the backend; default: 0")->type_name("INT");
-  const std::string search_words =
-      fmt::format("exhaustive: every set of features; greedy: both ways; default: every set where there are at most {}",
-                  kMostEnumerated);
-  const CLI::Option* search =
-      command->add_option("--search", search_words)->check(CLI::IsMember({"auto", "exhaustive", "greedy"}));
-  const CLI::Option* output =
-      command->add_option("-o,--output", "folder for require.json, require.html and pictures")->type_name("FOLDER");
-  const CLI::Option* frame = add_frame_option(*command);
-  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const auto arguments = std::make_shared<RequireArguments>();
+  command
+      ->add_option("SCENE", arguments->scene,
+                   "a scene file, e.g. configs/scenes/wall.json (configs/schema/scene.schema.json)")
+      ->required();
+  command
+      ->add_option("--visible", arguments->visible,
+                   "what nobody sees, e.g. 'flip<=0.01'; default: the scene's, else that")
+      ->type_name("BOUND");
+  command->add_option("--backend", arguments->backend,
+                      "opengl | vulkan | null; default: the last one that has a device");
+  command->add_option("--device", arguments->device, "index on the backend; default: 0");
+  command
+      ->add_option("--search", arguments->search,
+                   fmt::format("exhaustive: every set of features; greedy: both ways; default: every set where there "
+                               "are at most {}",
+                               kMostEnumerated))
+      ->check(CLI::IsMember({"auto", "exhaustive", "greedy"}));
+  command->add_option("-o,--output", arguments->output, "folder for require.json, require.html and pictures")
+      ->type_name("FOLDER");
+  add_frame_option(*command, arguments->frame_px);
+  add_quiet_option(*command, arguments->quiet);
+  add_json_option(*command, arguments->json);
   command->footer(
       "Features are taken away one by one (displacement itself, shadow, its penumbra, levels, fading, ...), and every\n"
       "set's picture is held against the exact reference that has them all, in every view; the worst view decides.\n"
       "Exit code 1 where no set is within the bound.\n"
       "Example:\n"
       "  reliefbench require configs/scenes/wall.json --visible 'flip<=0.01' -o out/wall");
-  command->callback([=, &exit_code] {
-    exit_code = static_cast<int>(require_command({.scene = scene->as<std::string>(),
-                                                  .backend = value_or(backend, std::string()),
-                                                  .device = value_or(device, 0),
-                                                  .visible = value_or(visible, std::string()),
-                                                  .search = value_or(search, std::string()),
-                                                  .output = value_or(output, std::string()),
-                                                  .frame_px = value_or(frame, std::string()),
-                                                  .quiet = is_set(quiet),
-                                                  .json = is_set(json)}));
-  });
+  command->callback([arguments, &exit_code] { exit_code = require_command(*arguments); });
 }
 
 }  // namespace reliefbench

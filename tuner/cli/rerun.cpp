@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -48,9 +49,13 @@ std::map<std::string, double> values_in(const Night& night, const std::set<std::
 
 }  // namespace
 
+void add_rounds_option(CLI::App& command, int& rounds, const std::string& words) {
+  command.add_option("--rounds", rounds, fmt::format("{}; {}", words, rounds))
+      ->type_name("N")
+      ->check(CLI::Range(kLeastRounds, kMostRounds));
+}
+
 std::vector<Rerun> rerun_in_turns(const RerunPlan& plan, const std::set<std::string>& keys) {
-  if (plan.rounds < kLeastRounds)
-    fail_input("--rounds {}: expected at least {}, else nothing says how sure it is", plan.rounds, kLeastRounds);
   const int runs = 4 * plan.rounds;
   Progress progress(plan.quiet);
   std::vector<Rerun> reruns;

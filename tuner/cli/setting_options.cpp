@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <set>
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
@@ -59,13 +58,6 @@ std::vector<const Record*> preferred(std::vector<const Record*> records, const s
   return records;
 }
 
-void check_scene(const Run& run, const std::string& scene) {
-  std::set<std::string> known;
-  for (const Record& record : run.records) known.insert(record.scene);
-  if (!known.contains(scene))
-    fail_input("--scene {}: {} has no such scene (it has {})", scene, run.folder.string(), fmt::join(known, ", "));
-}
-
 /// What a device's sampler reads beside its place in the settings' map, in texels, as its audit showed; none: unknown,
 /// or they rest on no sampler
 std::optional<double> sampler_shift_of(const json& device, const Settings& settings) {
@@ -78,7 +70,8 @@ std::optional<double> sampler_shift_of(const json& device, const Settings& setti
 
 ChosenSetting of_run(const SettingArguments& arguments) {
   const Run run = load_run(arguments.run);
-  if (!arguments.scene.empty()) check_scene(run, arguments.scene);
+  if (const auto known = scenes_of(run.records); !arguments.scene.empty() && !known.contains(arguments.scene))
+    fail_scene(arguments.scene, known, run.folder.string());
   const auto is_it = [&](const Record& candidate) {
     if (!is_setting_key(arguments.case_id)) return candidate.case_id == arguments.case_id;
     return (arguments.scene.empty() || candidate.scene == arguments.scene) &&

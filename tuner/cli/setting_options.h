@@ -29,7 +29,7 @@ struct SettingArguments {
   ReadingArguments reading{};
 };
 
-/// Adds HEIGHTMAP and the options that both commands have; `arguments` must outlive the parse.
+/// Adds HEIGHTMAP and the options that both commands have.
 /// returns: --presets
 CLI::Option* add_setting_options(CLI::App& command, SettingArguments& arguments);
 

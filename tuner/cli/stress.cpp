@@ -19,6 +19,7 @@
 #include "tuner/cli/format.h"
 #include "tuner/cli/interrupt.h"
 #include "tuner/cli/names.h"
+#include "tuner/cli/options.h"
 #include "tuner/measure/sweep.h"
 
 namespace reliefbench {
@@ -140,7 +141,7 @@ Exit exit_of(const StressReport& report) {
   return std::ranges::all_of(report.results, is_left_out) ? Exit::nothing_measured : Exit::done;
 }
 
-void stress_command(const StressArguments& arguments, int& exit_code) {
+Exit stress_command(const StressArguments& arguments) {
   const Extremes extremes = extremes_of(arguments);
   std::optional<SimulatedFilter> simulated;
   if (!arguments.simulate_filter.empty()) simulated = parse_simulated(arguments.simulate_filter);
@@ -178,12 +179,12 @@ void stress_command(const StressArguments& arguments, int& exit_code) {
     for (const std::string& device : report.devices) put("{}\n", device);
     if (!arguments.output.empty()) put("report: {}/stress.html\n", arguments.output);
   }
-  exit_code = static_cast<int>(exit_of(report));
+  return exit_of(report);
 }
 
 }  // namespace
 
-void add_stress_command(CLI::App& app, int& exit_code) {
+void add_stress_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("stress", "every technique, map and format at the extremes: what holds");
   const auto arguments = std::make_shared<StressArguments>();
   CLI::Option* const file = command->add_option("EXTREMES", arguments->extremes,
@@ -198,7 +199,7 @@ void add_stress_command(CLI::App& app, int& exit_code) {
       ->needs(random);
   command->add_option("-o,--output", arguments->output, "folder for stress.json, stress.html and the worst pictures");
   command->add_option("--backend", arguments->backend, "opengl | vulkan | all")->capture_default_str();
-  command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
+  add_device_option(*command, arguments->device);
   command->add_option("--filter", arguments->filter, "glob over technique/map/format/extreme, e.g. 'cone/*/cliff'");
   command->add_flag("--large", arguments->large, "the extremes with large maps too (most of an hour)");
   command
@@ -206,10 +207,12 @@ void add_stress_command(CLI::App& app, int& exit_code) {
                    "everything through a sampler whose weights have so many bits, e.g. 8:round or 6:truncate")
       ->type_name("BITS:WAY");
   add_names_option(*command, arguments->names);
-  command->add_flag("--quiet", arguments->quiet, "no progress");
+  add_quiet_option(*command, arguments->quiet);
   command->add_flag("--json", arguments->json, "all results on standard output");
-  command->footer("Example:\n  reliefbench stress --backend all -o out/stress");
-  command->callback([arguments, &exit_code] { stress_command(*arguments, exit_code); });
+  command->footer(
+      "Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end it with what was drawn.\n"
+      "Example:\n  reliefbench stress --backend all -o out/stress");
+  command->callback([arguments, &exit_code] { exit_code = stress_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -31,7 +31,7 @@ struct SweepArguments {
   int device = 0;
   std::string filter;
   std::string key;
-  std::string frame_px;
+  std::optional<Size> frame_px;
   std::optional<Shard> shard{};
   Names names;
   std::string pictures = "shown";
@@ -88,7 +88,8 @@ void print_plan_json(const Config& config, const Share& share, const std::string
   print_json(out, 1);
 }
 
-void print_plan(const Config& config, const Plan& plan, const Names& names) {
+void print_plan(const Config& config, const Share& share, const Names& names, const std::string& frames) {
+  const Plan& plan = share.plan;
   std::map<std::string, int> groups;
   for (const Case& c : plan.cases)
     groups[fmt::format("{:<8} {:<22} {}", c.backend, c.scene_id, c.settings.technique().id)] += 1;
@@ -99,6 +100,8 @@ void print_plan(const Config& config, const Plan& plan, const Names& names) {
       estimated_s(config, plan) / 60);
   if (!plan.conflicts.empty())
     put("{} combinations left out, e.g. {}\n", plan.conflicts.size(), plan.conflicts.front());
+  for (const std::string& line : {share.text, frames})
+    if (!line.empty()) put("{}\n", line);
 }
 
 void print_summary(const SweepSummary& summary) {
@@ -150,20 +153,20 @@ std::string frame_choice(const Config& config, const SweepArguments& arguments,
   return default_frame(chosen_devices(backend_ids, arguments.device), config, arguments.output).why;
 }
 
-void sweep_command(const SweepArguments& arguments, int& exit_code) {
+Exit sweep_command(const SweepArguments& arguments) {
   Config config = load_config(arguments.config);
-  if (!arguments.frame_px.empty()) set_frames(config, parse_frame_px(arguments.frame_px));
+  if (arguments.frame_px) set_frames(config, *arguments.frame_px);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
   if (arguments.dry_run) {
     const Share share =
         share_of(config, make_plan(config, backend_ids, arguments.filter, arguments.key), arguments.shard);
     const std::string frames =
         has_default_frames(config.scenes) ? frame_choice(config, arguments, backend_ids) : std::string();
-    if (arguments.json) return print_plan_json(config, share, frames);
-    print_plan(config, share.plan, arguments.names);
-    if (!share.text.empty()) put("{}\n", share.text);
-    if (!frames.empty()) put("{}\n", frames);
-    return;
+    if (arguments.json)
+      print_plan_json(config, share, frames);
+    else
+      print_plan(config, share, arguments.names, frames);
+    return Exit::done;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
   const SweepSummary summary = run_sweep(config, {.output = arguments.output,
@@ -183,12 +186,12 @@ void sweep_command(const SweepArguments& arguments, int& exit_code) {
     print_summary(summary);
   }
   print_failures(summary);
-  if (!summary.statuses.contains("ok")) exit_code = static_cast<int>(Exit::nothing_measured);
+  return summary.statuses.contains("ok") ? Exit::done : Exit::nothing_measured;
 }
 
 }  // namespace
 
-void add_sweep_command(CLI::App& app, int& exit_code) {
+void add_sweep_command(CLI::App& app, Exit& exit_code) {
   CLI::App* command = app.add_subcommand("sweep", "measure every case of a config: frame time and error");
   const auto arguments = std::make_shared<SweepArguments>();
   command->add_option("CONFIG", arguments->config, "what to measure, JSON (configs/)")->required();
@@ -203,12 +206,12 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       ->check([](const std::string& text) {
         return is_setting_key(text) ? std::string() : fmt::format("'{}' is no setting's key of eight digits", text);
       });
-  const CLI::Option* frame = add_frame_option(*command);
-  const CLI::Option* shard = command
-                                 ->add_option("--shard",
-                                              "only part I of N of the cases, which go by the maps that they share; "
-                                              "`reliefbench merge` joins the parts")
-                                 ->type_name("I/N");
+  add_frame_option(*command, arguments->frame_px);
+  command
+      ->add_option_function<std::string>(
+          "--shard", [&shard = arguments->shard](const std::string& text) { shard = parse_shard(text); },
+          "only part I of N of the cases, which go by the maps that they share; `reliefbench merge` joins the parts")
+      ->type_name("I/N");
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what failed twice");
   command
@@ -217,20 +220,15 @@ void add_sweep_command(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"shown", "all", "none"}))
       ->type_name("WHICH")
       ->capture_default_str();
-  const CLI::Option* slowdowns = add_slowdown_option(*command);
+  add_slowdown_option(*command, arguments->slowdowns);
   add_names_option(*command, arguments->names);
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");
-  command->add_flag("--quiet", arguments->quiet, "no progress");
+  add_quiet_option(*command, arguments->quiet);
   command->add_flag("--json", arguments->json, "the plan, or run.json, on standard output");
   command->footer(
       "Examples:\n  reliefbench sweep configs/quickstart.json -o out/quickstart --backend all\n"
       "  reliefbench sweep configs/exhaustive.json --shard 3/8 -o out/shard_3");
-  command->callback([=, &exit_code] {
-    arguments->frame_px = value_or(frame, std::string());
-    arguments->slowdowns = slowdowns_of(slowdowns);
-    if (!shard->empty()) arguments->shard = parse_shard(shard->as<std::string>());
-    sweep_command(*arguments, exit_code);
-  });
+  command->callback([arguments, &exit_code] { exit_code = sweep_command(*arguments); });
 }
 
 }  // namespace reliefbench

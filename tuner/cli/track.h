@@ -8,42 +8,27 @@
 
 namespace CLI {
 class App;
-class Option;
 }  // namespace CLI
 
 namespace reliefbench {
 
 // One function a subcommand of `track`, as in commands.h.
-void add_track_night(CLI::App& track, int& exit_code);
-void add_track_ingest(CLI::App& track, int& exit_code);
-void add_track_check(CLI::App& track, int& exit_code);
-void add_track_report(CLI::App& track, int& exit_code);
-void add_track_confirm(CLI::App& track, int& exit_code);
-void add_track_accept(CLI::App& track, int& exit_code);
-void add_track_annotate(CLI::App& track, int& exit_code);
-void add_track_list(CLI::App& track, int& exit_code);
-void add_track_export(CLI::App& track, int& exit_code);
+void add_track_night(CLI::App& track, Exit& exit_code);
+void add_track_ingest(CLI::App& track, Exit& exit_code);
+void add_track_check(CLI::App& track, Exit& exit_code);
+void add_track_report(CLI::App& track, Exit& exit_code);
+void add_track_confirm(CLI::App& track, Exit& exit_code);
+void add_track_accept(CLI::App& track, Exit& exit_code);
+void add_track_annotate(CLI::App& track, Exit& exit_code);
+void add_track_list(CLI::App& track, Exit& exit_code);
+void add_track_export(CLI::App& track, Exit& exit_code);
 
 /// --db, which every subcommand asks for.
-CLI::Option* add_database_option(CLI::App& command);
-
-/// Which nights, as --machine and --since say.
-struct NightOptions {
-  const CLI::Option* machine;
-  const CLI::Option* since;
-  [[nodiscard]] History::Query query() const;  ///< throws: Error(bad_input): --since
-};
-[[nodiscard]] NightOptions add_night_options(CLI::App& command);
-
+void add_database_option(CLI::App& command, std::string& database);
+/// Which nights: --machine and --since.
+void add_night_options(CLI::App& command, History::Query& nights);
 /// What is said of a night beside its files: --commit, --parent, --time and --machine.
-struct LabelOptions {
-  const CLI::Option* commit;
-  const CLI::Option* parent;
-  const CLI::Option* time;
-  const CLI::Option* machine;
-  [[nodiscard]] NightLabels labels() const;  ///< throws: Error(bad_input): --time
-};
-[[nodiscard]] LabelOptions add_label_options(CLI::App& command);
+void add_label_options(CLI::App& command, NightLabels& labels);
 
 /// "3 runs of ci-7 are later: is its clock right?", of a run that was just added; "" where it is its machine's newest.
 [[nodiscard]] std::string doubt_of_clock(const History& history, const RunRow& run);
@@ -58,17 +43,8 @@ struct CheckArguments {
   bool markdown = false;
   std::string junit{};  ///< a file; "" = none
 };
-struct CheckOptions {
-  const CLI::Option* least_effect;
-  const CLI::Option* least_nights;
-  const CLI::Option* news;
-  const CLI::Option* json;
-  const CLI::Option* markdown;
-  const CLI::Option* junit;
-  /// throws: Error(bad_input): what makes no sense
-  [[nodiscard]] CheckArguments arguments(const CLI::Option* database, const History::Query& query) const;
-};
-[[nodiscard]] CheckOptions add_check_options(CLI::App& command);
+/// All but --db and which nights.
+void add_check_options(CLI::App& command, CheckArguments& arguments);
 
 /// A history with what a check makes of it. New states are stored, so that the ids of its events are known.
 struct CheckedHistory {
@@ -88,7 +64,7 @@ void write_trend_page(const CheckedHistory& checked, const CheckArguments& argum
 /// The event of that id. throws: Error(bad_input): there is none, naming those that are open
 [[nodiscard]] const EventRow& find_event(const HistoryView& view, std::int64_t id);
 
-/// Who is at the keyboard, unless a name is given.
-[[nodiscard]] std::string author(const CLI::Option* by);
+/// Who is at the keyboard.
+[[nodiscard]] std::string user_name();
 
 }  // namespace reliefbench

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
@@ -10,6 +11,12 @@
 
 namespace reliefbench {
 namespace {
+
+struct AcceptArguments {
+  std::string database;
+  std::int64_t event = 0;
+  EventStateRow state{.unix_s = 0, .state = EventState::accepted, .by = user_name(), .text = {}};
+};
 
 void accept_event(const std::string& database, std::int64_t id, const EventStateRow& state) {
   History history = History::existing(database);
@@ -44,21 +51,19 @@ const EventRow& find_event(const HistoryView& view, std::int64_t id) {
   fail_input("--event {}: there is none; open are {}", id, fmt::join(open, ", "));
 }
 
-void add_track_accept(CLI::App& track, int& exit_code) {
+void add_track_accept(CLI::App& track, Exit& /*exit_code*/) {
   CLI::App* command = track.add_subcommand("accept", "take an event's new level for the base");
-  const CLI::Option* database = add_database_option(*command);
-  const CLI::Option* event =
-      command->add_option("--event", "its number, as `track check` prints it")->type_name("N")->required();
-  const CLI::Option* by = command->add_option("--by", "who accepts it; you")->type_name("NAME");
-  const CLI::Option* text = command->add_option("--text", "why");
+  const auto arguments = std::make_shared<AcceptArguments>();
+  add_database_option(*command, arguments->database);
+  command->add_option("--event", arguments->event, "its number, as `track check` prints it")
+      ->type_name("N")
+      ->required();
+  command->add_option("--by", arguments->state.by, "who accepts it; you")->type_name("NAME");
+  command->add_option("--text", arguments->state.text, "why");
   command->footer("Example:\n  reliefbench track accept --db history.db --event 3 --text 'more exact, worth 5 %'");
-  command->callback([=, &exit_code] {
-    accept_event(database->as<std::string>(), event->as<std::int64_t>(),
-                 {.unix_s = moment_now(),
-                  .state = EventState::accepted,
-                  .by = author(by),
-                  .text = value_or(text, std::string())});
-    exit_code = static_cast<int>(Exit::done);
+  command->callback([arguments] {
+    arguments->state.unix_s = moment_now();
+    accept_event(arguments->database, arguments->event, arguments->state);
   });
 }
 

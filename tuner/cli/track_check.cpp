@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "kernels/base/atomic_file.h"
@@ -52,36 +52,24 @@ void print_answer(const CheckedHistory& checked, const CheckArguments& arguments
 
 }  // namespace
 
-CheckOptions add_check_options(CLI::App& command) {
-  const ChangeOptions usual;
-  const std::string effect =
-      fmt::format("a step matters where its interval excludes this share; {}", usual.least_effect);
-  const std::string nights = fmt::format("nights that a new level takes to be one; {}", usual.least_nights);
-  CLI::Option* json = add_switch(command, "--json", "as JSON");
-  return {.least_effect = command.add_option("--least-effect", effect)->type_name("SHARE"),
-          .least_nights = command.add_option("--least-nights", nights)->type_name("N"),
-          .news = add_switch(command, "--news", "tell, and exit 1 for, only what no earlier check told: for a mail"),
-          .json = json,
-          .markdown = add_switch(command, "--markdown", "as Markdown, for a comment")->excludes(json),
-          .junit = command.add_option("--junit", "write JUnit XML to a file, too")->type_name("FILE")};
-}
-
-CheckArguments CheckOptions::arguments(const CLI::Option* database, const History::Query& query) const {
-  CheckArguments made{.database = database->as<std::string>(),
-                      .query = query,
-                      .options = {},
-                      .news_only = is_set(news),
-                      .json = is_set(json),
-                      .markdown = is_set(markdown),
-                      .junit = value_or(junit, std::string())};
-  ChangeOptions& change = made.options.change;
-  change.least_effect = value_or(least_effect, change.least_effect);
-  change.least_nights = value_or(least_nights, change.least_nights);
-  if (!std::isfinite(change.least_effect) || change.least_effect < 0 || change.least_effect >= 1)
-    fail_input("--least-effect {}: expected a share from 0 to 1, e.g. 0.015", change.least_effect);
-  if (change.least_nights < ChangeOptions{}.least_nights)
-    fail_input("--least-nights {}: expected at least {}", change.least_nights, ChangeOptions{}.least_nights);
-  return made;
+void add_check_options(CLI::App& command, CheckArguments& arguments) {
+  ChangeOptions& change = arguments.options.change;
+  const std::size_t least = change.least_nights;
+  CLI::Option* json = add_json_option(command, arguments.json);
+  command
+      .add_option("--least-effect", change.least_effect,
+                  fmt::format("a step matters where its interval excludes this share; {}", change.least_effect))
+      ->type_name("SHARE")
+      ->check(expect_number("a share from 0 to 1, e.g. 0.015", [](double share) { return share >= 0 && share < 1; }));
+  command
+      .add_option("--least-nights", change.least_nights,
+                  fmt::format("nights that a new level takes to be one; {}", least))
+      ->type_name("N")
+      ->check(expect_number(fmt::format("at least {}", least),
+                            [least](double nights) { return nights >= static_cast<double>(least); }));
+  command.add_flag("--news", arguments.news_only, "tell, and exit 1 for, only what no earlier check told: for a mail");
+  command.add_flag("--markdown", arguments.markdown, "as Markdown, for a comment")->excludes(json);
+  command.add_option("--junit", arguments.junit, "write JUnit XML to a file, too")->type_name("FILE");
 }
 
 CheckedHistory checked_history(const CheckArguments& arguments) {
@@ -113,11 +101,12 @@ void write_trend_page(const CheckedHistory& checked, const CheckArguments& argum
   write_output(file, trend_page(trend_data_json(checked.view, checked.check, arguments.options, checked.title)));
 }
 
-void add_track_check(CLI::App& track, int& exit_code) {
+void add_track_check(CLI::App& track, Exit& exit_code) {
   CLI::App* command = track.add_subcommand("check", "what moved, since which commits, by how much, how sure");
-  const CLI::Option* database = add_database_option(*command);
-  const NightOptions nights = add_night_options(*command);
-  const CheckOptions options = add_check_options(*command);
+  const auto arguments = std::make_shared<CheckArguments>();
+  add_database_option(*command, arguments->database);
+  add_night_options(*command, arguments->query);
+  add_check_options(*command, *arguments);
   command->footer(
       "A step is suspect when it is new, and confirmed by further nights or by `track confirm`. Cases that move "
       "together\n"
@@ -125,10 +114,7 @@ void add_track_check(CLI::App& track, int& exit_code) {
       "(--since)\n"
       "or for larger steps leaves open what it could not see.\n"
       "Example:\n  reliefbench track check --db history.db --markdown");
-  command->callback([=, &exit_code] {
-    const CheckArguments arguments = options.arguments(database, nights.query());
-    exit_code = static_cast<int>(print_check(checked_history(arguments), arguments));
-  });
+  command->callback([arguments, &exit_code] { exit_code = print_check(checked_history(*arguments), *arguments); });
 }
 
 }  // namespace reliefbench

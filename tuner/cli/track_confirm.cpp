@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -105,27 +106,25 @@ Exit confirm_command(ConfirmArguments arguments) {
 
 }  // namespace
 
-void add_track_confirm(CLI::App& track, int& exit_code) {
+void add_track_confirm(CLI::App& track, Exit& exit_code) {
   CLI::App* command =
       track.add_subcommand("confirm", "measure the last good build and the suspect one again, in turns");
-  const ConfirmArguments usual;
-  const std::string rounds_text = fmt::format("of good, bad, bad, good; {}", usual.rounds);
-  const CLI::Option* database = add_database_option(*command);
-  const CLI::Option* event =
-      command->add_option("--event", "its number, as `track check` prints it; the only open step")->type_name("N");
-  const CLI::Option* good = command->add_option("--good", "shell command that measures the good build into $OUT")
-                                ->type_name("CMD")
-                                ->required();
-  const CLI::Option* bad = command->add_option("--bad", "... and the suspect one")->type_name("CMD")->required();
-  const CLI::Option* rounds = command->add_option("--rounds", rounds_text)->type_name("N");
-  const CLI::Option* output =
-      command
-          ->add_option("-o,--output",
-                       "folder of the re-runs; those that are there count, so that a killed one goes on. Default: "
-                       "out/confirm/EVENT-KEY, of this event and these commands")
-          ->type_name("DIR");
-  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const auto arguments = std::make_shared<ConfirmArguments>();
+  add_database_option(*command, arguments->database);
+  command->add_option("--event", arguments->event, "its number, as `track check` prints it; the only open step")
+      ->type_name("N");
+  command->add_option("--good", arguments->good, "shell command that measures the good build into $OUT")
+      ->type_name("CMD")
+      ->required();
+  command->add_option("--bad", arguments->bad, "... and the suspect one")->type_name("CMD")->required();
+  add_rounds_option(*command, arguments->rounds, "of good, bad, bad, good");
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "folder of the re-runs; those that are there count, so that a killed one goes on. Default: "
+                   "out/confirm/EVENT-KEY, of this event and these commands")
+      ->type_name("DIR");
+  add_quiet_option(*command, arguments->quiet);
+  add_json_option(*command, arguments->json);
   command->footer(
       "What the commands leave at $OUT is a run's folder or a file of Google Benchmark. Exit code 1 where a regression "
       "is\n"
@@ -133,16 +132,7 @@ void add_track_confirm(CLI::App& track, int& exit_code) {
       "Example:\n  reliefbench track confirm --db history.db --event 3 \\\n"
       "    --good 'good/reliefbench sweep nightly.json --quiet -o $OUT' \\\n"
       "    --bad 'bad/reliefbench sweep nightly.json --quiet -o $OUT'");
-  command->callback([=, &exit_code] {
-    exit_code = static_cast<int>(confirm_command({.database = database->as<std::string>(),
-                                                  .event = value_or(event, usual.event),
-                                                  .good = good->as<std::string>(),
-                                                  .bad = bad->as<std::string>(),
-                                                  .rounds = value_or(rounds, usual.rounds),
-                                                  .output = value_or(output, std::string()),
-                                                  .quiet = is_set(quiet),
-                                                  .json = is_set(json)}));
-  });
+  command->callback([arguments, &exit_code] { exit_code = confirm_command(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 
 #include "kernels/base/atomic_file.h"
 #include "tuner/cli/options.h"
@@ -31,6 +33,14 @@ const std::vector<ExportFormat>& export_formats() {
   return all;
 }
 
+struct HistoryExport {
+  std::string database;
+  std::string format;
+  History::Query query;
+  std::optional<std::int64_t> run;
+  std::string output;  ///< "": standard output
+};
+
 /// What a format has of a history: one night, the last one unless another is asked for, or all of them.
 HistoryView view_of(const History& history, History::Query query, const ExportFormat& format) {
   if (format.is_of_one_night && query.run == 0) {
@@ -45,20 +55,34 @@ HistoryView view_of(const History& history, History::Query query, const ExportFo
   return view;
 }
 
+void export_history(const HistoryExport& arguments) {
+  const ExportFormat& format = *std::ranges::find(export_formats(), arguments.format, &ExportFormat::id);
+  History::Query query = arguments.query;
+  query.run = arguments.run.value_or(0);
+  if (arguments.run && query.run < 1) fail_input("--run {}: expected a run's number, from 1", query.run);
+  const History history(arguments.database, History::Access::read);
+  const std::string text = format.text(view_of(history, query, format));
+  if (arguments.output.empty())
+    fmt::print("{}", text);
+  else
+    write_output(arguments.output, text);
+}
+
 }  // namespace
 
-void add_track_export(CLI::App& track, int& exit_code) {
+void add_track_export(CLI::App& track, Exit& /*exit_code*/) {
   CLI::App* command = track.add_subcommand("export", "a history as other programs read it");
   std::vector<std::string> ids;
   for (const ExportFormat& format : export_formats()) ids.push_back(format.id);
-  const std::string choices = fmt::format("{}", fmt::join(ids, " | "));
-  const CLI::Option* format_option =
-      command->add_option("--format", choices)->type_name("ID")->required()->check(CLI::IsMember(ids));
-  const CLI::Option* database = add_database_option(*command);
-  const NightOptions nights = add_night_options(*command);
-  const CLI::Option* run =
-      command->add_option("--run", "only that night; of all but otava-csv the last")->type_name("N");
-  const CLI::Option* output = command->add_option("-o,--output", "a file; standard output")->type_name("FILE");
+  const auto arguments = std::make_shared<HistoryExport>();
+  command->add_option("--format", arguments->format, fmt::format("{}", fmt::join(ids, " | ")))
+      ->type_name("ID")
+      ->required()
+      ->check(CLI::IsMember(ids));
+  add_database_option(*command, arguments->database);
+  add_night_options(*command, arguments->query);
+  command->add_option("--run", arguments->run, "only that night; of all but otava-csv the last")->type_name("N");
+  command->add_option("-o,--output", arguments->output, "a file; standard output")->type_name("FILE");
   command->footer(
       "gbench: Google Benchmark's JSON, a repetition a sample, which `track ingest` reads, too. otava-csv: Apache "
       "Otava's\n"
@@ -66,20 +90,7 @@ void add_track_export(CLI::App& track, int& exit_code) {
       "github-action-benchmark's customSmallerIsBetter. What is tracked of a case is its time relative to the control\n"
       "case; raw medians in ns stand beside it where the format has room.\n"
       "Example:\n  reliefbench track export --db history.db --format bencher -o night.json");
-  command->callback([=, &exit_code] {
-    const ExportFormat& format =
-        *std::ranges::find(export_formats(), format_option->as<std::string>(), &ExportFormat::id);
-    History::Query query = nights.query();
-    query.run = value_or(run, std::int64_t{0});
-    if (!run->empty() && query.run < 1) fail_input("--run {}: expected a run's number, from 1", query.run);
-    const History history(database->as<std::string>(), History::Access::read);
-    const std::string text = format.text(view_of(history, query, format));
-    if (output->empty())
-      fmt::print("{}", text);
-    else
-      write_output(output->as<std::string>(), text);
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { export_history(*arguments); });
 }
 
 }  // namespace reliefbench

@@ -106,25 +106,22 @@ std::string doubt_of_clock(const History& history, const RunRow& run) {
                      run.machine, later == 1 ? "is" : "are");
 }
 
-void add_track_ingest(CLI::App& track, int& exit_code) {
+void add_track_ingest(CLI::App& track, Exit& exit_code) {
   CLI::App* command = track.add_subcommand("ingest", "import runs' folders, or Google Benchmark's JSON files");
-  const auto sources = std::make_shared<std::vector<std::string>>();
-  command->add_option("DIR", *sources, "folders of finished sweeps and tunes, JSON files")->required()->expected(1, -1);
-  const CLI::Option* database = add_database_option(*command);
-  const LabelOptions labels = add_label_options(*command);
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const auto arguments = std::make_shared<IngestArguments>();
+  command->add_option("DIR", arguments->sources, "folders of finished sweeps and tunes, JSON files")
+      ->required()
+      ->expected(1, -1);
+  add_database_option(*command, arguments->database);
+  add_label_options(*command, arguments->labels);
+  add_json_option(*command, arguments->json);
   command->footer(
       "What was imported before is known by its content and left alone. A source that is refused does not keep the\n"
       "others out; exit code 2 then. Of Google Benchmark, versions 1.7 to 1.9: repetitions are samples; where there "
       "are\n"
       "aggregates alone, their median counts. A tune's folder holds only what its search timed that night.\n"
       "Example:\n  reliefbench track ingest out/night --db history.db --commit $(git rev-parse HEAD)");
-  command->callback([=, &exit_code] {
-    exit_code = static_cast<int>(ingest_command({.sources = *sources,
-                                                 .database = database->as<std::string>(),
-                                                 .labels = labels.labels(),
-                                                 .json = is_set(json)}));
-  });
+  command->callback([arguments, &exit_code] { exit_code = ingest_command(*arguments); });
 }
 
 }  // namespace reliefbench

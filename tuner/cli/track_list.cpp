@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 
 #include "kernels/base/console.h"
@@ -223,28 +224,37 @@ void print_listing(const Listing& listing, const json& rows) {
   put("{}", columns(table));
 }
 
+struct HistoryList {
+  std::string what = "runs";
+  std::string database;
+  History::Query query;
+  bool json = false;
+};
+
+void list_history(const HistoryList& arguments) {
+  const Listing& listing = *std::ranges::find(listings(), arguments.what, &Listing::id);
+  const History history(arguments.database, History::Access::read);
+  const json rows = listing.rows(history.load(arguments.query));
+  if (arguments.json)
+    print_json(rows, 2);
+  else
+    print_listing(listing, rows);
+}
+
 }  // namespace
 
-void add_track_list(CLI::App& track, int& exit_code) {
+void add_track_list(CLI::App& track, Exit& /*exit_code*/) {
   CLI::App* command = track.add_subcommand("list", "what a history holds");
+  const auto arguments = std::make_shared<HistoryList>();
   std::vector<std::string> ids;
   for (const Listing& listing : listings()) ids.push_back(listing.id);
-  const std::string choices = fmt::format("{}; runs", fmt::join(ids, " | "));
-  const CLI::Option* what = command->add_option("WHAT", choices)->check(CLI::IsMember(ids));
-  const CLI::Option* database = add_database_option(*command);
-  const NightOptions nights = add_night_options(*command);
-  const CLI::Option* json_flag = add_switch(*command, "--json", "as JSON");
+  command->add_option("WHAT", arguments->what, fmt::format("{}; runs", fmt::join(ids, " | ")))
+      ->check(CLI::IsMember(ids));
+  add_database_option(*command, arguments->database);
+  add_night_options(*command, arguments->query);
+  add_json_option(*command, arguments->json);
   command->footer("Example:\n  reliefbench track list runs --db history.db");
-  command->callback([=, &exit_code] {
-    const Listing& listing = *std::ranges::find(listings(), value_or(what, std::string("runs")), &Listing::id);
-    const History history(database->as<std::string>(), History::Access::read);
-    const json rows = listing.rows(history.load(nights.query()));
-    if (is_set(json_flag))
-      print_json(rows, 2);
-    else
-      print_listing(listing, rows);
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { list_history(*arguments); });
 }
 
 }  // namespace reliefbench

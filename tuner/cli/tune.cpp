@@ -4,14 +4,15 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "backends/worker/remote.h"
 #include "kernels/base/append_file.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
+#include "kernels/image/heightmaps.h"
 #include "reports/pages/tune_page.h"
 #include "tuner/cli/commands.h"
 #include "tuner/cli/features_option.h"
@@ -20,8 +21,10 @@
 #include "tuner/cli/names.h"
 #include "tuner/cli/options.h"
 #include "tuner/cli/tune_text.h"
+#include "tuner/measure/run_info.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/scene_file.h"
+#include "tuner/plan/scene_json.h"
 
 namespace reliefbench {
 namespace {
@@ -30,10 +33,10 @@ struct TuneArguments {
   std::string subject;
   std::string output;
   std::vector<std::string> scenes;
-  std::vector<std::string> max_error;
+  std::vector<Budget> max_error;
   std::optional<double> max_time_ms{};
   std::vector<std::string> holdout;
-  std::string weights;
+  std::vector<double> weights;
   std::string features;
   std::string combine = "weighted";
   std::string backend;
@@ -49,7 +52,7 @@ struct TuneArguments {
   bool retry_failed = false;
   std::optional<double> relief_depth;
   std::optional<double> base;
-  std::string frame_px;
+  std::optional<Size> frame_px;
   std::optional<std::string> wrap;
   std::optional<double> tiling;
   Names names;
@@ -68,39 +71,18 @@ double parse_duration_s(const std::string& text) {
   return *value * scale;
 }
 
-double parse_positive(const std::string& option, const std::string& text) {
-  const std::optional<double> value = finite_number(text);
-  if (!value || *value <= 0) fail_input("{} '{}': expected a number above 0", option, text);
-  return *value;
-}
-
-std::vector<double> parse_weights(const std::string& text) {
-  std::vector<double> weights;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    weights.push_back(parse_positive("--weights", text.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return weights;
-}
-
 bool is_config(const std::string& subject) { return subject.ends_with(".json"); }
 
 /// Whether the subject is a scene file: its `visible` is the budget unless --max-error gives one.
 bool is_scene(const std::string& subject) { return is_config(subject) && is_scene_file(read_file(subject), subject); }
 
-SceneOptions scene_options_of(const TuneArguments& arguments) {
-  SceneOptions options{.relief_depth = arguments.relief_depth,
-                       .base = arguments.base,
-                       .wrap = arguments.wrap,
-                       .tiling = arguments.tiling};
-  if (!arguments.frame_px.empty()) options.frame_px = parse_frame_px(arguments.frame_px);
-  return options;
-}
-
 /// With all its scenes.
 Config subject_config(const TuneArguments& arguments) {
-  SceneOptions options = scene_options_of(arguments);
+  SceneOptions options{.relief_depth = arguments.relief_depth,
+                       .base = arguments.base,
+                       .frame_px = arguments.frame_px,
+                       .wrap = arguments.wrap,
+                       .tiling = arguments.tiling};
   if (!is_config(arguments.subject)) {
     options.views = arguments.scenes;
     HeightmapSpec heightmap{.source = arguments.subject};
@@ -117,12 +99,14 @@ Config subject_config(const TuneArguments& arguments) {
 
 /// The scenes of a config that are asked for.
 std::vector<SceneSpec> chosen_scenes(const Config& config, const TuneArguments& arguments) {
+  std::set<std::string> known;
+  for (const SceneSpec& scene : config.scenes) known.insert(scene.id);
   std::vector<SceneSpec> kept;
   for (const std::string& id : arguments.scenes) {
     const auto found = std::ranges::find_if(config.scenes, [&](const SceneSpec& scene) {
       return scene.id == id || scene.id.substr(scene.id.find('/') + 1) == id;
     });
-    if (found == config.scenes.end()) fail_input("--scene '{}': {} has no such scene", id, arguments.subject);
+    if (found == config.scenes.end()) fail_scene(id, known, arguments.subject);
     kept.push_back(*found);
   }
   return kept;
@@ -160,17 +144,13 @@ TuneOptions options_of(const TuneArguments& arguments) {
   options.quiet = arguments.quiet;
   options.retry_failed = arguments.retry_failed;
   TuneQuestion& question = options.question;
-  for (const std::string& text : arguments.max_error) question.max_error.push_back(parse_budget(text));
+  question.max_error = arguments.max_error;
   question.max_time_ms = arguments.max_time_ms;
   question.epsilon = arguments.epsilon;
   question.confidence = arguments.confidence;
   question.seed = arguments.seed;
-  if (!std::isfinite(question.epsilon) || question.epsilon <= 0)
-    fail_input("--epsilon {}: expected a number above 0", question.epsilon);
-  if (!(question.confidence > 0.5 && question.confidence < 1))
-    fail_input("--confidence {}: expected a number between 0.5 and 1", question.confidence);
   if (!arguments.time_limit.empty()) options.time_limit_s = parse_duration_s(arguments.time_limit);
-  options.weights = parse_weights(arguments.weights);
+  options.weights = arguments.weights;
   options.combine = arguments.combine == "worst" ? Combine::worst : Combine::weighted;
   options.is_interrupted = is_interrupted;
   if (arguments.fleet.empty()) return options;
@@ -190,16 +170,26 @@ Exit exit_of(const TuneResult& result) {
 
 /// out/tune_HEIGHTMAP_VIEW_KEY: the key stands for the whole question, so that another question has another folder.
 std::filesystem::path default_folder(const TuneArguments& arguments, const Config& config, const TuneOptions& options) {
-  std::string question = config.text + arguments.combine + arguments.weights + options.backend;
-  for (const SceneSpec& scene : config.scenes) question += scene.id + "\n";
-  for (const std::string& bound : arguments.max_error) question += bound + "\n";
-  const std::string max_time = arguments.max_time_ms ? fmt::format("{}", *arguments.max_time_ms) : "";
-  question +=
-      fmt::format("{} {} {} {} {}", max_time, arguments.epsilon, arguments.confidence, arguments.seed, options.device);
-  if (options.fleet) question += fleet_sha256(*options.fleet);
+  std::vector<std::string> question = {config_sha256(config),
+                                       arguments.combine,
+                                       fmt::format("{}", fmt::join(arguments.weights, ",")),
+                                       options.backend,
+                                       fmt::format("{}", options.device),
+                                       fmt::format("{}", fmt::join(budget_texts(arguments.max_error), ",")),
+                                       arguments.max_time_ms ? fmt::format("{}", *arguments.max_time_ms) : "",
+                                       fmt::format("{}", arguments.epsilon),
+                                       fmt::format("{}", arguments.confidence),
+                                       fmt::format("{}", arguments.seed),
+                                       options.fleet ? fleet_sha256(*options.fleet) : ""};
+  Heightmaps heightmaps;  // no config says what their files hold
+  for (const SceneSpec& spec : config.scenes) {
+    question.push_back(spec.id);
+    question.push_back(measured_scene(spec, heightmaps.read(spec.heightmap)).key.hex);
+  }
+  const std::string key = sha256(fmt::format("{}", fmt::join(question, "\n"))).substr(0, 8);
   std::string scene = config.scenes.front().id;
   std::ranges::replace(scene, '/', '_');
-  return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, sha256(question).substr(0, 8));
+  return std::filesystem::path("out") / fmt::format("tune_{}_{}", scene, key);
 }
 
 /// Refuses options that say how frames are drawn: a recorded run's are as they are.
@@ -217,7 +207,7 @@ std::string chosen_backend(const std::string& name) {
   return std::ranges::find(all, "vulkan") != all.end() ? "vulkan" : all.front();
 }
 
-void tune_command(const TuneArguments& arguments, int& exit_code) {
+Exit tune_command(const TuneArguments& arguments) {
   TuneOptions options = options_of(arguments);
   heed_interrupts();
   TuneResult result;
@@ -247,89 +237,94 @@ void tune_command(const TuneArguments& arguments, int& exit_code) {
     if (!options.output.empty()) put("\nreport: {}\n", (options.output / kTunePage).string());
     if (arguments.replay.empty()) print_next_commands(result, options.output.string());
   }
-  exit_code = static_cast<int>(exit_of(result));
+  return exit_of(result);
 }
 
-}  // namespace
-
-void add_tune_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("tune", "search for the settings to ship, and say how sure the answer is");
-  const auto arguments = std::make_shared<TuneArguments>();
-  command->add_option(
-      "SUBJECT", arguments->subject,
+/// What is asked, and how the answer is looked for.
+void add_question_options(CLI::App& command, TuneArguments& arguments) {
+  command.add_option(
+      "SUBJECT", arguments.subject,
       "a heightmap (name or file) or a scene file on the built-in space, or a config whose sweeps are the space");
-  command->add_option(
-      "-o,--output", arguments->output,
+  command.add_option(
+      "-o,--output", arguments.output,
       "folder, where an interrupted search is continued; default: one of its own for each question, under out/");
-  command->add_option("--scene", arguments->scenes, "view of the heightmap, or scene of the config; may be repeated")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
-  command
-      ->add_option("--max-error", arguments->max_error,
-                   "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated. Without: the whole front")
-      ->type_name("BOUND")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
-  command->add_option("--max-time-ms", arguments->max_time_ms, "then the most accurate within it")
+  take_each(command.add_option("--scene", arguments.scenes,
+                               "view of the heightmap, or scene of the config; may be repeated"));
+  add_bounds_option(command, "--max-error", arguments.max_error,
+                    "bound on a metric, e.g. 'e_xy.p99<=0.5'; may be repeated. Without: the whole front");
+  command.add_option("--max-time-ms", arguments.max_time_ms, "then the most accurate within it")
       ->type_name("MS")
       ->check(above_zero());
-  command->add_option("--epsilon", arguments->epsilon, "how much slower than the best the pick may be")
+  command.add_option("--epsilon", arguments.epsilon, "how much slower than the best the pick may be")
+      ->check(above_zero())
       ->capture_default_str();
-  command->add_option("--confidence", arguments->confidence, "of the certificate")->capture_default_str();
+  command.add_option("--confidence", arguments.confidence, "of the certificate")
+      ->check(expect_number("a number between 0.5 and 1", [](double share) { return share > 0.5 && share < 1; }))
+      ->capture_default_str();
   command
-      ->add_option(
-          "--time-limit", arguments->time_limit,
+      .add_option(
+          "--time-limit", arguments.time_limit,
           fmt::format(
               "90s, 10m, 1h: then the answer so far; default: none, it goes on until the answer is certain, with "
               "--replay for {} samples a setting at most",
               kReplayPatience))
       ->type_name("T");
-  command
-      ->add_option("--holdout", arguments->holdout,
-                   "heightmap on which the pick is only tried, read as SUBJECT is; may be repeated")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
-  command->add_option("--combine", arguments->combine, "several scenes: weighted sum of their times, or the worst")
+  take_each(command.add_option("--holdout", arguments.holdout,
+                               "heightmap on which the pick is only tried, read as SUBJECT is; may be repeated"));
+  command.add_option("--combine", arguments.combine, "several scenes: weighted sum of their times, or the worst")
       ->check(CLI::IsMember({"weighted", "worst"}))
       ->capture_default_str();
-  command->add_option("--weights", arguments->weights, "of the scenes, e.g. 2,1,1")->type_name("W,...");
-  command->add_option("--backend", arguments->backend, "opengl | vulkan | null; default: vulkan where it has a device");
-  command->add_option("--device", arguments->device, "index on the backend")->capture_default_str();
-  command->add_option("--seed", arguments->seed, "of the audits, and of replay's noise")->capture_default_str();
-  command->add_option("--replay", arguments->replay, "a recorded sweep (run folder or table.csv) instead of a device")
+  add_weights_option(command, arguments.weights, "of the scenes, e.g. 2,1,1");
+  command.add_option("--backend", arguments.backend, "opengl | vulkan | null; default: vulkan where it has a device");
+  add_device_option(command, arguments.device);
+  command.add_option("--seed", arguments.seed, "of the audits, and of replay's noise")->capture_default_str();
+}
+
+/// Runs of other devices, or one in the place of a device.
+void add_fleet_options(CLI::App& command, TuneArguments& arguments) {
+  command.add_option("--replay", arguments.replay, "a recorded sweep (run folder or table.csv) instead of a device")
       ->type_name("RUN");
   command
-      ->add_option(
-          "--fleet", arguments->fleet,
-          "runs of other devices in the same scene (run folders or table.csv): the setting for all of them and "
-          "this device, too")
+      .add_option("--fleet", arguments.fleet,
+                  "runs of other devices in the same scene (run folders or table.csv): the setting for all of them and "
+                  "this device, too")
       ->type_name("RUN ...");
   command
-      ->add_option("--regret", arguments->regret,
-                   "of the fleet; minimax: the least worst loss | mean: the least mean of the losses")
+      .add_option("--regret", arguments.regret,
+                  "of the fleet; minimax: the least worst loss | mean: the least mean of the losses")
       ->check(CLI::IsMember(regret_ids()))
       ->type_name("RULE")
       ->capture_default_str();
+}
+
+void add_scene_options(CLI::App& command, TuneArguments& arguments) {
+  command.add_option("--relief-depth", arguments.relief_depth, "in sides of one tile; default: 0.1, or the config's")
+      ->check(not_below_zero());
+  add_base_option(command, arguments.base, "1, or the config's");
+  add_frame_option(command, arguments.frame_px);
+  command.add_option("--wrap", arguments.wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
+  command.add_option("--tiling", arguments.tiling, "tiles along a side of the surface")->check(above_zero());
+}
+
+}  // namespace
+
+void add_tune_command(CLI::App& app, Exit& exit_code) {
+  CLI::App* command = app.add_subcommand("tune", "search for the settings to ship, and say how sure the answer is");
+  const auto arguments = std::make_shared<TuneArguments>();
+  add_question_options(*command, *arguments);
+  add_fleet_options(*command, *arguments);
   add_channel_options(*command, arguments->reading);
   command->add_flag("--retry-failed", arguments->retry_failed,
                     "draw again what failed in an earlier start, also what failed twice");
-  const CLI::Option* features = add_features_option(*command);
-  command->add_option("--relief-depth", arguments->relief_depth, "in sides of one tile; default: 0.1, or the config's")
-      ->check(not_below_zero());
-  add_base_option(*command, arguments->base, "1, or the config's");
-  const CLI::Option* frame = add_frame_option(*command);
-  command->add_option("--wrap", arguments->wrap, "repeat | clamp")->check(CLI::IsMember({"repeat", "clamp"}));
-  command->add_option("--tiling", arguments->tiling, "tiles along a side of the surface")->check(above_zero());
+  add_features_option(*command, arguments->features);
+  add_scene_options(*command, *arguments);
   add_names_option(*command, arguments->names);
-  command->add_flag("--quiet", arguments->quiet, "no progress");
+  add_quiet_option(*command, arguments->quiet);
   command->add_flag("--json", arguments->json, "tune.json on standard output");
   command->footer(
       "Exit code 1 where nothing meets the bounds, with --fleet on all devices; 4 where the precision was not "
       "reached.\n"
-      "Ctrl-C and SIGTERM end the search with the answer so far.\n"
+      "Ctrl-C, SIGTERM and SIGHUP (a closed terminal) end the search with the answer so far.\n"
       "With --fleet the search ends with what `choose` says of these runs and this one. It times where that is "
       "decided:\n"
       "this device's best setting, and those that lose little on the others.\n"
@@ -339,10 +334,8 @@ void add_tune_command(CLI::App& app, int& exit_code) {
       "  reliefbench tune rocks --scene grazing --fleet out/h200 out/phone -o out/tune\n"
       "  reliefbench tune configs/scenes/floor.json --features shadow,penumbra -o out/floor_tuned");
   command->callback([=, &exit_code] {
-    arguments->features = value_or(features, std::string());
-    arguments->frame_px = value_or(frame, std::string());
     if (!arguments->replay.empty()) refuse_with_replay(*command);
-    tune_command(*arguments, exit_code);
+    exit_code = tune_command(*arguments);
   });
 }
 

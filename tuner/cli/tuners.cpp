@@ -4,7 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "reports/pages/tuners_page.h"
 #include "tuner/cli/commands.h"
@@ -21,7 +23,7 @@ struct TunersArguments {
   RecordedQuery query;
   int seeds = 20;
   double part = 1;
-  int certificates = 20;
+  std::optional<int> certificates;  ///< none: as many as seeds
   double correlation = 0;
   std::vector<double> shares;
   std::string output;
@@ -79,7 +81,7 @@ void tuners_command(const TunersArguments& arguments) {
   Progress progress(arguments.quiet);
   TunersOptions options{.seeds = arguments.seeds,
                         .part = arguments.part,
-                        .certificates = arguments.certificates,
+                        .certificates = arguments.certificates.value_or(arguments.seeds),
                         .correlation = arguments.correlation};
   if (!arguments.shares.empty()) options.shares = arguments.shares;
   options.on_progress = [&](double fraction) {
@@ -98,59 +100,40 @@ void tuners_command(const TunersArguments& arguments) {
 
 }  // namespace
 
-void add_tuners_command(CLI::App& app, int& exit_code) {
+void add_tuners_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("tuners", "search strategies compared on a recorded sweep");
-  const CLI::Option* path = command->add_option("RUN", "a finished sweep: its folder or its table.csv")->required();
-  const CLI::Option* backend = command->add_option("--backend", "of several in the run, this one")->type_name("ID");
-  const CLI::Option* scene = command->add_option("--scene", "likewise")->type_name("ID");
-  const CLI::Option* error =
-      command->add_option("--error", "metric of the error; default: the run's")->type_name("METRIC");
-  const CLI::Option* constraints =
-      command->add_option("--constraint", "bound that every setting keeps; may be repeated; default: the run's")
-          ->type_name("BOUND")
-          ->expected(1)
-          ->take_all();
-  const CLI::Option* seeds =
-      command->add_option("--seeds", "how often each strategy is run; default 20")->check(CLI::Range(1, 10000));
-  const CLI::Option* part =
-      command->add_option("--part", "of the settings that a seed searches, drawn anew for each; default 1")
-          ->check(CLI::Range(1e-9, 1.0));
-  const CLI::Option* certificates =
-      command->add_option("--certificates", "seeds on which `tune` runs to its certificate; default: as many")
-          ->check(CLI::Range(0, 10000));
-  const CLI::Option* correlation =
-      command->add_option("--correlation", "of the frames of a round while `tune` runs to its certificate; default 0")
-          ->check(CLI::Range(0.0, 1.0));
-  const CLI::Option* shares =
-      command->add_option("--share", "of the settings that may be timed, 1: until it ends; may be repeated")
-          ->check(CLI::Range(1e-9, 1.0))
-          ->expected(1)
-          ->take_all();
-  const CLI::Option* output = command->add_option("-o,--output", "also as an HTML page")->type_name("FILE");
-  const CLI::Option* quiet = add_switch(*command, "--quiet", "no progress");
-  const CLI::Option* json = add_switch(*command, "--json", "as JSON");
+  const auto arguments = std::make_shared<TunersArguments>();
+  RecordedQuery& query = arguments->query;
+  command->add_option("RUN", arguments->path, "a finished sweep: its folder or its table.csv")->required();
+  command->add_option("--backend", query.backend, "of several in the run, this one")->type_name("ID");
+  command->add_option("--scene", query.scene, "likewise")->type_name("ID");
+  command->add_option("--error", query.error_metric, "metric of the error; default: the run's")->type_name("METRIC");
+  add_bounds_option(*command, "--constraint", query.constraints,
+                    "bound that every setting keeps; may be repeated; default: the run's");
+  command->add_option("--seeds", arguments->seeds, "how often each strategy is run; default 20")
+      ->check(CLI::Range(1, 10000));
+  command->add_option("--part", arguments->part, "of the settings that a seed searches, drawn anew for each; default 1")
+      ->check(CLI::Range(1e-9, 1.0));
+  command
+      ->add_option("--certificates", arguments->certificates,
+                   "seeds on which `tune` runs to its certificate; default: as many")
+      ->check(CLI::Range(0, 10000));
+  command
+      ->add_option("--correlation", arguments->correlation,
+                   "of the frames of a round while `tune` runs to its certificate; default 0")
+      ->check(CLI::Range(0.0, 1.0));
+  take_each(command->add_option("--share", arguments->shares,
+                                "of the settings that may be timed, 1: until it ends; may be repeated"))
+      ->check(CLI::Range(1e-9, 1.0));
+  command->add_option("-o,--output", arguments->output, "also as an HTML page")->type_name("FILE");
+  add_quiet_option(*command, arguments->quiet);
+  add_json_option(*command, arguments->json);
   command->footer(
       "No device is needed: times are drawn from the recorded samples, and answers judged by their true medians.\n"
       "Example:\n"
       "  reliefbench tuners out/quickstart --backend opengl --scene rocks/grazing -o tuners.html\n"
       "  reliefbench tuners out/exhaustive --part 0.8 --seeds 30 --share 0.05");
-  command->callback([=, &exit_code] {
-    TunersArguments arguments{
-        .path = path->as<std::string>(),
-        .query = {.backend = value_or(backend, std::string()), .scene = value_or(scene, std::string())},
-        .seeds = value_or(seeds, 20),
-        .part = value_or(part, 1.0),
-        .certificates = value_or(certificates, value_or(seeds, 20)),
-        .correlation = value_or(correlation, 0.0),
-        .shares = value_or(shares, std::vector<double>{}),
-        .output = value_or(output, std::string()),
-        .quiet = is_set(quiet),
-        .json = is_set(json)};
-    if (!error->empty()) arguments.query.error_metric = error->as<std::string>();
-    if (!constraints->empty()) arguments.query.constraints = parse_budgets(constraints->as<std::vector<std::string>>());
-    tuners_command(arguments);
-    exit_code = 0;
-  });
+  command->callback([arguments] { tuners_command(*arguments); });
 }
 
 }  // namespace reliefbench

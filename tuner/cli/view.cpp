@@ -109,7 +109,7 @@ std::string footer() {
 
 }  // namespace
 
-void add_view_command(CLI::App& app, int& exit_code) {
+void add_view_command(CLI::App& app, Exit& /*exit_code*/) {
   CLI::App* command = app.add_subcommand("view", "a setting live in a window beside the reference, or as a picture");
   const auto arguments = std::make_shared<Arguments>();
   add_setting_options(*command, arguments->setting);
@@ -148,14 +148,10 @@ void add_view_command(CLI::App& app, int& exit_code) {
       ->check(above_zero())
       ->excludes(png)
       ->excludes(script);
-  const CLI::Option* debug = add_switch(
-      *command, "--debug", "with Vulkan's validation layer or OpenGL's debug output; what they say is an error");
+  command->add_flag("--debug", arguments->debug,
+                    "with Vulkan's validation layer or OpenGL's debug output; what they say is an error");
   command->footer(footer());
-  command->callback([=, &exit_code] {
-    arguments->debug = is_set(debug);
-    ViewCommand(*arguments).run();
-    exit_code = static_cast<int>(Exit::done);
-  });
+  command->callback([arguments] { ViewCommand(*arguments).run(); });
 }
 
 }  // namespace reliefbench

@@ -11,6 +11,7 @@
 
 #include "kernels/base/append_file.h"
 #include "kernels/base/file_error.h"
+#include "kernels/base/stop_signals.h"
 #include "kernels/base/uninterrupted.h"
 
 namespace reliefbench {
@@ -49,7 +50,7 @@ extern "C" void on_stop(int signal) {
 
 /// In the place of one handler of stops, and of no other.
 void replace_handler(void (*from)(int), void (*to)(int)) {
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : kStopSignals) {
     struct sigaction now {};
     if (::sigaction(signal, nullptr, &now) == 0 && now.sa_handler == from) std::signal(signal, to);
   }

@@ -8,8 +8,7 @@ namespace reliefbench {
 
 /// The case that is being drawn, in a small file of the run's folder: where the process ends in the middle of it (a
 /// driver may take the whole machine with it), the next start finds here which one it was. Whoever stops the process
-/// (SIGINT, SIGTERM, SIGHUP) says nothing of the case: where nobody else heeds these signals, they clear the mark
-/// first.
+/// (kStopSignals) says nothing of the case: where nobody else heeds these signals, they clear the mark first.
 class CaseMark {
  public:
   /// Where the earlier start ended in the middle of a case.
