@@ -109,6 +109,7 @@ TEST_F(BakeCommand, a_devices_bake_says_where_its_time_went) {
   const std::string text = bake(arguments).out;
   EXPECT_THAT(text, ContainsRegex("\n  search +[0-9]"));
   EXPECT_THAT(text, ContainsRegex("\ndevice +vulkan 0: "));
+  EXPECT_THAT(text, ContainsRegex("\npacked in +[0-9.]+ .s on cpu"));
   expect_refused({"fbm", "--map", "quick", "--repeat", "0"}, 2, "--repeat");
 }
 

@@ -4,8 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "kernels/trace/technique.h"
 #include "tests/cli_rig.h"
 #include "tests/finished_run.h"
+#include "tuner/results/store.h"
 
 namespace reliefbench {
 namespace {
@@ -77,6 +79,9 @@ TEST_F(CliTest, choose_names_the_scenes_that_there_are) {
 
 TEST_F(CliTest, recommend_prices_a_heightmap_that_changes) {
   static_cast<void>(null_sweep(folder_));
+  // A map of heights alone has to be packed, too.
+  for (const Record& record : load_run(folder_.path() / "run").records)
+    EXPECT_EQ(record.bake_time_ns > 0, find_technique(record.technique).reads_map()) << record.case_id;
   const CommandResult text = run({"recommend", "run", "--max-error", "e_xy.p99<=100", "--rebake-every", "4"});
   EXPECT_EQ(text.exit_code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("Each frame bears its share of a bake every 4 frames"));

@@ -79,15 +79,17 @@ class HeldBackTest : public ::testing::Test {
   [[nodiscard]] static Config smoke() {
     return load_config(std::filesystem::path(RELIEFBENCH_SOURCE_DIR) / "configs/smoke.json");
   }
-  Counts sweep(const std::string& name, FaultyDevices& devices, std::optional<Shard> shard = {}) const {
+  SweepSummary summary(const std::string& name, FaultyDevices& devices, std::optional<Shard> shard = {}) const {
     return run_sweep(smoke(), {.output = folder_ / name,
                                .backends = {"null"},
                                .shard = shard,
                                .pictures = Pictured::none,
                                .quiet = true,
                                .open = devices.opener(),
-                               .cooling_pause_s = 0})
-        .statuses;
+                               .cooling_pause_s = 0});
+  }
+  Counts sweep(const std::string& name, FaultyDevices& devices, std::optional<Shard> shard = {}) const {
+    return summary(name, devices, shard).statuses;
   }
   reliefbench::Run healthy(const std::string& name) const {
     FaultyDevices devices;
@@ -125,6 +127,17 @@ TEST_F(HeldBackTest, a_device_that_tells_nothing_leaves_no_trace) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run" / kBlocksFile));
   EXPECT_TRUE(run.blocks.empty());
   for (const char* key : {"states", "control_state", "pci"}) EXPECT_FALSE(run.info["devices"][0].contains(key)) << key;
+}
+
+TEST_F(HeldBackTest, a_device_that_is_held_back_from_the_start_is_said_to_be) {
+  FaultyDevices devices;
+  devices.tell([](int /*nth*/) { return hot(); });
+  const SweepSummary run = summary("run", devices);
+  EXPECT_EQ(run.statuses, (Counts{{"ok", 9}}));
+  EXPECT_THAT(run.notes, ::testing::Contains(AllOf(HasSubstr("was held back when the run began"), HasSubstr(kHot))));
+  FaultyDevices cool;
+  cool.tell([](int /*nth*/) { return fast(); });
+  EXPECT_THAT(summary("cool", cool).notes, ::testing::Not(::testing::Contains(HasSubstr("held back"))));
 }
 
 TEST_F(HeldBackTest, a_block_that_was_held_back_once_is_measured_again) {

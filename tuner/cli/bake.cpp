@@ -34,7 +34,7 @@ struct BakeArguments {
   std::map<std::string_view, std::optional<std::string>> parameters;  ///< of map kinds, by id
   int threads = 0;
   std::string device = "cpu";
-  int repeat = 1;
+  std::optional<int> repeat{};
   std::optional<double> timeout_s;
   std::string output;
   bool verify = false;
@@ -137,7 +137,8 @@ void print_figures(const BakeJob& job, const BakeResult& result) {
               {"device", job.device},
               {"width", result.width},
               {"height", result.height},
-              {"time_ms", result.bake_time_ns * 1e-6}};
+              {"time_ms", result.bake_time_ns * 1e-6},
+              {"pack_ms", result.pack_time_ns * 1e-6}};
   if (result.device) {
     out["device_index"] = result.device->index;
     out["device_name"] = result.device->name;
@@ -194,11 +195,14 @@ void print_text(const BakeJob& job, const BakeResult& result) {
       {"map", fmt::format("{}{} of {}, {} x {} texels, {}", storage.map.id,
                           has_ratios ? fmt::format(" ({})", correction_id(storage.correction)) : "",
                           job.heightmap.source, result.width, result.height, wrap_id(job.spec.wrap))},
-      {"time", fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
+      {"time", storage.map.content == MapContent::heights
+                   ? "none: heights need no baker"
+                   : fmt::format("{} on {}", format_time_ns(result.bake_time_ns), job.device)}};
   if (result.device)
     rows.push_back({"device", fmt::format("{} {}: {}, {}", result.device->backend, result.device->index,
                                           result.device->name, result.device->driver)});
   for (const ComputeTime& time : result.device_times) rows.push_back({"  " + time.part, format_time_ns(time.ns)});
+  rows.push_back({"packed in", fmt::format("{} on cpu", format_time_ns(result.pack_time_ns))});
   if (has_ratios)
     rows.push_back({"mean ratio", fmt::format("{}; {} % closed", format_number(result.mean_ratio),
                                               format_number(100 * result.closed_share))});
@@ -254,9 +258,12 @@ void add_bake_command(CLI::App& app, Exit& exit_code) {
   command->add_option("--threads", arguments->threads, "0: all")->capture_default_str();
   command->add_option("--device", arguments->device, "cpu | opengl | vulkan; vulkan:1: its second device")
       ->capture_default_str();
-  command->add_option("--repeat", arguments->repeat, "bake so many times, for the median of their times")
-      ->check(above_zero())
-      ->capture_default_str();
+  command
+      ->add_option("--repeat", arguments->repeat,
+                   fmt::format("bake so many times, for the median of their times; default: 1, on a GPU {}, after "
+                               "one that is not timed",
+                               kHardwareBakes))
+      ->check(above_zero());
   command
       ->add_option("--timeout-s", arguments->timeout_s,
                    fmt::format("a band of a GPU's bake, about a second's work, that takes longer ends it; default: {}, "

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "backends/backend.h"
+#include "backends/gpu_bake.h"
 #include "kernels/base/suggest.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
@@ -92,6 +93,7 @@ Json map_rows() {
                     {"ratios", map.ratios},
                     {"corrections", fmt::format("{}", fmt::join(corrections, " | "))},
                     {"parameters", fmt::format("{}", fmt::join(parameters, " | "))},
+                    {"gpu_baker", std::ranges::find(gpu_bakers(), map.kind) != gpu_bakers().end()},
                     {"guarantee", map.guarantee},
                     {"source", map.source},
                     {"description", map.description}});

@@ -246,7 +246,8 @@ Exit recommend_command(const RecommendArguments& arguments) {
   put("{}\n", paint.dim("Times: median [its interval; confidence]; judged by the interval's upper end."));
   if (question.rebake_every)
     put("{}\n",
-        paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}, as the run baked its map.",
+        paint.dim(fmt::format("Each frame bears its share of a bake every {} frame{}: the processor's, from heights to "
+                              "texels, without their upload.",
                               *question.rebake_every, *question.rebake_every == 1 ? "" : "s")));
   for (const Answer& answer : answers) print_answer(answer, question, stored, arguments.names, paint);
   print_filter_notes(answers, stored, paint);

@@ -45,7 +45,7 @@ struct Answer {
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);
 
-/// Of a heightmap that changes every so many frames: each frame bears its share of its map's bake, as the run baked it;
+/// Of a heightmap that changes every so many frames: each frame bears its share of its map's Record::bake_time_ns;
 /// a height map itself has none to bear. What is judged, compared and printed from then on is this sum.
 void add_bakes(std::span<Record> records, int rebake_every);
 

@@ -16,6 +16,7 @@ namespace reliefbench {
 
 inline constexpr double kBandLimit_s = 60;
 inline constexpr double kSoftwareBandLimit_s = 600;
+inline constexpr int kHardwareBakes = 5;
 
 /// One map, from heightmap to file.
 struct BakeJob {
@@ -23,7 +24,9 @@ struct BakeJob {
   BakeSpec spec;
   std::string device = "cpu";  ///< cpu | opengl | vulkan
   int device_index = 0;        ///< within that backend
-  int repeat = 1;              ///< bakes; their times' medians are taken
+  /// Bakes whose times' medians are taken; none: 1, or kHardwareBakes on a GPU. There one more comes first, of which no
+  /// time is kept: it wakes the device and is the first to run its shaders.
+  std::optional<int> repeat{};
   bool verify = false;
   std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none
   /// A band of a GPU's bake (about a second's work) that takes longer ends it, where the device is in a process of its
@@ -37,6 +40,7 @@ struct BakeResult {
   int width = 0;
   int height = 0;
   double bake_time_ns = 0;                  ///< on the host's clock, without the way to another process and back
+  double pack_time_ns = 0;                  ///< of encoding and packing, on the processor
   std::optional<DeviceInfo> device{};       ///< a GPU's bake
   std::vector<ComputeTime> device_times{};  ///< likewise, on its own clock
   double mean_ratio = 0;                    ///< of the ratios as stored; a map without ratios: 0

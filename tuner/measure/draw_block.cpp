@@ -16,6 +16,8 @@ namespace {
 // most what the clock lost: a tenth here.
 constexpr double kLeastClockShare = 0.9;
 
+bool is_serious(std::string_view reason) { return reason != kPowerCap; }
+
 std::string with_state(std::string what, const DeviceState& after) {
   DeviceState rest = after;
   rest.held_back.clear();
@@ -30,11 +32,11 @@ std::string held_back_by(const DeviceState& calibrated, const DeviceState& befor
                          double control_slowdown, double most_slowdown) {
   std::vector<std::string> reasons;
   std::ranges::set_difference(after.held_back, calibrated.held_back, std::back_inserter(reasons));
-  const bool is_serious = std::ranges::any_of(reasons, [](const std::string& one) { return one != kPowerCap; });
+  const bool has_serious = std::ranges::any_of(reasons, is_serious);
   const bool is_slower = after.clock_mhz && calibrated.clock_mhz &&
                          *after.clock_mhz < kLeastClockShare * *calibrated.clock_mhz &&
                          (!reasons.empty() || control_slowdown > 1 / kLeastClockShare);
-  if (is_serious || (is_slower && !reasons.empty()))
+  if (has_serious || (is_slower && !reasons.empty()))
     return with_state(fmt::format("{}", fmt::join(reasons, ", ")), after);
   if (before.throttle_events && after.throttle_events && *after.throttle_events > *before.throttle_events)
     return with_state(
@@ -47,6 +49,13 @@ std::string held_back_by(const DeviceState& calibrated, const DeviceState& befor
   if (control_slowdown > most_slowdown)
     return fmt::format("the control case ran {:.1f} times slower than when the run began", control_slowdown);
   return "";
+}
+
+std::string held_back_note(const Session& session) {
+  const DeviceState& state = session.calibration().state;
+  if (std::ranges::none_of(state.held_back, is_serious)) return "";
+  return fmt::format("{} was held back when the run began, and its times are of that: {}", session.device().name,
+                     state_text(state));
 }
 
 std::string draw_block(const Timing& timing, const std::function<void()>& draw, double most_slowdown) {

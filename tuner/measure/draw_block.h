@@ -24,6 +24,10 @@ inline constexpr double kThrottledRatio = 4;
                                        const DeviceState& after, double control_slowdown,
                                        double most_slowdown = kThrottledRatio);
 
+/// That the driver told of a thermal or hardware slowdown when the control case was calibrated, which is no change
+/// then: the run's times are those of such a device. "" where it told of none.
+[[nodiscard]] std::string held_back_note(const Session& session);
+
 /// Draws a block of samples, with the device's state read before and after, neither inside a batch. Where it was held
 /// back, the book forgets the block, and it is drawn again.
 /// draw: time()s what the book lacks. most_slowdown: infinite for blocks so short that another process may slow all of

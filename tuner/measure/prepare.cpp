@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 #include "kernels/base/sha256.h"
 #include "kernels/judge/heat_map.h"
@@ -97,14 +98,16 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   Session& session = context_.session;
   const Settings& settings = prepared.spec->settings;
   Record& record = prepared.record;
-  const std::optional<MapTextures> textures = context_.library.packed(settings, scene);
-  prepared.frame = upload(session.backend(), textures, state.uploaded);
-  if (textures) {
+  std::optional<MapTextures> textures;
+  if (settings.technique().reads_map()) {
     const BakedMap& map = context_.library.map(settings, scene);
-    record.memory_bytes = static_cast<std::int64_t>(textures->bytes());
-    record.bake_time_ns = map.bake_time_ns;
+    const double start_ns = steady_ns();
+    textures = context_.split.book(Part::bake, [&] { return pack(settings, map, scene.scene); });
+    record.bake_time_ns = map.bake_time_ns + steady_ns() - start_ns;
     record.bake_key = map.key;
+    record.memory_bytes = static_cast<std::int64_t>(textures->bytes());
   }
+  prepared.frame = upload(session.backend(), textures, state.uploaded);
 
   on_failure = Status::compile_error;
   Compiled& shade = session.pipeline(settings, shade_target(settings, scene.scene), scene.scene);

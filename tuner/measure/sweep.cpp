@@ -10,6 +10,7 @@
 #include "kernels/base/file_error.h"
 #include "kernels/base/sha256.h"
 #include "tuner/measure/device_sweep.h"
+#include "tuner/measure/draw_block.h"
 #include "tuner/measure/frame_size.h"
 #include "tuner/measure/pictures.h"
 #include "tuner/measure/prepare.h"
@@ -159,6 +160,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
   for (const auto& session : sessions) {
     calibrate(*session, config, earlier, split);
     devices.push_back(device_json(*session));
+    if (const std::string note = held_back_note(*session); !note.empty()) progress.note(notes.emplace_back(note));
   }
   summary.notes = std::move(notes);
   std::ranges::move(small_frame_notes({{"devices", devices}}), std::back_inserter(summary.notes));

@@ -57,9 +57,11 @@ struct Record {
   std::optional<FrameTime> frame_time;
   std::optional<FrameScore> error;
   std::int64_t memory_bytes = 0;  ///< of the relief map
-  double bake_time_ns = 0;        ///< of the map, as it was when it was baked (cached maps keep it)
-  double first_draw_ns = 0;       ///< compile with first draw of the shaded frame
-  std::string timing_key;         ///< setting, scene key, SPIR-V, device, driver and stages (stages.h)
+  /// From heights to texels, on the processor: of the baker as it was when the map was baked (cached maps keep that,
+  /// whichever machine it was), and of encoding and packing now. 0: no map
+  double bake_time_ns = 0;
+  double first_draw_ns = 0;  ///< compile with first draw of the shaded frame
+  std::string timing_key;    ///< setting, scene key, SPIR-V, device, driver and stages (stages.h)
   std::string bake_key;
   std::string reference_key;
 };

@@ -72,6 +72,7 @@ TuneRun::TuneRun(Config config, const TuneOptions& options)
   if (info.is_object() && info.contains(kBisectedKey)) is_bisected_ = info.at(kBisectedKey) == true;
   start_.emplace(store_->earlier());
   calibrate(*session_, config_, store_->earlier(), split_);
+  if (const std::string note = held_back_note(*session_); !note.empty()) progress_.note(note);
   write_info(false);
   run_ = std::make_unique<DeviceRun>(*session_, RunParts{.config = config_,
                                                          .library = library_,
