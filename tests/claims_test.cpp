@@ -12,6 +12,7 @@
 namespace reliefbench {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 std::string claim_text(const std::string& check, const std::string& settings = "relief?linear_steps=8") {
@@ -91,14 +92,29 @@ ClaimAnswer beaten_by_cones(double error, double missed, double time_ns, bool is
   return judge_claim(claim, claim.checks[0], measured, is_software);
 }
 
+TEST(Claims, WhatIsSaidNeverToSkipIsGuaranteedTo) {
+  int safe = 0;
+  for (const Claim& claim : built_in_claims())
+    for (const ClaimRow& row : claim.rows)
+      if (row.label.starts_with("safe ")) {
+        ++safe;
+        EXPECT_NE(guarantee_of(row.settings), Guarantee::none) << row.label;
+      }
+  EXPECT_GT(safe, 30);
+}
+
 TEST(Claims, AnotherSettingBeatsOneThatIsNoMoreAccurate) {
   const ClaimAnswer faster = beaten_by_cones(1, 0.05, 1.6);
   EXPECT_EQ(faster.verdict, ClaimVerdict::reproduced);
   EXPECT_EQ(faster.numbers,
-            "e_xy.p99 1, 0.1000 missed; cones has 1, 0.0500 missed, and is 1.25 [1.25, 1.25; 96.1 %] times as fast");
+            "e_xy.p99 1, 0.1000 missed: beaten by cones, which has 1, 0.0500 missed, and is 1.25 [1.25, 1.25; 96.1 %] "
+            "times as fast");
   EXPECT_EQ(beaten_by_cones(1.1, 0.05, 1.6).verdict, ClaimVerdict::not_reproduced);  // less accurate
   EXPECT_EQ(beaten_by_cones(0.9, 0.2, 1.6).verdict, ClaimVerdict::not_reproduced);   // misses more
-  EXPECT_EQ(beaten_by_cones(0.9, 0.05, 2.1).verdict, ClaimVerdict::not_reproduced);  // slower
+  const ClaimAnswer slower = beaten_by_cones(0.9, 0.05, 2.5);
+  EXPECT_EQ(slower.verdict, ClaimVerdict::not_reproduced);
+  EXPECT_THAT(slower.numbers, AllOf(HasSubstr("not beaten by cones"), HasSubstr("0.80 [0.80, 0.80;")));
+  EXPECT_THAT(beaten_by_cones(0.9, 0.05, 2).numbers, HasSubstr("not decided by cones"));
   EXPECT_EQ(beaten_by_cones(0.9, 0.05, 1.6, true).verdict, ClaimVerdict::not_testable);
   EXPECT_THAT(claim_refusal(claim_text(R"({"says": "s", "metric": "psnr", "of": "few", "beaten_by": ["who"]})")),
               HasSubstr("no row is labelled 'who'"));

@@ -73,7 +73,7 @@ TEST_F(ExportRecipes, what_no_recipe_passes_is_said_in_one_line) {
        {std::pair("relief?fade=distance", "passes the eye's distance in tiles that fade=distance needs"),
         std::pair("relief?depth=rtm", "passes what depth=rtm needs"),
         std::pair("relief?silhouette=quadric_exact", "passes the curvature that silhouette=quadric_exact needs"),
-        std::pair("relief?dither=pixel", "passes the number of the frame that dither=pixel needs"),
+        std::pair("relief?dither=pixel", "passes the pixel that dither=pixel needs"),
         std::pair("relief?dispatch=compute", "is a compute shader, which dispatch=compute measures")}) {
     expect_refused(id, "godot", fmt::format("no engine's recipe {}{}", words, end));
     EXPECT_NO_THROW((void)make_export(job(id, "plain"))) << id;

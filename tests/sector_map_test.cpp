@@ -293,6 +293,16 @@ TEST(SectorMap, RelaxedOnesAreCrossedOnce) {
       }
 }
 
+TEST(SectorMap, AnAtlasThatNoTextureHoldsIsRefused) {
+  EXPECT_EQ(SectorAtlas(8, 4094, 16).width, kMaxSide);
+  try {
+    static_cast<void>(SectorAtlas(8, 4096, 16));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "8 layers of 4096x16 texels are a texture of 16392x36, expected at most 16384 a side");
+  }
+}
+
 TEST(SectorMap, LayersComeBackFromTheirAtlas) {
   const Heightfield heights = quantise_heights(noise_map(6, 5), TexelType::unorm16);
   const MapRow& map = find_map(MapKind::sector);

@@ -1,6 +1,7 @@
 #include <cassert>
 
 #include "kernels/base/error.h"
+#include "kernels/image/image.h"
 #include "kernels/maps/cone_map.h"
 #include "kernels/maps/sector_map.h"
 
@@ -119,7 +120,11 @@ SectorAtlas::SectorAtlas(int count, int map_width, int map_height)
     : columns(count == 4 ? 2 : 4),
       rows(count / columns),
       width(columns * (map_width + 2)),
-      height(rows * (map_height + 2)) {}
+      height(rows * (map_height + 2)) {
+  if (width > kMaxSide || height > kMaxSide)
+    fail_input("{} layers of {}x{} texels are a texture of {}x{}, expected at most {} a side", count, map_width,
+               map_height, width, height, kMaxSide);
+}
 
 std::vector<float> search_wedge(const ConeSearch& search, const Heightfield& candidates, int width, int height,
                                 const Wedge& wedge, double margin) {

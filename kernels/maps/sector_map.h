@@ -40,6 +40,7 @@ inline constexpr float kSectorTangent = 0.41421356F;
 
 /// The layers of a sector map in one texture, below and beside one another: columns x rows. Each has its heights and
 /// ratios within a border of one texel, which repeats the other side, or under clamp this one.
+/// throws: Error(bad_input): a side over kMaxSide (image.h)
 struct SectorAtlas {
   int columns = 0, rows = 0;
   int width = 0, height = 0;  ///< of all, in texels

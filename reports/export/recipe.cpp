@@ -22,6 +22,8 @@ constexpr std::array kRefusals = {
             "passes what {} needs"},
     Refusal{"silhouette", [](const ShippedShader& shader) { return takes_curvature(shader.settings); },
             "passes the curvature that {} needs"},
+    Refusal{"dither", [](const ShippedShader& shader) { return shader.settings.is("dither", "pixel"); },
+            "passes the pixel that {} needs"},
     Refusal{"dither", [](const ShippedShader& shader) { return is_dithered(shader.settings); },
             "passes the number of the frame that {} needs"},
     Refusal{"dispatch", [](const ShippedShader& shader) { return is_by_compute(shader.settings); },

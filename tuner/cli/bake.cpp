@@ -167,8 +167,9 @@ std::vector<std::vector<std::string>> proof_rows(const MapRow& map, const MapVer
     return {{"rays", fmt::format("{} of {} wrong; the worst is off by {} of the depth", verdict.table.wrong,
                                  verdict.table.values, format_number(verdict.table.worst_off))}};
   std::vector<std::vector<std::string>> rows;
-  rows.push_back({"texels", fmt::format("{} of {} too wide{}", verdict.texels_too_wide, verdict.texels,
-                                        times_too_wide(verdict.worst_texel))});
+  if (verdict.texels > 0)
+    rows.push_back({"texels", fmt::format("{} of {} too wide{}", verdict.texels_too_wide, verdict.texels,
+                                          times_too_wide(verdict.worst_texel))});
   const RayVerdict& rays = verdict.rays;
   const CellVerdict& cells = verdict.cells;
   if (map.is_relaxed)

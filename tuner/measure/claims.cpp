@@ -17,6 +17,7 @@
 #include "tuner/measure/judged.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/timed_in_turns.h"
+#include "tuner/plan/setting_space.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -212,28 +213,32 @@ Summary time_ratio(const ClaimFigures& of, const ClaimFigures& to) {
   return summarise(ratios);
 }
 
-/// Which of some rows is the fastest of those that are no worse, and by how much; whether it is faster.
+/// Which of some rows is the fastest of those that are no worse, and by how much; whether it is faster. A row with the
+/// same settings is no other.
 std::pair<bool, std::string> beaten(const Claim& claim, const ClaimCheck& check,
                                     std::span<const ClaimFigures> measured) {
-  const auto row = [&](const std::string& label) -> const ClaimFigures& {
-    return measured[static_cast<std::size_t>(std::ranges::find(claim.rows, label, &ClaimRow::label) -
-                                             claim.rows.begin())];
+  const auto index = [&](const std::string& label) {
+    return static_cast<std::size_t>(std::ranges::find(claim.rows, label, &ClaimRow::label) - claim.rows.begin());
   };
+  const auto row = [&](const std::string& label) -> const ClaimFigures& { return measured[index(label)]; };
+  const auto setting = [&](const std::string& label) { return setting_id(claim.rows[index(label)].settings); };
   const ClaimFigures& of = row(check.of);
   const std::string own = fmt::format("{} {:.3g}, {:.4f} missed", check.metric, *value_of(of, check.metric),
                                       value_of(of, "missed_rate").value_or(0));
   const std::string* best = nullptr;
   for (const std::string& label : check.beaten_by)
-    if (is_no_worse(row(label), of, check.metric) &&
+    if (setting(label) != setting(check.of) && is_no_worse(row(label), of, check.metric) &&
         (best == nullptr || median(row(label).times_ns) < median(row(*best).times_ns)))
       best = &label;
   if (best == nullptr)
-    return {false, fmt::format("{}: none of the {} others is as accurate", own, check.beaten_by.size())};
+    return {false, fmt::format("{}: not beaten, none of the {} others is as accurate", own, check.beaten_by.size())};
   const Summary ratio = time_ratio(of, row(*best));
+  const std::string_view outcome = ratio.ci_low > 1 ? "beaten" : ratio.ci_high < 1 ? "not beaten" : "not decided";
   return {ratio.ci_low > 1,
-          fmt::format("{}; {} has {:.3g}, {:.4f} missed, and is {:.2f} [{:.2f}, {:.2f}; {}] times as fast", own, *best,
-                      *value_of(row(*best), check.metric), value_of(row(*best), "missed_rate").value_or(0),
-                      ratio.median, ratio.ci_low, ratio.ci_high, coverage_text(ratio.n))};
+          fmt::format("{}: {} by {}, which has {:.3g}, {:.4f} missed, and is {:.2f} [{:.2f}, {:.2f}; {}] times as fast",
+                      own, outcome, *best, *value_of(row(*best), check.metric),
+                      value_of(row(*best), "missed_rate").value_or(0), ratio.median, ratio.ci_low, ratio.ci_high,
+                      coverage_text(ratio.n))};
 }
 
 bool has_compute_row(const Claim& claim) {
