@@ -7,6 +7,8 @@
 #include <set>
 
 #include "kernels/base/error.h"
+#include "tests/faulty_device.h"
+#include "tests/made_claim.h"
 #include "tests/technique_rig.h"
 
 namespace reliefbench {
@@ -145,6 +147,95 @@ TEST_P(ClaimsOnDevicesAudit, numbers_come_from_the_run) {
   const nlohmann::json out = claims_json(results);
   EXPECT_EQ(out[0]["checks"].size(), 3U);
   EXPECT_EQ(out[0]["rows"][0]["paper"]["frame_time"], 1);
+}
+
+constexpr const char* kNoBaker = "cone?map=quick_published&correction=none&format=rg16&step=plain";
+constexpr const char* kBakeBound = R"({"says": "s", "metric": "bake_time", "of": "cones", "at_most": 3})";
+constexpr const char* kBakeLess = R"({"says": "s", "metric": "bake_time", "of": "cones", "than": "few"})";
+
+std::vector<ClaimResult> claims_run_on(FaultyDevices& devices, std::span<const Claim> claims,
+                                       const std::string& backend) {
+  return run_claims(claims, {.backends = {backend}, .quiet = true, .open = devices.opener(), .cooling_pause_s = 0});
+}
+
+TEST_P(ClaimsOnDevicesAudit, hardware_bakes_what_is_timed_by_itself) {
+  const std::string checks = std::string(kBakeBound) + "," + kBakeLess + "," + kBound;
+  const std::vector<Claim> claims{parse_claim(claim_text(checks, kNoBaker), "x.json")};
+  FaultyDevices software;
+  const std::vector<ClaimResult> by_cpu = claims_run_on(software, claims, std::string(row().id));
+  EXPECT_EQ(software.calls(FaultyDevices::compute), 0);
+  for (const ClaimFigures& figures : by_cpu[0].scenes[0].rows) EXPECT_GT(figures.values.at("bake_time"), 0);
+
+  FaultyDevices hardware;
+  hardware.be_hardware();
+  hardware.tell_times([](int nth) {  // the first warms up
+    return std::vector<ComputeTime>{{.part = "upload", .ns = 50e6},
+                                    {.part = "search", .ns = nth == 0 ? 1e9 : nth * 1e6 - 0.5e6},
+                                    {.part = "correction", .ns = 0.5e6},
+                                    {.part = "read_back", .ns = 70e6}};
+  });
+  const std::vector<ClaimResult> results = claims_run_on(hardware, claims, std::string(row().id));
+  EXPECT_EQ(hardware.calls(FaultyDevices::compute), 6);
+  const std::vector<ClaimFigures>& rows = results[0].scenes[0].rows;
+  EXPECT_DOUBLE_EQ(rows[1].values.at("bake_time"), 3);
+  EXPECT_FALSE(rows[0].values.contains("bake_time"));
+  EXPECT_EQ(rows[0].values.at("too_wide"), by_cpu[0].scenes[0].rows[0].values.at("too_wide"));
+  const std::vector<ClaimAnswer>& answers = results[0].answers;
+  EXPECT_EQ(answers[0].verdict, ClaimVerdict::reproduced);
+  EXPECT_EQ(answers[1].verdict, ClaimVerdict::not_testable);
+  EXPECT_EQ(answers[1].numbers, "few has no bake_time: no GPU baker for quick_published");
+  EXPECT_EQ(answers[2].verdict, ClaimVerdict::reproduced);
+
+  hardware.tell_times([](int) { return std::vector<ComputeTime>(); });  // it has no clock
+  EXPECT_GT(claims_run_on(hardware, claims, std::string(row().id))[0].scenes[0].rows[1].values.at("bake_time"), 0);
+}
+
+TEST(Claims, HardwareWithoutComputeHasNoBakeTimes) {
+  const std::vector<Claim> claims{parse_claim(claim_text(kBakeBound), "x.json")};
+  FaultyDevices hardware;
+  hardware.be_hardware();
+  const std::vector<ClaimAnswer> answers = claims_run_on(hardware, claims, "null")[0].answers;
+  EXPECT_EQ(answers[0].verdict, ClaimVerdict::not_testable);
+  EXPECT_THAT(answers[0].numbers, HasSubstr("cones has no bake_time: null: no compute"));
+}
+
+TEST(Claims, HardwareDrawsThePapersSizes) {
+  const std::vector<Claim> small{parse_claim(made_claim(), "x.json")};
+  FaultyDevices devices;
+  const auto devices_told = [&] { return std::vector{devices.opener()(find_backend("null"), 0)->device()}; };
+  std::vector<Claim> claims = small;
+  EXPECT_EQ(set_sizes(claims, devices_told(), std::nullopt), "");
+  EXPECT_EQ(set_sizes(claims, {}, std::nullopt), "");
+  EXPECT_EQ(claims[0].scenes[0].id, "spikes_16x16/oblique");
+  EXPECT_EQ(claims[0].scenes[0].heightmap.width, 16);
+  EXPECT_EQ(claims[0].scenes[0].scene.width_px, 16);
+
+  devices.be_hardware();
+  EXPECT_THAT(set_sizes(claims, devices_told(), std::nullopt),
+              ::testing::AllOf(HasSubstr("frames are 1920x1080"), HasSubstr("null (null) is hardware"),
+                               HasSubstr("heightmaps are 512x512 at least"), HasSubstr("--quick")));
+  EXPECT_EQ(claims[0].scenes[0].scene.width_px, 1920);
+  claims = small;
+  EXPECT_EQ(set_sizes(claims, devices_told(), Size{24, 8}),
+            "procedural heightmaps are 512x512 at least on hardware; --quick draws the claims' own");
+  const nlohmann::json out = claims_json(claims_run_on(devices, claims, "null"));
+  EXPECT_EQ(out[0]["rows"][0]["scene"], "spikes_512x512/oblique");
+  EXPECT_EQ(out[0]["rows"][0]["map_px"], (nlohmann::json{512, 512}));
+  EXPECT_EQ(out[0]["rows"][0]["frame_px"], (nlohmann::json{24, 8}));
+}
+
+TEST(Claims, OneThatIsKnownToFailSaysWhy) {
+  const auto check = [](double bound) {
+    return fmt::format(R"(, {{"says": "s", "metric": "missed_rate", "of": "cones", "at_most": {}, "why": "so it is"}})",
+                       bound);
+  };
+  const std::vector<Claim> claims{parse_claim(made_claim(check(-1) + check(1)), "x.json")};
+  FaultyDevices devices;
+  const std::vector<ClaimAnswer> answers = claims_run_on(devices, claims, "null")[0].answers;
+  EXPECT_EQ(answers[2].verdict, ClaimVerdict::not_reproduced);
+  EXPECT_THAT(answers[2].numbers, ::testing::EndsWith(", at most -1; so it is"));
+  EXPECT_EQ(answers[3].verdict, ClaimVerdict::reproduced);
+  EXPECT_THAT(answers[3].numbers, ::testing::EndsWith(", at most 1"));
 }
 
 }  // namespace

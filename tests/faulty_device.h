@@ -16,7 +16,7 @@ namespace reliefbench {
 /// They may be said to be hardware.
 class FaultyDevices {
  public:
-  enum Call { upload, compile, draw, open };
+  enum Call { upload, compile, draw, open, compute };
 
   void fail(Call call, int nth, Fault fault) { faults_[{call, nth}] = fault; }  ///< nth: from 0
   void slow_down(int from_draw, double factor, int to_draw = 1 << 30) {
@@ -27,6 +27,8 @@ class FaultyDevices {
   /// What the devices say of themselves when they are asked for the n-th time, from 0.
   void tell(std::function<DeviceState(int)> state_of) { state_of_ = std::move(state_of); }
   void be_hardware() { is_hardware_ = true; }
+  /// The times of the n-th compute job, from 0.
+  void tell_times(std::function<std::vector<ComputeTime>(int)> times_of) { times_of_ = std::move(times_of); }
   [[nodiscard]] int states_told() const { return states_told_; }
   [[nodiscard]] bool had_compute_audit() const { return had_compute_audit_; }
   [[nodiscard]] int calls(Call call) const { return calls_.at(call); }
@@ -65,6 +67,13 @@ class FaultyDevices {
       if (nth >= devices_.slow_from_ && nth < devices_.slow_to_) time.wall_ns *= devices_.factor_;
       return time;
     }
+    ComputeResult compute(const ComputeJob& job) override {
+      const int nth = devices_.calls(FaultyDevices::compute);
+      enter(FaultyDevices::compute);
+      ComputeResult result = ForwardingBackend::compute(job);
+      if (devices_.times_of_) result.times = devices_.times_of_(nth);
+      return result;
+    }
 
    private:
     Fault enter(Call call) {
@@ -92,13 +101,14 @@ class FaultyDevices {
   }
 
   std::map<std::pair<Call, int>, Fault> faults_;
-  std::array<int, 4> calls_{};
+  std::array<int, 5> calls_{};
   std::mutex mutex_;
   int slow_from_ = 1 << 30;
   int slow_to_ = 1 << 30;
   double factor_ = 1;
   bool is_hardware_ = false;
   std::function<DeviceState(int)> state_of_;
+  std::function<std::vector<ComputeTime>(int)> times_of_;
   int states_told_ = 0;
   bool had_compute_audit_ = false;
 };

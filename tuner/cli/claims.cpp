@@ -16,7 +16,6 @@
 #include "tuner/cli/commands.h"
 #include "tuner/cli/format.h"
 #include "tuner/cli/options.h"
-#include "tuner/measure/frame_size.h"
 #include "tuner/measure/sweep.h"
 #include "tuner/plan/plan.h"
 
@@ -66,11 +65,19 @@ void print_rows(const ClaimResult& result, const Paint& paint) {
   put("{}", columns(rows, "  "));
 }
 
+/// What a claim was drawn of, and how large.
+std::string drawn(const ClaimResult& result) {
+  const SceneFigures& first = result.scenes.front();
+  const std::string frame = fmt::format("{}x{}", first.scene->scene.width_px, first.scene->scene.height_px);
+  if (result.scenes.size() > 1) return fmt::format("{} scenes at {} px", result.scenes.size(), frame);
+  return fmt::format("{} of {}x{} texels at {} px", first.scene->id, first.map_px.width, first.map_px.height, frame);
+}
+
 void print_result(const ClaimResult& result, const Paint& paint) {
   const Claim& claim = *result.claim;
   const std::size_t count = result.scenes.size();
-  put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend,
-      count == 1 ? result.scenes.front().scene->id : fmt::format("{} scenes", count), result.device, claim.about);
+  put("{}  {} on {}, {} ({})\n{}\n", paint.bold(claim.id), claim.source, result.backend, drawn(result), result.device,
+      claim.about);
   if (!result.missing.empty()) put("Left out: {}; `./dev setup` fetches them\n", fmt::join(result.missing, ", "));
   if (count == 1 && result.scenes.front().failure.empty()) print_rows(result, paint);
   for (std::size_t i = 0; i < claim.checks.size(); ++i) {
@@ -81,16 +88,6 @@ void print_result(const ClaimResult& result, const Paint& paint) {
   put("\n");
 }
 
-/// How large all frames are; none: as the claims have it. why: in a line, where nobody asked for it
-std::optional<Size> frames_of(const ClaimsArguments& arguments, std::span<const std::string> backend_ids,
-                              std::string& why) {
-  if (arguments.frame_px) return arguments.frame_px;
-  if (arguments.quick) return std::nullopt;
-  const DefaultFrame frame = default_frame(chosen_devices(backend_ids, arguments.device));
-  if (frame.size_px) why = frame.why + "; --quick draws the claims' own";
-  return frame.size_px;
-}
-
 void claims_command(const ClaimsArguments& arguments) {
   std::vector<Claim> claims = built_in_claims();
   std::erase_if(claims, [&](const Claim& claim) {
@@ -98,9 +95,9 @@ void claims_command(const ClaimsArguments& arguments) {
   });
   if (claims.empty()) fail_input("claims: the filter '{}' matches none", arguments.filter);
   const std::vector<std::string> backend_ids = choose_backends(arguments.backend);
-  std::string why;
-  if (const auto size_px = frames_of(arguments, backend_ids, why))
-    for (Claim& claim : claims) set_frames(claim.scenes, *size_px);
+  const std::vector<DeviceInfo> devices =
+      arguments.quick ? std::vector<DeviceInfo>() : chosen_devices(backend_ids, arguments.device);
+  const std::string why = set_sizes(claims, devices, arguments.frame_px);
   if (!why.empty() && !arguments.json) put("{}\n\n", why);
   const std::vector<ClaimResult> results = run_claims(
       claims, {.backends = backend_ids, .device = arguments.device, .quiet = arguments.quiet, .open = open_isolated});
@@ -127,10 +124,14 @@ void add_claims_command(CLI::App& app, Exit& /*exit_code*/) {
   add_device_option(*command, arguments->device);
   command->add_option("--filter", arguments->filter, "only claims whose id matches this glob, e.g. 'bvbv24*'");
   add_frame_option(*command, arguments->frame_px, "1080p on hardware, the claims' own on software rasterisers");
-  command->add_flag("--quick", arguments->quick, "the claims' own small frames on hardware, too");
+  command->add_flag("--quick", arguments->quick, "the claims' own small frames and heightmaps on hardware, too");
   add_quiet_option(*command, arguments->quiet);
   add_json_option(*command, arguments->json);
-  command->footer("Example:\n  reliefbench claims --backend vulkan");
+  command->footer(
+      "Hardware draws at 1080p, procedural heightmaps of 512x512 at least; bake_time is of its GPU bakers, by its own\n"
+      "clock, without upload and read-back. Software rasterisers draw the claims' own small sizes; bake_time then is\n"
+      "of one thread of the processor.\n"
+      "Example:\n  reliefbench claims --backend vulkan");
   command->callback([arguments] { claims_command(*arguments); });
 }
 

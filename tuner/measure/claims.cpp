@@ -8,15 +8,18 @@
 #include <numeric>
 #include <utility>
 
+#include "backends/gpu_bake.h"
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/attempt.h"
 #include "tuner/measure/frame_draws.h"
+#include "tuner/measure/frame_size.h"
 #include "tuner/measure/judged.h"
 #include "tuner/measure/progress.h"
 #include "tuner/measure/timed_in_turns.h"
+#include "tuner/plan/scene_key.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/statistics.h"
 
@@ -27,16 +30,27 @@ constexpr int kRounds = 9;          // samples of a row's time
 constexpr int kContestRounds = 10;  // half of them choose
 constexpr double kBatch_ms = 5;
 constexpr double kTimeout_s = 300;  // a software rasteriser takes seconds
+constexpr int kBakes = 5;           // whose median is a device's bake_time, after one that counts for nothing
+constexpr int kLargeMap_px = 512;   // a side, as the papers'
 
 using Values = std::map<std::string, double>;
 
 bool is_time(std::string_view metric) { return metric == "frame_time" || metric == "bake_time"; }
 
+/// A row's map, and why its bake has no time that says something of the device, "".
+struct MapOfRow {
+  BakedMap map{};
+  std::string untimed{};
+};
+
 /// Time, width and safety of a row's map.
-void measure_map(const BakeSpec& spec, const BakedMap& map, const Heightfield& heights, Values& figures) {
+void measure_map(const BakeSpec& spec, const MapOfRow& made, const Heightfield& heights, ClaimFigures& measured) {
+  const BakedMap& map = made.map;
   const MapStorage& storage = spec.storage;
   if (storage.map.content == MapContent::heights) return;
-  figures["bake_time"] = map.bake_time_ns / kNsPerMs;
+  Values& figures = measured.values;
+  measured.untimed = made.untimed;
+  if (made.untimed.empty()) figures["bake_time"] = map.bake_time_ns / kNsPerMs;
   if (storage.map.ratios != 1) return;
   const auto texels = static_cast<double>(map.values.size());
   figures["mean_ratio"] = std::accumulate(map.values.begin(), map.values.end(), 0.0) / texels;
@@ -84,27 +98,91 @@ std::string measure_times(const Bench& bench, const std::vector<std::vector<Draw
   return timed.held_back;
 }
 
-/// The maps of a claim's rows, each baked once.
+bool is_contest(const Claim& claim) { return std::ranges::all_of(claim.checks, &ClaimCheck::is_contest); }
+
+bool asks_for_bakes(const Claim& claim) {
+  return std::ranges::find(claim.metrics, "bake_time") != claim.metrics.end() ||
+         std::ranges::find(claim.checks, "bake_time", &ClaimCheck::metric) != claim.checks.end();
+}
+
+/// Of a bake on the device's clock, without the ways there and back; on the host's where the device has none.
+double device_time_ns(const GpuBake& bake, double wall_ns) {
+  if (bake.times.empty()) return wall_ns - bake.transport_ns;
+  double sum_ns = 0;
+  for (const ComputeTime& time : bake.times)
+    if (time.part != "upload" && time.part != "read_back") sum_ns += time.ns;
+  return sum_ns;
+}
+
+/// The median of several bakes, after one that warms the device up.
+BakedValues timed_on_device(const GpuBaker& baker, const BakeRequest& request) {
+  BakedValues baked{.values = baker.bake(request).values};
+  std::vector<double> times_ns(kBakes);
+  for (double& time_ns : times_ns) {
+    GpuBake bake;
+    const BakedValues timed = timed_bake([&] {
+      bake = baker.bake(request);
+      return std::vector<float>();
+    });
+    time_ns = device_time_ns(bake, timed.time_ns);
+  }
+  baked.time_ns = median(times_ns);
+  return baked;
+}
+
+/// By the device's own baker; where it has none for the kind, by the CPU's, whose time says nothing of the device.
+/// untimed: gets why
+BakedValues bake_on_device(Session& session, const MapRow& map, const BakeRequest& request, const std::string& key,
+                           std::string& untimed) {
+  if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end()) {
+    untimed = fmt::format("no GPU baker for {}", map.id);
+    return bake_on_cpu(map, request, key);
+  }
+  try {
+    const Dialect dialect = find_backend(session.device().backend).dialect;
+    return timed_on_device(GpuBaker(session.backend(), dialect, map.kind), request);
+  } catch (const DeviceGone&) {
+    throw;
+  } catch (const Error& error) {
+    if (error.code() != Exit::environment || error.fault() != Fault::other) throw;
+    untimed = error.what();
+  }
+  return bake_on_cpu(map, request, key);
+}
+
+/// The maps of a claim's rows, each baked once: where its times count, by hardware itself, and for a software
+/// rasteriser on one thread of the processor.
 class ClaimMaps {
  public:
-  /// needs_times: on one thread
-  ClaimMaps(const SceneSpec& scene, const Heightfield& heights, bool needs_times)
-      : scene_(scene), heights_(heights), threads_(needs_times ? 1 : 0) {}
+  ClaimMaps(const Claim& claim, const SceneSpec& scene, const Heightfield& heights, Session& session)
+      : scene_(scene),
+        heights_(heights),
+        session_(session),
+        is_hardware_(!session.device().software),
+        has_times_(!is_contest(claim) && (!is_hardware_ || asks_for_bakes(claim))) {}
 
-  const BakedMap& map_of(const Settings& settings) {
+  const MapOfRow& map_of(const Settings& settings) {
     const std::string key = bake_text(settings, scene_);
     const auto found = maps_.find(key);
     if (found != maps_.end()) return found->second;
+    MapOfRow made;
+    if (!has_times_) made.untimed = "bakes are not timed";
     BakeSpec spec = bake_spec(settings, scene_.scene.wrap);
-    spec.threads = threads_;
-    return maps_.emplace(key, bake(spec, heights_)).first->second;
+    spec.threads = has_times_ && !is_hardware_ ? 1 : 0;
+    made.map = bake(spec, heights_, [&](const MapRow& map, const BakeRequest& request, const std::string& bake_key) {
+      return has_times_ && is_hardware_ ? bake_on_device(session_, map, request, bake_key, made.untimed)
+                                        : bake_on_cpu(map, request, bake_key);
+    });
+    return maps_.emplace(key, std::move(made)).first->second;
   }
 
  private:
   const SceneSpec& scene_;
   const Heightfield& heights_;
-  int threads_;
-  std::map<std::string, BakedMap> maps_;
+  Session& session_;
+  bool is_hardware_;
+  bool has_times_;
+  std::map<std::string, MapOfRow> maps_;
 };
 
 /// Whether it is no known heightmap, or its file is there.
@@ -116,32 +194,31 @@ bool is_at_hand(const HeightmapSpec& spec) {
          });
 }
 
-bool is_contest(const Claim& claim) { return std::ranges::all_of(claim.checks, &ClaimCheck::is_contest); }
-
 /// Whether it is decided by what draw_block() times.
 bool rests_on_frame_times(const ClaimCheck& check) {
   return check.is_contest() || !check.beaten_by.empty() || check.metric == "frame_time";
 }
 
 SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfield& heights, const Bench& bench) {
-  SceneFigures result{.scene = &spec};
+  SceneFigures result{.scene = &spec, .map_px = {heights.width, heights.height}};
   Session& session = bench.session;
   Backend& backend = session.backend();
   const Scene& scene = spec.scene;
   const ReferenceTracer tracer(heights, scene.wrap);
   const UploadedScene uploaded = upload(backend, scene, heights);
-  ClaimMaps maps(spec, heights, !is_contest(claim));
+  ClaimMaps maps(claim, spec, heights, session);
   std::vector<Frame> frames;
   std::vector<std::vector<Draw>> draws;
   for (const ClaimRow& row : claim.rows) {
-    const BakedMap& map = maps.map_of(row.settings);
-    const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, map, scene), uploaded));
+    const MapOfRow& made = maps.map_of(row.settings);
+    const Frame& frame = frames.emplace_back(upload(backend, pack(row.settings, made.map, scene), uploaded));
     draws.push_back(shaded_draws(session, row.settings, scene, frame.draw));
     const JudgedFrame judged = judged_by_exact(session, row.settings, scene, frame.draw, uploaded, tracer);
-    Values& figures = result.rows.emplace_back().values;
-    if (!is_contest(claim)) measure_map(bake_spec(row.settings, scene.wrap), map, heights, figures);
+    ClaimFigures& measured = result.rows.emplace_back();
+    if (!is_contest(claim)) measure_map(bake_spec(row.settings, scene.wrap), made, heights, measured);
     for (const MetricRow& metric : metrics())
-      if (const std::optional<double> value = metric.value(judged.score)) figures[std::string(metric.id)] = *value;
+      if (const std::optional<double> value = metric.value(judged.score))
+        measured.values[std::string(metric.id)] = *value;
   }
   result.held_back = measure_times(bench, draws, is_contest(claim) ? kContestRounds : kRounds, result.rows);
   return result;
@@ -153,7 +230,7 @@ SceneFigures try_scene(const Claim& claim, const SceneSpec& spec, const Bench& b
   SceneFigures figures;
   std::string failure = attempt(bench.session, [&] { figures = run_scene(claim, spec, heights, bench); });
   if (failure.empty()) return figures;
-  return {.scene = &spec, .failure = std::move(failure)};
+  return {.scene = &spec, .map_px = {heights.width, heights.height}, .failure = std::move(failure)};
 }
 
 ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimResult& result) {
@@ -164,8 +241,10 @@ ClaimAnswer answer_of(const Claim& claim, const ClaimCheck& check, const ClaimRe
     for (const SceneFigures& scene : result.scenes)
       if (!scene.held_back.empty())
         return {.verdict = ClaimVerdict::throttled, .numbers = fmt::format("{}: {}", scene.scene->id, scene.held_back)};
-  return check.is_contest() ? judge_contest(claim, check, result.scenes)
-                            : judge_claim(claim, check, result.scenes.front().rows, result.is_software);
+  ClaimAnswer answer = check.is_contest() ? judge_contest(claim, check, result.scenes)
+                                          : judge_claim(claim, check, result.scenes.front().rows, result.is_software);
+  if (answer.verdict == ClaimVerdict::not_reproduced && !check.why.empty()) answer.numbers += "; " + check.why;
+  return answer;
 }
 
 /// tell: is told each scene as it begins
@@ -241,6 +320,15 @@ std::pair<bool, std::string> beaten(const Claim& claim, const ClaimCheck& check,
                       coverage_text(ratio.n))};
 }
 
+/// Of an image nothing: it has the size that it has.
+void enlarge_map(SceneSpec& scene) {
+  HeightmapSpec& map = scene.heightmap;
+  const bool has_own_name = heightmap_part(scene.id) != heightmap_name(map);
+  map.width = std::max(map.width, kLargeMap_px);
+  map.height = std::max(map.height, kLargeMap_px);
+  if (!has_own_name) scene.id = fmt::format("{}/{}", heightmap_name(map), view_part(scene.id));
+}
+
 bool has_compute_row(const Claim& claim) {
   return std::ranges::any_of(claim.rows, [](const ClaimRow& row) { return is_by_compute(row.settings); });
 }
@@ -255,13 +343,18 @@ std::string_view claim_verdict_id(ClaimVerdict verdict) {
 
 ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<const ClaimFigures> measured,
                         bool is_software) {
-  const auto value = [&](const std::string& label) {
+  const auto figures = [&](const std::string& label) -> const ClaimFigures& {
     const auto row = std::ranges::find(claim.rows, label, &ClaimRow::label);
-    return value_of(measured[static_cast<std::size_t>(row - claim.rows.begin())], check.metric);
+    return measured[static_cast<std::size_t>(row - claim.rows.begin())];
   };
-  const std::optional<double> of = value(check.of);
-  if (!of)
-    return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("{} has no {}", check.of, check.metric)};
+  const auto not_testable = [&](const std::string& label) {
+    const std::string& why = figures(label).untimed;
+    return ClaimAnswer{ClaimVerdict::not_testable,
+                       fmt::format("{} has no {}{}", label, check.metric,
+                                   why.empty() || check.metric != "bake_time" ? "" : ": " + why)};
+  };
+  const std::optional<double> of = value_of(figures(check.of), check.metric);
+  if (!of) return not_testable(check.of);
   const auto answer = [&](bool holds, std::string numbers) {
     const bool decides = !is_software || (!is_time(check.metric) && check.beaten_by.empty());
     if (!decides) return ClaimAnswer{ClaimVerdict::not_testable, numbers + " (a software rasteriser's)"};
@@ -272,12 +365,26 @@ ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<c
     return answer(is_faster, std::move(numbers));
   }
   if (check.at_most) return answer(*of <= *check.at_most, fmt::format("{:.4g}, at most {:.4g}", *of, *check.at_most));
-  const std::optional<double> other = value(check.than.empty() ? check.to : check.than);
-  if (!other) return {.verdict = ClaimVerdict::not_testable, .numbers = fmt::format("no {} to compare", check.metric)};
+  const std::string& label = check.than.empty() ? check.to : check.than;
+  const std::optional<double> other = value_of(figures(label), check.metric);
+  if (!other) return not_testable(label);
   if (!check.than.empty()) return answer(*of < *other, fmt::format("{:.4g} against {:.4g}", *of, *other));
   const double quotient = *of / *other;
   return answer(std::abs(quotient / check.quotient - 1) <= check.tolerance,
                 fmt::format("ours {:.3g}x, the paper's {:.3g}x", quotient, check.quotient));
+}
+
+std::string set_sizes(std::span<Claim> claims, std::span<const DeviceInfo> devices, std::optional<Size> frame_px) {
+  const DefaultFrame frame = default_frame(devices);
+  const bool is_hardware = frame.size_px.has_value();
+  const std::optional<Size> size_px = frame_px ? frame_px : frame.size_px;
+  for (Claim& claim : claims) {
+    if (size_px) set_frames(claim.scenes, *size_px);
+    if (is_hardware) std::ranges::for_each(claim.scenes, enlarge_map);
+  }
+  if (!is_hardware) return "";
+  return fmt::format("{}procedural heightmaps are {}x{} at least on hardware; --quick draws the claims' own",
+                     frame_px ? "" : frame.why + "; ", kLargeMap_px, kLargeMap_px);
 }
 
 std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options) {
@@ -314,6 +421,8 @@ nlohmann::json claims_json(std::span<const ClaimResult> results) {
         const ClaimRow& row = result.claim->rows[i];
         rows.push_back({{"label", row.label},
                         {"scene", scene.scene->id},
+                        {"map_px", {scene.map_px.width, scene.map_px.height}},
+                        {"frame_px", {scene.scene->scene.width_px, scene.scene->scene.height_px}},
                         {"settings", fmt::format("{}?{}", row.settings.technique().id, row.settings.text())},
                         {"paper", row.paper},
                         {"ours", scene.rows[i].values}});

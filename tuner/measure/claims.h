@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kernels/base/size.h"
 #include "tuner/measure/draw_block.h"
 #include "tuner/measure/session.h"
 #include "tuner/plan/claims_config.h"
@@ -32,11 +33,13 @@ struct ClaimAnswer {
 struct ClaimFigures {
   std::map<std::string, double> values{};  ///< by metric
   std::vector<double> times_ns{};          ///< of its frames, one a round, as the other rows'; none: held back
+  std::string untimed{};                   ///< why its map, which is baked, has no bake_time, ""
 };
 
 /// All rows in one scene.
 struct SceneFigures {
   const SceneSpec* scene = nullptr;
+  Size map_px{};                     ///< of its heights
   std::vector<ClaimFigures> rows{};  ///< parallel to Claim::rows
   std::string failure{};             ///< why they could not all be drawn: then there are no rows
   std::string held_back{};           ///< what held the device back whenever they were timed: no time counts
@@ -53,6 +56,12 @@ struct ClaimResult {
   std::vector<ClaimAnswer> answers;  ///< parallel to Claim::checks
 };
 
+/// Draws claims as large as the papers do where a device is hardware: at 1080p, procedural heightmaps of 512x512 at
+/// least. Images keep their size. frame_px: of all frames, whatever draws them
+/// returns: what was chosen for hardware and why, in a line; "": there is none
+[[nodiscard]] std::string set_sizes(std::span<Claim> claims, std::span<const DeviceInfo> devices,
+                                    std::optional<Size> frame_px);
+
 struct ClaimOptions {
   std::vector<std::string> backends;
   int device = 0;
@@ -61,10 +70,11 @@ struct ClaimOptions {
   double cooling_pause_s = kCoolingPause_s;
 };
 /// Runs the claims on every backend. Times on a software rasteriser are measured and shown, but decide nothing: checks
-/// of them are `not_testable`, unless they are contests. Where the device is held back, a scene's rows are timed again,
-/// see draw_block(); where it stays so, what rests on their times is `throttled`. A claim of which a scene can't be
-/// drawn, at the second attempt() either, is `not_testable`. throws: Error(environment): no such device, no valid
-/// timer; Error(bad_input): a heightmap is not there, of several all
+/// of them are `not_testable`, unless they are contests. Hardware bakes by itself what is asked for its bake_time; a
+/// kind that has no GPU baker, or none that this device takes, has none, and checks of it are `not_testable`. Where the
+/// device is held back, a scene's rows are timed again, see draw_block(); where it stays so, what rests on their times
+/// is `throttled`. A claim of which a scene can't be drawn, at the second attempt() either, is `not_testable`. throws:
+/// Error(environment): no such device, no valid timer; Error(bad_input): a heightmap is not there, of several all
 [[nodiscard]] std::vector<ClaimResult> run_claims(std::span<const Claim> claims, const ClaimOptions& options);
 
 /// How a check comes out on what was measured while nothing held the device back.

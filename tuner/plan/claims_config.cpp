@@ -46,7 +46,7 @@ ClaimRow read_row(const ConfigReader& reader, const JsonNode& node) {
 }
 
 ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const std::vector<ClaimRow>& rows) {
-  reader.check_keys(node, {"says", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by",
+  reader.check_keys(node, {"says", "why", "metric", "of", "than", "to", "quotient", "tolerance", "at_most", "beaten_by",
                            "of_each", "best_of", "by_factor"});
   const auto labelled = [&](const JsonNode& child) {
     std::string text = reader.text(child);
@@ -74,6 +74,7 @@ ClaimCheck read_check(const ConfigReader& reader, const JsonNode& node, const st
       }
     return list;
   };
+  if (const JsonNode* why = node.find("why")) check.why = reader.text(*why);
   check.beaten_by = labels("beaten_by");
   check.of_each = labels("of_each");
   check.best_of = labels("best_of");

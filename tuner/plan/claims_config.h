@@ -24,7 +24,8 @@ struct ClaimRow {
 ///  or in the geometric mean over all scenes by `by_factor`: than each of `of_each`; or, of those with at most
 ///  `at_most` of `metric`, than the fastest of `best_of`. Lists of labels may have globs.
 struct ClaimCheck {
-  std::string says;  ///< the claim in words
+  std::string says;   ///< the claim in words
+  std::string why{};  ///< it is not reproduced, where that is known: found by measuring
   std::string metric;
   std::string of;
   std::string than{};
@@ -54,7 +55,9 @@ struct Claim {
 [[nodiscard]] std::vector<Claim> built_in_claims();
 
 /// A metric of a claim: one of kernels/judge/score.h, or of the list below.
-///  frame_time  ms, median of the shaded frame       bake_time  ms, one thread of the processor
+///  frame_time  ms, median of the shaded frame
+///  bake_time   ms: on hardware of the kind's GPU baker, on the device's clock without upload and read-back; beside a
+///              software rasteriser of one thread of the processor
 ///  mean_ratio  of the map's first ratio             too_wide   share of texels wider than the exact conservative cone
 [[nodiscard]] bool is_claim_metric(std::string_view id);
 
