@@ -7,6 +7,9 @@ import {nameElement} from './setting_name.js';
 const shareText = (share) => (share < 0.0005 ? '0 %' : percent(share, share < 0.1 ? 2 : 3));
 const lossText = ({loss, interval: [low, high]}) => `${shareText(loss)} [${shareText(low)}, ${shareText(high)}]`;
 
+/** Where an error rests on a sampler that is coarser than a GPU's. */
+const markOf = (...losses) => (losses.some((loss) => loss && loss.coarse_filter > 0) ? '*' : '');
+
 /** The deeper the colour, the more is lost: full at half as much time again. */
 function lossCell(loss, isOwn) {
   if (loss === null) return make('td', {class: 'muted'}, 'not within, or not measured');
@@ -32,7 +35,7 @@ export function drawFleet() {
   byId('fleet-rows')
       .replaceChildren(
           make(
-              'p', {class: 'sentence'}, nameElement(pick.name, pick.key),
+              'p', {class: 'sentence'}, nameElement(pick.name, pick.key, {mark: markOf(...pick.places)}),
               `: at most ${lossText(worst)} slower than each place's own best`),
           make(
               'p', {class: 'muted'},
@@ -43,9 +46,13 @@ export function drawFleet() {
               ['', 'Place', 'Its time', 'Slower by', 'Own best'],
               places.map(
                   (place, p) =>
-                      [letterOf(p), `${place.scene}, ${place.device} (${place.backend})`,
+                      [letterOf(p),
+                       `${place.scene}, ${place.device} (${place.backend}) ${markOf(pick.places[p])}`.trim(),
                        numberCell(formatTime(pick.places[p].time_ns)), lossCell(pick.places[p], false),
-                       place.key === pick.key ? 'the same' : nameElement(place.name, place.key)])),
+                       place.key === pick.key ?
+                           'the same' :
+                           nameElement(place.name, place.key, {mark: markOf(place.best_in_each_place[p])})])),
+          ...(fleet.filter_notes || []).map((note) => make('p', {class: 'muted'}, note)),
           make(
               'details', {open: places.length <= 3 ? '' : null},
               make('summary', {}, 'What it costs to ship the best of one place in another'),

@@ -115,6 +115,7 @@ void print_hardware(const HardwareComparison& comparison, std::span<const FleetR
   for (const DevicePair& pair : comparison.pairs) print_pair(pair, comparison, detail, paint);
   for (const SceneFronts& scene : comparison.fronts)
     if (scene.settings > 0) print_fronts(scene, detail, paint);
+  for (const std::string& note : coarse_notes(comparison)) put("\n{}\n", paint.dim(note));
   print_differences(comparison);
   if (comparison.pairs.empty())
     print_error("no setting was measured in one scene on two of the devices: nothing is compared");

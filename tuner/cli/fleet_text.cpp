@@ -5,6 +5,7 @@
 #include "tuner/cli/format.h"
 #include "tuner/cli/loss_text.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/coarse_filter.h"
 
 namespace reliefbench {
 namespace {
@@ -20,12 +21,17 @@ void print_places(const Fleet& fleet, const FleetOptions& options, const Names& 
   std::vector<std::vector<std::string>> rows = {
       {"", "place", "the pick's time", options.max_time_ms ? options.error_metric : "slower by"}};
   for (std::size_t p = 0; p < fleet.places.size(); ++p)
-    rows.push_back({column_letter(p), place_text(fleet.places[p], fleet.places), format_time_ns(pick.losses[p].time_ns),
-                    loss_text(pick.losses[p], options)});
+    rows.push_back({column_letter(p),
+                    fmt::format("{}{}", place_text(fleet.places[p], fleet.places), coarse_mark(*pick.losses[p].row)),
+                    format_time_ns(pick.losses[p].time_ns), loss_text(pick.losses[p], options)});
   put("\n{}\n", columns(rows, "  "));
-  for (std::size_t p = 0; p < fleet.places.size(); ++p)
+  for (std::size_t p = 0; p < fleet.places.size(); ++p) {
+    const OwnBest& own = fleet.own[p];
     put("  {}'s own best: {}\n", column_letter(p),
-        fleet.own[p].settings == pick.settings ? "the pick" : names.setting(setting_id(fleet.own[p].settings)));
+        own.settings == pick.settings
+            ? "the pick"
+            : fmt::format("{}{}", names.setting(setting_id(own.settings)), coarse_mark(*own.losses[p]->row)));
+  }
 }
 
 void print_transfer(const Fleet& fleet, const FleetOptions& options) {
@@ -67,7 +73,7 @@ void print_fleet(const Fleet& fleet, const FleetOptions& options, const Names& n
   const std::size_t places = fleet.places.size();
   put("One setting for {} place{} with {}, of {} that are within that in {}:\n", places, places == 1 ? "" : "s",
       bounds_text(options), fleet.settings.size(), places == 1 ? "it" : "all");
-  put("  {}\n", paint.good(names.setting(setting_id(pick.settings))));
+  put("  {}\n", paint.good(fmt::format("{}{}", names.setting(setting_id(pick.settings)), coarse_mark(pick.losses))));
   if (options.max_time_ms)
     put("  {} beyond each place's own least by {} {} {}\n", options.error_metric, is_minimax ? "at most" : "on average",
         format_number(pick.combined.value), find_metric(options.error_metric).unit);
@@ -81,6 +87,7 @@ void print_fleet(const Fleet& fleet, const FleetOptions& options, const Names& n
   print_places(fleet, options, names);
   if (fleet.places.size() > 1) print_transfer(fleet, options);
   put("\n{}\n", paint.dim("A setting for each place by itself would save what the first table's pick loses there."));
+  for (const std::string& note : coarse_notes(fleet)) put("{}\n", paint.dim(note));
   if (options.max_time_ms) return;
   put("{}\n", paint.dim(fmt::format("All intervals together: {:.0f} %.", 100 * options.confidence)));
   print_between_runs(fleet, paint);

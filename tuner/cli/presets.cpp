@@ -49,7 +49,7 @@ void print_device(const DevicePresets& device, const Presets& presets, const Nam
     row = {fmt::format("{}", level.quality), fmt::format("{:.2f}", level.relative_time),
            format_number(level.level_error)};
     if (has_two) row.push_back(format_number(level.error));
-    row.push_back(names.setting(record.case_id));
+    row.push_back(fmt::format("{}{}", names.setting(record.case_id), coarse_mark(level)));
   }
   put("{}", columns(rows, "  "));
 }
@@ -69,7 +69,8 @@ void print_common(const Presets& presets, const Names& names, const Paint& paint
     std::vector<std::string>& row = rows.emplace_back();
     row = {fmt::format("{}", level.quality), format_number(level.level_error)};
     for (const Loss& loss : level.losses) row.push_back(time_loss_text(loss));
-    row.push_back(names.setting(setting_id(level.losses.front().row->settings)));
+    row.push_back(
+        fmt::format("{}{}", names.setting(setting_id(level.losses.front().row->settings)), coarse_mark(level.losses)));
   }
   put("{}", columns(rows, "  "));
   put("{}\n", paint.dim("The intervals of a level hold together, 95 %."));
@@ -100,6 +101,7 @@ void presets_command(const PresetsArguments& arguments) {
     print_common(presets, arguments.names, paint);
   else
     for (const DevicePresets& device : presets.devices) print_device(device, presets, arguments.names, paint);
+  for (const std::string& note : coarse_notes(presets)) put("\n{}\n", paint.dim(note));
   put("\nwritten: {}{}{}\n", arguments.output, arguments.header.empty() ? "" : ", ", arguments.header);
 }
 

@@ -9,6 +9,7 @@
 #include "tuner/decide/markup.h"
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/coarse_filter.h"
 
 namespace reliefbench {
 namespace {
@@ -95,9 +96,10 @@ std::vector<std::string> doubt_texts(const Comparison& comparison) {
 }
 
 std::string front_text(const FrontSetting& one, std::size_t column) {
-  if (one.on_front[column]) return "front";
-  if (!one.behind[column]) return "not within";
-  return fmt::format("{:.1f} % slower{}", 100 * *one.behind[column], one.may_be[column] ? " (?)" : "");
+  const std::string_view mark = coarse_mark(*one.rows[column]);
+  if (one.on_front[column]) return fmt::format("front{}", mark);
+  if (!one.behind[column]) return fmt::format("not within{}", mark);
+  return fmt::format("{:.1f} % slower{}{}", 100 * *one.behind[column], one.may_be[column] ? " (?)" : "", mark);
 }
 
 std::string compare_markdown(const Comparison& comparison, std::string_view base, std::string_view now) {
@@ -169,6 +171,7 @@ std::string hardware_markdown(const HardwareComparison& comparison, std::span<co
   }
   text += environment_table(comparison.environment, columns);
   for (const std::string& warning : comparison.warnings) text += fmt::format("\n> {}\n", markdown_escaped(warning));
+  for (const std::string& note : coarse_notes(comparison)) text += fmt::format("\n> {}\n", markdown_escaped(note));
   return text;
 }
 

@@ -19,7 +19,8 @@ namespace reliefbench {
 /// A comparison as a table for a pull request: whole and groups, the cases that changed, what the runs differ in.
 [[nodiscard]] std::string compare_markdown(const Comparison& comparison, std::string_view base, std::string_view now);
 [[nodiscard]] std::string hardware_markdown(const HardwareComparison& comparison, std::span<const FleetRun> runs);
-/// "front", "3.1 % slower", "0.4 % slower (?)": no slower as far as can be told. column: of its scene
+/// "front", "3.1 % slower", "0.4 % slower (?)": no slower as far as can be told; with the mark of a coarse
+/// sampler that its error there rests on. column: of its scene
 [[nodiscard]] std::string front_text(const FrontSetting& one, std::size_t column);
 
 /// JUnit XML: a test case a group, a case, a worse error and a lost case; slower, worse and lost ones fail, unclear

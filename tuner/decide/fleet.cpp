@@ -16,6 +16,7 @@
 #include "tuner/decide/place_times.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
+#include "tuner/results/coarse_filter.h"
 
 namespace reliefbench {
 namespace {
@@ -244,6 +245,22 @@ std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all)
   const bool is_told = std::ranges::any_of(all, is_namesake) && !place.scene_key.hex.empty();
   const std::string which = is_told ? fmt::format(" ({})", place.scene_key.short_text()) : "";
   return fmt::format("{} in {}{}", device_text(place.device, devices), place.scene, which);
+}
+
+std::string_view coarse_mark(std::span<const Loss> losses) {
+  for (const Loss& loss : losses)
+    if (const std::string_view mark = coarse_mark(*loss.row); !mark.empty()) return mark;
+  return "";
+}
+
+std::set<std::string> coarse_notes(const Fleet& fleet) {
+  std::vector<const TableRow*> rows;
+  rows.reserve(2 * fleet.places.size());
+  for (std::size_t p = 0; p < fleet.places.size(); ++p) {
+    rows.push_back(fleet.settings.front().losses[p].row);
+    rows.push_back(fleet.own[p].losses[p]->row);
+  }
+  return coarse_notes(rows);
 }
 
 std::string bounds_text(const FleetOptions& options) {

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -90,6 +91,11 @@ struct Fleet {
 
 /// "vulkan NVIDIA H200 in rocks/oblique"; with the driver or machine where that tells one of `all` from another
 [[nodiscard]] std::string place_text(const FleetPlace& place, std::span<const FleetPlace> all);
+
+/// CoarseFilter::kMark where an error of the setting, in one of the places, rests on a coarse sampler; or nothing.
+[[nodiscard]] std::string_view coarse_mark(std::span<const Loss> losses);
+/// What the marks at the pick and at the places' own bests mean: of errors that rest on a coarse sampler.
+[[nodiscard]] std::set<std::string> coarse_notes(const Fleet& fleet);
 
 /// "e_xy.p99<=0.5 and missed_rate<=0.001", "at most 2 ms"
 [[nodiscard]] std::string bounds_text(const FleetOptions& options);

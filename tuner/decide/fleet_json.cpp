@@ -8,7 +8,10 @@ namespace reliefbench {
 namespace {
 
 nlohmann::json loss_json(const Loss& loss) {
-  return {{"loss", loss.value}, {"interval", {loss.low, loss.high}}, {"time_ns", loss.time_ns}};
+  return {{"loss", loss.value},
+          {"interval", {loss.low, loss.high}},
+          {"time_ns", loss.time_ns},
+          {"coarse_filter", loss.row->coarse_filter}};
 }
 
 }  // namespace
@@ -53,7 +56,8 @@ nlohmann::json fleet_json(const Fleet& fleet, std::span<const FleetRun> runs, co
           {"confidence", options.confidence},
           {"places", places},
           {"ties", fleet.ties},
-          {"settings", settings}};
+          {"settings", settings},
+          {"filter_notes", coarse_notes(fleet)}};
 }
 
 }  // namespace reliefbench

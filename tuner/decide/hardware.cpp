@@ -9,6 +9,7 @@
 #include "tuner/decide/case_groups.h"
 #include "tuner/decide/hardware_fronts.h"
 #include "tuner/decide/place_times.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
@@ -268,6 +269,13 @@ HardwareComparison compare_hardware(std::span<const FleetRun> runs, const Hardwa
                     "another scene)",
                     lone.size() > 1 ? "s" : "", fmt::join(lone, ", ")));
   return comparison;
+}
+
+std::set<std::string> coarse_notes(const HardwareComparison& comparison) {
+  std::vector<const TableRow*> rows;
+  for (const SceneFronts& scene : comparison.fronts)
+    for (const FrontSetting& one : scene.on_some) rows.insert(rows.end(), one.rows.begin(), one.rows.end());
+  return coarse_notes(rows);
 }
 
 Exit exit_of(const HardwareComparison& comparison) {

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -58,7 +59,8 @@ struct DevicePair {
 /// A setting that is on some device's front.
 struct FrontSetting {
   Settings settings;
-  std::vector<double> errors;  ///< parallel to the columns of its scene
+  std::vector<double> errors;         ///< parallel to the columns of its scene
+  std::vector<const TableRow*> rows;  ///< likewise: of the column's first run that has it; they point into its rows
   /// Parallel to these columns: how much slower than the fastest that is as accurate, as a share; 0: it is on the
   /// front; none: it misses the constraints there.
   std::vector<std::optional<double>> behind;
@@ -96,6 +98,9 @@ struct HardwareOptions {
 
 /// 0; 5 where no case matches.
 [[nodiscard]] Exit exit_of(const HardwareComparison& comparison);
+
+/// What the marks at the settings of fronts mean: of errors that rest on a coarse sampler.
+[[nodiscard]] std::set<std::string> coarse_notes(const HardwareComparison& comparison);
 
 [[nodiscard]] nlohmann::json hardware_json(const HardwareComparison& comparison, std::span<const FleetRun> runs);
 

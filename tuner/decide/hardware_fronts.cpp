@@ -91,11 +91,13 @@ SceneFronts scene_fronts(std::span<const FrontColumn> columns, const HardwareOpt
   for (const auto& [time, i] : order) {
     FrontSetting one{.settings = settings[i].times.front()->rows.front()->settings,
                      .errors = {},
+                     .rows = {},
                      .behind = {},
                      .on_front = {},
                      .may_be = {}};
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      one.errors.push_back(*settings[i].times[c]->rows.front()->errors[metric]);
+      one.rows.push_back(settings[i].times[c]->rows.front());
+      one.errors.push_back(*one.rows.back()->errors[metric]);
       one.behind.push_back(by_column[c].behind[i]);
       one.on_front.push_back(by_column[c].on_front[i]);
       one.may_be.push_back(by_column[c].may_be[i]);

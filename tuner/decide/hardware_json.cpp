@@ -52,6 +52,7 @@ json front_json(const FrontSetting& one) {
   json columns = json::array();
   for (std::size_t c = 0; c < one.behind.size(); ++c)
     columns.push_back({{"error", one.errors[c]},
+                       {"coarse_filter", one.rows[c]->coarse_filter},
                        {"behind", one.behind[c] ? json(*one.behind[c]) : json()},
                        {"on_front", static_cast<bool>(one.on_front[c])},
                        {"may_be_on_front", static_cast<bool>(one.may_be[c])}});
@@ -80,7 +81,8 @@ json hardware_json(const HardwareComparison& comparison, std::span<const FleetRu
           {"pairs", pairs},
           {"fronts", fronts},
           {"environment", environment_json(comparison.environment)},
-          {"warnings", comparison.warnings}};
+          {"warnings", comparison.warnings},
+          {"filter_notes", coarse_notes(comparison)}};
 }
 
 }  // namespace reliefbench

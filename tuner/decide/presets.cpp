@@ -305,4 +305,20 @@ Presets make_presets(std::span<const Run> runs, const PresetQuery& query) {
   return presets;
 }
 
+std::string_view coarse_mark(const PresetLevel& level) {
+  for (const PresetEvidence& one : level.evidence)
+    if (const std::string_view mark = one.filter().mark(one.record->case_id); !mark.empty()) return mark;
+  return "";
+}
+
+std::set<std::string> coarse_notes(const Presets& presets) {
+  std::set<std::string> notes;
+  for (const DevicePresets& device : presets.devices)
+    for (const PresetLevel& level : device.levels)
+      for (const PresetEvidence& one : level.evidence)
+        if (const CoarseFilter filter = one.filter(); !filter.mark(one.record->case_id).empty())
+          notes.insert(filter.note());
+  return notes;
+}
+
 }  // namespace reliefbench

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "tuner/decide/fleet.h"
 #include "tuner/plan/config.h"
 #include "tuner/plan/preset_file.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/store.h"
 
 namespace reliefbench {
@@ -29,6 +31,9 @@ struct PresetEvidence {
   const Run* run = nullptr;
   const Record* record = nullptr;  ///< its scene, case id, frame time
   double error = 0;
+
+  /// Of the run's device.
+  [[nodiscard]] CoarseFilter filter() const { return {run->info, record->backend}; }
 };
 
 struct PresetLevel {
@@ -110,6 +115,11 @@ struct Presets {
 
 /// The largest error that a level allows. loosest: that of the cheapest setting; least: the least there is
 [[nodiscard]] double level_limit(double loosest, double least, int quality, const Presets& presets);
+
+/// CoarseFilter::kMark where the error of one of the level's measurements rests on a coarse sampler; or nothing.
+[[nodiscard]] std::string_view coarse_mark(const PresetLevel& level);
+/// What these marks mean, a line for each device that has any.
+[[nodiscard]] std::set<std::string> coarse_notes(const Presets& presets);
 
 [[nodiscard]] nlohmann::json presets_json(const Presets& presets);  ///< presets.json
 

@@ -57,8 +57,9 @@ std::string constants(const std::set<std::string_view>& used) {
 std::string level_text(const std::string& prefix, int quality, const PresetLevel& level, const Presets& presets) {
   const Record& record = *level.evidence.front().record;
   const Settings settings = settings_of(record.technique, record.params);
-  std::string text = comment(fmt::format("{} of quality: {:.3g} times the fastest, {} {:.3g}; {}", quality,
-                                         level.relative_time, presets.error_metric, level.error, record.case_id));
+  std::string text =
+      comment(fmt::format("{} of quality: {:.3g} times the fastest, {} {:.3g}; {}{}", quality, level.relative_time,
+                          presets.error_metric, level.error, record.case_id, coarse_mark(level)));
   const std::string own = fmt::format("{}_Q{}", prefix, quality);
   text += define(own + "_TECHNIQUE", value_name("technique", record.technique));
   for (const SettingValue& given : settings.values()) {
@@ -78,6 +79,7 @@ std::string presets_header(const Presets& presets) {
       for (const auto& [id, ignored] : level.evidence.front().record->params) used.insert(id);
 
   std::string text = comment("Quality levels of relief mapping, for C++ and GLSL. Made by `reliefbench presets`.");
+  for (const std::string& note : coarse_notes(presets)) text += comment(note);
   text += "#ifndef RELIEF_PRESETS_H\n#define RELIEF_PRESETS_H\n\n";
   text += constants(used);
   std::set<std::string> prefixes;

@@ -24,15 +24,17 @@ json run_json(const Run& run) {
 }
 
 json evidence_json(const PresetEvidence& evidence, const Presets& presets) {
-  const Summary& time = evidence.record->frame_time->summary;
-  return {{"scene", evidence.record->scene},
-          {"scene_key", evidence.record->scene_key.hex},
+  const Record& record = *evidence.record;
+  const Summary& time = record.frame_time->summary;
+  return {{"scene", record.scene},
+          {"scene_key", record.scene_key.hex},
           {"run", std::ranges::find(presets.runs, evidence.run) - presets.runs.begin()},
-          {"case", evidence.record->case_id},
+          {"case", record.case_id},
           {"time_ns", time.median},
           {"ci", {time.ci_low, time.ci_high}},
           {"samples", time.n},
-          {"error", evidence.error}};
+          {"error", evidence.error},
+          {"coarse_filter", evidence.filter().error_of(settings_of(record.technique, record.params))}};
 }
 
 json level_json(const PresetLevel& level, const Presets& presets) {
@@ -124,7 +126,8 @@ json presets_json(const Presets& presets) {
                {"runs", std::move(runs)},
                {"scenes", scenes_of(presets)},
                {"devices", std::move(devices)},
-               {"warnings", presets.warnings}};
+               {"warnings", presets.warnings},
+               {"filter_notes", coarse_notes(presets)}};
   if (presets.common) made["common"] = common_json(*presets.common);
   return made;
 }

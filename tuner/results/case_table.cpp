@@ -9,6 +9,7 @@
 
 #include "kernels/base/error.h"
 #include "tuner/plan/case.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/relative_time.h"
 
@@ -39,6 +40,7 @@ std::optional<double> ns_per_px(const Run& run, const Record& record) {
 std::vector<TableRow> case_table(const Run& run) {
   const SamplesByCase samples = group_samples(run.samples);
   std::map<std::pair<std::string, std::string>, MeasuredDevice> devices;
+  std::map<std::string, CoarseFilter> filters;  // by backend
   std::vector<TableRow> rows;
   rows.reserve(run.records.size());
   for (const Record& record : run.records) {
@@ -62,6 +64,8 @@ std::vector<TableRow> case_table(const Run& run) {
                  .frame_time = std::nullopt,
                  .ns_per_px = ns_per_px(run, record),
                  .samples_ns = corrected_samples_ns(run, samples, record)};
+    row.coarse_filter =
+        filters.try_emplace(record.backend, run.info, record.backend).first->second.error_of(row.settings);
     if (record.frame_time) row.frame_time = record.frame_time->summary;
     if (record.error)
       std::ranges::transform(metrics(), row.errors.begin(),

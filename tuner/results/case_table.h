@@ -29,6 +29,9 @@ struct TableRow {
   Status status = Status::ok;
   std::string reason;
   std::vector<std::optional<double>> errors;  ///< parallel to metrics(); none: not defined for this case
+  /// What the device's sampler is off by of the texels that the errors rest on, as CoarseFilter::error_of() gives it;
+  /// 0: no more than a GPU's, or not known, as in tables of earlier versions.
+  double coarse_filter = 0;
   std::int64_t memory_bytes = 0;
   double bake_time_ns = 0;
   double first_draw_ns = 0;
@@ -54,14 +57,14 @@ struct TableRow {
 
 /// table.csv (RFC 4180): a header and a row a case. Columns: case, technique, backend, device, driver, machine,
 /// scene, scene_key, status, reason, map, every other parameter of the registry (blank where inactive), every metric of
-/// the registry (blank where it is not defined), memory_bytes, bake_time_ns, first_draw_ns, median_ns, mad_ns,
-/// ci_low_ns, ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated, five digits). throws:
-/// Error(bad_input): a number that is not finite
+/// the registry (blank where it is not defined), coarse_filter (blank where it is 0), memory_bytes, bake_time_ns,
+/// first_draw_ns, median_ns, mad_ns, ci_low_ns, ci_high_ns, median_ns_per_px, samples_ns (all samples, space-separated,
+/// five digits). throws: Error(bad_input): a number that is not finite
 void write_case_table(std::span<const TableRow> rows, std::ostream& out);
 
-/// Reads table.csv back. A parameter, metric, driver, machine, scene key or time per pixel whose column is missing
-/// counts as blank.
-/// throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown columns, names or values,
+/// Reads table.csv back. A parameter, metric, driver, machine, scene key, coarse filter or time per pixel whose column
+/// is missing counts as blank. throws: Error(bad_input) "FILE:LINE: column 'c': ...": not such a table, unknown
+/// columns, names or values,
 ///         one scene with two keys
 [[nodiscard]] std::vector<TableRow> parse_case_table(std::string_view text, std::string_view file);
 

@@ -19,12 +19,14 @@ namespace {
 /// Columns before the parameters, and after the metrics.
 constexpr std::string_view kLeading[] = {"case",  "technique", "backend", "device", "driver", "machine",
                                          "scene", "scene_key", "status",  "reason", "map"};
-constexpr std::string_view kTrailing[] = {"memory_bytes", "bake_time_ns", "first_draw_ns",    "median_ns", "mad_ns",
-                                          "ci_low_ns",    "ci_high_ns",   "median_ns_per_px", "samples_ns"};
+constexpr std::string_view kTrailing[] = {"coarse_filter",    "memory_bytes", "bake_time_ns", "first_draw_ns",
+                                          "median_ns",        "mad_ns",       "ci_low_ns",    "ci_high_ns",
+                                          "median_ns_per_px", "samples_ns"};
 constexpr std::string_view kSceneKeyColumn = "scene_key";
+constexpr std::string_view kCoarseFilterColumn = "coarse_filter";
 constexpr std::string_view kPerPixelColumn = "median_ns_per_px";
 /// Those that tables of earlier versions lack.
-constexpr std::string_view kLater[] = {"driver", "machine", kSceneKeyColumn, kPerPixelColumn};
+constexpr std::string_view kLater[] = {"driver", "machine", kSceneKeyColumn, kCoarseFilterColumn, kPerPixelColumn};
 constexpr std::string_view kMapColumn = "map";  // the map that the case ran on; where it is a parameter, its value
 
 std::vector<std::string> param_columns() {
@@ -75,6 +77,7 @@ std::vector<std::string> cells_of(const TableRow& row, std::span<const std::stri
   }
   for (std::size_t i = 0; i < metrics().size(); ++i)
     cells.push_back(row.errors[i] ? number_text(*row.errors[i], row, metrics()[i].id) : "");
+  cells.push_back(row.coarse_filter > 0 ? number_text(row.coarse_filter, row, kCoarseFilterColumn) : "");
   cells.push_back(fmt::format("{}", row.memory_bytes));
   cells.push_back(number_text(row.bake_time_ns, row, "bake_time_ns"));
   cells.push_back(number_text(row.first_draw_ns, row, "first_draw_ns"));
@@ -174,6 +177,7 @@ TableRow row_in(const Cells& cells, std::span<const std::string> params) {
                .status = cells.at("status", [&] { return parse_status(cells.text("status")); }),
                .reason = cells.text("reason"),
                .errors = {},
+               .coarse_filter = cells.optional_number(kCoarseFilterColumn).value_or(0),
                .memory_bytes = cells.integer("memory_bytes"),
                .bake_time_ns = cells.number("bake_time_ns"),
                .first_draw_ns = cells.number("first_draw_ns"),

@@ -189,6 +189,7 @@ class DeviceSource final : public TuneSource {
   FleetRun timed_run() override {
     const TunePlace here = place();
     FleetRun run{.name = options_.output.string(), .rows = {}, .info = info()};
+    const CoarseFilter filter = run_.filter();
     for (std::size_t candidate = 0; candidate < candidates_.size(); ++candidate) {
       const std::size_t setting = candidates_[candidate];
       const Case c = case_of(0, setting);
@@ -205,6 +206,7 @@ class DeviceSource final : public TuneSource {
                    .scene_key = here.scene_key,
                    .reason = {},
                    .errors = std::vector<std::optional<double>>(metrics().size()),
+                   .coarse_filter = filter.error_of(c.settings),
                    .memory_bytes = memory_bytes(0, candidate),
                    .frame_time = {},
                    .samples_ns = times};

@@ -5,6 +5,8 @@
 #include "kernels/base/json_file.h"
 #include "kernels/base/sha256.h"
 #include "tuner/plan/setting_space.h"
+#include "tuner/results/case_table.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/json_text.h"
 #include "tuner/results/recorded_run.h"
 #include "tuner/results/run_files.h"
@@ -38,12 +40,15 @@ RecordedQuery query_of(const std::string& scene, const TuneOptions& options) {
   return query;
 }
 
-/// A table that stands alone does not say how its device filtered.
-CoarseFilter filter_of(const std::filesystem::path& recorded, std::string_view backend) {
+/// As far as a table that stands alone says, by its rows.
+CoarseFilter filter_of(const std::filesystem::path& recorded, const RecordedTable& table) {
   const std::filesystem::path info = recorded / kRunFile;
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(info, ignored)) return {};
-  return {read_json(info), backend};
+  if (std::filesystem::is_regular_file(info, ignored)) return {read_json(info), table.backend};
+  CoarseFilter filter;
+  for (const TableRow& row : load_case_table(recorded))
+    if (row.backend == table.backend && row.device == table.device) filter.add(row);
+  return filter;
 }
 
 /// A recorded sweep of one scene, whose samples are the noise.
@@ -61,7 +66,7 @@ class RecordedSource final : public TuneSource {
     TuneResult result{.error_metric = table_.error_metric,
                       .backend = table_.backend,
                       .device = table_.device,
-                      .filter = filter_of(name_, table_.backend),
+                      .filter = filter_of(name_, table_),
                       .scenes = {table_.scene},
                       .scene_keys = {SceneKey{table_.scene_key}},
                       .subjects = {table_.scene},
