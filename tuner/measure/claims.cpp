@@ -158,20 +158,20 @@ class ClaimMaps {
       : scene_(scene),
         heights_(heights),
         session_(session),
-        is_hardware_(!session.device().software),
-        has_times_(!is_contest(claim) && (!is_hardware_ || asks_for_bakes(claim))) {}
+        on_device_(!session.device().software && !is_contest(claim) && asks_for_bakes(claim)),
+        on_one_thread_(session.device().software && !is_contest(claim)) {}
 
   const MapOfRow& map_of(const Settings& settings) {
     const std::string key = bake_text(settings, scene_);
     const auto found = maps_.find(key);
     if (found != maps_.end()) return found->second;
     MapOfRow made;
-    if (!has_times_) made.untimed = "bakes are not timed";
+    if (!on_device_ && !on_one_thread_) made.untimed = "bakes are not timed";
     BakeSpec spec = bake_spec(settings, scene_.scene.wrap);
-    spec.threads = has_times_ && !is_hardware_ ? 1 : 0;
+    spec.threads = on_one_thread_ ? 1 : 0;
     made.map = bake(spec, heights_, [&](const MapRow& map, const BakeRequest& request, const std::string& bake_key) {
-      return has_times_ && is_hardware_ ? bake_on_device(session_, map, request, bake_key, made.untimed)
-                                        : bake_on_cpu(map, request, bake_key);
+      return on_device_ ? bake_on_device(session_, map, request, bake_key, made.untimed)
+                        : bake_on_cpu(map, request, bake_key);
     });
     return maps_.emplace(key, std::move(made)).first->second;
   }
@@ -180,8 +180,8 @@ class ClaimMaps {
   const SceneSpec& scene_;
   const Heightfield& heights_;
   Session& session_;
-  bool is_hardware_;
-  bool has_times_;
+  bool on_device_;
+  bool on_one_thread_;
   std::map<std::string, MapOfRow> maps_;
 };
 
