@@ -87,13 +87,16 @@ TEST_F(ExtremesInBrowser, TheReportHoldsTheSameWhereItIsAskedFor) {
 
 class TuneInBrowser : public InBrowser {
  protected:
-  /// Of the null sweep, replayed; has_fleet: with the same times as of another device.
+  /// Of the null sweep, replayed; has_fleet: with the same times as of another device, whose filter is coarse.
   [[nodiscard]] TuneResult tuned(const std::vector<Budget>& max_error, bool has_fleet = false) const {
     const std::filesystem::path run = null_sweep(folder_);
     TuneOptions options{.question = {.max_error = max_error}, .quiet = true};
     if (has_fleet) {
       options.fleet.emplace(TuneFleet{.runs = {load_fleet_run(run)}});
-      for (TableRow& row : options.fleet->runs.front().rows) row.device = "Another GPU";
+      for (TableRow& row : options.fleet->runs.front().rows) {
+        row.device = "Another GPU";
+        row.coarse_filter = 0.0039;  // of the pick, too, which is flat
+      }
     }
     return replay_tune(run, "", options);
   }
@@ -184,7 +187,7 @@ TEST_F(TuneInBrowser, DrawsHowTheOneAnswerOfABudgetCameToBe) {
   EXPECT_THAT(body, has("budgetgap", "none"));
   EXPECT_THAT(body, HasSubstr("data-fleet=\"false "));
   EXPECT_THAT(body, HasSubstr("slower than each place's own best"));
-  EXPECT_THAT(body, HasSubstr("Another GPU"));
+  EXPECT_THAT(body, HasSubstr("Another GPU (null) *"));
   const std::vector<PathPoint>& path = result.search.path;
   EXPECT_GT(path.size(), 3U);
   const auto has_pick = [](const PathPoint& point) { return !point.picks.empty(); };

@@ -32,7 +32,7 @@ CoarseFilter::CoarseFilter(const nlohmann::json& info, std::string_view backend)
 }
 
 void CoarseFilter::add(const TableRow& row) {
-  if (row.coarse_filter <= 0) return;
+  if (row.coarse_filter <= 0 || !row.settings.is("filter", "hardware")) return;
   device_ = named_device(row.device, row.backend);
   texels_[std::string(texels_of(row.settings))] = row.coarse_filter;
 }
