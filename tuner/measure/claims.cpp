@@ -8,12 +8,12 @@
 #include <numeric>
 #include <utility>
 
-#include "backends/gpu_bake.h"
 #include "kernels/base/error.h"
 #include "kernels/image/heightmap.h"
 #include "kernels/judge/score.h"
 #include "kernels/trace/surface_tracer.h"
 #include "tuner/measure/attempt.h"
+#include "tuner/measure/claim_maps.h"
 #include "tuner/measure/frame_draws.h"
 #include "tuner/measure/frame_size.h"
 #include "tuner/measure/judged.h"
@@ -30,18 +30,11 @@ constexpr int kRounds = 9;          // samples of a row's time
 constexpr int kContestRounds = 10;  // half of them choose
 constexpr double kBatch_ms = 5;
 constexpr double kTimeout_s = 300;  // a software rasteriser takes seconds
-constexpr int kBakes = 5;           // whose median is a device's bake_time, after one that counts for nothing
 constexpr int kLargeMap_px = 512;   // a side, as the papers'
 
 using Values = std::map<std::string, double>;
 
 bool is_time(std::string_view metric) { return metric == "frame_time" || metric == "bake_time"; }
-
-/// A row's map, and why its bake has no time that says something of the device, "".
-struct MapOfRow {
-  BakedMap map{};
-  std::string untimed{};
-};
 
 /// Time, width and safety of a row's map.
 void measure_map(const BakeSpec& spec, const MapOfRow& made, const Heightfield& heights, ClaimFigures& measured) {
@@ -98,93 +91,6 @@ std::string measure_times(const Bench& bench, const std::vector<std::vector<Draw
   return timed.held_back;
 }
 
-bool is_contest(const Claim& claim) { return std::ranges::all_of(claim.checks, &ClaimCheck::is_contest); }
-
-bool asks_for_bakes(const Claim& claim) {
-  return std::ranges::find(claim.metrics, "bake_time") != claim.metrics.end() ||
-         std::ranges::find(claim.checks, "bake_time", &ClaimCheck::metric) != claim.checks.end();
-}
-
-/// Of a bake on the device's clock, without the ways there and back; on the host's where the device has none.
-double device_time_ns(const GpuBake& bake, double wall_ns) {
-  if (bake.times.empty()) return wall_ns - bake.transport_ns;
-  double sum_ns = 0;
-  for (const ComputeTime& time : bake.times)
-    if (time.part != "upload" && time.part != "read_back") sum_ns += time.ns;
-  return sum_ns;
-}
-
-/// The median of several bakes, after one that warms the device up.
-BakedValues timed_on_device(const GpuBaker& baker, const BakeRequest& request) {
-  BakedValues baked{.values = baker.bake(request).values};
-  std::vector<double> times_ns(kBakes);
-  for (double& time_ns : times_ns) {
-    GpuBake bake;
-    const BakedValues timed = timed_bake([&] {
-      bake = baker.bake(request);
-      return std::vector<float>();
-    });
-    time_ns = device_time_ns(bake, timed.time_ns);
-  }
-  baked.time_ns = median(times_ns);
-  return baked;
-}
-
-/// By the device's own baker; where it has none for the kind, by the CPU's, whose time says nothing of the device.
-/// untimed: gets why
-BakedValues bake_on_device(Session& session, const MapRow& map, const BakeRequest& request, const std::string& key,
-                           std::string& untimed) {
-  if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end()) {
-    untimed = fmt::format("no GPU baker for {}", map.id);
-    return bake_on_cpu(map, request, key);
-  }
-  try {
-    const Dialect dialect = find_backend(session.device().backend).dialect;
-    return timed_on_device(GpuBaker(session.backend(), dialect, map.kind), request);
-  } catch (const DeviceGone&) {
-    throw;
-  } catch (const Error& error) {
-    if (error.code() != Exit::environment || error.fault() != Fault::other) throw;
-    untimed = error.what();
-  }
-  return bake_on_cpu(map, request, key);
-}
-
-/// The maps of a claim's rows, each baked once: where its times count, by hardware itself, and for a software
-/// rasteriser on one thread of the processor.
-class ClaimMaps {
- public:
-  ClaimMaps(const Claim& claim, const SceneSpec& scene, const Heightfield& heights, Session& session)
-      : scene_(scene),
-        heights_(heights),
-        session_(session),
-        on_device_(!session.device().software && !is_contest(claim) && asks_for_bakes(claim)),
-        on_one_thread_(session.device().software && !is_contest(claim)) {}
-
-  const MapOfRow& map_of(const Settings& settings) {
-    const std::string key = bake_text(settings, scene_);
-    const auto found = maps_.find(key);
-    if (found != maps_.end()) return found->second;
-    MapOfRow made;
-    if (!on_device_ && !on_one_thread_) made.untimed = "bakes are not timed";
-    BakeSpec spec = bake_spec(settings, scene_.scene.wrap);
-    spec.threads = on_one_thread_ ? 1 : 0;
-    made.map = bake(spec, heights_, [&](const MapRow& map, const BakeRequest& request, const std::string& bake_key) {
-      return on_device_ ? bake_on_device(session_, map, request, bake_key, made.untimed)
-                        : bake_on_cpu(map, request, bake_key);
-    });
-    return maps_.emplace(key, std::move(made)).first->second;
-  }
-
- private:
-  const SceneSpec& scene_;
-  const Heightfield& heights_;
-  Session& session_;
-  bool on_device_;
-  bool on_one_thread_;
-  std::map<std::string, MapOfRow> maps_;
-};
-
 /// Whether it is no known heightmap, or its file is there.
 bool is_at_hand(const HeightmapSpec& spec) {
   const auto row = std::ranges::find(known_heightmaps(), spec.source, &KnownHeightmapRow::id);
@@ -215,12 +121,12 @@ SceneFigures run_scene(const Claim& claim, const SceneSpec& spec, const Heightfi
     draws.push_back(shaded_draws(session, row.settings, scene, frame.draw));
     const JudgedFrame judged = judged_by_exact(session, row.settings, scene, frame.draw, uploaded, tracer);
     ClaimFigures& measured = result.rows.emplace_back();
-    if (!is_contest(claim)) measure_map(bake_spec(row.settings, scene.wrap), made, heights, measured);
+    if (!claim.is_contest()) measure_map(bake_spec(row.settings, scene.wrap), made, heights, measured);
     for (const MetricRow& metric : metrics())
       if (const std::optional<double> value = metric.value(judged.score))
         measured.values[std::string(metric.id)] = *value;
   }
-  result.held_back = measure_times(bench, draws, is_contest(claim) ? kContestRounds : kRounds, result.rows);
+  result.held_back = measure_times(bench, draws, claim.is_contest() ? kContestRounds : kRounds, result.rows);
   return result;
 }
 

@@ -106,6 +106,8 @@ bool is_claim_metric(std::string_view id) {
          std::ranges::any_of(metrics(), [&](const MetricRow& row) { return row.id == id; });
 }
 
+bool Claim::is_contest() const { return std::ranges::all_of(checks, &ClaimCheck::is_contest); }
+
 Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_document(text, path.string());
@@ -131,7 +133,7 @@ Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   for (const JsonNode& row : reader.items(reader.required(root, "rows"))) claim.rows.push_back(read_row(reader, row));
   for (const JsonNode& check : reader.items(reader.required(root, "checks")))
     claim.checks.push_back(read_check(reader, check, claim.rows));
-  if (claim.scenes.size() != 1 && !std::ranges::all_of(claim.checks, &ClaimCheck::is_contest))
+  if (claim.scenes.size() != 1 && !claim.is_contest())
     reader.fail(first, "expected one view; several are for checks with 'by_factor'");
   return claim;
 }

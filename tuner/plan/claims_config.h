@@ -49,6 +49,8 @@ struct Claim {
   std::vector<std::string> metrics;  ///< columns, besides the paper's
   std::vector<ClaimRow> rows;
   std::vector<ClaimCheck> checks;
+
+  [[nodiscard]] bool is_contest() const;  ///< all checks are
 };
 /// throws: Error(bad_input) "FILE:LINE: key 'a.b': what was expected"
 [[nodiscard]] Claim parse_claim(const std::string& text, const std::filesystem::path& path);
