@@ -29,7 +29,7 @@ struct RunParts {
   RunStore& store;
   const RunStart& start;
   Progress& progress;
-  double cooling_pause_s;
+  double cooling_pause_s = 0;
   const Slowdowns* slowdowns = nullptr;  ///< null: none
 };
 
