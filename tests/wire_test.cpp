@@ -180,6 +180,7 @@ TEST(Wire, time_in_which_the_host_is_stopped_does_not_count) {
   }
   std::array<char, 64> request{};
   ASSERT_GT(read(theirs.get(), request.data(), request.size()), 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until it waits
   kill(host, SIGSTOP);
   waitpid(host, nullptr, WUNTRACED);
   std::this_thread::sleep_for(std::chrono::milliseconds(1200));

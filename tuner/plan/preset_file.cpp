@@ -39,6 +39,8 @@ json read_measurement(const ConfigReader& reader, const JsonNode& node) {
                       {"ci", std::move(ci)},
                       {"samples", reader.integer(reader.required(node, "samples"), 1, INT32_MAX)},
                       {"error", number("error")}};
+  if (const JsonNode* coarse = node.find("coarse_filter"))
+    measurement["coarse_filter"] = reader.number(*coarse, {.low = 0});
   return measurement;
 }
 
