@@ -83,6 +83,8 @@ std::span<const MapKind> gpu_bakers() {
   return kinds;
 }
 
+bool has_gpu_baker(MapKind kind) { return std::ranges::find(gpu_bakers(), kind) != gpu_bakers().end(); }
+
 std::map<std::string, Spirv> compile_baker(MapKind kind, Dialect dialect, BakeDevice device) {
   const Row& row = find_row(kind);
   if (row.needs_doubles && !device.has_doubles)

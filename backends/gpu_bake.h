@@ -13,6 +13,7 @@ namespace reliefbench {
 
 /// Map kinds with a compute-shader baker.
 [[nodiscard]] std::span<const MapKind> gpu_bakers();
+[[nodiscard]] bool has_gpu_baker(MapKind kind);
 
 /// What bakers' shaders go by of a device.
 struct BakeDevice {

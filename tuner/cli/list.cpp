@@ -93,7 +93,7 @@ Json map_rows() {
                     {"ratios", map.ratios},
                     {"corrections", fmt::format("{}", fmt::join(corrections, " | "))},
                     {"parameters", fmt::format("{}", fmt::join(parameters, " | "))},
-                    {"gpu_baker", std::ranges::find(gpu_bakers(), map.kind) != gpu_bakers().end()},
+                    {"gpu_baker", has_gpu_baker(map.kind)},
                     {"guarantee", map.guarantee},
                     {"source", map.source},
                     {"description", map.description}});

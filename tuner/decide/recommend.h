@@ -45,8 +45,8 @@ struct Answer {
 /// Time by which a case is judged: the upper end of its interval, never the luckiest median. ns
 [[nodiscard]] double judged_time_ns(const Record& record);
 
-/// Of a heightmap that changes every so many frames: each frame bears its share of its map's Record::bake_time_ns;
-/// a height map itself has none to bear. What is judged, compared and printed from then on is this sum.
+/// Of a heightmap that changes every so many frames: each frame bears its share of its map's Record::bake_time_ns.
+/// What is judged, compared and printed from then on is this sum.
 void add_bakes(std::span<Record> records, int rebake_every);
 
 /// One answer a (backend, device, scene), also where nothing of it was measured. Order of cases: judged time (with

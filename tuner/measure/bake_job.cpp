@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
+#include <utility>
 
 #include "backends/gpu_bake.h"
 #include "kernels/base/clock.h"
@@ -17,30 +19,23 @@
 namespace reliefbench {
 namespace {
 
-/// The medians of several bakes' times.
-class BakeTimes {
- public:
-  void add(double wall_ns, const std::vector<ComputeTime>& parts) {
-    wall_ns_.push_back(wall_ns);
-    if (parts_.empty())
-      for (const ComputeTime& time : parts) parts_.push_back({.part = time.part, .ns = {}});
-    for (std::size_t i = 0; i < parts.size(); ++i) parts_[i].ns.push_back(parts[i].ns);
-  }
-  [[nodiscard]] double wall_ns() const { return median(wall_ns_); }
-  [[nodiscard]] std::vector<ComputeTime> parts() const {
-    std::vector<ComputeTime> medians;
-    for (const Part& part : parts_) medians.push_back({.part = part.part, .ns = median(part.ns)});
-    return medians;
-  }
+double median_wall_ns(std::span<const BakeTime> times) {
+  std::vector<double> wall_ns(times.size());
+  std::ranges::transform(times, wall_ns.begin(), &BakeTime::wall_ns);
+  return median(wall_ns);
+}
 
- private:
-  struct Part {
-    std::string part;
-    std::vector<double> ns;
-  };
-  std::vector<double> wall_ns_;
-  std::vector<Part> parts_;
-};
+/// Part by part.
+std::vector<ComputeTime> median_parts(std::span<const BakeTime> times) {
+  if (times.empty()) return {};
+  std::vector<ComputeTime> medians = times.front().parts;
+  for (std::size_t i = 0; i < medians.size(); ++i) {
+    std::vector<double> ns(times.size());
+    std::ranges::transform(times, ns.begin(), [i](const BakeTime& one) { return one.parts[i].ns; });
+    medians[i].ns = median(ns);
+  }
+  return medians;
+}
 
 /// What bakes on a device, which is opened, its shaders compiled, before any time is taken.
 class OpenBaker {
@@ -48,8 +43,7 @@ class OpenBaker {
   explicit OpenBaker(const BakeJob& job) {
     if (job.device == "cpu") return;
     const MapRow& map = job.spec.storage.map;
-    if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end())
-      fail_environment("no GPU baker for {} on {}", map.id, job.device);
+    if (!has_gpu_baker(map.kind)) fail_environment("no GPU baker for {} on {}", map.id, job.device);
     const BackendRow& row = find_backend(job.device);
     backend_ = job.open(row, job.device_index);
     backend_->set_render_limit(
@@ -69,24 +63,14 @@ class OpenBaker {
   std::optional<GpuBaker> baker_;
 };
 
-BakedMap bake_by(const OpenBaker& baker, const BakeJob& job, const Heightfield& heights, BakeTimes& times) {
+/// times: of each bake; none where the map needs none
+BakedMap bake_by(const OpenBaker& baker, const BakeJob& job, const Heightfield& heights, std::vector<BakeTime>& times) {
   return bake(job.spec, heights, [&](const MapRow& map, const BakeRequest& request, const std::string&) {
-    BakedValues baked;
-    if (baker.is_hardware()) static_cast<void>(baker.bake(map, request));
-    const int bakes = job.repeat.value_or(baker.is_hardware() ? kHardwareBakes : 1);
-    for (int i = 0; i < bakes; ++i) {
-      std::vector<ComputeTime> parts;
-      double transport_ns = 0;
-      baked = timed_bake([&] {
-        GpuBake one = baker.bake(map, request);
-        parts = std::move(one.times);
-        transport_ns = one.transport_ns;
-        return std::move(one.values);
-      });
-      times.add(baked.time_ns - transport_ns, parts);
-    }
-    baked.time_ns = times.wall_ns();
-    return baked;
+    const bool is_hardware = baker.is_hardware();
+    RepeatedBake made = bake_repeatedly([&] { return baker.bake(map, request); },
+                                        job.repeat.value_or(is_hardware ? kHardwareBakes : 1), is_hardware);
+    times = std::move(made.times);
+    return BakedValues{.time_ns = median_wall_ns(times), .values = std::move(made.values)};
   });
 }
 
@@ -174,7 +158,7 @@ BakeResult run_bake(const BakeJob& job) {
   const auto& [storage, wrap, parameters, threads] = job.spec;
   std::string reading;
   const Heightfield heights = load_heightmap(job.heightmap, &reading);
-  BakeTimes times;
+  std::vector<BakeTime> times;
   const OpenBaker baker(job);
   const BakedMap map = bake_by(baker, job, heights, times);
   const double start_ns = steady_ns();
@@ -188,7 +172,7 @@ BakeResult run_bake(const BakeJob& job) {
                     .bake_time_ns = map.bake_time_ns,
                     .pack_time_ns = pack_time_ns,
                     .device = baker.device(),
-                    .device_times = times.parts(),
+                    .device_times = median_parts(times),
                     .bytes = textures.bytes(),
                     .verdict = {},
                     .files = {}};

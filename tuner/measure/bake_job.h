@@ -10,13 +10,13 @@
 #include "kernels/image/heightmap.h"
 #include "kernels/maps/map_verify.h"
 #include "tuner/measure/bake.h"
+#include "tuner/measure/repeated_bake.h"
 #include "tuner/measure/session.h"
 
 namespace reliefbench {
 
 inline constexpr double kBandLimit_s = 60;
 inline constexpr double kSoftwareBandLimit_s = 600;
-inline constexpr int kHardwareBakes = 5;
 
 /// One map, from heightmap to file.
 struct BakeJob {
@@ -24,8 +24,7 @@ struct BakeJob {
   BakeSpec spec;
   std::string device = "cpu";  ///< cpu | opengl | vulkan
   int device_index = 0;        ///< within that backend
-  /// Bakes whose times' medians are taken; none: 1, or kHardwareBakes on a GPU. There one more comes first, of which no
-  /// time is kept: it wakes the device and is the first to run its shaders.
+  /// Bakes whose times' medians are taken; none: 1, or kHardwareBakes on a GPU, after one that counts for nothing.
   std::optional<int> repeat{};
   bool verify = false;
   std::filesystem::path output;  ///< .ktx2, .exr or .png; empty: none

@@ -3,60 +3,49 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
-#include "backends/gpu_bake.h"
 #include "kernels/base/error.h"
+#include "tuner/measure/repeated_bake.h"
 #include "tuner/results/statistics.h"
 
 namespace reliefbench {
 namespace {
-
-constexpr int kBakes = 5;  // whose median is a device's bake_time, after one that counts for nothing
 
 bool asks_for_bakes(const Claim& claim) {
   return std::ranges::find(claim.metrics, "bake_time") != claim.metrics.end() ||
          std::ranges::find(claim.checks, "bake_time", &ClaimCheck::metric) != claim.checks.end();
 }
 
-/// Of a bake on the device's clock, without the ways there and back; on the host's where the device has none.
-double device_time_ns(const GpuBake& bake, double wall_ns) {
-  if (bake.times.empty()) return wall_ns - bake.transport_ns;
+/// On the device's clock, without the ways there and back; on the host's where the device has none.
+double device_time_ns(const BakeTime& time) {
+  if (time.parts.empty()) return time.wall_ns;
   double sum_ns = 0;
-  for (const ComputeTime& time : bake.times)
-    if (time.part != "upload" && time.part != "read_back") sum_ns += time.ns;
+  for (const ComputeTime& one : time.parts)
+    if (one.part != "upload" && one.part != "read_back") sum_ns += one.ns;
   return sum_ns;
 }
 
-/// The median of several bakes, after one that warms the device up.
+/// The median of several bakes' times.
 BakedValues timed_on_device(const GpuBaker& baker, const BakeRequest& request) {
-  BakedValues baked{.values = baker.bake(request).values};
-  std::vector<double> times_ns(kBakes);
-  for (double& time_ns : times_ns) {
-    GpuBake bake;
-    const BakedValues timed = timed_bake([&] {
-      bake = baker.bake(request);
-      return std::vector<float>();
-    });
-    time_ns = device_time_ns(bake, timed.time_ns);
-  }
-  baked.time_ns = median(times_ns);
-  return baked;
+  RepeatedBake made = bake_repeatedly([&] { return baker.bake(request); }, kHardwareBakes, true);
+  std::vector<double> times_ns(made.times.size());
+  std::ranges::transform(made.times, times_ns.begin(), device_time_ns);
+  return {.time_ns = median(times_ns), .values = std::move(made.values)};
 }
 
 /// By the device's own baker; where it has none for the kind, by the CPU's, whose time says nothing of the device.
 /// untimed: gets why
 BakedValues bake_on_device(Session& session, const MapRow& map, const BakeRequest& request, const std::string& key,
                            std::string& untimed) {
-  if (std::ranges::find(gpu_bakers(), map.kind) == gpu_bakers().end()) {
+  if (!has_gpu_baker(map.kind)) {
     untimed = fmt::format("no GPU baker for {}", map.id);
     return bake_on_cpu(map, request, key);
   }
   try {
     const Dialect dialect = find_backend(session.device().backend).dialect;
     return timed_on_device(GpuBaker(session.backend(), dialect, map.kind), request);
-  } catch (const DeviceGone&) {
-    throw;
   } catch (const Error& error) {
     if (error.code() != Exit::environment || error.fault() != Fault::other) throw;
     untimed = error.what();

@@ -202,11 +202,10 @@ Summary time_ratio(const ClaimFigures& of, const ClaimFigures& to) {
 /// same settings is no other.
 std::pair<bool, std::string> beaten(const Claim& claim, const ClaimCheck& check,
                                     std::span<const ClaimFigures> measured) {
-  const auto index = [&](const std::string& label) {
-    return static_cast<std::size_t>(std::ranges::find(claim.rows, label, &ClaimRow::label) - claim.rows.begin());
+  const auto row = [&](const std::string& label) -> const ClaimFigures& { return measured[claim.row_index(label)]; };
+  const auto setting = [&](const std::string& label) {
+    return setting_id(claim.rows[claim.row_index(label)].settings);
   };
-  const auto row = [&](const std::string& label) -> const ClaimFigures& { return measured[index(label)]; };
-  const auto setting = [&](const std::string& label) { return setting_id(claim.rows[index(label)].settings); };
   const ClaimFigures& of = row(check.of);
   const std::string own = fmt::format("{} {:.3g}, {:.4f} missed", check.metric, *value_of(of, check.metric),
                                       value_of(of, "missed_rate").value_or(0));
@@ -250,8 +249,7 @@ std::string_view claim_verdict_id(ClaimVerdict verdict) {
 ClaimAnswer judge_claim(const Claim& claim, const ClaimCheck& check, std::span<const ClaimFigures> measured,
                         bool is_software) {
   const auto figures = [&](const std::string& label) -> const ClaimFigures& {
-    const auto row = std::ranges::find(claim.rows, label, &ClaimRow::label);
-    return measured[static_cast<std::size_t>(row - claim.rows.begin())];
+    return measured[claim.row_index(label)];
   };
   const auto not_testable = [&](const std::string& label) {
     const std::string& why = figures(label).untimed;

@@ -23,8 +23,7 @@ class SceneRows {
   SceneRows(const Claim& claim, const SceneFigures& scene) : claim_(claim), scene_(scene) {}
 
   [[nodiscard]] const ClaimFigures& operator[](const std::string& label) const {
-    return scene_
-        .rows[static_cast<std::size_t>(std::ranges::find(claim_.rows, label, &ClaimRow::label) - claim_.rows.begin())];
+    return scene_.rows[claim_.row_index(label)];
   }
   /// Infinite where it has none.
   [[nodiscard]] double value(const std::string& label, const std::string& metric) const {

@@ -108,6 +108,10 @@ bool is_claim_metric(std::string_view id) {
 
 bool Claim::is_contest() const { return std::ranges::all_of(checks, &ClaimCheck::is_contest); }
 
+std::size_t Claim::row_index(std::string_view label) const {
+  return static_cast<std::size_t>(std::ranges::find(rows, label, &ClaimRow::label) - rows.begin());
+}
+
 Claim parse_claim(const std::string& text, const std::filesystem::path& path) {
   const ConfigReader reader(path.string());
   const JsonNode root = parse_json_document(text, path.string());

@@ -51,6 +51,8 @@ struct Claim {
   std::vector<ClaimCheck> checks;
 
   [[nodiscard]] bool is_contest() const;  ///< all checks are
+  /// Of the row with that label, which there is.
+  [[nodiscard]] std::size_t row_index(std::string_view label) const;
 };
 /// throws: Error(bad_input) "FILE:LINE: key 'a.b': what was expected"
 [[nodiscard]] Claim parse_claim(const std::string& text, const std::filesystem::path& path);
