@@ -38,7 +38,7 @@ constexpr std::array kRows{
     Row{.kind = MapKind::quick_naive, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::nearest}},
     Row{.kind = MapKind::quick, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::unvisited}},
     Row{.kind = MapKind::quick_centre, .search = {.shader = "bake_quick", .footpoint = BakeFootpoint::centre}},
-    Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake, .needs_doubles = true},
+    Row{.kind = MapKind::hybrid, .search = kConservativeBake, .other = kRelaxedBake},
     Row{.kind = MapKind::safety_shape, .search = kRelaxedBake, .needs_doubles = true, .has_radii = true},
     Row{.kind = MapKind::quad,
         .search = {.shader = kWedgeShader, .unit = BakeUnit::packets, .wedges = quad_wedges},

@@ -154,8 +154,8 @@ TEST_P(GpuBakeTest, without_doubles_no_ratio_is_above_the_cpus_and_none_far_unde
   on_every_device([](Rig& rig) {
     const Heightfield bricks = bricks_map(48, 48);
     const Heightfield long_map = fbm_map(96, 64);  // 1.5 times as long as wide: most of a distance is slack
-    for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::quick, MapKind::quick_centre,
-                               MapKind::quad, MapKind::sector, MapKind::cell}) {
+    for (const MapKind kind : {MapKind::conservative, MapKind::relaxed, MapKind::hybrid, MapKind::quick,
+                               MapKind::quick_centre, MapKind::quad, MapKind::sector, MapKind::cell}) {
       const GpuBaker gpu(*rig.backend, rig.row.dialect, kind, BakeDevice{.has_doubles = false});
       for (const Heightfield* heights : {&bricks, &long_map})
         for (const Correction correction : find_map(kind).corrections) {
@@ -280,7 +280,7 @@ TEST(GpuBake, the_null_backend_has_no_compute) {
   EXPECT_THAT(message_of([&] { (void)backend->compute({}); }), HasSubstr("null: no compute"));
   EXPECT_THAT(message_of([&] { (void)GpuBaker(*backend, Dialect::vulkan, MapKind::conservative); }),
               HasSubstr("null: no compute"));
-  EXPECT_THAT(message_of([&] { (void)GpuBaker(*backend, Dialect::vulkan, MapKind::hybrid); }),
+  EXPECT_THAT(message_of([&] { (void)GpuBaker(*backend, Dialect::vulkan, MapKind::safety_shape); }),
               HasSubstr("double precision"));
 }
 
