@@ -113,6 +113,8 @@ struct TextureDesc {
 /// A GPU object; freed on destruction. Must not outlive its backend.
 struct Pipeline {
   virtual ~Pipeline() = default;
+  bool is_from_cache = false;  ///< the driver was given what it had made of it before (PipelineCache)
+  double keeping_ns = 0;       ///< of Backend::compile()'s time: what keeping it there took
 };
 struct Texture {
   virtual ~Texture() = default;
@@ -254,7 +256,8 @@ class Backend {
 [[noreturn]] void fail_not_drawn(std::string_view backend, std::string_view attachment);
 
 struct BackendOptions {
-  bool debug = false;  ///< Vulkan validation with synchronization checks, GL debug context
+  bool debug = false;            ///< Vulkan validation with synchronization checks, GL debug context
+  bool keeps_pipelines = false;  ///< in the user's cache; else the driver compiles all of them anew
 };
 
 /// A backend: one row, one factory.

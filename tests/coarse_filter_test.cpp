@@ -215,6 +215,17 @@ TEST_F(CoarselyFilteredRun, is_marked_at_quality_levels) {
   }
 }
 
+TEST_F(CoarselyFilteredRun, is_told_of_a_case_that_ships) {
+  for (const TableRow& row : case_table(load_run(run_))) {
+    const std::string out = (folder_ / "shipped").string();
+    const CommandResult shipped = ask({"export", "--run", run_.string(), "--case", row.case_id, "-o", out});
+    ASSERT_EQ(shipped.exit_code, 0) << shipped.err;
+    const nlohmann::json settings = nlohmann::json::parse(read_file(folder_ / "shipped/settings.json"));
+    EXPECT_EQ(schema_errors(settings, "export"), "");
+    EXPECT_EQ(settings.at("evidence").at("scenes").at(0).at("coarse_filter"), row.coarse_filter) << row.case_id;
+  }
+}
+
 TEST_F(CoarselyFilteredRun, is_marked_by_a_search_of_its_table) {
   TuneOptions options;
   options.quiet = true;

@@ -35,6 +35,32 @@ class IsolationOfDrivers : public Isolation, public ::testing::WithParamInterfac
   }
 };
 
+// Of the two test drivers the one of Vulkan keeps something; Mesa has no binaries of OpenGL's programs.
+TEST_P(IsolationOfDrivers, who_keeps_pipelines_compiles_them_once) {
+  const GivenVariables driver(with(""));
+  const Config one = config(R"({"technique": "relief", "axes": {"linear_steps": [4, 16]}})", 4);
+  const auto opener = [](bool keeps) {
+    return [keeps](const BackendRow& row, int index) {
+      return open_remote(start_worker(), row, index, {.keeps_pipelines = keeps});
+    };
+  };
+  const auto count_timed = [&](const std::string& name) {
+    return std::ranges::count_if(records(name), [](const auto& one) { return one.second.first_draw_ns.has_value(); });
+  };
+  const SweepSummary first = sweep(one, "first", GetParam(), opener(true));
+  EXPECT_EQ(first.shaders_cached, 0);
+  EXPECT_EQ(count_timed("first"), 2);
+  const SweepSummary second = sweep(one, "second", GetParam(), opener(true));
+  const bool keeps = GetParam() == "vulkan";
+  EXPECT_EQ(second.shaders_cached, keeps ? first.shaders : 0);
+  EXPECT_EQ(second.shaders, keeps ? 0 : first.shaders);
+  EXPECT_EQ(count_timed("second"), keeps ? 0 : 2) << "what was not compiled has no time of it";
+  expect_same_errors("second", "first");
+  const SweepSummary anew = sweep(one, "anew", GetParam(), opener(false));
+  EXPECT_EQ(anew.shaders_cached, 0);
+  EXPECT_EQ(count_timed("anew"), 2);
+}
+
 TEST_P(IsolationOfDrivers, every_way_to_fail_ends_its_case_alone) {
   const Config five = config(R"({"technique": "relief", "axes": {"linear_steps": [4, 16], "refinement": "none"}},
                                 {"technique": "cone"}, {"technique": "distance"}, {"technique": "depth_slices"},

@@ -85,8 +85,12 @@ TEST(ShippedShader, is_told_where_a_ray_begins) {
   for (const std::string words :
        {"- dither_phase: where in its first step", "0 to 7 time and again", "float relief_dither(ivec2 pixel",
         "relief_trace(sampler2D relief_map, const float dither_phase, const vec2 uv",
-        "relief_trace(bound_relief_map, relief_dither(ivec2(gl_FragCoord.xy), 0), in_uv"})
+        "layout(location = 4) flat in int in_frame;",
+        "relief_trace(bound_relief_map, relief_dither(ivec2(gl_FragCoord.xy), in_frame), in_uv"})
     EXPECT_THAT(dithered, HasSubstr(words));
+  const std::string still = find_language("glsl").write(ShippedCase("relief?dither=pixel").shader()).example;
+  EXPECT_THAT(still, HasSubstr("relief_dither(ivec2(gl_FragCoord.xy), 0), in_uv"));
+  EXPECT_THAT(still, Not(HasSubstr("in_frame")));
   EXPECT_THAT(find_language("glsl").write(ShippedCase("relief").shader()).example, Not(HasSubstr("dither")));
 }
 

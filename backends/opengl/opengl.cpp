@@ -90,14 +90,14 @@ class OpenglBackend final : public Backend {
 
   [[nodiscard]] std::unique_ptr<Pipeline> compile(const PipelineDesc& desc) override {
     context_.make_current();
-    return std::make_unique<OpenglPipeline>(context_, desc);
+    return std::make_unique<OpenglPipeline>(context_, desc, pipelines_);
   }
 
   BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override;
   [[nodiscard]] std::span<const std::uint8_t> read(std::string_view attachment) override;
   [[nodiscard]] std::unique_ptr<Pipeline> compile_compute(const ComputeDesc& desc) override {
     context_.make_current();
-    return std::make_unique<OpenglCompute>(context_, desc);
+    return std::make_unique<OpenglCompute>(context_, desc, pipelines_);
   }
   [[nodiscard]] ComputeResult compute(const ComputeJob& job) override {
     context_.make_current();
@@ -125,6 +125,7 @@ class OpenglBackend final : public Backend {
   EglContext context_;
   DeviceInfo device_;
   bool is_in_window_ = false;
+  PipelineCache pipelines_;
   std::vector<std::string> messages_;
   GLuint empty_vertices_ = 0;
   GLuint uniforms_ = 0;
@@ -149,6 +150,7 @@ void OpenglBackend::set_up(const BackendOptions& options) {
   glCreateQueries(GL_TIME_ELAPSED, 1, &elapsed_);
   glCreateQueries(GL_TIMESTAMP, 2, stamps_.data());
   glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &stamp_bits_);
+  if (options.keeps_pipelines) pipelines_ = program_cache();
   check_gl("set up the context");
 }
 

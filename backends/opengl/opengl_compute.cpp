@@ -137,11 +137,11 @@ void run_pass(const ComputeJob& job, const ComputePass& pass, BufferOnDevice& di
 
 }  // namespace
 
-OpenglCompute::OpenglCompute(const EglContext& context, const ComputeDesc& desc)
+OpenglCompute::OpenglCompute(const EglContext& context, const ComputeDesc& desc, const PipelineCache& cache)
     : label_(desc.label),
       views_(buffer_views(desc.spirv, kFirstBufferBinding + desc.buffers)),
       program_(context, desc.label, std::array{OpenglProgram::Stage{.kind = GL_COMPUTE_SHADER, .spirv = desc.spirv}},
-               {}) {}
+               {}, OpenglProgram::Kept{.cache = cache, .key = cache.key(desc), .pipeline = *this}) {}
 
 ComputeResult run_compute(const EglContext& context, const ComputeJob& job) {
   std::deque<BufferOnDevice> buffers;

@@ -11,7 +11,7 @@ namespace reliefbench {
 /// A compute shader.
 class OpenglCompute final : public Pipeline {
  public:
-  OpenglCompute(const EglContext& context, const ComputeDesc& desc);
+  OpenglCompute(const EglContext& context, const ComputeDesc& desc, const PipelineCache& cache);
 
   [[nodiscard]] const std::string& label() const { return label_; }
   /// How it sees what is bound at 0, 1, ...

@@ -1,8 +1,11 @@
 #include "backends/opengl/opengl_objects.h"
 
 #include <algorithm>
+#include <cstring>
+#include <utility>
 
 #include "backends/spirv.h"
+#include "kernels/base/clock.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -144,15 +147,30 @@ OpenglTexture::~OpenglTexture() {
   if (context_.can_free()) glDeleteTextures(1, &id_);
 }
 
+PipelineCache program_cache() {
+  GLint formats = 0;
+  glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+  std::string driver = "opengl";
+  for (const GLenum name : {GL_VENDOR, GL_RENDERER, GL_VERSION})
+    driver += fmt::format(" {}", reinterpret_cast<const char*>(glGetString(name)));
+  // Mesa 22.3 says that it has a format, and crashes: uniforms of programs from SPIR-V have no names.
+  return formats < 1 || driver.find("Mesa") != std::string::npos ? PipelineCache() : PipelineCache(std::move(driver));
+}
+
 OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
-                             std::span<const SpecConstant> constants)
+                             std::span<const SpecConstant> constants, const std::optional<Kept>& kept)
     : context_(context), id_(glCreateProgram()) {
   try {
-    for (const Stage& stage : stages) attach(stage, label, constants);
-    glLinkProgram(id_);
-    GLint linked = GL_FALSE;
-    glGetProgramiv(id_, GL_LINK_STATUS, &linked);
-    if (linked != GL_TRUE) fail_environment("OpenGL: {} does not link: {}", label, info_log(id_, glGetProgramInfoLog));
+    const auto known = kept ? kept->cache.get(kept->key) : std::nullopt;
+    if (known && load(*known)) {
+      kept->pipeline.is_from_cache = true;
+    } else {
+      if (kept && kept->cache.keeps()) glProgramParameteri(id_, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
+      for (const Stage& stage : stages) attach(stage, label, constants);
+      glLinkProgram(id_);
+      if (!is_linked()) fail_environment("OpenGL: {} does not link: {}", label, info_log(id_, glGetProgramInfoLog));
+      if (kept && kept->cache.keeps() && !known) keep(*kept);
+    }
     const auto length = static_cast<GLsizei>(std::min<std::size_t>(label.size(), 255));
     glObjectLabel(GL_PROGRAM, id_, length, label.data());
     check_gl(fmt::format("compile {}", label));
@@ -164,6 +182,38 @@ OpenglProgram::OpenglProgram(const EglContext& context, const std::string& label
 
 OpenglProgram::~OpenglProgram() {
   if (context_.can_free()) glDeleteProgram(id_);
+}
+
+bool OpenglProgram::is_linked() const {
+  GLint linked = GL_FALSE;
+  glGetProgramiv(id_, GL_LINK_STATUS, &linked);
+  return linked == GL_TRUE;
+}
+
+bool OpenglProgram::load(std::span<const std::byte> bytes) const {
+  GLenum format = 0;
+  if (bytes.size() <= sizeof(format)) return false;
+  const std::span<const std::byte> binary = bytes.first(bytes.size() - sizeof(format));
+  std::memcpy(&format, bytes.data() + binary.size(), sizeof(format));
+  glProgramBinary(id_, format, binary.data(), static_cast<GLsizei>(binary.size()));
+  return take_error() == GL_NO_ERROR && is_linked();
+}
+
+void OpenglProgram::keep(const Kept& kept) const {
+  const double start_ns = steady_ns();
+  kept.cache.put(kept.key, {});  // a driver that dies over what follows is not asked again: this is nothing to load
+  GLint size = 0;
+  glGetProgramiv(id_, GL_PROGRAM_BINARY_LENGTH, &size);
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  GLenum format = 0;
+  glGetProgramBinary(id_, size, &size, &format, bytes.data());
+  if (take_error() == GL_NO_ERROR && size > 0) {
+    bytes.resize(static_cast<std::size_t>(size));
+    const auto its_format = std::as_bytes(std::span(&format, 1));
+    bytes.insert(bytes.end(), its_format.begin(), its_format.end());
+    kept.cache.put(kept.key, bytes);
+  }
+  kept.pipeline.keeping_ns = steady_ns() - start_ns;
 }
 
 void OpenglProgram::attach(const Stage& stage, const std::string& label,
@@ -192,10 +242,11 @@ void OpenglProgram::attach(const Stage& stage, const std::string& label,
                 error_name(error), info_log(shader, glGetShaderInfoLog));
 }
 
-OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc)
+OpenglPipeline::OpenglPipeline(const EglContext& context, const PipelineDesc& desc, const PipelineCache& cache)
     : shader_(interface_of(desc)),
       target_(desc.target),
-      program_(context, desc.label, stages_of(desc), desc.constants) {}
+      program_(context, desc.label, stages_of(desc), desc.constants,
+               OpenglProgram::Kept{.cache = cache, .key = cache.key(desc), .pipeline = *this}) {}
 
 void GlTarget::resize(int new_width, int new_height) {
   if (new_width == width && new_height == height) return;

@@ -8,6 +8,7 @@
 
 #include "backends/backend.h"
 #include "backends/opengl/egl.h"
+#include "backends/pipeline_cache.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -34,16 +35,26 @@ class OpenglTexture final : public Texture {
   GLuint id_ = 0;
 };
 
-/// A program from SPIR-V modules.
+/// Where the current context's programs are kept: nowhere if its driver gives no binaries of them, or none to be had.
+[[nodiscard]] PipelineCache program_cache();
+
+/// A program from SPIR-V modules, or from the driver's own binary of it.
 class OpenglProgram {
  public:
   struct Stage {
     GLenum kind;
     std::span<const std::uint32_t> spirv;
   };
+  /// Where a program is kept, and the pipeline that is told of it.
+  struct Kept {
+    const PipelineCache& cache;
+    std::string key;
+    Pipeline& pipeline;
+  };
+  /// kept: none: it is linked anew
   /// throws: Error(environment) with the driver's log: broken module, or it does not specialise or link
   OpenglProgram(const EglContext& context, const std::string& label, std::span<const Stage> stages,
-                std::span<const SpecConstant> constants);
+                std::span<const SpecConstant> constants, const std::optional<Kept>& kept = std::nullopt);
   ~OpenglProgram();
   OpenglProgram(const OpenglProgram&) = delete;
   OpenglProgram& operator=(const OpenglProgram&) = delete;
@@ -51,6 +62,10 @@ class OpenglProgram {
 
  private:
   void attach(const Stage& stage, const std::string& label, std::span<const SpecConstant> constants) const;
+  [[nodiscard]] bool is_linked() const;
+  /// Whether the driver takes the bytes: its binary of the program, and that one's format.
+  [[nodiscard]] bool load(std::span<const std::byte> bytes) const;
+  void keep(const Kept& kept) const;
 
   const EglContext& context_;
   GLuint id_;
@@ -58,7 +73,7 @@ class OpenglProgram {
 
 class OpenglPipeline final : public Pipeline {
  public:
-  OpenglPipeline(const EglContext& context, const PipelineDesc& desc);
+  OpenglPipeline(const EglContext& context, const PipelineDesc& desc, const PipelineCache& cache);
   [[nodiscard]] GLuint program() const { return program_.id(); }
   [[nodiscard]] const Target& target() const { return target_; }
   [[nodiscard]] const ShaderInterface& shader() const { return shader_; }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backends/spirv.h"
+#include "backends/vulkan/vulkan_pipeline_cache.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -34,7 +35,9 @@ VulkanCompute::VulkanCompute(const VulkanDevice& device, const ComputeDesc& desc
                         .descriptorType = type,
                         .descriptorCount = 1,
                         .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT});
-  handles_ = make_compute_handles(device, bindings, make_module(device, desc.spirv));
+  const KeptPipeline kept(device, device.pipelines().key(desc));
+  handles_ = make_compute_handles(device, bindings, make_module(device, desc.spirv), kept.handle());
+  kept.keep(*this);
   set_name(device, handle(), desc.label);
 }
 

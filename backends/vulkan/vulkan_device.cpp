@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "backends/vulkan/vulkan_pipeline_cache.h"
 #include "kernels/base/error.h"
 
 namespace reliefbench {
@@ -155,6 +156,7 @@ LogicalDevice::~LogicalDevice() { calls_.vkDestroyDevice(handle_, nullptr); }
 
 VulkanDevice::VulkanDevice(int index, const BackendOptions& options, WindowExtensions window)
     : instance_(options.debug, window), physical_(pick(instance_, index)), logical_(physical_, !window.empty()) {
+  if (options.keeps_pipelines) pipelines_ = PipelineCache(driver_text(physical_.properties));
   calls().vkGetDeviceQueue(handle(), physical_.queue_family, 0, &queue_);
   const VkCommandPoolCreateInfo pool_info{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
                                           .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "backends/backend.h"
+#include "backends/pipeline_cache.h"
 #include "kernels/base/error.h"
 
 // Vulkan's structures are meant to be zero beyond the members that are named.
@@ -129,6 +130,7 @@ class VulkanDevice {
   [[nodiscard]] const VolkDeviceTable& calls() const { return logical_.calls(); }
   [[nodiscard]] VkQueue queue() const { return queue_; }
   [[nodiscard]] VkCommandPool command_pool() const { return command_pool_.get(); }
+  [[nodiscard]] const PipelineCache& pipelines() const { return pipelines_; }
 
   /// Submits in this order and waits for the fence; returns nanoseconds of the host's clock from submit to fence.
   double run(std::span<const VkCommandBuffer> commands) const;
@@ -137,6 +139,7 @@ class VulkanDevice {
   VulkanInstance instance_;
   PhysicalDevice physical_;
   LogicalDevice logical_;
+  PipelineCache pipelines_;
   VkQueue queue_ = VK_NULL_HANDLE;
   Owned<VkCommandPool, &VolkDeviceTable::vkDestroyCommandPool> command_pool_;
   Owned<VkFence, &VolkDeviceTable::vkDestroyFence> fence_;

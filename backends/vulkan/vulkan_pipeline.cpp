@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstddef>
 
+#include "backends/vulkan/vulkan_pipeline_cache.h"
+
 namespace reliefbench {
 namespace {
 
@@ -90,19 +92,18 @@ VkPipeline make_graphics_pipeline(const VulkanDevice& device, VkRenderPass pass,
                                           .layout = layout,
                                           .renderPass = pass};
   VkPipeline handle = VK_NULL_HANDLE;
-  // No pipeline cache: the time to compile is measured.
-  vk_check(device.calls().vkCreateGraphicsPipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &handle),
+  vk_check(device.calls().vkCreateGraphicsPipelines(device.handle(), state.cache, 1, &info, nullptr, &handle),
            "vkCreateGraphicsPipelines");
   return handle;
 }
 
 VkPipeline make_compute_pipeline(const VulkanDevice& device, VkPipelineLayout layout, const ShaderModule& module,
-                                 const VkSpecializationInfo* constants) {
+                                 VkPipelineCache cache, const VkSpecializationInfo* constants) {
   const VkComputePipelineCreateInfo info{.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
                                          .stage = stage_info(VK_SHADER_STAGE_COMPUTE_BIT, module, constants),
                                          .layout = layout};
   VkPipeline handle = VK_NULL_HANDLE;
-  vk_check(device.calls().vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &info, nullptr, &handle),
+  vk_check(device.calls().vkCreateComputePipelines(device.handle(), cache, 1, &info, nullptr, &handle),
            "vkCreateComputePipelines");
   return handle;
 }
@@ -144,9 +145,10 @@ PipelineHandles make_handles(const VulkanDevice& device, VkRenderPass pass, cons
 }
 
 PipelineHandles make_compute_handles(const VulkanDevice& device, std::span<const VkDescriptorSetLayoutBinding> bindings,
-                                     const ShaderModule& module, const VkSpecializationInfo* constants) {
+                                     const ShaderModule& module, VkPipelineCache cache,
+                                     const VkSpecializationInfo* constants) {
   PipelineHandles handles = make_layouts(device, bindings);
-  handles.handle = {device.logical(), make_compute_pipeline(device, handles.layout.get(), module, constants)};
+  handles.handle = {device.logical(), make_compute_pipeline(device, handles.layout.get(), module, cache, constants)};
   return handles;
 }
 
@@ -175,23 +177,25 @@ std::unique_ptr<VulkanPipeline> make_pipeline(const VulkanDevice& device, VkRend
                                        .pMapEntries = entries.data(),
                                        .dataSize = desc.constants.size() * sizeof(SpecConstant),
                                        .pData = desc.constants.data()};
+  const KeptPipeline kept(device, device.pipelines().key(desc));
   if (desc.target.by_compute) {
     static_cast<PipelineHandles&>(*pipeline) =
         make_compute_handles(device, bindings_of(pipeline->shader, VK_SHADER_STAGE_COMPUTE_BIT),
-                             make_module(device, desc.fragment), &constants);
-    set_name(device, pipeline->handle.get(), desc.label);
-    return pipeline;
+                             make_module(device, desc.fragment), kept.handle(), &constants);
+  } else {
+    const ShaderModule vertex = make_module(device, desc.vertex);
+    const ShaderModule fragment = make_module(device, desc.fragment);
+    constexpr VkPipelineColorBlendAttachmentState kOverwrite{.colorWriteMask = kAllComponents};
+    const std::vector overwrite(desc.target.attachments.size(), kOverwrite);
+    static_cast<PipelineHandles&>(*pipeline) = make_handles(device, pass, pipeline->shader,
+                                                            {.vertex = vertex,
+                                                             .fragment = fragment,
+                                                             .constants = &constants,
+                                                             .blending = overwrite,
+                                                             .has_depth = desc.target.has_depth,
+                                                             .cache = kept.handle()});
   }
-  const ShaderModule vertex = make_module(device, desc.vertex);
-  const ShaderModule fragment = make_module(device, desc.fragment);
-  constexpr VkPipelineColorBlendAttachmentState kOverwrite{.colorWriteMask = kAllComponents};
-  const std::vector overwrite(desc.target.attachments.size(), kOverwrite);
-  static_cast<PipelineHandles&>(*pipeline) = make_handles(device, pass, pipeline->shader,
-                                                          {.vertex = vertex,
-                                                           .fragment = fragment,
-                                                           .constants = &constants,
-                                                           .blending = overwrite,
-                                                           .has_depth = desc.target.has_depth});
+  kept.keep(*pipeline);
   set_name(device, pipeline->handle.get(), desc.label);
   return pipeline;
 }

@@ -26,6 +26,7 @@ struct PipelineState {
   VkPipelineVertexInputStateCreateInfo vertices{.sType = VK_STRUCTURE_TYPE_PIPELINE_VERTEX_INPUT_STATE_CREATE_INFO};
   std::span<const VkPipelineColorBlendAttachmentState> blending{};  ///< an attachment each
   bool has_depth = false;                                           ///< nearest wins
+  VkPipelineCache cache = VK_NULL_HANDLE;
 };
 inline constexpr VkColorComponentFlags kAllComponents =
     VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
@@ -36,7 +37,7 @@ inline constexpr VkColorComponentFlags kAllComponents =
 /// Of a compute shader. constants: null for none
 [[nodiscard]] PipelineHandles make_compute_handles(const VulkanDevice& device,
                                                    std::span<const VkDescriptorSetLayoutBinding> bindings,
-                                                   const ShaderModule& module,
+                                                   const ShaderModule& module, VkPipelineCache cache,
                                                    const VkSpecializationInfo* constants = nullptr);
 
 /// A set that a pipeline's shaders read from; nothing is in it yet.

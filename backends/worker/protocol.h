@@ -38,7 +38,7 @@ auto members(Is<DeviceInfo> auto& x) {
   return std::tie(x.backend, x.index, x.name, x.vendor, x.type, x.driver, x.api_version, x.software, x.timers,
                   x.subtexel_bits, x.float64, x.blocks, x.compiles_in_parallel, x.pci);
 }
-auto members(Is<BackendOptions> auto& x) { return std::tie(x.debug); }
+auto members(Is<BackendOptions> auto& x) { return std::tie(x.debug, x.keeps_pipelines); }
 auto members(Is<TexelLayout> auto& x) { return std::tie(x.type, x.channels); }
 auto members(Is<TextureDesc> auto& x) {
   return std::tie(x.width, x.height, x.layout, x.levels, x.texels, x.wrap, x.filter);

@@ -78,7 +78,10 @@ class RemoteBackend final : public Backend {
     WireWriter request(nullptr);
     request(Call::compile, std::vector<ObjectId>{}, desc);
     const std::vector<std::byte> reply = call(request, fmt::format("the shaders of {}", desc.label), patience_s());
-    return std::make_unique<Remote<Pipeline>>(unused_, opened(reply, nullptr).get<ObjectId>());
+    WireReader made = opened(reply, nullptr);
+    auto pipeline = std::make_unique<Remote<Pipeline>>(unused_, made.get<ObjectId>());
+    made(pipeline->is_from_cache, pipeline->keeping_ns).end();
+    return pipeline;
   }
 
   BatchTime render(std::span<const Draw> frame, int frames, Timer timer) override {
@@ -170,6 +173,11 @@ bool is_in_process(const BackendRow& row) {
   return !row.real || (!value.empty() && value != "0");
 }
 
+std::unique_ptr<Backend> opened_with(const BackendOptions& options, const BackendRow& row, int device_index) {
+  if (is_in_process(row)) return row.open(device_index, options);
+  return open_remote(std::make_unique<Worker>(), row, device_index, options);
+}
+
 std::vector<DeviceInfo> listed(const BackendRow& row) {
   Worker worker;
   WireWriter request(nullptr);
@@ -187,8 +195,11 @@ std::unique_ptr<Backend> open_remote(std::unique_ptr<Worker> worker, const Backe
 }
 
 std::unique_ptr<Backend> open_isolated(const BackendRow& row, int device_index) {
-  if (is_in_process(row)) return row.open(device_index, {});
-  return open_remote(std::make_unique<Worker>(), row, device_index, {});
+  return opened_with({.keeps_pipelines = true}, row, device_index);
+}
+
+std::unique_ptr<Backend> open_isolated_uncached(const BackendRow& row, int device_index) {
+  return opened_with({}, row, device_index);
 }
 
 std::vector<DeviceInfo> isolated_devices(const BackendRow& row) {

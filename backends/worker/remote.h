@@ -20,9 +20,11 @@ inline constexpr const char* kInProcess = "RELIEFBENCH_IN_PROCESS";
 /// MiB that a worker may take of private memory (RLIMIT_DATA); unset: what the system gives.
 inline constexpr const char* kWorkerMemory = "RELIEFBENCH_WORKER_MEMORY_MB";
 
-/// A device that is real in a worker of its own; any in this process where kInProcess says so.
+/// A device that is real in a worker of its own; any in this process where kInProcess says so. Its pipelines are kept.
 /// throws: as open_remote()
 [[nodiscard]] std::unique_ptr<Backend> open_isolated(const BackendRow& row, int device_index);
+/// The same without BackendOptions::keeps_pipelines, for times of compilation.
+[[nodiscard]] std::unique_ptr<Backend> open_isolated_uncached(const BackendRow& row, int device_index);
 /// Its devices, as a worker sees them. Where a driver crashes over the question twice, that is told on stderr, and
 /// there are none.
 [[nodiscard]] std::vector<DeviceInfo> isolated_devices(const BackendRow& row);

@@ -128,7 +128,10 @@ class Server {
         auto desc = request.get<PipelineDesc>();
         request.end();
         for (Attachment& attachment : desc.target.attachments) attachment.name = kept(attachment.name);
-        return [id = pipelines_.add(++last_id_, backend().compile(desc))](WireWriter& out) { out(id); };
+        std::unique_ptr<Pipeline> made = backend().compile(desc);
+        return
+            [is_from_cache = made->is_from_cache, keeping_ns = made->keeping_ns,
+             id = pipelines_.add(++last_id_, std::move(made))](WireWriter& out) { out(id, is_from_cache, keeping_ns); };
       }
       case Call::compile_compute: {
         const auto desc = request.get<ComputeDesc>();

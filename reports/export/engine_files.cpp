@@ -170,6 +170,7 @@ class Folder {
     set(!shader.textures.empty() && shader.wrap == Wrap::clamp, "edge");
     set(has_value_of(shader.settings, Query::shadow), "shadow");
     set(takes_curvature(shader.settings), "curvature");
+    set(is_animated(shader.settings), "animated");
     set(shader.settings.is("fade", "distance"), "distance");
     set(shader.base == 1, "down");
     set(!shader.textures.empty() && !asked_.empty(), "asked");

@@ -147,15 +147,16 @@ std::string with_known_levels(std::string text, const std::vector<ShippedTexture
   return text;
 }
 
-/// A map's or the sampler's global name in the examples, or what they pass for another argument of that kind.
-std::string bound_name(std::string_view map) {
-  return map == kDitherPhase ? "relief_dither(ivec2(gl_FragCoord.xy), 0)" : fmt::format("bound_{}", map);
-}
+/// A map's or the sampler's global name in the examples.
+std::string bound_name(std::string_view map) { return fmt::format("bound_{}", map); }
 
-/// `bound_relief_map, bound_extra_map, `, as a function of the text is called.
-std::string maps_of(const Pieces& source, std::string_view function) {
+/// `bound_relief_map, bound_extra_map, `, as a function of the text is called, with what else is an argument like them.
+std::string maps_of(const Pieces& source, std::string_view function, const Settings& settings) {
   std::string list;
-  for (const std::string& map : map_arguments(source, function)) list += bound_name(map) + ", ";
+  for (const std::string& map : map_arguments(source, function))
+    list += map != kDitherPhase
+                ? bound_name(map) + ", "
+                : fmt::format("relief_dither(ivec2(gl_FragCoord.xy), {}), ", is_animated(settings) ? "in_frame" : "0");
   return list;
 }
 
@@ -169,6 +170,8 @@ bool takes_derivatives(const Settings& settings) {
 }
 
 bool takes_curvature(const Settings& settings) { return ray_defines(settings).contains("BENT_RAYS"); }
+
+bool is_animated(const Settings& settings) { return frames_seen(settings) > 1; }
 
 bool may_pass(const ShippedShader& shipped) { return !passes_when(shipped).empty(); }
 
@@ -266,8 +269,8 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
     text +=
         fmt::format("layout(RELIEF_BINDING({})) uniform sampler {};\n", kSamplerBinding, bound_name(kReliefSampler));
   TemplateValues values;
-  values.words = {{"maps", maps_of(source, "relief_trace")},
-                  {"normal_maps", maps_of(source, "relief_normal")},
+  values.words = {{"maps", maps_of(source, "relief_trace", settings)},
+                  {"normal_maps", maps_of(source, "relief_normal", settings)},
                   {"depth", fmt::format("{:#}", shipped.relief_depth)}};
   if (has_value_of(settings, Query::shadow)) values.flags.insert("shadow");
   if (has_value_of(settings, Query::depth))
@@ -279,6 +282,7 @@ std::string example_shader(const ShippedShader& shipped, const Pieces& source, M
   if (shipped.wrap == Wrap::clamp) values.flags.insert("clamp");
   if (may_pass(shipped)) values.flags.insert("passes");
   if (takes_curvature(settings)) values.flags.insert("curvature");
+  if (is_animated(settings)) values.flags.insert("animated");
   values.words["curvature"] = takes_curvature(settings) ? ", in_curvature" : "";
   return text + filled_template("example.glsl", values);
 }

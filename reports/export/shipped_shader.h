@@ -47,6 +47,9 @@ struct ShippedShader {
 /// Whether relief_trace bends rays, so that it is told how the surface does.
 [[nodiscard]] bool takes_curvature(const Settings& settings);
 
+/// Whether its rays begin elsewhere in each frame, so that the example is told the frame's number.
+[[nodiscard]] bool is_animated(const Settings& settings);
+
 /// Whether a view may see nothing of the relief.
 [[nodiscard]] bool may_pass(const ShippedShader& shipped);
 

@@ -210,6 +210,17 @@ VkResult VKAPI_CALL wait_for_fences(VkDevice device, std::uint32_t count, const 
   return wait(device, count, fences, all, timeout);
 }
 
+/// What it keeps of pipelines is more than a header, which is all that lavapipe gives.
+VkResult VKAPI_CALL get_cache_data(VkDevice device, VkPipelineCache cache, std::size_t* size, void* data) {
+  constexpr std::size_t kMore = 16;
+  const auto get = reinterpret_cast<PFN_vkGetPipelineCacheData>(next_of_device(device, "vkGetPipelineCacheData"));
+  std::size_t own = data == nullptr ? 0 : *size - kMore;
+  const VkResult result = get(device, cache, &own, data);
+  if (data != nullptr) std::memset(static_cast<char*>(data) + own, 1, kMore);
+  *size = own + kMore;
+  return result;
+}
+
 PFN_vkVoidFunction VKAPI_CALL device_call(VkDevice device, const char* name) {
   const std::string_view call = name;
   if (call == "vkGetDeviceProcAddr") return reinterpret_cast<PFN_vkVoidFunction>(&device_call);
@@ -217,6 +228,7 @@ PFN_vkVoidFunction VKAPI_CALL device_call(VkDevice device, const char* name) {
   if (call == "vkQueueSubmit") return reinterpret_cast<PFN_vkVoidFunction>(&queue_submit);
   if (call == "vkAllocateMemory") return reinterpret_cast<PFN_vkVoidFunction>(&allocate_memory);
   if (call == "vkWaitForFences") return reinterpret_cast<PFN_vkVoidFunction>(&wait_for_fences);
+  if (call == "vkGetPipelineCacheData") return reinterpret_cast<PFN_vkVoidFunction>(&get_cache_data);
   return device == VK_NULL_HANDLE ? nullptr : next_of_device(device, name);
 }
 

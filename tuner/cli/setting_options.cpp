@@ -12,6 +12,7 @@
 #include "tuner/plan/setting_names.h"
 #include "tuner/plan/setting_space.h"
 #include "tuner/results/budgets.h"
+#include "tuner/results/coarse_filter.h"
 #include "tuner/results/device_json.h"
 #include "tuner/results/run_question.h"
 #include "tuner/results/store.h"
@@ -40,11 +41,14 @@ ChosenSetting of_presets(const SettingArguments& arguments) {
   return result;
 }
 
-json measurement_of(const Record& record, const std::string& error_metric) {
+json measurement_of(const Record& record, const std::string& error_metric, const CoarseFilter& filter) {
   const Summary& time = record.frame_time->summary;
   json measurement = {{"scene", record.scene},  {"scene_key", record.scene_key.hex}, {"case", record.case_id},
                       {"time_ns", time.median}, {"ci", {time.ci_low, time.ci_high}}, {"samples", time.n}};
-  if (const std::optional<double> error = metric_value(record, error_metric)) measurement["error"] = *error;
+  if (const std::optional<double> error = metric_value(record, error_metric)) {
+    measurement["error"] = *error;
+    measurement["coarse_filter"] = filter.error_of(settings_of(record.technique, record.params));
+  }
   return measurement;
 }
 
@@ -93,6 +97,7 @@ ChosenSetting of_run(const SettingArguments& arguments) {
   const MeasuredScene* const scene = find_scene(run.scenes, record->scene_key);
   if (scene == nullptr) fail_input("--run {}: does not say what scene '{}' is", arguments.run, record->scene);
   const std::string metric = question_of(run.info).error_metric;
+  const CoarseFilter filter(run.info, record->backend);
   ChosenSetting chosen{.settings = settings_of(record->technique, record->params),
                        .backend = record->backend,
                        .scene_id = record->scene,
@@ -100,7 +105,7 @@ ChosenSetting of_run(const SettingArguments& arguments) {
                                     {"backend", record->backend},
                                     {"device", record->device},
                                     {"error_metric", metric},
-                                    {"scenes", json::array({measurement_of(*record, metric)})}},
+                                    {"scenes", json::array({measurement_of(*record, metric, filter)})}},
                        .scenes = {*scene}};
   if (const auto shift = sampler_shift_of(device_of(run.info, record->backend), chosen.settings))
     chosen.evidence["sampler_shift"] = *shift;

@@ -36,6 +36,7 @@ struct SweepArguments {
   Names names;
   std::string pictures = "shown";
   bool retry_failed = false;
+  bool is_uncached = false;
   bool dry_run = false;
   bool quiet = false;
   Slowdowns slowdowns;
@@ -108,8 +109,10 @@ void print_summary(const SweepSummary& summary) {
   std::string statuses;
   for (const auto& [status, count] : summary.statuses) statuses += fmt::format(" {} {}", count, status);
   put("{} cases ({} from an earlier start):{}\n", summary.cases, summary.resumed, statuses);
-  put("{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled\n",
-      summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders);
+  put("{} maps baked, {} read from the cache; {} references traced, {} read from the cache; {} shaders compiled, {} "
+      "read from the cache\n",
+      summary.bakes, summary.bakes_cached, summary.references, summary.references_cached, summary.shaders,
+      summary.shaders_cached);
   std::string parts;
   for (std::size_t i = 0; i < kPartIds.size(); ++i)
     parts += fmt::format("{} {:.1f} s, ", kPartIds.at(i), summary.part_s.at(i));
@@ -169,17 +172,18 @@ Exit sweep_command(const SweepArguments& arguments) {
     return Exit::done;
   }
   if (arguments.output.empty()) fail_input("sweep needs an output folder: -o DIR");
-  const SweepSummary summary = run_sweep(config, {.output = arguments.output,
-                                                  .backends = backend_ids,
-                                                  .device = arguments.device,
-                                                  .filter = arguments.filter,
-                                                  .key = arguments.key,
-                                                  .shard = arguments.shard,
-                                                  .retry_failed = arguments.retry_failed,
-                                                  .pictures = pictured_of(arguments.pictures),
-                                                  .slowdowns = arguments.slowdowns,
-                                                  .quiet = arguments.quiet,
-                                                  .open = open_isolated});
+  const SweepSummary summary =
+      run_sweep(config, {.output = arguments.output,
+                         .backends = backend_ids,
+                         .device = arguments.device,
+                         .filter = arguments.filter,
+                         .key = arguments.key,
+                         .shard = arguments.shard,
+                         .retry_failed = arguments.retry_failed,
+                         .pictures = pictured_of(arguments.pictures),
+                         .slowdowns = arguments.slowdowns,
+                         .quiet = arguments.quiet,
+                         .open = arguments.is_uncached ? open_isolated_uncached : open_isolated});
   if (arguments.json) {
     print_json(load_run(summary.folder).info, 1);
   } else {
@@ -220,6 +224,8 @@ void add_sweep_command(CLI::App& app, Exit& exit_code) {
       ->check(CLI::IsMember({"shown", "all", "none"}))
       ->type_name("WHICH")
       ->capture_default_str();
+  command->add_flag("--no-pipeline-cache", arguments->is_uncached,
+                    "compile every shader anew, so that each case has its time of compilation");
   add_slowdown_option(*command, arguments->slowdowns);
   add_names_option(*command, arguments->names);
   command->add_flag("--dry-run", arguments->dry_run, "print the plan: cases, bakes, estimated time");

@@ -113,22 +113,24 @@ Compiled Pipelines::compile(const PipelineSource& source, const Stages& stages) 
                                          .fragment = *stages.fragment,
                                          .constants = source.constants,
                                          .target = source.target});
-  compiled.compile_ns = steady_ns() - start_ns;
+  compiled.compile_ns = steady_ns() - start_ns - compiled.pipeline->keeping_ns;
   compiled.spirv_sha256 = sha256_of(*stages.fragment);
   return compiled;
 }
 
+Compiled& Pipelines::keep(std::string key, Compiled compiled) {
+  ++(compiled.pipeline->is_from_cache ? count_cached_ : count_compiled_);
+  return pipelines_.emplace(std::move(key), std::move(compiled)).first->second;
+}
+
 Compiled& Pipelines::get(const PipelineSource& source) {
   std::string key = source.key();
-  auto found = pipelines_.find(key);
-  if (found == pipelines_.end())
-    split_.book(Part::compile, [&] {
-      Compiled compiled = compile(source, stages_of(source));
-      ++count_compiled_;
-      found = pipelines_.emplace(std::move(key), std::move(compiled)).first;
-    });
-  found->second.last_use = ++uses_;
-  return found->second;
+  const auto found = pipelines_.find(key);
+  Compiled& compiled = found != pipelines_.end() ? found->second : split_.book(Part::compile, [&]() -> Compiled& {
+    return keep(std::move(key), compile(source, stages_of(source)));
+  });
+  compiled.last_use = ++uses_;
+  return compiled;
 }
 
 void Pipelines::compile_ahead(std::span<const PipelineSource> wanted) {
@@ -158,11 +160,8 @@ void Pipelines::compile_ahead(std::span<const PipelineSource> wanted) {
       Missing& one = *in_turn[static_cast<std::size_t>(index)];
       try_to([&] { one.compiled = compile(*one.source, one.stages); });
     });
-    for (auto& [key, one] : missing) {
-      if (!one.compiled.pipeline) continue;
-      ++count_compiled_;
-      pipelines_.emplace(key, std::move(one.compiled));
-    }
+    for (auto& [key, one] : missing)
+      if (one.compiled.pipeline) keep(key, std::move(one.compiled));
   });
 }
 

@@ -116,7 +116,7 @@ void Preparer::upload_and_draw(PreparedCase& prepared, const SceneSpec& scene, c
   const double draw_ns = context_.split.book(
       Part::compile, [&] { return session.backend().render(prepared.draws, 1, Timer::fenced_wall).wall_ns; });
   if (shade.first_draw_ns == 0) shade.first_draw_ns = shade.compile_ns + draw_ns;
-  record.first_draw_ns = shade.first_draw_ns;
+  if (!shade.pipeline->is_from_cache) record.first_draw_ns = shade.first_draw_ns;
   const DeviceInfo& device = session.device();
   record.timing_key = stage_key({bake_stage(record.map), "encode", "pack", "trace", "harness"},
                                 {record.scene_key.hex, setting_id(settings), shade.spirv_sha256,

@@ -118,7 +118,8 @@ nlohmann::json run_info(const Config& config, const std::vector<nlohmann::json>&
         {"bakes_cached", summary.bakes_cached},
         {"references", summary.references},
         {"references_cached", summary.references_cached},
-        {"shaders", summary.shaders}}},
+        {"shaders", summary.shaders},
+        {"shaders_cached", summary.shaders_cached}}},
       {"front", {{"error", config.front_error}, {"constraints", budget_texts(config.front_constraints)}}},
       {"budgets", budget_texts(config.budgets)}};
   info["finished"] = finished ? nlohmann::json(utc_text(unix_ns())) : nlohmann::json(nullptr);

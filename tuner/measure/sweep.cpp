@@ -194,6 +194,7 @@ SweepSummary run_sweep(Config config, const SweepOptions& options) {
     summary.references += sweep.preparer().references_traced();
     summary.references_cached += sweep.preparer().references_from_cache();
     summary.shaders += session->pipelines().count_compiled();
+    summary.shaders_cached += session->pipelines().count_cached();
   }
   progress.finish();
 

@@ -46,6 +46,7 @@ struct SweepSummary {
   int references = 0;
   int references_cached = 0;
   int shaders = 0;
+  int shaders_cached = 0;
   std::vector<std::string> notes{};  ///< two_devices_note(), DefaultFrame::why, held_back_note(), small_frame_notes()
   std::array<double, kPartIds.size()> part_s{};
   double other_s = 0;

@@ -60,8 +60,9 @@ struct Record {
   /// From heights to texels, on the processor: of the baker as it was when the map was baked (cached maps keep that,
   /// whichever machine it was), and of encoding and packing now. 0: no map
   double bake_time_ns = 0;
-  double first_draw_ns = 0;  ///< compile with first draw of the shaded frame
-  std::string timing_key;    ///< setting, scene key, SPIR-V, device, driver and stages (stages.h)
+  /// Compile with first draw of the shaded frame; none where the pipeline came from the cache.
+  std::optional<double> first_draw_ns{};
+  std::string timing_key;  ///< setting, scene key, SPIR-V, device, driver and stages (stages.h)
   std::string bake_key;
   std::string reference_key;
 };

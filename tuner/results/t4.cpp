@@ -81,14 +81,16 @@ json result_of(const TableRow& row, double at_ns, std::span<const Budget> constr
   const std::string_view invalidity = invalidity_of(row, constraints);
   json runtimes = json::array();
   for (const double sample : row.samples_ns) runtimes.push_back(sample * kMsPerNs);
-  return {
-      {"timestamp", utc_text(at_ns)},
-      {"configuration", configuration_of(row)},
-      {"times", {{"compilation_time", row.first_draw_ns * kMsPerNs}, {"search_algorithm", 0}, {"runtimes", runtimes}}},
-      {"invalidity", invalidity},
-      {"correctness", invalidity == "correct" ? 1 : 0},
-      {"measurements", measurements_of(row)},
-      {"objectives", {"frame_time", error_metric}}};
+  return {{"timestamp", utc_text(at_ns)},
+          {"configuration", configuration_of(row)},
+          {"times",
+           {{"compilation_time", row.first_draw_ns.value_or(0) * kMsPerNs},
+            {"search_algorithm", 0},
+            {"runtimes", runtimes}}},
+          {"invalidity", invalidity},
+          {"correctness", invalidity == "correct" ? 1 : 0},
+          {"measurements", measurements_of(row)},
+          {"objectives", {"frame_time", error_metric}}};
 }
 
 /// When a case was last timed, on the run's clock.

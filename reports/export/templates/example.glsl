@@ -3,6 +3,7 @@ layout(location = 0) in vec2 in_uv;        // of the plane, in tiles
 layout(location = 1) in vec3 in_view_ts;   // from the eye to the plane, in tangent space
 layout(location = 2) in vec3 in_light_ts;  // towards the light, in tangent space
 ?curvature layout(location = 3) in vec3 in_curvature;  // of the surface, per side of a tile
+?animated layout(location = 4) flat in int in_frame;  // the number of the frame that is drawn, counted up
 layout(location = 0) out vec4 out_color;
 ?conservative // No hit is nearer than the plane, so that fragments may be rejected by the plane's depth before they run.
 ?conservative layout(depth_greater) out float gl_FragDepth;
